@@ -1,0 +1,31 @@
+//! Limits: the paper's own figures and the sizes that keep us below them.
+//!
+//! They are constants so that a build that passes one fails; what is measured against them is in ARCHITECTURE.md.
+
+/// The paper's time for one rectification (Table 2), milliseconds.
+pub const PAPER_TIME_MS: u32 = 38;
+/// The paper's memory for program and data (Table 2), in bytes of 1024.
+pub const PAPER_MEMORY_BYTES: usize = 25 * 1024;
+/// The clock of the paper's TMS320C6701, in Hz, by its data sheet (167 MHz parts).
+pub const PAPER_CLOCK_HZ: u32 = 167_000_000;
+
+/// Largest patch side on board, pixels of the reference.
+pub const PATCH_MAX_PX: usize = 64;
+/// Pixels of the largest patch.
+pub const PATCH_MAX_AREA: usize = PATCH_MAX_PX * PATCH_MAX_PX;
+/// Largest frame width the row reducer takes on board.
+pub const FRAME_MAX_COLS: usize = 1280;
+/// Pixels of the reduced frame that fits on board: the longest-lived large buffer. 512 x 512 reduced 5 x 5 needs
+/// 102 x 102; 752 x 480 reduced 6 x 6 needs 125 x 80; 1280 x 960 reduced 11 x 11 needs 116 x 87.
+pub const REDUCED_MAX_AREA: usize = 10_404;
+/// Largest search radius on board, pixels of the reference.
+pub const SEARCH_MAX_PX: usize = 10;
+/// Correlation scores of the largest search.
+pub const SCORES_MAX: usize = (2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1);
+/// Runs of valid pixels a patch may have on board: convex footprints need one a row, strong distortion a few more.
+pub const RUNS_MAX: usize = PATCH_MAX_PX + 16;
+
+const _: () = assert!(
+    REDUCED_MAX_AREA + PATCH_MAX_AREA + 4 * SCORES_MAX + 6 * RUNS_MAX < PAPER_MEMORY_BYTES,
+    "the image buffers alone pass the paper's 25 KB"
+);

@@ -1,0 +1,84 @@
+//! From a match to a position with its covariance.
+
+use crate::matching::refine::SubPixel;
+use crate::rectify::Run;
+use crate::tile::{Geographic, Local, Tile};
+use nalgebra::{Matrix2, Vector2};
+
+/// A position fix at mid-exposure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fix {
+    /// WGS84 position of the nadir point, which is the vehicle's.
+    pub position: Geographic,
+    /// The same in grid metres from the tile's centre.
+    pub local: Local,
+    /// Covariance of (east, north), square metres.
+    pub covariance: Matrix2<f32>,
+}
+
+/// One sigma of what a fix rests on beside the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uncertainty {
+    /// Of pitch and roll at mid-exposure, each, radians.
+    pub tilt_rad: f32,
+    /// Height above ground, metres.
+    pub height_m: f32,
+}
+
+/// Second moments of the valid pixels about the nadir, square pixels: how the footprint lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Footprint {
+    /// Mean of x² (columns).
+    pub xx: f32,
+    /// Mean of xy, y northwards.
+    pub xy: f32,
+    /// Mean of y².
+    pub yy: f32,
+    /// Valid pixels.
+    pub count: u32,
+}
+
+impl Footprint {
+    /// Of the valid `runs` of a patch of `size`.
+    pub fn of(runs: &[Run], size: (u16, u16)) -> Self {
+        let mut sums = Footprint::default();
+        for run in runs {
+            let count = run.end.saturating_sub(run.start) as f32;
+            // Sums over a run in closed form: mean of x, and mean of x² = mean² + (n² − 1)/12.
+            let (x, y) =
+                crate::frames::centred(0.5 * (run.start as f32 + run.end as f32 - 1.0), run.row as f32, size.0, size.1);
+            sums.xx += count * (x * x + (count * count - 1.0) / 12.0);
+            sums.xy += count * x * y;
+            sums.yy += count * y * y;
+            sums.count += count as u32;
+        }
+        let scale = 1.0 / (sums.count.max(1) as f32);
+        Footprint { xx: sums.xx * scale, xy: sums.xy * scale, yy: sums.yy * scale, count: sums.count }
+    }
+}
+
+/// The fix for a match whose window centre is pixel `window` (col, row) of `tile`.
+///
+/// Covariance: the match's own (which holds heading and height through the priors of [`crate::matching::refine`])
+/// plus the tilt's. A tilt error δ about the axis across x moves the ground point (x, y) by δ (H + x²/H, xy/H): not
+/// by H δ alone, but by the mean over the footprint, 11 % more for a 60° lens.
+pub fn fix(
+    tile: &Tile<'_>,
+    window: (f32, f32),
+    solution: &SubPixel,
+    footprint: &Footprint,
+    height_m: f32,
+    uncertainty: Uncertainty,
+) -> Fix {
+    let local = tile.local(window.0 + solution.d_col, window.1 + solution.d_row);
+    let resolution = tile.resolution().0;
+    let per_px = tile.ground_resolution().0;
+    let moment = |pixels: f32| pixels * per_px * per_px / height_m;
+    let tilt_east = Vector2::new(height_m + moment(footprint.xx), moment(footprint.xy)) * uncertainty.tilt_rad;
+    let tilt_north = Vector2::new(moment(footprint.xy), height_m + moment(footprint.yy)) * uncertainty.tilt_rad;
+    // Rows run south: the sign of the cross term turns.
+    let c = &solution.covariance;
+    let matched = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * (resolution * resolution);
+    let covariance = matched + tilt_east * tilt_east.transpose() + tilt_north * tilt_north.transpose();
+    Fix { position: tile.georeference().geographic(local), local, covariance }
+}

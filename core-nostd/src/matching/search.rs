@@ -1,0 +1,157 @@
+//! Masked normalised cross-correlation over whole-pixel shifts.
+//!
+//! Gain and offset between patch and reference do not matter to it, so other radiometry and season cost little. All
+//! sums are integers; only the final quotient is a float.
+
+use super::View;
+use crate::math;
+use crate::rectify::Run;
+
+/// Why no search was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SearchError {
+    /// The reference is smaller than the patch and the search radius on both sides.
+    ReferenceTooSmall,
+    /// The scores do not fit the buffer, or a run lies outside the patch.
+    Capacity,
+    /// The patch has no valid pixels, or all of one grey.
+    Featureless,
+}
+
+/// The highest score of a search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Peak {
+    /// Shift of the patch's centre against the reference's, columns to the right.
+    pub d_col: i16,
+    /// The same, rows downwards.
+    pub d_row: i16,
+    /// Normalised cross-correlation there, −1 to 1.
+    pub score: f32,
+    /// The highest other summit, 0 where there is none.
+    pub second: f32,
+    /// Whether the peak lies on the border of the search, so that a higher one may lie beyond.
+    pub on_border: bool,
+}
+
+/// Summits nearer than this to the peak belong to it: noise puts teeth on a hill, and texture that was averaged to the
+/// pixel correlates over two of them.
+const HILL_PX: i16 = 3;
+
+/// Scores of every shift within ±`radius`, row-major from the upper left one, into `scores`.
+///
+/// `patch` and `runs`: as the rectifier leaves them. `reference`: exactly patch + 2 `radius` in both directions or
+/// larger; its centre is the zero of the shifts when it is exactly that.
+///
+/// # Errors
+/// [`SearchError`].
+pub fn search_into(
+    patch: &View<'_>,
+    runs: &[Run],
+    reference: &View<'_>,
+    radius: u16,
+    scores: &mut [f32],
+) -> Result<(), SearchError> {
+    let side = 2 * radius as usize + 1;
+    let (cols, rows) = patch.size();
+    let (reference_cols, reference_rows) = reference.size();
+    if (reference_cols as usize) < cols as usize + side - 1 || (reference_rows as usize) < rows as usize + side - 1 {
+        return Err(SearchError::ReferenceTooSmall);
+    }
+    let scores = scores.get_mut(..side * side).ok_or(SearchError::Capacity)?;
+    let own = patch_sums(patch, runs)?;
+    for (index, score) in scores.iter_mut().enumerate() {
+        *score = correlate(patch, runs, reference, index % side, index / side, &own);
+    }
+    Ok(())
+}
+
+/// Count, sum and the square root of n Σp² − (Σp)² of the valid pixels: the same for every shift.
+struct PatchSums {
+    count: u64,
+    sum: u64,
+    spread: f32,
+}
+
+fn patch_sums(patch: &View<'_>, runs: &[Run]) -> Result<PatchSums, SearchError> {
+    let (mut count, mut sum, mut squares) = (0u64, 0u64, 0u64);
+    for run in runs {
+        let length = (run.end as usize).checked_sub(run.start as usize).ok_or(SearchError::Capacity)?;
+        let pixels = patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
+        count += length as u64;
+        sum += pixels.iter().map(|&p| p as u64).sum::<u64>();
+        squares += pixels.iter().map(|&p| p as u64 * p as u64).sum::<u64>();
+    }
+    let variance = count * squares - sum * sum;
+    if variance == 0 {
+        return Err(SearchError::Featureless);
+    }
+    Ok(PatchSums { count, sum, spread: math::sqrt(variance as f32) })
+}
+
+/// Normalised cross-correlation of the patch with the reference from (`col`, `row`) on; 0 for a reference of one grey.
+fn correlate(patch: &View<'_>, runs: &[Run], reference: &View<'_>, col: usize, row: usize, own: &PatchSums) -> f32 {
+    let (mut sum, mut squares, mut products) = (0u64, 0u64, 0u64);
+    for run in runs {
+        let (start, length) = (run.start as usize, (run.end - run.start) as usize);
+        let Some(p) = patch.run(run.row as usize, start, length) else { continue };
+        let Some(r) = reference.run(run.row as usize + row, start + col, length) else { continue };
+        // A run has at most 8192 pixels: 8192 x 255² still fits 32 bits.
+        let (mut s, mut ss, mut ps) = (0u32, 0u32, 0u32);
+        for (&p, &r) in p.iter().zip(r) {
+            let (p, r) = (p as u32, r as u32);
+            s += r;
+            ss += r * r;
+            ps += p * r;
+        }
+        sum += s as u64;
+        squares += ss as u64;
+        products += ps as u64;
+    }
+    let variance = own.count * squares - sum * sum;
+    if variance == 0 {
+        return 0.0;
+    }
+    // Both products fit 64 bits unsigned, their difference fits 63 and a sign.
+    let covariance = (own.count * products).wrapping_sub(own.sum * sum) as i64;
+    covariance as f32 / (own.spread * math::sqrt(variance as f32))
+}
+
+/// The peak of `scores` as [`search_into`] left them for the same `radius`; `None` when the scores do not belong to
+/// the radius.
+pub fn peak(scores: &[f32], radius: u16) -> Option<Peak> {
+    let side = 2 * radius as usize + 1;
+    let scores = scores.get(..side * side)?;
+    let centred = |at: usize| at as i16 - radius as i16;
+    let at = |index: usize| (centred(index % side), centred(index / side));
+    let (mut best, mut score) = (0, f32::NEG_INFINITY);
+    for (index, &value) in scores.iter().enumerate() {
+        if value > score {
+            (best, score) = (index, value);
+        }
+    }
+    let (d_col, d_row) = at(best);
+    let mut second = 0.0f32;
+    for (index, &value) in scores.iter().enumerate() {
+        let (c, r) = at(index);
+        let apart = (c - d_col).abs().max((r - d_row).abs()) >= HILL_PX;
+        if apart && value > second && is_summit(scores, side, index) {
+            second = value;
+        }
+    }
+    let on_border = d_col.abs().max(d_row.abs()) == radius as i16;
+    Some(Peak { d_col, d_row, score, second, on_border })
+}
+
+/// Whether no neighbour is higher. The flank of a broad hill is no second place, however high it is where the hill's
+/// own ring ends.
+fn is_summit(scores: &[f32], side: usize, index: usize) -> bool {
+    let (col, row) = (index % side, index / side);
+    let (left, right) = (col.saturating_sub(1), (col + 1).min(side - 1));
+    let rows = row.saturating_sub(1)..=(row + 1).min(side - 1);
+    let Some(&own) = scores.get(index) else { return false };
+    rows.into_iter().all(|row| {
+        scores.get(row * side + left..=row * side + right).is_some_and(|line| line.iter().all(|&score| score <= own))
+    })
+}

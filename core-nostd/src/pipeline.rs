@@ -1,0 +1,206 @@
+//! Drives the modules: streams in, frame in, fix out.
+//!
+//! The pipeline owns the histories and the few image buffers, and nothing else: no clock, no link. Its caller feeds
+//! the streams as they arrive, begins a frame, hands over its rows, and when the pose at mid-exposure exists runs the
+//! stages [`Pipeline::situate`], [`Pipeline::rectify`], [`Pipeline::register`] one after the other. They are apart so
+//! that a caller can count what each of them costs.
+
+mod refusal;
+mod settings;
+mod situation;
+mod streams;
+
+use crate::budget::{
+    FRAME_MAX_COLS, PATCH_MAX_AREA, PATCH_MAX_PX, REDUCED_MAX_AREA, RUNS_MAX, SCORES_MAX, SEARCH_MAX_PX,
+};
+use crate::fix::{Fix, Footprint, Uncertainty, fix};
+use crate::homography::FrameFromPatch;
+use crate::matching::View;
+use crate::matching::refine::{Prior, refine};
+use crate::matching::search::{Peak, peak, search_into};
+use crate::rectify::{Run, Sampling, Source, rectify_into};
+use crate::reduce::{Reducer, Reduction};
+use crate::tile::Tile;
+use heapless::Vec;
+pub use refusal::Refusal;
+pub use settings::{FollowUpMode, Settings, SettingsError, Sigmas};
+pub use situation::{Prediction, Situation};
+pub use streams::{PositionSample, SampleError, Streams};
+
+/// What a frame's match says, accepted or not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Where the patch's centre lies relative to the predicted position, columns east, pixels of the tile. Sub-pixel
+    /// where the least-squares solution exists, the whole-pixel peak otherwise.
+    pub d_col: f32,
+    /// The same, rows south.
+    pub d_row: f32,
+    /// The correlation peak, relative to the centre of the search window.
+    pub peak: Peak,
+    /// The window's centre relative to the predicted position, (columns, rows): less than a pixel.
+    pub window_off: [f32; 2],
+    /// The fix, or why there is none.
+    pub fix: Result<Fix, Refusal>,
+}
+
+/// State and buffers of the whole chain.
+#[derive(Debug)]
+pub struct Pipeline<'t> {
+    settings: Settings,
+    tile: Tile<'t>,
+    /// The stamped streams.
+    pub streams: Streams,
+    reducer: Option<Reducer>,
+    reduced: [u8; REDUCED_MAX_AREA],
+    patch: [u8; PATCH_MAX_AREA],
+    patch_size: (u16, u16),
+    runs: Vec<Run, RUNS_MAX>,
+    scratch: Scratch,
+}
+
+/// Row sums while a frame arrives, cell sums while it is rectified, scores while it is matched.
+#[derive(Debug)]
+struct Scratch {
+    row_sums: [u16; FRAME_MAX_COLS / 2],
+    cell_sums: [u32; PATCH_MAX_PX],
+    scores: [f32; SCORES_MAX],
+}
+
+impl<'t> Pipeline<'t> {
+    /// Settings and reference for one flight.
+    ///
+    /// # Errors
+    /// [`SettingsError`] where the settings do not fit this build or each other.
+    pub fn new(settings: Settings, tile: Tile<'t>) -> Result<Self, SettingsError> {
+        settings.check()?;
+        Ok(Pipeline {
+            settings,
+            tile,
+            streams: Streams::new(),
+            reducer: None,
+            reduced: [0; REDUCED_MAX_AREA],
+            patch: [0; PATCH_MAX_AREA],
+            patch_size: (0, 0),
+            runs: Vec::new(),
+            scratch: Scratch {
+                row_sums: [0; FRAME_MAX_COLS / 2],
+                cell_sums: [0; PATCH_MAX_PX],
+                scores: [0.0; SCORES_MAX],
+            },
+        })
+    }
+
+    /// The settings at work.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The reference.
+    pub fn tile(&self) -> &Tile<'t> {
+        &self.tile
+    }
+
+    /// A frame's rows are about to arrive. The reduction follows from the newest range: it needs no pose, and being
+    /// off by a tilt's cosine does not matter to it.
+    ///
+    /// # Errors
+    /// [`Refusal::NoRange`] before the first range.
+    pub fn begin_frame(&mut self) -> Result<(), Refusal> {
+        self.reducer = None;
+        let (_, slant_m) = self.streams.slant.newest().ok_or(Refusal::NoRange)?;
+        let camera = &self.settings.camera;
+        let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0);
+        let frame = (camera.cols(), camera.rows());
+        let reduction = Reduction::choose(frame, ratio, REDUCED_MAX_AREA).map_err(|_| Refusal::FrameTooLarge)?;
+        if reduction.size().0 as usize > FRAME_MAX_COLS / 2 {
+            return Err(Refusal::FrameTooLarge);
+        }
+        self.reducer = Some(Reducer::new(reduction, frame));
+        Ok(())
+    }
+
+    /// The next row of the frame.
+    ///
+    /// # Errors
+    /// [`Refusal::BadFrame`] for a row of another length, one too many, or without [`Pipeline::begin_frame`].
+    pub fn row(&mut self, row: &[u8]) -> Result<(), Refusal> {
+        let reducer = self.reducer.as_mut().ok_or(Refusal::BadFrame)?;
+        reducer.take(row, &mut self.scratch.row_sums, &mut self.reduced).map_err(|_| Refusal::BadFrame)
+    }
+
+    /// Rectifies the frame that has arrived for `situation`.
+    ///
+    /// # Errors
+    /// [`Refusal::BadFrame`] while rows are missing, [`Refusal::NoFootprint`] where nothing of the patch is seen.
+    pub fn rectify(&mut self, situation: &Situation) -> Result<(), Refusal> {
+        let reducer = self.reducer.as_ref().filter(|r| r.is_complete()).ok_or(Refusal::BadFrame)?;
+        let reduction = reducer.reduction();
+        let camera = &self.settings.camera;
+        let resolution = self.tile.ground_resolution().0;
+        let pixels = reduction.size().0 as usize * reduction.size().1 as usize;
+        let source = self
+            .reduced
+            .get(..pixels)
+            .and_then(|pixels| Source::new(pixels, reduction).ok())
+            .ok_or(Refusal::BadFrame)?;
+        let size = situation.patch_size(camera, resolution).ok_or(Refusal::NoFootprint)?;
+        let map = FrameFromPatch::new(situation.homography(camera), camera, (situation.height_m, resolution), size);
+        let sampling = Sampling::choose(camera.ratio(situation.height_m, resolution), &reduction);
+        rectify_into(&map, source, sampling, &mut self.patch, &mut self.scratch.cell_sums, &mut self.runs)
+            .map_err(|_| Refusal::NoFootprint)?;
+        self.patch_size = size;
+        if self.runs.is_empty() { Err(Refusal::NoFootprint) } else { Ok(()) }
+    }
+
+    /// Matches the patch around the predicted position and makes the fix.
+    ///
+    /// # Errors
+    /// A [`Refusal`] when no match could be tried at all; a tried one that was not accepted is an [`Outcome`] whose
+    /// `fix` says why.
+    pub fn register(&mut self, situation: &Situation) -> Result<Outcome, Refusal> {
+        let radius = self.settings.search_px;
+        let (cols, rows) = self.patch_size;
+        let patch = View::new(&self.patch, self.patch_size).ok_or(Refusal::NoFootprint)?;
+        // The window whose centre is nearest to the prediction: its corner is a whole pixel.
+        let predicted = self.tile.pixel(situation.prediction.local);
+        let window_size = (cols + 2 * radius, rows + 2 * radius);
+        let half = |side: u16| 0.5 * (side as f32 - 1.0);
+        let corner = |at: f32, side: u16| crate::math::round(at - half(side));
+        let (left, top) = (corner(predicted.0, window_size.0), corner(predicted.1, window_size.1));
+        if !(left.abs() < 1e6 && top.abs() < 1e6) {
+            return Err(Refusal::OutsideReference);
+        }
+        let window = self.tile.view().window(left as i32, top as i32, window_size).ok_or(Refusal::OutsideReference)?;
+        let centre = (left + half(window_size.0), top + half(window_size.1));
+        let off = (centre.0 - predicted.0, centre.1 - predicted.1);
+
+        search_into(&patch, &self.runs, &window, radius, &mut self.scratch.scores).map_err(|_| Refusal::Featureless)?;
+        let peak = peak(&self.scratch.scores, radius).ok_or(Refusal::Featureless)?;
+        let footprint = Footprint::of(&self.runs, self.patch_size);
+        let prior =
+            Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
+        let rule = &self.settings.accept;
+        let solution = rule
+            .peak(&peak, footprint.count)
+            .map_err(Refusal::from)
+            .and_then(|()| refine(&patch, &self.runs, &window, radius, &peak, prior).map_err(Refusal::from))
+            .and_then(|solution| rule.solution(&solution).map_err(Refusal::from).map(|()| solution));
+        let uncertainty = Uncertainty { tilt_rad: situation.sigma_tilt_rad, height_m: situation.sigma_height_m };
+        let shift = solution.map_or((peak.d_col as f32, peak.d_row as f32), |s| (s.d_col, s.d_row));
+        Ok(Outcome {
+            d_col: shift.0 + off.0,
+            d_row: shift.1 + off.1,
+            peak,
+            window_off: [off.0, off.1],
+            fix: solution.map(|s| fix(&self.tile, centre, &s, &footprint, situation.height_m, uncertainty)),
+        })
+    }
+
+    /// The rectified patch, its size and its valid runs, until the next frame is rectified.
+    pub fn patch(&self) -> (&[u8], (u16, u16), &[Run]) {
+        let pixels = self.patch_size.0 as usize * self.patch_size.1 as usize;
+        (self.patch.get(..pixels).unwrap_or(&[]), self.patch_size, &self.runs)
+    }
+}
+
+const _: () = assert!((2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1) == SCORES_MAX);

@@ -1,0 +1,134 @@
+//! Every reason for which a frame ends without a fix. Each is counted and reported; none is fatal.
+
+use crate::matching::judge::Doubt;
+use crate::matching::refine::RefineError;
+
+/// Why a frame has no fix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Refusal {
+    /// The capture timer is not tied to the autopilot's clock yet.
+    NoClock = 1,
+    /// The shutter edges do not make an exposure.
+    BadExposure = 2,
+    /// The frame before was still being worked on.
+    Busy = 3,
+    /// Rows were overwritten before they were read.
+    Overrun = 4,
+    /// The frame has another size than the camera file says, or ended early.
+    BadFrame = 5,
+    /// The frame cannot be reduced into this build's memory.
+    FrameTooLarge = 6,
+    /// No attitude around mid-exposure.
+    NoAttitude = 7,
+    /// Attitude samples around mid-exposure too far apart.
+    AttitudeGap = 8,
+    /// No follow-up angle around mid-exposure.
+    NoFollowUp = 9,
+    /// No valid range around mid-exposure.
+    NoRange = 10,
+    /// The optical axis is too near the horizon, or the attitude is not a number.
+    Tilt = 11,
+    /// No position recent enough to predict from.
+    NoPosition = 12,
+    /// The search window leaves the reference tile.
+    OutsideReference = 13,
+    /// Nothing of the patch lies in the frame, or the patch is too small or too large.
+    NoFootprint = 14,
+    /// Patch or reference without texture.
+    Featureless = 15,
+    /// Too few valid pixels.
+    FewPixels = 16,
+    /// The peak lies on the border of the search.
+    OnBorder = 17,
+    /// The correlation is too low.
+    LowScore = 18,
+    /// A second place is almost as good.
+    Ambiguous = 19,
+    /// The sub-pixel solution is too uncertain or left the peak.
+    Imprecise = 20,
+}
+
+/// Every refusal, in the order of its code.
+pub const ALL: [Refusal; 20] = [
+    Refusal::NoClock,
+    Refusal::BadExposure,
+    Refusal::Busy,
+    Refusal::Overrun,
+    Refusal::BadFrame,
+    Refusal::FrameTooLarge,
+    Refusal::NoAttitude,
+    Refusal::AttitudeGap,
+    Refusal::NoFollowUp,
+    Refusal::NoRange,
+    Refusal::Tilt,
+    Refusal::NoPosition,
+    Refusal::OutsideReference,
+    Refusal::NoFootprint,
+    Refusal::Featureless,
+    Refusal::FewPixels,
+    Refusal::OnBorder,
+    Refusal::LowScore,
+    Refusal::Ambiguous,
+    Refusal::Imprecise,
+];
+
+impl Refusal {
+    /// The refusal with this code; `None` for 0, which stands for "accepted", and for unknown codes.
+    pub fn from_code(code: u8) -> Option<Self> {
+        ALL.get((code as usize).checked_sub(1)?).copied()
+    }
+
+    /// Its code, from 1.
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// Its name in logs and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Refusal::NoClock => "no_clock",
+            Refusal::BadExposure => "bad_exposure",
+            Refusal::Busy => "busy",
+            Refusal::Overrun => "overrun",
+            Refusal::BadFrame => "bad_frame",
+            Refusal::FrameTooLarge => "frame_too_large",
+            Refusal::NoAttitude => "no_attitude",
+            Refusal::AttitudeGap => "attitude_gap",
+            Refusal::NoFollowUp => "no_follow_up",
+            Refusal::NoRange => "no_range",
+            Refusal::Tilt => "tilt",
+            Refusal::NoPosition => "no_position",
+            Refusal::OutsideReference => "outside_reference",
+            Refusal::NoFootprint => "no_footprint",
+            Refusal::Featureless => "featureless",
+            Refusal::FewPixels => "few_pixels",
+            Refusal::OnBorder => "on_border",
+            Refusal::LowScore => "low_score",
+            Refusal::Ambiguous => "ambiguous",
+            Refusal::Imprecise => "imprecise",
+        }
+    }
+}
+
+impl From<Doubt> for Refusal {
+    fn from(doubt: Doubt) -> Self {
+        match doubt {
+            Doubt::FewPixels => Refusal::FewPixels,
+            Doubt::OnBorder => Refusal::OnBorder,
+            Doubt::LowScore => Refusal::LowScore,
+            Doubt::Ambiguous => Refusal::Ambiguous,
+            Doubt::Imprecise => Refusal::Imprecise,
+        }
+    }
+}
+
+impl From<RefineError> for Refusal {
+    fn from(error: RefineError) -> Self {
+        match error {
+            RefineError::TooLittle => Refusal::FewPixels,
+            RefineError::Diverged => Refusal::Imprecise,
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! The board as the application sees it: a make-believe camera front end, the link and the capture timer, all fed by
+//! the steps of the simulator. See [`crate::window`] for the registers.
+
+use super::{INSTRUCTIONS_PER_COUNT, psram, stack, time_driver, uart};
+use crate::board::{FrameStart, FrontEnd, Gauge, Reader, Row, Timer, Writer};
+use crate::window as at;
+use core::cell::Cell;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::Instant;
+use plumbline_core::stamp::Exposure;
+use plumbline_core::units::Ticks;
+
+/// A register; the offsets are constants inside the window.
+fn register(offset: usize) -> u32 {
+    psram::word(offset).unwrap_or(0)
+}
+
+/// What the steps deliver, and who waits for it. Lives for ever, used by one thread.
+#[derive(Default)]
+#[allow(missing_debug_implementations, reason = "embassy-sync's primitives have none")]
+pub struct FrontDesk {
+    stepped: Signal<NoopRawMutex, ()>,
+    pulse: Signal<NoopRawMutex, Ticks>,
+    frame: Signal<NoopRawMutex, Incoming>,
+    seen_pulses: Cell<u32>,
+    seen_frames: Cell<u32>,
+    overruns: Cell<u32>,
+}
+
+/// A frame about to be read out.
+#[derive(Clone, Copy)]
+struct Incoming {
+    start: FrameStart,
+    /// When its first row begins to arrive, on the emulator's clock.
+    since: Instant,
+}
+
+impl FrontDesk {
+    /// Nothing has happened yet.
+    pub const fn new() -> Self {
+        FrontDesk {
+            stepped: Signal::new(),
+            pulse: Signal::new(),
+            frame: Signal::new(),
+            seen_pulses: Cell::new(0),
+            seen_frames: Cell::new(0),
+            overruns: Cell::new(0),
+        }
+    }
+
+    /// Whether every byte of the step has been received and read.
+    pub fn has_all_bytes() -> bool {
+        uart::received_total() == register(at::RECEIVED_TOTAL) && !uart::has_unread()
+    }
+
+    /// Lets the step's edges and frame happen.
+    pub fn step(&self) {
+        if self.seen_pulses.replace(register(at::PULSES)) != register(at::PULSES) {
+            self.pulse.signal(Ticks(register(at::PULSE_TICK)));
+        }
+        if self.seen_frames.replace(register(at::FRAMES)) != register(at::FRAMES) {
+            let exposure =
+                Exposure { open: Ticks(register(at::FRAME_OPEN)), close: Ticks(register(at::FRAME_CLOSE)) };
+            let size = (register(at::FRAME_COLS) as u16, register(at::FRAME_ROWS) as u16);
+            let start = FrameStart { sequence: register(at::FRAME_SEQUENCE), exposure, size };
+            self.frame.signal(Incoming { start, since: Instant::now() });
+        }
+        self.stepped.signal(());
+    }
+}
+
+/// The front end: a row can be read once the sensor has delivered it, and until the ring of rows comes round again.
+#[allow(missing_debug_implementations, reason = "holds a FrontDesk")]
+pub struct Camera {
+    desk: &'static FrontDesk,
+    frame: Option<Incoming>,
+    row: u32,
+}
+
+impl Camera {
+    /// The one front end.
+    pub fn new(desk: &'static FrontDesk) -> Self {
+        Camera { desk, frame: None, row: 0 }
+    }
+}
+
+impl FrontEnd for Camera {
+    async fn frame(&mut self) -> FrameStart {
+        let incoming = self.desk.frame.wait().await;
+        (self.frame, self.row) = (Some(incoming), 0);
+        incoming.start
+    }
+
+    async fn row(&mut self) -> Row<'_> {
+        let Some(incoming) = &self.frame else { return Row::End };
+        let (cols, rows) = (incoming.start.size.0 as usize, incoming.start.size.1 as u32);
+        if self.row >= rows {
+            return Row::End;
+        }
+        let row_time_ns = register(at::ROW_TIME_NS) as u64;
+        let arrives_us = |row: u32| incoming.since.as_micros() + (row as u64 * row_time_ns).div_ceil(1000);
+        // Row r is whole when r + 1 row times have passed, and overwritten a ring later.
+        embassy_time::Timer::at(Instant::from_micros(arrives_us(self.row + 1))).await;
+        if Instant::now().as_micros() > arrives_us(self.row + 1 + register(at::RING_ROWS)) {
+            self.desk.overruns.set(self.desk.overruns.get() + 1);
+            return Row::Overrun;
+        }
+        let offset = at::FRAME + self.row as usize * cols;
+        self.row += 1;
+        // SAFETY: the simulator changes the frame only between steps, and the application does not keep rows.
+        match unsafe { psram::bytes(offset, cols) } {
+            Some(pixels) => Row::Pixels(pixels),
+            None => Row::End,
+        }
+    }
+}
+
+/// Link and capture timer.
+#[derive(Clone, Copy)]
+#[allow(missing_debug_implementations, reason = "holds a FrontDesk")]
+pub struct Port(pub &'static FrontDesk);
+
+impl Reader for Port {
+    async fn read(&mut self, buffer: &mut [u8]) -> usize {
+        uart::read(buffer).await
+    }
+}
+
+impl Writer for Port {
+    async fn write(&mut self, bytes: &[u8]) {
+        uart::write(bytes);
+    }
+}
+
+impl Timer for Port {
+    fn now(&self) -> Ticks {
+        Ticks(register(at::TIMER))
+    }
+
+    async fn until(&mut self, at: Ticks) {
+        while self.now().since(at) < 0 {
+            self.0.stepped.wait().await;
+        }
+    }
+
+    async fn pulse(&mut self) -> Ticks {
+        self.0.pulse.wait().await
+    }
+}
+
+impl Gauge for Port {
+    fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {
+        cortex_m::interrupt::free(|_| {
+            let before = time_driver::counter();
+            let result = work();
+            (result, time_driver::counter().wrapping_sub(before) * INSTRUCTIONS_PER_COUNT)
+        })
+    }
+
+    fn overruns(&self) -> u32 {
+        self.0.overruns.get()
+    }
+
+    fn memory(&self) -> (u32, u32) {
+        (stack::static_bytes(), stack::high_water_bytes())
+    }
+}

@@ -1,0 +1,58 @@
+//! The emulated board: QEMU's `mps2-an500`, a Cortex-M7 with FPU and DSP instructions at 25 MHz peripheral clock.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`time_driver`] | embassy's clock and alarm on two CMSDK timers; the instruction counter |
+//! | [`uart`] | the vehicle's link on UART 0 |
+//! | [`doorbell`] | the simulator's knock on UART 1 |
+//! | [`front_desk`] | camera, link and capture timer as the application sees them |
+//! | [`psram`] | the window that the simulator shares |
+//! | [`idle`] | sleeping until an interrupt, with the clock running or standing |
+//! | [`stack`] | what RAM is in use |
+//! | [`fault`] | panics and hard faults end the emulation with a failure |
+//!
+//! Nothing here knows the application. Emulated time is a function of executed instructions (`-icount
+//! shift=1,sleep=off`: 2 ns each), so the same run gives the same counts; see [`idle`] for what keeps it that way.
+
+pub mod doorbell;
+pub mod fault;
+pub mod front_desk;
+pub mod idle;
+pub mod psram;
+pub mod ring;
+pub mod stack;
+pub mod time_driver;
+pub mod uart;
+
+mod interrupts;
+mod registers;
+mod serial;
+
+use core::sync::atomic::{AtomicBool, Ordering};
+#[cfg(feature = "defmt")]
+use defmt_semihosting as _;
+
+#[cfg(feature = "defmt")]
+defmt::timestamp!("{=u64:us}", embassy_time_driver::now());
+
+/// Peripheral clock: timers count at this rate, whatever the core does.
+pub const PERIPHERAL_HZ: u32 = 25_000_000;
+
+/// Instructions in a count of a timer under `-icount shift=1`: 40 ns of 2 ns each.
+pub const INSTRUCTIONS_PER_COUNT: u32 = 20;
+
+/// Starts timers, UARTs and their interrupts. Calls after the first do nothing.
+pub fn start() {
+    static STARTED: AtomicBool = AtomicBool::new(false);
+    if !STARTED.swap(true, Ordering::AcqRel) {
+        time_driver::start();
+        uart::start();
+        doorbell::start();
+        interrupts::enable();
+    }
+}
+
+/// Ends the emulation: exit code 0 or 1.
+pub fn exit(success: bool) -> ! {
+    semihosting::process::exit(i32::from(!success))
+}

@@ -1,0 +1,52 @@
+//! The board's PSRAM, which the emulator maps onto a file that the simulator maps too. Offsets are those of
+//! [`crate::window`].
+//!
+//! The simulator writes while the firmware waits for the doorbell, and only then: the lockstep is what makes plain
+//! slices sound. Words that both sides use are read and written as volatile.
+
+use crate::window::{ADDRESS, SIZE};
+use core::ptr::{read_volatile, write_volatile};
+use core::sync::atomic::{Ordering, compiler_fence};
+
+/// The word at `offset`; `None` outside the window or off a word's boundary.
+pub fn word(offset: usize) -> Option<u32> {
+    if !is_word(offset) {
+        return None;
+    }
+    // SAFETY: an aligned word of the PSRAM, which is plain memory.
+    let value = unsafe { read_volatile((ADDRESS + offset) as *const u32) };
+    compiler_fence(Ordering::Acquire);
+    Some(value)
+}
+
+/// Sets the word at `offset`; `false` outside the window or off a word's boundary.
+pub fn set_word(offset: usize, value: u32) -> bool {
+    if is_word(offset) {
+        compiler_fence(Ordering::Release);
+        // SAFETY: an aligned control word; slices are given out above `FLOOR` only.
+        unsafe { write_volatile((ADDRESS + offset) as *mut u32, value) };
+        return true;
+    }
+    false
+}
+
+/// `length` bytes from `offset` on; `None` where they are not all inside the window, or among the control words below
+/// 4096, which change.
+///
+/// # Safety
+/// The simulator must not change these bytes as long as the slice lives.
+pub unsafe fn bytes(offset: usize, length: usize) -> Option<&'static [u8]> {
+    let end = offset.checked_add(length)?;
+    if offset < FLOOR || end > SIZE {
+        return None;
+    }
+    // SAFETY: inside the PSRAM; the firmware writes below `FLOOR` only, and the caller speaks for the simulator.
+    Some(unsafe { core::slice::from_raw_parts((ADDRESS + offset) as *const u8, length) })
+}
+
+/// Where the control words end.
+const FLOOR: usize = 0x1000;
+
+fn is_word(offset: usize) -> bool {
+    offset.is_multiple_of(4) && offset < SIZE
+}

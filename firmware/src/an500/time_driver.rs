@@ -1,0 +1,173 @@
+//! embassy's clock: microseconds since start, on two CMSDK timers.
+//!
+//! Timer 0 counts down from its top for ever and is never touched; its wraps are counted to make 64 bits. Timer 1 counts
+//! down once to the next alarm. Both run at [`super::PERIPHERAL_HZ`].
+
+use super::PERIPHERAL_HZ;
+use super::registers::Register;
+use core::cell::{Cell, RefCell};
+use core::task::Waker;
+use embassy_sync::blocking_mutex::CriticalSectionMutex;
+use embassy_time_driver::{Driver, TICK_HZ};
+use embassy_time_queue_utils::Queue;
+
+/// CTRL: counting, with an interrupt at zero.
+const RUN: u32 = 1 << 0 | 1 << 3;
+/// CTRL: standing, the value kept.
+const HALT: u32 = 1 << 3;
+/// INTSTATUS and INTCLEAR.
+const AT_ZERO: u32 = 1;
+
+const COUNTS_PER_TICK: u64 = PERIPHERAL_HZ as u64 / TICK_HZ;
+
+/// A CMSDK timer.
+struct Timer {
+    control: Register,
+    value: Register,
+    reload: Register,
+    interrupt: Register,
+}
+
+impl Timer {
+    /// # Safety
+    /// `base` is that of a CMSDK timer.
+    const unsafe fn new(base: usize) -> Self {
+        // SAFETY: the caller promised the timer; these are its registers.
+        unsafe {
+            Timer {
+                control: Register::new(base),
+                value: Register::new(base + 0x04),
+                reload: Register::new(base + 0x08),
+                interrupt: Register::new(base + 0x0c),
+            }
+        }
+    }
+}
+
+// SAFETY: timer 0 of the board.
+const COUNTER: Timer = unsafe { Timer::new(0x4000_0000) };
+// SAFETY: timer 1 of the board.
+const ALARM: Timer = unsafe { Timer::new(0x4000_1000) };
+
+/// State behind the clock.
+struct Clock {
+    state: CriticalSectionMutex<State>,
+}
+
+struct State {
+    /// Finished periods of the counter.
+    wraps: Cell<u32>,
+    /// When the next alarm is due, ticks; `u64::MAX` when there is none.
+    next: Cell<u64>,
+    queue: RefCell<Queue>,
+}
+
+embassy_time_driver::time_driver_impl!(static CLOCK: Clock = Clock {
+    state: CriticalSectionMutex::new(State {
+        wraps: Cell::new(0),
+        next: Cell::new(u64::MAX),
+        queue: RefCell::new(Queue::new()),
+    }),
+});
+
+impl Driver for Clock {
+    fn now(&self) -> u64 {
+        self.state.lock(State::counts) / COUNTS_PER_TICK
+    }
+
+    fn schedule_wake(&self, at: u64, waker: &Waker) {
+        self.state.lock(|state| {
+            if state.queue.borrow_mut().schedule_wake(at, waker) {
+                state.arm();
+            }
+        });
+    }
+}
+
+impl State {
+    /// Counts of timer 0 since start. To be called with interrupts held off.
+    fn counts(&self) -> u64 {
+        let low = counter();
+        // The flag rises when the timer stands at zero, one count before it wraps. It is read last: a count low enough
+        // to lie behind the wrap then finds the flag set.
+        let flagged = COUNTER.interrupt.read() & AT_ZERO != 0;
+        let wrapped = flagged && low < 1 << 31;
+        ((u64::from(self.wraps.get()) + u64::from(wrapped)) << 32) | u64::from(low)
+    }
+
+    /// Wakes what is due and sets the alarm for what is next.
+    fn arm(&self) {
+        let mut queue = self.queue.borrow_mut();
+        loop {
+            let counts = self.counts();
+            let next = queue.next_expiration(counts / COUNTS_PER_TICK);
+            self.next.set(next);
+            if next == u64::MAX {
+                ALARM.control.write(HALT);
+                return;
+            }
+            let wait = (next.saturating_mul(COUNTS_PER_TICK)).saturating_sub(self.counts());
+            if wait > 0 {
+                // A longer wait is cut: the interrupt finds nothing due and comes back here.
+                ALARM.value.write(u32::try_from(wait).unwrap_or(u32::MAX));
+                ALARM.control.write(RUN);
+                return;
+            }
+        }
+    }
+}
+
+/// Starts the counter.
+pub(super) fn start() {
+    COUNTER.reload.write(u32::MAX);
+    COUNTER.value.write(u32::MAX);
+    COUNTER.control.write(RUN);
+    ALARM.reload.write(0);
+    ALARM.control.write(HALT);
+}
+
+/// Timer 0 stands at zero.
+pub(super) fn on_wrap() {
+    CLOCK.state.lock(|state| {
+        while counter() == u32::MAX {}
+        COUNTER.interrupt.write(AT_ZERO);
+        state.wraps.set(state.wraps.get().wrapping_add(1));
+    });
+}
+
+/// Timer 1 has reached zero.
+pub(super) fn on_alarm() {
+    CLOCK.state.lock(|state| {
+        ALARM.interrupt.write(AT_ZERO);
+        state.arm();
+    });
+}
+
+/// Timer 0 counted upwards: [`super::PERIPHERAL_HZ`], wrapping every 171 s. The difference of two readings is a number
+/// of instructions, times [`super::INSTRUCTIONS_PER_COUNT`].
+pub fn counter() -> u32 {
+    !COUNTER.value.read()
+}
+
+/// Whether a task waits for an instant: if not, only the world outside can wake the program.
+pub fn alarm_pending() -> bool {
+    CLOCK.state.lock(|state| state.next.get() != u64::MAX)
+}
+
+/// Stops both timers: the clock stands.
+pub(super) fn halt() {
+    CLOCK.state.lock(|_| {
+        ALARM.control.write(HALT);
+        COUNTER.control.write(HALT);
+    });
+}
+
+/// Lets the clock go on where it stood.
+pub(super) fn resume() {
+    CLOCK.state.lock(|state| {
+        COUNTER.control.write(RUN);
+        if state.next.get() != u64::MAX {
+            ALARM.control.write(RUN);
+        }
+    });
+}

@@ -1,0 +1,114 @@
+//! The tasks, one a stream, and what they share.
+//!
+//! | task | waits for | does |
+//! |---|---|---|
+//! | [`receive::receive`] | bytes | messages to samples, clock, servo command |
+//! | [`camera::camera`] | a frame, its rows, its pose | reduce, situate, rectify, register |
+//! | [`transmit::transmit`] | the outbox | messages to bytes |
+//! | [`beat::beat`] | the capture timer | heartbeat, time request, health, patience |
+//! | [`beat::pulses`] | pulses per second | the clock |
+//!
+//! All run on one executor in one thread: they share by `RefCell` and never hold a borrow across an await.
+
+pub mod beat;
+pub mod camera;
+pub mod receive;
+pub mod transmit;
+
+use crate::wire::decoder::LinkCounters;
+use crate::wire::telemetry::FrameReport;
+use core::cell::{Cell, RefCell};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+use plumbline_core::fix::Fix;
+use plumbline_core::pipeline::{Pipeline, Situation};
+use plumbline_core::stamp::Clock;
+use plumbline_core::units::Radians;
+
+/// Something to be sent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Out {
+    /// HEARTBEAT, a TIMESYNC request, and health.
+    Beat,
+    /// The servo's command.
+    Servo(Radians),
+    /// The answer to a TIMESYNC request.
+    TimesyncAnswer(i64),
+    /// What a frame came to; patch generation to be sent with it.
+    Frame(FrameOut),
+}
+
+/// A finished frame on its way out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameOut {
+    /// The report.
+    pub report: FrameReport,
+    /// The state at mid-exposure, where it came that far.
+    pub situation: Option<Situation>,
+    /// The fix.
+    pub fix: Option<Fix>,
+    /// Number of the rectified patch, where there is one.
+    pub patch: Option<u32>,
+}
+
+/// Counters beside the link's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Samples whose stamp ran backwards.
+    pub backwards: u32,
+    /// Samples whose value cannot be meant.
+    pub invalid: u32,
+    /// Frames lost.
+    pub frames_lost: u32,
+    /// Patches whose transmission was cut short.
+    pub patches_cut: u32,
+    /// Messages that found the outbox full.
+    pub unsent: u32,
+}
+
+/// What the tasks share.
+#[allow(missing_debug_implementations, reason = "embassy-sync's primitives have none")]
+pub struct App<'t> {
+    /// The chain.
+    pub pipeline: RefCell<Pipeline<'t>>,
+    clock: RefCell<Clock>,
+    link: Cell<LinkCounters>,
+    counters: Cell<Counters>,
+    /// Raised whenever a waiting frame should look again.
+    fresh: Signal<NoopRawMutex, ()>,
+    outbox: Channel<NoopRawMutex, Out, 4>,
+    /// Number of the patch in the pipeline's buffer.
+    patch: Cell<u32>,
+    send_patches: bool,
+}
+
+impl<'t> App<'t> {
+    /// An application around a pipeline.
+    pub fn new(pipeline: Pipeline<'t>, send_patches: bool) -> Self {
+        App {
+            pipeline: RefCell::new(pipeline),
+            clock: RefCell::new(Clock::default()),
+            link: Cell::new(LinkCounters::default()),
+            counters: Cell::new(Counters::default()),
+            fresh: Signal::new(),
+            outbox: Channel::new(),
+            patch: Cell::new(0),
+            send_patches,
+        }
+    }
+
+    /// Counts.
+    fn count(&self, with: impl FnOnce(&mut Counters)) {
+        let mut counters = self.counters.get();
+        with(&mut counters);
+        self.counters.set(counters);
+    }
+
+    /// Puts a message into the outbox that may be lost when the link is congested.
+    fn post(&self, out: Out) {
+        if self.outbox.try_send(out).is_err() {
+            self.count(|c| c.unsent += 1);
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! What happens by the clock: heartbeat and time request once a second, patience ten times.
+
+use super::{App, Out};
+use crate::board::Timer;
+use plumbline_core::units::Ticks;
+
+const INTERVAL_TICKS: u32 = 100_000;
+const BEATS_PER_SECOND: u32 = 10;
+
+/// Beats for ever. A frame that waits for a pose that never comes looks at its patience on each beat.
+pub async fn beat(app: &App<'_>, timer: &mut impl Timer) -> ! {
+    let mut at = timer.now();
+    let mut count = 0u32;
+    loop {
+        if count.is_multiple_of(BEATS_PER_SECOND) {
+            app.post(Out::Beat);
+        }
+        app.fresh.signal(());
+        count = count.wrapping_add(1);
+        at = Ticks(at.0.wrapping_add(INTERVAL_TICKS));
+        timer.until(at).await;
+    }
+}
+
+/// Takes pulses per second for ever.
+pub async fn pulses(app: &App<'_>, timer: &mut impl Timer) -> ! {
+    loop {
+        let tick = timer.pulse().await;
+        app.clock.borrow_mut().on_pulse(tick);
+    }
+}

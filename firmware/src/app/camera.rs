@@ -1,0 +1,153 @@
+//! A frame from its shutter edges to its fix.
+
+use super::{App, FrameOut, Out};
+use crate::board::{FrameStart, FrontEnd, Gauge, Row, Timer};
+use crate::wire::telemetry::FrameReport;
+use plumbline_core::pipeline::{Outcome, Refusal, Situation};
+use plumbline_core::units::Micros;
+
+/// Most lost frames that are reported one by one; more are a restarted counter.
+const LOST_MAX: u32 = 16;
+
+/// Works on frames for ever.
+pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl Timer, gauge: &impl Gauge) -> ! {
+    let mut expected = 0u32;
+    loop {
+        let start = front_end.frame().await;
+        let lost = start.sequence.wrapping_sub(expected);
+        if lost <= LOST_MAX {
+            for sequence in (0..lost).map(|n| expected.wrapping_add(n)) {
+                app.count(|c| c.frames_lost += 1);
+                let report = FrameReport { refusal: Refusal::Busy.code(), ..FrameReport::new(sequence) };
+                app.outbox.send(Out::Frame(FrameOut { report, situation: None, fix: None, patch: None })).await;
+            }
+        }
+        expected = start.sequence.wrapping_add(1);
+        let mut work = Work { out: FrameOut { report: FrameReport::new(start.sequence), situation: None, fix: None, patch: None } };
+        if let Err(refusal) = work.frame(app, start, front_end, timer, gauge).await {
+            work.out.report.refusal = refusal.code();
+        }
+        app.outbox.send(Out::Frame(work.out)).await;
+    }
+}
+
+/// What is known of the frame so far.
+struct Work {
+    out: FrameOut,
+}
+
+impl Work {
+    async fn frame(
+        &mut self,
+        app: &App<'_>,
+        start: FrameStart,
+        front_end: &mut impl FrontEnd,
+        timer: &impl Timer,
+        gauge: &impl Gauge,
+    ) -> Result<(), Refusal> {
+        self.rows(app, start, front_end, gauge).await?;
+        let mid = start.exposure.mid().ok_or(Refusal::BadExposure)?;
+        let mid_exposure_at = app.clock.borrow().instant(mid).ok_or(Refusal::NoClock)?;
+        self.out.report.mid_exposure_us = mid_exposure_at.0;
+        let situation = self.situation(app, mid_exposure_at, timer, gauge).await?;
+        self.out.situation = Some(situation);
+        let report = &mut self.out.report;
+        report.predicted = Some([situation.prediction.local.east_m, situation.prediction.local.north_m]);
+        report.situation = Some([
+            situation.height_m,
+            situation.attitude.heading.0,
+            situation.attitude.pitch.0,
+            situation.attitude.roll.0,
+            situation.follow_up.0,
+        ]);
+        // From here on the patch's buffer belongs to this frame.
+        app.patch.set(app.patch.get().wrapping_add(1));
+        let pipeline = &mut *app.pipeline.borrow_mut();
+        let (rectified, cost) = gauge.measured(|| pipeline.rectify(&situation));
+        report.instructions[2] = cost;
+        rectified?;
+        self.out.patch = Some(app.patch.get());
+        let (outcome, cost) = gauge.measured(|| pipeline.register(&situation));
+        report.instructions[3] = cost;
+        self.outcome(&outcome?)
+    }
+
+    /// Rows as they arrive, each averaged into its boxes at once. A frame of another size is refused before its first
+    /// row is touched.
+    async fn rows(
+        &mut self,
+        app: &App<'_>,
+        start: FrameStart,
+        front_end: &mut impl FrontEnd,
+        gauge: &impl Gauge,
+    ) -> Result<(), Refusal> {
+        {
+            let pipeline = &mut *app.pipeline.borrow_mut();
+            let camera = &pipeline.settings().camera;
+            if start.size != (camera.cols(), camera.rows()) {
+                return Err(Refusal::BadFrame);
+            }
+            let (begun, cost) = gauge.measured(|| pipeline.begin_frame());
+            self.out.report.instructions[0] += cost;
+            begun?;
+        }
+        loop {
+            match front_end.row().await {
+                Row::Pixels(pixels) => {
+                    let pipeline = &mut *app.pipeline.borrow_mut();
+                    let (taken, cost) = gauge.measured(|| pipeline.row(pixels));
+                    self.out.report.instructions[0] += cost;
+                    taken?;
+                }
+                Row::End => return Ok(()),
+                Row::Overrun => return Err(Refusal::Overrun),
+            }
+        }
+    }
+
+    /// Waits until every stream has a sample after mid-exposure, or patience ends.
+    async fn situation(
+        &mut self,
+        app: &App<'_>,
+        mid_exposure_at: Micros,
+        timer: &impl Timer,
+        gauge: &impl Gauge,
+    ) -> Result<Situation, Refusal> {
+        loop {
+            app.fresh.reset();
+            let (situation, cost) = {
+                let pipeline = &*app.pipeline.borrow();
+                gauge.measured(|| pipeline.situate(mid_exposure_at))
+            };
+            self.out.report.instructions[1] += cost;
+            if let Some(situation) = situation? {
+                return Ok(situation);
+            }
+            let now = app.clock.borrow().instant(timer.now());
+            let patience_us = app.pipeline.borrow().settings().patience_us;
+            if now.is_none_or(|now| now.since(mid_exposure_at) > patience_us as i32) {
+                return Err(app.pipeline.borrow().missing_at(mid_exposure_at));
+            }
+            app.fresh.wait().await;
+        }
+    }
+
+    fn outcome(&mut self, outcome: &Outcome) -> Result<(), Refusal> {
+        let report = &mut self.out.report;
+        let [off_col, off_row] = outcome.window_off;
+        let peak = &outcome.peak;
+        report.matched = Some([
+            outcome.d_col,
+            outcome.d_row,
+            peak.score,
+            peak.second,
+            peak.d_col as f32 + off_col,
+            peak.d_row as f32 + off_row,
+        ]);
+        let fix = outcome.fix?;
+        let c = &fix.covariance;
+        report.fix = Some([fix.local.east_m, fix.local.north_m, c[(0, 0)], c[(0, 1)], c[(1, 1)]]);
+        self.out.fix = Some(fix);
+        Ok(())
+    }
+}

@@ -1,0 +1,90 @@
+//! Bytes in, samples out.
+
+use super::{App, Out};
+use crate::board::{Reader, Timer};
+use crate::wire::decoder::Decoder;
+use crate::wire::incoming::{Incoming, Unusable, incoming};
+use crate::wire::outgoing::{COMPONENT, SYSTEM};
+use plumbline_core::pipeline::SampleError;
+use plumbline_core::tilt::{Attitude, follow_up_command};
+use plumbline_core::units::{Micros, Radians, Ticks};
+
+/// Least distance of two servo commands, microseconds: 50 Hz.
+const SERVO_INTERVAL_US: i32 = 20_000;
+/// How long attitudes stamped in milliseconds are ignored after one stamped in microseconds.
+const FINE_PREFERRED_US: i32 = 1_000_000;
+
+/// Receives for ever.
+pub async fn receive(app: &App<'_>, reader: &mut impl Reader, timer: &impl Timer) -> ! {
+    let mut decoder = Decoder::new();
+    let mut state = State::default();
+    loop {
+        let count = reader.read(decoder.room()).await;
+        decoder.filled(count);
+        while let Some(packet) = decoder.next() {
+            match incoming(&packet, (SYSTEM, COMPONENT)) {
+                Ok(message) => state.take(app, message, timer),
+                Err(Unusable::Invalid) => app.count(|c| c.invalid += 1),
+                Err(Unusable::NotOurs) => {}
+            }
+        }
+        app.link.set(decoder.counters());
+    }
+}
+
+/// When the last of each was.
+#[derive(Default)]
+struct State {
+    fine: Option<Micros>,
+    servo: Option<Micros>,
+}
+
+impl State {
+    fn take(&mut self, app: &App<'_>, message: Incoming, timer: &impl Timer) {
+        let result = match message {
+            Incoming::Attitude(at, attitude) => {
+                self.fine = Some(at);
+                self.attitude(app, at, attitude)
+            }
+            Incoming::CoarseAttitude(at, attitude) => {
+                if self.fine.is_some_and(|fine| at.since(fine) < FINE_PREFERRED_US) {
+                    return;
+                }
+                self.attitude(app, at, attitude)
+            }
+            Incoming::FollowUp(at, angle) => app.pipeline.borrow_mut().streams.follow_up(at, angle),
+            Incoming::Slant(at, slant) => app.pipeline.borrow_mut().streams.slant(at, slant),
+            Incoming::Position(sample) => app.pipeline.borrow_mut().streams.position(sample),
+            Incoming::Timesync { sent_ns, theirs } => {
+                let sent = Ticks((sent_ns / 1000) as u32);
+                app.clock.borrow_mut().on_timesync(sent, theirs, timer.now());
+                Ok(())
+            }
+            Incoming::TimesyncRequest { theirs_ns } => {
+                app.post(Out::TimesyncAnswer(theirs_ns));
+                Ok(())
+            }
+        };
+        match result {
+            Ok(()) => app.fresh.signal(()),
+            Err(SampleError::Backwards) => app.count(|c| c.backwards += 1),
+            Err(SampleError::Invalid) => app.count(|c| c.invalid += 1),
+        }
+    }
+
+    /// Headings arrive relative to true north and are kept relative to the tile's grid north. Every attitude may move
+    /// the servo: its command depends on nothing else.
+    fn attitude(&mut self, app: &App<'_>, at: Micros, attitude: Attitude) -> Result<(), SampleError> {
+        let mut pipeline = app.pipeline.borrow_mut();
+        let convergence = pipeline.tile().georeference().convergence;
+        let heading = Radians(attitude.heading.0 - convergence.0).wrapped();
+        let attitude = Attitude { heading, ..attitude };
+        pipeline.streams.attitude(at, attitude)?;
+        let due = self.servo.is_none_or(|last| at.since(last) >= SERVO_INTERVAL_US);
+        if due && pipeline.settings().follow_up != plumbline_core::pipeline::FollowUpMode::Fixed {
+            self.servo = Some(at);
+            app.post(Out::Servo(follow_up_command(attitude)));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,99 @@
+//! The outbox, message by message, onto the link.
+
+use super::{App, FrameOut, Out};
+use crate::board::{Gauge, Timer, Writer};
+use crate::wire::outgoing::{self, CHUNK, Encoder};
+use crate::wire::telemetry::{Health, Telemetry};
+use plumbline_core::tilt::Attitude;
+use plumbline_core::units::Radians;
+
+/// Transmits for ever.
+pub async fn transmit(app: &App<'_>, writer: &mut impl Writer, timer: &impl Timer, gauge: &impl Gauge) -> ! {
+    let mut encoder = Encoder::new();
+    loop {
+        match app.outbox.receive().await {
+            Out::Beat => {
+                writer.write(encoder.encode(&outgoing::heartbeat())).await;
+                writer.write(encoder.encode(&outgoing::timesync_request(nanoseconds(timer)))).await;
+                writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Health(health(app, gauge))))).await;
+            }
+            Out::Servo(follow_up) => writer.write(encoder.encode(&outgoing::servo(follow_up))).await,
+            Out::TimesyncAnswer(theirs) => {
+                writer.write(encoder.encode(&outgoing::timesync_answer(nanoseconds(timer), theirs))).await;
+            }
+            Out::Frame(frame) => frame_out(app, &frame, &mut encoder, writer, timer).await,
+        }
+    }
+}
+
+/// Our clock as TIMESYNC wants it; never 0, which would make an answer look like a request.
+fn nanoseconds(timer: &impl Timer) -> i64 {
+    (timer.now().0 as i64 * 1000).max(1)
+}
+
+fn health(app: &App<'_>, gauge: &impl Gauge) -> Health {
+    let (link, counters) = (app.link.get(), app.counters.get());
+    Health {
+        messages: link.good,
+        bad_checksum: link.bad_checksum,
+        unknown_id: link.unknown_id,
+        incompatible: link.incompatible,
+        skipped_bytes: link.skipped_bytes,
+        backwards: counters.backwards,
+        invalid: counters.invalid,
+        overruns: gauge.overruns(),
+        frames_lost: counters.frames_lost,
+        patches_cut: counters.patches_cut,
+        memory: gauge.memory(),
+    }
+}
+
+/// A frame's messages: the fix first, since somebody waits for it, the picture last.
+async fn frame_out(
+    app: &App<'_>,
+    frame: &FrameOut,
+    encoder: &mut Encoder,
+    writer: &mut impl Writer,
+    timer: &impl Timer,
+) {
+    if let Some(situation) = &frame.situation {
+        let mid = situation.mid_exposure_at;
+        if let Some(fix) = &frame.fix {
+            let now = app.clock.borrow().instant(timer.now()).unwrap_or(mid);
+            writer.write(encoder.encode(&outgoing::position_sensor(fix, mid, now))).await;
+        }
+        let (position, attitude) = {
+            let pipeline = app.pipeline.borrow();
+            let georeference = pipeline.tile().georeference();
+            let predicted = georeference.geographic(situation.prediction.local);
+            let heading = Radians(situation.attitude.heading.0 + georeference.convergence.0).wrapped();
+            (frame.fix.map_or(predicted, |fix| fix.position), Attitude { heading, ..situation.attitude })
+        };
+        writer.write(encoder.encode(&outgoing::camera_trigger(mid, frame.report.sequence))).await;
+        let captured = outgoing::image_captured(situation, attitude, position, frame.report.sequence);
+        writer.write(encoder.encode(&captured)).await;
+    }
+    writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Frame(frame.report)))).await;
+    if let (true, Some(number)) = (app.send_patches, frame.patch) {
+        picture_out(app, number, encoder, writer).await;
+    }
+}
+
+/// Patch `number`, as long as no newer one takes its buffer.
+async fn picture_out(app: &App<'_>, number: u32, encoder: &mut Encoder, writer: &mut impl Writer) {
+    let size = app.pipeline.borrow().patch().1;
+    writer.write(encoder.encode(&outgoing::picture_announcement(size))).await;
+    let pieces = (size.0 as usize * size.1 as usize).div_ceil(CHUNK);
+    for piece in 0..pieces {
+        if app.patch.get() != number {
+            app.count(|c| c.patches_cut += 1);
+            return;
+        }
+        let message = {
+            let pipeline = app.pipeline.borrow();
+            let rest = pipeline.patch().0.get(piece * CHUNK..).unwrap_or(&[]);
+            outgoing::picture_piece(piece as u16, rest.get(..CHUNK).unwrap_or(rest))
+        };
+        writer.write(encoder.encode(&message)).await;
+    }
+}

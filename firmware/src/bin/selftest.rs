@@ -1,0 +1,151 @@
+//! Proves the emulated board's layer, without the application. `cargo xtask test` is the other half: it shares the
+//! window's file, sends bytes that must come back, rings, and looks at the exit code.
+//!
+//! Results are told on the emulator's standard error, one line each.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() {}
+
+#[cfg(target_os = "none")]
+mod board {
+    use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+    use cortex_m_rt::entry;
+    use embassy_executor::raw::Executor;
+    use embassy_time::{Duration, Instant, Timer};
+    use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
+    use plumbline_firmware::an500::{self, doorbell, psram, stack, time_driver, uart};
+    use plumbline_firmware::run::{self, Pending};
+    use plumbline_firmware::window::{FRAME, MAGIC, MAGIC_VALUE, STATUS, STEP, STEP_DONE};
+    use semihosting::eprintln;
+    use static_cell::StaticCell;
+
+    /// Rows of a frame, and what one takes on the sensor, whole microseconds.
+    const ROWS: u32 = 512;
+    const ROW_US: u64 = 31;
+    /// Bytes of the pattern that the host writes at [`FRAME`].
+    const PATTERN_BYTES: usize = 4096;
+    /// The step that ends the test; others are answered and nothing else.
+    const LAST_STEP: u32 = u32::MAX;
+
+    static PENDING: Pending = Pending::new();
+    static FAILURES: AtomicU32 = AtomicU32::new(0);
+    static TIMED: AtomicBool = AtomicBool::new(false);
+
+    fn check(name: &str, good: bool, value: u64) {
+        eprintln!("selftest: {} {name}: {value}", if good { "ok" } else { "FAILED" });
+        FAILURES.fetch_add(u32::from(!good), Ordering::Relaxed);
+    }
+
+    /// Sends back what it receives.
+    #[embassy_executor::task]
+    async fn echo() {
+        let mut buffer = [0; 64];
+        loop {
+            let count = uart::read(&mut buffer).await;
+            uart::write(buffer.get(..count).unwrap_or(&[]));
+        }
+    }
+
+    /// Clock and alarm.
+    #[embassy_executor::task]
+    async fn timed() {
+        let (mut last, mut backwards) = (Instant::now(), 0);
+        for _ in 0..1000 {
+            let now = Instant::now();
+            backwards += u64::from(now < last);
+            last = now;
+        }
+        check("readings of the clock that ran backwards", backwards == 0, backwards);
+
+        // Absolute instants, as rows are due: the delays of waking do not add up.
+        let begin = Instant::now();
+        let mut late_us = 0;
+        for row in 1..=u64::from(ROWS) {
+            let due = begin + Duration::from_micros(row * ROW_US);
+            Timer::at(due).await;
+            late_us = late_us.max(Instant::now().saturating_duration_since(due).as_micros());
+        }
+        let elapsed_us = begin.elapsed().as_micros();
+        let wanted_us = u64::from(ROWS) * ROW_US;
+        check("microseconds of 512 rows", (wanted_us..=wanted_us + 2).contains(&elapsed_us), elapsed_us);
+        check("microseconds a row came late at most", late_us <= 2, late_us);
+
+        let begin = Instant::now();
+        for _ in 0..ROWS {
+            Timer::after_micros(ROW_US).await;
+        }
+        // Each wait rounds up to a whole microsecond and takes some instructions to begin.
+        let elapsed_us = begin.elapsed().as_micros();
+        check(
+            "microseconds of 512 delays",
+            (wanted_us..wanted_us + 3 * u64::from(ROWS)).contains(&elapsed_us),
+            elapsed_us,
+        );
+
+        // Longer than the counter's period of 171.8 s, so its wraps must be counted.
+        let begin = Instant::now();
+        Timer::after_secs(1000).await;
+        let elapsed_us = begin.elapsed().as_micros();
+        check("microseconds of 1000 s", (1_000_000_000..1_000_000_010).contains(&elapsed_us), elapsed_us);
+        // So far nothing depended on the world outside: two runs must agree on every instruction.
+        eprintln!("selftest: counts so far: {}", time_driver::counter());
+        TIMED.store(true, Ordering::Release);
+    }
+
+    /// The pattern lies there as the host wrote it; tells the host so in the window.
+    fn window() {
+        check(
+            "magic word of the window",
+            psram::word(MAGIC) == Some(MAGIC_VALUE),
+            u64::from(psram::word(MAGIC).unwrap_or(0)),
+        );
+        // SAFETY: the host writes the pattern before it starts the emulator and leaves it alone.
+        let pattern = unsafe { psram::bytes(FRAME, PATTERN_BYTES) }.unwrap_or(&[]);
+        let wrong = pattern.iter().enumerate().filter(|&(n, &byte)| byte != (n * 7 % 251) as u8).count();
+        check("wrong bytes of the pattern", pattern.len() == PATTERN_BYTES && wrong == 0, wrong as u64);
+        let sum = pattern.iter().fold(0u32, |sum, &byte| sum.wrapping_add(u32::from(byte)));
+        check("window takes a word", psram::set_word(STATUS, sum), u64::from(sum));
+        let refused = psram::word(2).is_none() && psram::word(16 << 20).is_none() && !psram::set_word(usize::MAX, 0);
+        check("window refuses what lies outside", refused, u64::from(refused));
+    }
+
+    fn finish() -> ! {
+        let (fixed, used, room) = (stack::static_bytes(), stack::high_water_bytes(), stack::room_bytes());
+        check("bytes of static RAM", fixed > 0 && fixed < 65536, u64::from(fixed));
+        check("bytes of stack at most", used > 64 && used < room, u64::from(used));
+        check("bytes received", uart::received_total() > 0 && !uart::has_unread(), u64::from(uart::received_total()));
+        let failures = FAILURES.load(Ordering::Relaxed);
+        eprintln!("selftest: {failures} failed");
+        an500::exit(failures == 0)
+    }
+
+    #[entry]
+    fn main() -> ! {
+        static EXECUTOR: StaticCell<Executor> = StaticCell::new();
+        an500::start();
+        let executor: &'static Executor = EXECUTOR.init(run::executor(&PENDING));
+        let spawner = executor.spawner();
+        match (timed(), echo()) {
+            (Ok(timed), Ok(echo)) => {
+                spawner.spawn(timed);
+                spawner.spawn(echo);
+            }
+            _ => check("tasks to spawn", false, 0),
+        }
+        window();
+        loop {
+            run::until_idle(executor, &PENDING);
+            if TIMED.load(Ordering::Acquire) && doorbell::take() {
+                let step = psram::word(STEP).unwrap_or(LAST_STEP);
+                psram::set_word(STEP_DONE, step);
+                doorbell::answer();
+                if step == LAST_STEP {
+                    finish();
+                }
+            }
+            let rung = || TIMED.load(Ordering::Acquire) && doorbell::has_rung();
+            wait_for_interrupt(&PENDING, Clock::Runs, rung);
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! What a board must be able to do. The application knows nothing else of it.
+
+use plumbline_core::stamp::Exposure;
+use plumbline_core::units::Ticks;
+
+/// A frame whose shutter has closed; its rows follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameStart {
+    /// Number of the frame, counted by the front end from 0: a jump is a frame that was lost.
+    pub sequence: u32,
+    /// Both shutter edges.
+    pub exposure: Exposure,
+    /// Size the sensor delivers, (cols, rows).
+    pub size: (u16, u16),
+}
+
+/// What the front end has to say to a request for a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Row<'a> {
+    /// The next row's pixels.
+    Pixels(&'a [u8]),
+    /// All rows have been read.
+    End,
+    /// The row was overwritten before it was read.
+    Overrun,
+}
+
+/// The camera's front end: shutter edges latched by the capture timer, rows as the sensor delivers them.
+#[allow(async_fn_in_trait, reason = "one executor, one thread: futures need not be Send")]
+pub trait FrontEnd {
+    /// Waits for the next exposure to end.
+    async fn frame(&mut self) -> FrameStart;
+    /// Waits for the frame's next row.
+    async fn row(&mut self) -> Row<'_>;
+}
+
+/// Where received bytes come from.
+#[allow(async_fn_in_trait, reason = "one executor, one thread: futures need not be Send")]
+pub trait Reader {
+    /// Waits for bytes and moves at least one into `buffer`.
+    async fn read(&mut self, buffer: &mut [u8]) -> usize;
+}
+
+/// Where bytes are sent to.
+#[allow(async_fn_in_trait, reason = "one executor, one thread: futures need not be Send")]
+pub trait Writer {
+    /// Sends all of `bytes`.
+    async fn write(&mut self, bytes: &[u8]);
+}
+
+/// The capture timer.
+#[allow(async_fn_in_trait, reason = "one executor, one thread: futures need not be Send")]
+pub trait Timer {
+    /// Its reading now.
+    fn now(&self) -> Ticks;
+    /// Waits until it has passed `at`.
+    async fn until(&mut self, at: Ticks);
+    /// Waits for the next pulse per second; the tick it was latched at.
+    async fn pulse(&mut self) -> Ticks;
+}
+
+/// Figures of the board itself, for telemetry.
+pub trait Gauge {
+    /// Runs `work` undisturbed by receive interrupts and tells what it cost, in instructions; 0 where the board cannot
+    /// tell.
+    fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32);
+    /// Rows lost to overruns since start.
+    fn overruns(&self) -> u32;
+    /// Bytes of RAM: static, and the stack's high-water mark. Zeros where the board cannot tell.
+    fn memory(&self) -> (u32, u32);
+}
+
+/// A board: one of each.
+pub trait Board {
+    /// Camera front end.
+    type FrontEnd: FrontEnd;
+    /// Receiving side of the link.
+    type Reader: Reader;
+    /// Sending side of the link.
+    type Writer: Writer;
+    /// Capture timer.
+    type Timer: Timer;
+    /// Figures.
+    type Gauge: Gauge;
+}

@@ -1,0 +1,17 @@
+//! The application a board runs: async tasks, one a stream, generic over [`board::Board`].
+//!
+//! The same code is linked by the images in `src/bin` and by the simulator's in-process link, so a flight on the host,
+//! in the emulated Cortex-M7 and on a board differ in who delivers the bytes and in nothing else.
+//!
+//! [`mission`]: what lies in flash (camera, settings, reference tile). [`wire`]: MAVLink 2 in and out. [`app`]: the
+//! tasks. [`run`]: the executor's loop. [`window`]: the memory shared with the emulator.
+#![no_std]
+
+#[cfg(all(target_os = "none", feature = "an500"))]
+pub mod an500;
+pub mod app;
+pub mod board;
+pub mod mission;
+pub mod run;
+pub mod window;
+pub mod wire;

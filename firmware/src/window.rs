@@ -1,0 +1,59 @@
+//! The memory that an emulated board shares with the simulator: registers of a make-believe camera front end, the
+//! mission and tile that stand for flash, and the frame the sensor is exposing.
+//!
+//! Both sides use these offsets (bytes from the window's start, little-endian words). The simulator advances in steps:
+//! it sets [`TIMER`] and whatever happens in the step (bytes on the link up to [`RECEIVED_TOTAL`], an edge, a frame),
+//! writes [`STEP`] and rings the doorbell; the firmware works until it is idle, writes [`STEP_DONE`] and answers.
+
+/// Size of the whole window.
+pub const SIZE: usize = 16 << 20;
+/// Where an `mps2-an500` sees it.
+pub const ADDRESS: usize = 0x6000_0000;
+
+/// Word: [`MAGIC_VALUE`] when the simulator has prepared the window.
+pub const MAGIC: usize = 0x00;
+/// "PLB1".
+pub const MAGIC_VALUE: u32 = 0x3142_4c50;
+/// Word: number of the step to be done, from 1.
+pub const STEP: usize = 0x04;
+/// Word: the capture timer's reading in this step.
+pub const TIMER: usize = 0x08;
+/// Word: bytes sent to the firmware since the start, all of which belong to this step or earlier ones.
+pub const RECEIVED_TOTAL: usize = 0x0c;
+/// Word: pulses per second latched so far.
+pub const PULSES: usize = 0x10;
+/// Word: the tick of the newest pulse.
+pub const PULSE_TICK: usize = 0x14;
+/// Word: frames exposed so far.
+pub const FRAMES: usize = 0x18;
+/// Word: number of the newest frame.
+pub const FRAME_SEQUENCE: usize = 0x1c;
+/// Word: tick at which its shutter opened.
+pub const FRAME_OPEN: usize = 0x20;
+/// Word: tick at which its shutter closed.
+pub const FRAME_CLOSE: usize = 0x24;
+/// Word: columns the sensor delivers.
+pub const FRAME_COLS: usize = 0x28;
+/// Word: rows the sensor delivers.
+pub const FRAME_ROWS: usize = 0x2c;
+/// Word: nanoseconds a row takes to read out.
+pub const ROW_TIME_NS: usize = 0x30;
+/// Word: rows the front end's ring holds before the oldest is overwritten.
+pub const RING_ROWS: usize = 0x34;
+/// Word: bytes of the encoded mission at [`MISSION`].
+pub const MISSION_BYTES: usize = 0x38;
+
+/// Word, written by the firmware: the last step done.
+pub const STEP_DONE: usize = 0x80;
+/// Word, written by the firmware: 0 while the mission is being read, 1 flying, 2 and up a refused mission
+/// ([`crate::mission::MissionError`] in order).
+pub const STATUS: usize = 0x84;
+
+/// The encoded mission.
+pub const MISSION: usize = 0x1000;
+/// The frame, row-major.
+pub const FRAME: usize = 0x1_0000;
+/// The tile, row-major: the read-only part that stands for flash.
+pub const TILE: usize = 0x80_0000;
+/// Most pixels of a frame and of a tile.
+pub const AREA_MAX: usize = 0x7f_0000;

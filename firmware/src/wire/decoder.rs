@@ -1,0 +1,166 @@
+//! Finds MAVLink 2 messages in a stream of bytes.
+
+use mavlink::dialects::common::MavMessage;
+use mavlink::{MAV_STX_V2, Message, calculate_crc};
+
+/// Longest message: 10 header, 255 payload, 2 checksum, 13 signature.
+const LONGEST: usize = 280;
+const HEADER: usize = 10;
+const CHECKSUM: usize = 2;
+const SIGNATURE: usize = 13;
+/// The incompatibility flag of a signed message; all others are refused.
+const SIGNED: u8 = 0x01;
+
+/// What was seen on the link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LinkCounters {
+    /// Messages whose checksum held.
+    pub good: u32,
+    /// Candidates whose checksum failed.
+    pub bad_checksum: u32,
+    /// Candidates with an id that the dialect does not know, whose checksum therefore cannot be checked.
+    pub unknown_id: u32,
+    /// Candidates with incompatibility flags that we do not know.
+    pub incompatible: u32,
+    /// Bytes that belonged to no message.
+    pub skipped_bytes: u32,
+}
+
+/// A message whose checksum held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Packet<'a> {
+    /// Message id.
+    pub id: u32,
+    /// Sender's system id.
+    pub system: u8,
+    /// Sender's component id.
+    pub component: u8,
+    /// Payload, trailing zeros cut off as MAVLink 2 does.
+    pub payload: &'a [u8],
+}
+
+/// Gathers bytes until they are a message. A candidate that turns out wrong costs one byte, not its claimed length, so
+/// a damaged header cannot swallow the good messages behind it.
+#[derive(Debug)]
+pub struct Decoder {
+    buffer: [u8; LONGEST],
+    filled: usize,
+    /// Bytes at the front that the last packet used up.
+    used: usize,
+    counters: LinkCounters,
+}
+
+enum Candidate {
+    Incomplete,
+    Wrong,
+    Whole(usize),
+}
+
+impl Decoder {
+    /// Nothing received yet.
+    pub const fn new() -> Self {
+        Decoder {
+            buffer: [0; LONGEST],
+            filled: 0,
+            used: 0,
+            counters: LinkCounters { good: 0, bad_checksum: 0, unknown_id: 0, incompatible: 0, skipped_bytes: 0 },
+        }
+    }
+
+    /// What was seen so far.
+    pub fn counters(&self) -> LinkCounters {
+        self.counters
+    }
+
+    /// Room for more bytes, never empty after [`Decoder::next`] has returned `None`.
+    pub fn room(&mut self) -> &mut [u8] {
+        self.compact();
+        self.buffer.get_mut(self.filled..).unwrap_or(&mut [])
+    }
+
+    /// Says that `count` bytes were written into [`Decoder::room`].
+    pub fn filled(&mut self, count: usize) {
+        self.filled = (self.filled + count).min(LONGEST);
+    }
+
+    /// The next whole message, `None` when more bytes are needed.
+    #[allow(clippy::should_implement_trait, reason = "lends its buffer, which an Iterator cannot")]
+    pub fn next(&mut self) -> Option<Packet<'_>> {
+        let length = loop {
+            self.compact();
+            match self.candidate() {
+                Candidate::Incomplete => return None,
+                Candidate::Whole(length) => break length,
+                Candidate::Wrong => {
+                    self.used = 1;
+                    self.counters.skipped_bytes += 1;
+                }
+            }
+        };
+        self.counters.good += 1;
+        self.used = length;
+        let payload_end = HEADER + self.buffer[1] as usize;
+        Some(Packet {
+            id: self.id(),
+            system: self.buffer[5],
+            component: self.buffer[6],
+            payload: self.buffer.get(HEADER..payload_end).unwrap_or(&[]),
+        })
+    }
+
+    fn id(&self) -> u32 {
+        u32::from_le_bytes([self.buffer[7], self.buffer[8], self.buffer[9], 0])
+    }
+
+    /// Judges the bytes at the front.
+    fn candidate(&mut self) -> Candidate {
+        if self.filled == 0 {
+            return Candidate::Incomplete;
+        }
+        if self.buffer[0] != MAV_STX_V2 {
+            return Candidate::Wrong;
+        }
+        if self.filled < HEADER {
+            return Candidate::Incomplete;
+        }
+        let flags = self.buffer[2];
+        if flags & !SIGNED != 0 {
+            self.counters.incompatible += 1;
+            return Candidate::Wrong;
+        }
+        // The dialect answers 0 for an id that it does not know.
+        let extra = MavMessage::extra_crc(self.id());
+        if extra == 0 {
+            self.counters.unknown_id += 1;
+            return Candidate::Wrong;
+        }
+        let checked = HEADER + self.buffer[1] as usize;
+        let length = checked + CHECKSUM + if flags & SIGNED != 0 { SIGNATURE } else { 0 };
+        if self.filled < length {
+            return Candidate::Incomplete;
+        }
+        let sent = u16::from_le_bytes([self.buffer[checked], self.buffer[checked + 1]]);
+        if calculate_crc(&self.buffer[1..checked], extra) != sent {
+            self.counters.bad_checksum += 1;
+            return Candidate::Wrong;
+        }
+        Candidate::Whole(length)
+    }
+
+    /// Drops what was used and, in one go, everything up to the next possible start.
+    fn compact(&mut self) {
+        let mut drop = self.used.min(self.filled);
+        let noise = self.buffer[drop..self.filled].iter().take_while(|&&byte| byte != MAV_STX_V2).count();
+        self.counters.skipped_bytes += noise as u32;
+        drop += noise;
+        self.buffer.copy_within(drop..self.filled, 0);
+        self.filled -= drop;
+        self.used = 0;
+    }
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Decoder::new()
+    }
+}

@@ -1,0 +1,10 @@
+//! MAVLink 2, checked at the door.
+//!
+//! [`decoder`] cuts the byte stream into messages whose checksum holds and counts everything else; [`incoming`] turns
+//! messages into samples in the core's axes and units; [`outgoing`] is what we send; [`telemetry`] is our own content
+//! inside TUNNEL messages. Nothing here panics on any input: bit errors, cut messages and unknown ids are counted.
+
+pub mod decoder;
+pub mod incoming;
+pub mod outgoing;
+pub mod telemetry;

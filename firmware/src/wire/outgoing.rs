@@ -1,0 +1,181 @@
+//! What we send: each message encoded into a buffer of the caller's.
+
+use super::telemetry::{TUNNEL_BYTES, Telemetry};
+use mavlink::dialects::common::{
+    CAMERA_IMAGE_CAPTURED_DATA, CAMERA_TRIGGER_DATA, DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA,
+    GIMBAL_DEVICE_SET_ATTITUDE_DATA, GLOBAL_POSITION_SENSOR_DATA, GimbalDeviceFlags, GlobalPositionFlags,
+    GlobalPositionSrc, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag, MavState, MavTunnelPayloadType, MavType,
+    MavlinkDataStreamType, TIMESYNC_DATA, TUNNEL_DATA,
+};
+use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
+use plumbline_core::fix::Fix;
+use plumbline_core::frames::{gimbal_quaternion_from_follow_up, ned_quaternion_from_attitude};
+use plumbline_core::math;
+use plumbline_core::pipeline::Situation;
+use plumbline_core::tile::Geographic;
+use plumbline_core::tilt::Attitude;
+use plumbline_core::units::{Micros, Radians};
+
+/// Our system id: the vehicle's.
+pub const SYSTEM: u8 = 1;
+/// Our component id, MAV_COMP_ID_GIMBAL: what makes an autopilot send AUTOPILOT_STATE_FOR_GIMBAL_DEVICE.
+pub const COMPONENT: u8 = 154;
+/// Bytes of picture in an ENCAPSULATED_DATA message.
+pub const CHUNK: usize = 253;
+
+/// Encodes messages and numbers them.
+#[derive(Debug)]
+pub struct Encoder {
+    sequence: u8,
+    raw: MAVLinkV2MessageRaw,
+}
+
+impl Encoder {
+    /// Sequence from 0.
+    pub const fn new() -> Self {
+        Encoder { sequence: 0, raw: MAVLinkV2MessageRaw::new() }
+    }
+
+    /// The message's bytes, valid until the next call.
+    pub fn encode<D: MessageData>(&mut self, data: &D) -> &[u8] {
+        let header = MavHeader { system_id: SYSTEM.into(), component_id: COMPONENT, sequence: self.sequence };
+        self.sequence = self.sequence.wrapping_add(1);
+        self.raw.serialize_message_data(header, data);
+        self.raw.raw_bytes()
+    }
+}
+
+impl Default for Encoder {
+    fn default() -> Self {
+        Encoder::new()
+    }
+}
+
+/// HEARTBEAT of a gimbal: the device announces itself as one so that the autopilot sends it its state.
+pub fn heartbeat() -> HEARTBEAT_DATA {
+    HEARTBEAT_DATA {
+        custom_mode: 0,
+        mavtype: MavType::MAV_TYPE_GIMBAL,
+        autopilot: MavAutopilot::MAV_AUTOPILOT_INVALID,
+        base_mode: MavModeFlag::empty(),
+        system_status: MavState::MAV_STATE_ACTIVE,
+        mavlink_version: 3,
+    }
+}
+
+/// The servo's command: follow-up angle β relative to the vehicle, as a gimbal yaw. Rates are left to the servo.
+pub fn servo(follow_up: Radians) -> GIMBAL_DEVICE_SET_ATTITUDE_DATA {
+    GIMBAL_DEVICE_SET_ATTITUDE_DATA {
+        q: gimbal_quaternion_from_follow_up(follow_up),
+        angular_velocity_x: f32::NAN,
+        angular_velocity_y: f32::NAN,
+        angular_velocity_z: f32::NAN,
+        flags: GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME,
+        target_system: SYSTEM,
+        target_component: 0,
+    }
+}
+
+/// TIMESYNC request: our time in nanoseconds, asking for the autopilot's.
+pub fn timesync_request(ours_ns: i64) -> TIMESYNC_DATA {
+    TIMESYNC_DATA { tc1: 0, ts1: ours_ns, target_system: SYSTEM, target_component: 1 }
+}
+
+/// TIMESYNC answer to a request that carried `theirs_ns`.
+pub fn timesync_answer(ours_ns: i64, theirs_ns: i64) -> TIMESYNC_DATA {
+    TIMESYNC_DATA { tc1: ours_ns, ts1: theirs_ns, target_system: SYSTEM, target_component: 1 }
+}
+
+/// CAMERA_TRIGGER: when the picture was taken, by its middle.
+pub fn camera_trigger(mid_exposure_at: Micros, sequence: u32) -> CAMERA_TRIGGER_DATA {
+    CAMERA_TRIGGER_DATA { time_usec: mid_exposure_at.0, seq: sequence }
+}
+
+/// CAMERA_IMAGE_CAPTURED at `position`. The quaternion is the camera's: the vehicle's attitude turned by the
+/// follow-up angle, which for small tilts is the camera's own heading; `true_heading` is relative to true north.
+pub fn image_captured(
+    situation: &Situation,
+    true_attitude: Attitude,
+    position: Geographic,
+    sequence: u32,
+) -> CAMERA_IMAGE_CAPTURED_DATA {
+    CAMERA_IMAGE_CAPTURED_DATA {
+        time_utc: 0,
+        time_boot_ms: (situation.mid_exposure_at.0 / 1000) as u32,
+        lat: position.lat_e7,
+        lon: position.lon_e7,
+        alt: 0,
+        relative_alt: (situation.height_m * 1000.0) as i32,
+        q: camera_quaternion(true_attitude, situation.follow_up),
+        image_index: sequence as i32,
+        camera_id: 0,
+        capture_result: MavBool::MAV_BOOL_TRUE,
+        file_url: [0; 205].into(),
+    }
+}
+
+/// World-from-camera quaternion: attitude, then the turn by −β about the body's down axis.
+fn camera_quaternion(attitude: Attitude, follow_up: Radians) -> [f32; 4] {
+    let [w, x, y, z] = ned_quaternion_from_attitude(attitude);
+    let [c, _, _, s] = gimbal_quaternion_from_follow_up(follow_up);
+    [w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s]
+}
+
+/// GLOBAL_POSITION_SENSOR: the fix. `eph` is one sigma along the worse axis. The message stamps its transmission; the
+/// exposure lies `processing_time` before. No altitude is claimed: it is the range finder's business.
+pub fn position_sensor(fix: &Fix, mid_exposure_at: Micros, now: Micros) -> GLOBAL_POSITION_SENSOR_DATA {
+    let c = &fix.covariance;
+    let (mean, half) = (0.5 * (c[(0, 0)] + c[(1, 1)]), 0.5 * (c[(0, 0)] - c[(1, 1)]));
+    let largest = mean + math::sqrt(half * half + c[(0, 1)] * c[(0, 1)]);
+    GLOBAL_POSITION_SENSOR_DATA {
+        time_usec: now.0,
+        processing_time: now.since(mid_exposure_at).max(0) as u32,
+        lat: fix.position.lat_e7,
+        lon: fix.position.lon_e7,
+        alt_ellipsoid: f32::NAN,
+        alt: f32::NAN,
+        eph: math::sqrt(largest),
+        epv: f32::NAN,
+        target_system: 0,
+        target_component: 0,
+        id: 0,
+        source: GlobalPositionSrc::GLOBAL_POSITION_SRC_VISION,
+        flags: GlobalPositionFlags::empty(),
+    }
+}
+
+/// The image transmission protocol's announcement of a raw 8-bit picture of `size` (cols, rows).
+pub fn picture_announcement((cols, rows): (u16, u16)) -> DATA_TRANSMISSION_HANDSHAKE_DATA {
+    let size = cols as u32 * rows as u32;
+    DATA_TRANSMISSION_HANDSHAKE_DATA {
+        size,
+        width: cols,
+        height: rows,
+        packets: size.div_ceil(CHUNK as u32) as u16,
+        mavtype: MavlinkDataStreamType::MAVLINK_DATA_STREAM_IMG_RAW8U,
+        payload: CHUNK as u8,
+        jpg_quality: 0,
+    }
+}
+
+/// One piece of a picture; the last one is filled up with zeros.
+pub fn picture_piece(number: u16, pixels: &[u8]) -> ENCAPSULATED_DATA_DATA {
+    let mut data = [0; CHUNK];
+    for (to, from) in data.iter_mut().zip(pixels) {
+        *to = *from;
+    }
+    ENCAPSULATED_DATA_DATA { seqnr: number, data }
+}
+
+/// Our own telemetry.
+pub fn tunnel(telemetry: &Telemetry) -> TUNNEL_DATA {
+    let mut payload = [0; TUNNEL_BYTES];
+    let payload_length = telemetry.encode(&mut payload).unwrap_or(0);
+    TUNNEL_DATA {
+        payload_type: MavTunnelPayloadType::MAV_TUNNEL_PAYLOAD_TYPE_UNKNOWN,
+        target_system: 0,
+        target_component: 0,
+        payload_length,
+        payload,
+    }
+}

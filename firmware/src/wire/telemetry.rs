@@ -1,0 +1,108 @@
+//! Our own telemetry: what MAVLink has no field for, as postcard inside TUNNEL messages.
+//!
+//! The payload begins with [`MARK`] and a kind. A frame's report holds everything that the simulator scores and a
+//! ground station would want to see; floats travel as their bits, so every link gives the same figures.
+
+use plumbline_core::pipeline::Refusal;
+use serde::{Deserialize, Serialize};
+
+/// First bytes of every payload of ours, since TUNNEL's own types name other vendors only.
+pub const MARK: [u8; 2] = *b"PL";
+/// Bytes a TUNNEL message carries.
+pub const TUNNEL_BYTES: usize = 128;
+
+/// What one frame came to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameReport {
+    /// Number of the frame.
+    pub sequence: u32,
+    /// Mid-exposure on the autopilot's clock, 0 when it could not be told.
+    pub mid_exposure_us: u64,
+    /// [`Refusal::code`], 0 for an accepted frame.
+    pub refusal: u8,
+    /// Match relative to the prediction: columns east, rows south, pixels of the tile; the correlation at the peak and
+    /// at the second one; the whole-pixel peak's columns and rows, in the same sense as the first two.
+    pub matched: Option<[f32; 6]>,
+    /// Fix: east, north in metres from the tile's centre, then covariance east-east, east-north, north-north.
+    pub fix: Option<[f32; 5]>,
+    /// Predicted position: east, north in metres from the tile's centre.
+    pub predicted: Option<[f32; 2]>,
+    /// Height above ground, metres; heading from grid north, pitch, roll, follow-up angle, radians.
+    pub situation: Option<[f32; 5]>,
+    /// Instructions spent on reading rows, on the situation, on rectifying, on matching and fixing; zeros where the
+    /// board cannot tell.
+    pub instructions: [u32; 4],
+}
+
+impl FrameReport {
+    /// An empty report for a frame.
+    pub fn new(sequence: u32) -> Self {
+        FrameReport {
+            sequence,
+            mid_exposure_us: 0,
+            refusal: 0,
+            matched: None,
+            fix: None,
+            predicted: None,
+            situation: None,
+            instructions: [0; 4],
+        }
+    }
+
+    /// Why the frame has no fix.
+    pub fn reason(&self) -> Option<Refusal> {
+        Refusal::from_code(self.refusal)
+    }
+}
+
+/// State of the vehicle's link and board, once a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Health {
+    /// Good messages.
+    pub messages: u32,
+    /// Failed checksums.
+    pub bad_checksum: u32,
+    /// Unknown ids.
+    pub unknown_id: u32,
+    /// Unknown incompatibility flags.
+    pub incompatible: u32,
+    /// Bytes that belonged to no message.
+    pub skipped_bytes: u32,
+    /// Samples whose stamp ran backwards.
+    pub backwards: u32,
+    /// Samples whose value cannot be meant.
+    pub invalid: u32,
+    /// Rows lost.
+    pub overruns: u32,
+    /// Frames lost while another was being worked on.
+    pub frames_lost: u32,
+    /// Patches whose transmission the next frame cut short.
+    pub patches_cut: u32,
+    /// Bytes of static memory and the stack's high-water mark.
+    pub memory: (u32, u32),
+}
+
+/// One of ours.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Telemetry {
+    /// A frame's report.
+    Frame(FrameReport),
+    /// Health.
+    Health(Health),
+}
+
+impl Telemetry {
+    /// Encodes into a TUNNEL payload; the bytes used. `None` cannot happen for the variants above, whose longest
+    /// encoding is below [`TUNNEL_BYTES`]; a test holds that.
+    pub fn encode(&self, payload: &mut [u8; TUNNEL_BYTES]) -> Option<u8> {
+        let (mark, rest) = payload.split_at_mut(MARK.len());
+        mark.copy_from_slice(&MARK);
+        let used = postcard::to_slice(self, rest).ok()?.len();
+        Some((MARK.len() + used) as u8)
+    }
+
+    /// Decodes a TUNNEL payload; `None` for somebody else's.
+    pub fn decode(payload: &[u8]) -> Option<Self> {
+        postcard::from_bytes(payload.strip_prefix(&MARK)?).ok()
+    }
+}

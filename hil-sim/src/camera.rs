@@ -1,0 +1,71 @@
+//! One camera file, three cameras: the core's, the oracle's and the renderer's.
+
+use crate::oracle;
+use crate::render::RenderCamera;
+use plumbline_core::camera::{Camera, Distortion};
+use plumbline_core::units::Radians;
+use plumbline_survey::camera_file::CameraFile;
+use plumbline_survey::error::InputError;
+use std::path::Path;
+
+/// Reads a camera file.
+///
+/// # Errors
+/// One sentence for a file that is missing, broken or not a camera.
+pub fn read(path: &Path) -> Result<CameraFile, InputError> {
+    CameraFile::read(path)
+}
+
+/// The core's camera, f32.
+///
+/// # Errors
+/// A camera that single precision cannot hold, such as a field of view a hair below 180 degrees.
+pub fn core_camera(file: &CameraFile) -> Result<Camera, InputError> {
+    let distortion = file.distortion.map(|d| Distortion {
+        k1: d.k1 as f32,
+        k2: d.k2 as f32,
+        k3: d.k3 as f32,
+        p1: d.p1 as f32,
+        p2: d.p2 as f32,
+    });
+    let fov = |degrees: f64| Radians(degrees.to_radians() as f32);
+    Camera::new(
+        (file.cols as u16, file.rows as u16),
+        (fov(file.fov_h_deg), fov(file.fov_v_deg)),
+        (file.offset_m_px as f32, file.offset_n_px as f32),
+        distortion,
+    )
+    .map_err(|error| InputError::new(format!("the camera cannot be used on board: {error:?}")))
+}
+
+/// The oracle's camera, f64.
+pub fn oracle_camera(file: &CameraFile) -> oracle::Camera {
+    oracle::Camera {
+        cols: file.cols as usize,
+        rows: file.rows as usize,
+        fov_h_rad: file.fov_h_deg.to_radians(),
+        fov_v_rad: file.fov_v_deg.to_radians(),
+        offset_m_px: file.offset_m_px,
+        offset_n_px: file.offset_n_px,
+        distortion: file.distortion.map_or_else(oracle::Distortion::default, |d| oracle::Distortion {
+            k1: d.k1,
+            k2: d.k2,
+            k3: d.k3,
+            p1: d.p1,
+            p2: d.p2,
+        }),
+    }
+}
+
+/// The renderer's camera, f64.
+pub fn render_camera(file: &CameraFile) -> RenderCamera {
+    RenderCamera {
+        cols: file.cols as usize,
+        rows: file.rows as usize,
+        fov_h_rad: file.fov_h_deg.to_radians(),
+        fov_v_rad: file.fov_v_deg.to_radians(),
+        offset_m_px: file.offset_m_px,
+        offset_n_px: file.offset_n_px,
+        distortion: file.distortion.map(|d| [d.k1, d.k2, d.k3, d.p1, d.p2]),
+    }
+}

@@ -1,0 +1,107 @@
+//! One file a verb: parses, checks, dispatches.
+
+mod attitude;
+mod fly;
+mod map;
+mod match_;
+mod rectify;
+mod reproduce;
+
+use clap::{Parser, Subcommand};
+use plumbline_survey::error::InputError;
+use std::fmt;
+
+/// Real-time rectification and scene matching: simulated flights of the firmware, and its algorithms on single
+/// pictures.
+#[derive(Debug, Parser)]
+#[command(name = "plumbline", version, disable_help_subcommand = false, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Fly the firmware over real or procedural ground and judge its fixes
+    Fly(fly::Args),
+    /// Map undistorted pixels to frame pixels (eq. 3 and 7)
+    Map(map::Args),
+    /// Rectify one frame onto the ground plane
+    Rectify(rectify::Args),
+    /// Find a rectified patch in a reference
+    Match(match_::Args),
+    /// Reproduce a paper's tables and say where and why they differ
+    Reproduce(reproduce::Args),
+}
+
+/// Why a command ended without doing its work.
+#[derive(Debug)]
+pub enum Failure {
+    /// Bad input: exit code 2.
+    Input(InputError),
+    /// It ran, but the work failed: exit code 1.
+    Work(String),
+}
+
+impl Failure {
+    pub fn code(&self) -> u8 {
+        match self {
+            Failure::Input(_) => 2,
+            Failure::Work(_) => 1,
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Failure::Input(error) => write!(f, "plumbline: {error}"),
+            Failure::Work(why) => write!(f, "plumbline: {why}"),
+        }
+    }
+}
+
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        Failure::Input(error)
+    }
+}
+
+pub fn run(cli: Cli) -> Result<(), Failure> {
+    match cli.verb {
+        Verb::Fly(args) => fly::run(&args),
+        Verb::Map(args) => map::run(&args),
+        Verb::Rectify(args) => rectify::run(&args),
+        Verb::Match(args) => match_::run(&args),
+        Verb::Reproduce(args) => reproduce::run(&args),
+    }
+}
+
+/// clap's complaint without its usage lines: what is wrong and where, in one sentence.
+pub fn one_sentence(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    let lines = text.lines().map(str::trim).take_while(|line| !line.is_empty() && !line.starts_with("Usage"));
+    let sentence = lines.collect::<Vec<_>>().join(" ");
+    format!("plumbline: {}", sentence.strip_prefix("error: ").unwrap_or(&sentence))
+}
+
+/// A finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err("not a finite number".to_owned()),
+        Err(_) => Err("not a number".to_owned()),
+    }
+}
+
+/// A finite number above zero.
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("must be above 0".to_owned()) })
+}
+
+/// The one JSON document on stdout.
+fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string(value).map_err(|error| Failure::Work(format!("JSON: {error}")))?;
+    println!("{text}");
+    Ok(())
+}

@@ -1,0 +1,5 @@
+//! stub
+use super::Failure;
+#[derive(Debug, clap::Args)]
+pub struct Args {}
+pub fn run(_: &Args) -> Result<(), Failure> { Ok(()) }

@@ -1,0 +1,201 @@
+//! The true motion of the vehicle and of the camera's servo, as functions of time.
+//!
+//! Nothing is stored and stepped but the servo: a state depends on the scenario and the instant alone, in whatever
+//! order it is asked for. Frames: grid east and north (absolute, in the CRS of the ground), up above its height datum;
+//! heading clockwise from GRID north, pitch nose up, roll right wing down, follow-up angle counter-clockwise from above
+//! about the body's up axis. Time: integer microseconds of the autopilot's clock.
+//!
+//! Synthetic motion: pitch and roll uniform within the largest tilt, below 20°/s for 99 % of the time at ±10°; height
+//! uniform within its range at no more than 2.5 m/s; a track that always turns one way, through all headings.
+
+mod climb;
+mod footprint;
+mod log;
+mod servo;
+#[cfg(test)]
+mod tests;
+mod track;
+mod wave;
+
+pub use footprint::{footprint_margin_at_m, footprint_margin_m};
+pub use log::AttitudeLog;
+
+use crate::scenario::{FollowUpMode, Scenario, ScenarioError};
+use crate::sensors::noise::stream;
+use climb::Climb;
+use servo::Servo;
+use std::f64::consts::TAU;
+use track::Track;
+use wave::Wave;
+
+/// Slowest and fastest parts of pitch and roll, hertz. At ±10° the rate's root mean square is 6°/s.
+const TILT_HZ: [f64; 2] = [0.05, 0.25];
+/// Slowest and fastest parts of the heading's wander around the course, hertz.
+const WANDER_HZ: [f64; 2] = [0.01, 0.04];
+
+/// Where a flight may go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Area {
+    /// Grid.
+    pub centre_east_m: f64,
+    /// Grid.
+    pub centre_north_m: f64,
+    /// The vehicle stays this close to the centre, in east and in north. The ground must be larger by
+    /// [`footprint_margin_m`].
+    pub half_extent_m: f64,
+    /// The ground's height from which the scenario's heights count, above the height datum.
+    pub base_up_m: f64,
+}
+
+/// The truth at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrueState {
+    /// Grid.
+    pub east_m: f64,
+    /// Grid.
+    pub north_m: f64,
+    /// Above the height datum.
+    pub up_m: f64,
+    /// Clockwise from grid north, within (−π, π].
+    pub heading_rad: f64,
+    /// Nose up.
+    pub pitch_rad: f64,
+    /// Right wing down.
+    pub roll_rad: f64,
+    /// Of the camera against the body, counter-clockwise from above, within (−π, π].
+    pub follow_up_rad: f64,
+    /// East, north, up on the grid; the exact derivative of the position.
+    pub velocity_enu_m_s: [f64; 3],
+}
+
+/// True motion over a flight.
+#[derive(Debug)]
+pub struct Motion {
+    area: Area,
+    track: Track,
+    climb: Climb,
+    attitude: Attitude,
+    /// `None`: the camera is fixed to the body.
+    servo: Option<Servo>,
+}
+
+#[derive(Debug)]
+enum Attitude {
+    Synthetic { pitch: Wave, roll: Wave, tilt_max_rad: f64, wander: Wave, wander_rad: f64 },
+    Log { log: AttitudeLog, start_s: f64, time_scale: f64 },
+}
+
+impl Motion {
+    /// Made-up motion, decided by the scenario's seed.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] when the area leaves no room to fly.
+    pub fn synthetic(scenario: &Scenario, area: &Area) -> Result<Self, ScenarioError> {
+        let wave = |name: &str, [low_hz, high_hz]: [f64; 2]| Wave::new(stream(scenario.seed, name), low_hz, high_hz);
+        let attitude = Attitude::Synthetic {
+            pitch: wave("motion.pitch", TILT_HZ),
+            roll: wave("motion.roll", TILT_HZ),
+            tilt_max_rad: scenario.flight.tilt_max_deg.to_radians(),
+            wander: wave("motion.wander", WANDER_HZ),
+            wander_rad: scenario.flight.heading_wander_deg.to_radians(),
+        };
+        Self::with_attitude(scenario, area, attitude)
+    }
+
+    /// The attitude of `log`, with made-up horizontal motion and height. The log's yaw is taken as the heading on the
+    /// grid; it has nothing to do with the course. Start and time scale are the scenario's `replay`, or the log's
+    /// first row and 1.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] when the area leaves no room to fly or the log does not cover the flight.
+    pub fn replay(scenario: &Scenario, area: &Area, log: AttitudeLog) -> Result<Self, ScenarioError> {
+        let (start_s, time_scale) = log.span(scenario)?;
+        Self::with_attitude(scenario, area, Attitude::Log { log, start_s, time_scale })
+    }
+
+    fn with_attitude(scenario: &Scenario, area: &Area, attitude: Attitude) -> Result<Self, ScenarioError> {
+        let half_extent_m = area.half_extent_m;
+        if !(half_extent_m.is_finite() && half_extent_m > 0.0) {
+            return Err(ScenarioError(format!(
+                "the ground is too small to fly over: {half_extent_m} m are left around its centre after the footprint"
+            )));
+        }
+        let seed = scenario.seed;
+        let follow_up = &scenario.follow_up;
+        Ok(Motion {
+            area: *area,
+            track: Track::new(stream(seed, "motion.track"), half_extent_m, scenario.flight.speed_m_s),
+            climb: Climb::new(stream(seed, "motion.climb"), scenario.flight.height_m),
+            attitude,
+            servo: (follow_up.mode != FollowUpMode::Fixed).then(|| Servo::new(follow_up.servo_lag_s)),
+        })
+    }
+
+    /// The truth at `t_us`.
+    pub fn state(&self, t_us: u64) -> TrueState {
+        let t_s = t_us as f64 * 1e-6;
+        let ([east, north], [v_east, v_north]) = self.track.at(t_s);
+        let (height_m, v_up) = self.climb.at(t_s);
+        let [heading_rad, pitch_rad, roll_rad] = self.attitude_at(t_s);
+        let exact = |t_s: f64| {
+            let [heading_rad, pitch_rad, roll_rad] = self.attitude_at(t_s);
+            follow_up_exact(heading_rad, pitch_rad, roll_rad)
+        };
+        TrueState {
+            east_m: self.area.centre_east_m + east,
+            north_m: self.area.centre_north_m + north,
+            up_m: self.area.base_up_m + height_m,
+            heading_rad,
+            pitch_rad,
+            roll_rad,
+            follow_up_rad: self.servo.as_ref().map_or(0.0, |servo| servo.at(t_us, exact)),
+            velocity_enu_m_s: [v_east, v_north, v_up],
+        }
+    }
+
+    /// Whether the log that is replayed has nothing at `t_us`. The true attitude goes on there, interpolated; the
+    /// attitude sensor is silent, so the firmware has to refuse the frame.
+    pub fn in_gap(&self, t_us: u64) -> bool {
+        match &self.attitude {
+            Attitude::Synthetic { .. } => false,
+            Attitude::Log { log, start_s, time_scale } => log.in_gap(start_s + t_us as f64 * 1e-6 * time_scale),
+        }
+    }
+
+    /// Root-mean-square horizontal speed that is really flown, metres a second.
+    pub fn speed_m_s(&self) -> f64 {
+        self.track.speed_m_s()
+    }
+
+    /// Heading within (−π, π], pitch, roll.
+    fn attitude_at(&self, t_s: f64) -> [f64; 3] {
+        match &self.attitude {
+            Attitude::Synthetic { pitch, roll, tilt_max_rad, wander, wander_rad } => [
+                wrapped(self.track.course_rad(t_s) + wander_rad * wander.normal(t_s)),
+                tilt_max_rad * pitch.uniform(t_s),
+                tilt_max_rad * roll.uniform(t_s),
+            ],
+            Attitude::Log { log, start_s, time_scale } => log.at(start_s + t_s * time_scale),
+        }
+    }
+}
+
+/// The follow-up angle of a servo that follows exactly, within (−π, π]: it turns the camera's forward axis into the
+/// vertical plane of grid north (paper 003: a13 = 0 and a11 > 0).
+///
+/// β = atan2(cos θ sin φ, cos γ cos φ + sin γ sin θ sin φ) for heading φ, pitch θ, roll γ. The paper's β = φ is up to
+/// 1.7° off at 10° of tilt.
+#[must_use]
+pub fn follow_up_exact(heading_rad: f64, pitch_rad: f64, roll_rad: f64) -> f64 {
+    let (sin_heading, cos_heading) = heading_rad.sin_cos();
+    let (sin_pitch, cos_pitch) = pitch_rad.sin_cos();
+    let (sin_roll, cos_roll) = roll_rad.sin_cos();
+    (cos_pitch * sin_heading).atan2(cos_roll * cos_heading + sin_roll * sin_pitch * sin_heading)
+}
+
+/// The same angle within (−π, π].
+#[must_use]
+pub fn wrapped(angle_rad: f64) -> f64 {
+    let turned = angle_rad.rem_euclid(TAU);
+    if turned > 0.5 * TAU { turned - TAU } else { turned }
+}

@@ -1,0 +1,238 @@
+//! A flight: events in the order in which they reach the board, each a step of the link, and what came of every frame.
+
+use crate::autopilot::Autopilot;
+use crate::fault::{FaultCounts, FaultInjector};
+use crate::flight::{TrueState, follow_up_exact};
+use crate::link::{Event, FrameEvent, Link, LinkError};
+use crate::score::raw::{RawMatch, match_raw};
+use crate::sensors::{Exposure, Reading, Sample, Streams, TimerModel, exposures};
+use crate::stage::Stage;
+use crate::station::{ReceivedPatch, Station};
+use plumbline_firmware::wire::telemetry::{FrameReport, Health};
+use std::collections::BTreeMap;
+
+/// One way over the link to the autopilot, microseconds: what a TIMESYNC exchange takes each way.
+const LINK_DELAY_US: u64 = 1500;
+/// Longest time without a step: the firmware's own timers run by the steps.
+const STEP_MAX_US: u64 = 50_000;
+
+/// What happened to one frame.
+#[derive(Clone, Debug)]
+pub struct FrameRecord {
+    /// When it was exposed.
+    pub exposure: Exposure,
+    /// The truth at mid-exposure.
+    pub truth: TrueState,
+    /// What the firmware said; `None` when it said nothing.
+    pub report: Option<FrameReport>,
+    /// What matching without rectification would have given.
+    pub raw: Option<RawMatch>,
+    /// The picture, kept for the first frames and a few others.
+    pub frame: Option<Vec<u8>>,
+    /// The patch that the firmware sent.
+    pub patch: Option<ReceivedPatch>,
+}
+
+/// A finished flight.
+#[derive(Clone, Debug)]
+pub struct Flight {
+    /// A record a frame, in order.
+    pub frames: Vec<FrameRecord>,
+    /// The firmware's last word on its own state.
+    pub health: Health,
+    /// Messages received from the firmware, by id.
+    pub messages: BTreeMap<u32, u64>,
+    /// Servo commands: how many, and their root mean square off the exact angle at the time they arrived, radians.
+    pub servo: (usize, f64),
+    /// What was done to the link.
+    pub faults: FaultCounts,
+    /// Steps of the link.
+    pub steps: u64,
+}
+
+/// What is to be kept of the pictures.
+#[derive(Clone, Copy, Debug)]
+pub struct Keep {
+    /// Frames from the first whose pictures are kept.
+    pub first: u32,
+    /// And every so many after that; 0 for none.
+    pub every: u32,
+}
+
+impl Keep {
+    fn keeps(&self, frame: u32) -> bool {
+        frame < self.first || (self.every > 0 && frame.is_multiple_of(self.every))
+    }
+}
+
+/// Flies `stage` over `link`. `progress` is called with each frame's number as it is handed over.
+///
+/// # Errors
+/// [`LinkError`] when the firmware is lost, or a position cannot be converted.
+pub fn fly(
+    stage: &Stage,
+    link: &mut dyn Link,
+    keep: Keep,
+    progress: &mut dyn FnMut(u32),
+) -> Result<Flight, LinkError> {
+    let mut cockpit = Cockpit::new(stage, link);
+    let mut frames = Vec::with_capacity(stage.scenario.frames as usize);
+    for exposure in exposures(&stage.scenario) {
+        cockpit.until(exposure.readout_start_us)?;
+        let truth = stage.motion.state(exposure.mid_us());
+        let rendered = stage.renderer.render(
+            &stage.ground,
+            &Stage::station(&truth),
+            stage.scenario.noise_dn,
+            stage.scenario.seed,
+            exposure.frame.into(),
+        );
+        progress(exposure.frame);
+        cockpit.frame(&exposure, &rendered.pixels)?;
+        let frame = Some(rendered.pixels);
+        frames.push(FrameRecord { exposure, truth, report: None, raw: None, frame, patch: None });
+        // The frame before has its pose by now, and its report.
+        if let Some(before) = frames.len().checked_sub(2).and_then(|index| frames.get_mut(index)) {
+            cockpit.close(before, keep);
+        }
+    }
+    cockpit.until(stage.scenario.duration_us())?;
+    if let Some(last) = frames.last_mut() {
+        cockpit.close(last, keep);
+    }
+    Ok(cockpit.finish(frames))
+}
+
+/// The simulator's side of the link.
+struct Cockpit<'s> {
+    stage: &'s Stage,
+    link: &'s mut dyn Link,
+    streams: Streams,
+    timer: TimerModel,
+    autopilot: Autopilot,
+    injector: FaultInjector,
+    station: Station,
+    /// TIMESYNC answers under way: when they arrive, their bytes.
+    answers: Vec<(u64, Vec<u8>)>,
+    now_us: u64,
+    servo: (usize, f64),
+    steps: u64,
+}
+
+impl<'s> Cockpit<'s> {
+    fn new(stage: &'s Stage, link: &'s mut dyn Link) -> Self {
+        Cockpit {
+            stage,
+            link,
+            streams: Streams::new(&stage.scenario, stage.convergence_rad),
+            timer: TimerModel::new(&stage.scenario),
+            autopilot: Autopilot::default(),
+            injector: FaultInjector::new(&stage.scenario, "to_firmware"),
+            station: Station::default(),
+            answers: Vec::new(),
+            now_us: 0,
+            servo: (0, 0.0),
+            steps: 0,
+        }
+    }
+
+    /// Lets everything happen that reaches the board before `end_us`.
+    fn until(&mut self, end_us: u64) -> Result<(), LinkError> {
+        loop {
+            let answer_us = self.answers.first().map_or(u64::MAX, |(at, _)| *at);
+            let horizon = end_us.min(answer_us).min(self.now_us + STEP_MAX_US);
+            let slant = |state: &TrueState| self.stage.slant_m(state);
+            if let Some(sample) = self.streams.next_before(horizon, &self.stage.motion, &slant) {
+                self.sample(&sample)?;
+            } else if answer_us == horizon {
+                let (at_us, bytes) = self.answers.remove(0);
+                self.bytes(at_us, &bytes)?;
+            } else if horizon < end_us {
+                self.step(horizon, Event::Nothing)?;
+            } else {
+                return Ok(());
+            }
+        }
+    }
+
+    fn sample(&mut self, sample: &Sample) -> Result<(), LinkError> {
+        if let Reading::Pps { .. } = sample.reading {
+            let tick = self.timer.ticks(sample.sampled_at_us);
+            return self.step(sample.arrived_at_us, Event::Pulse(tick));
+        }
+        match self.autopilot.message(sample, &self.stage.crs)? {
+            Some(message) => self.bytes(sample.arrived_at_us, &message),
+            None => Ok(()),
+        }
+    }
+
+    /// A message, through whatever goes wrong on the link.
+    fn bytes(&mut self, at_us: u64, message: &[u8]) -> Result<(), LinkError> {
+        let mut passed = Vec::with_capacity(message.len());
+        self.injector.pass(message, &mut passed);
+        self.step(at_us, Event::Bytes(&passed))
+    }
+
+    fn frame(&mut self, exposure: &Exposure, pixels: &[u8]) -> Result<(), LinkError> {
+        let camera = &self.stage.scenario.camera;
+        self.step(
+            exposure.readout_start_us,
+            Event::Frame(FrameEvent {
+                sequence: exposure.frame,
+                open: self.timer.ticks(exposure.open_us),
+                close: self.timer.ticks(exposure.close_us),
+                size: (camera.cols, camera.rows),
+                pixels,
+            }),
+        )
+    }
+
+    fn step(&mut self, at_us: u64, event: Event<'_>) -> Result<(), LinkError> {
+        self.now_us = at_us.max(self.now_us);
+        self.steps += 1;
+        let sent = self.link.step(self.timer.ticks(self.now_us), event)?;
+        self.station.take(&sent);
+        for (stamp, system, component) in std::mem::take(&mut self.station.timesync) {
+            let at_autopilot = self.now_us + LINK_DELAY_US;
+            let answer = self.autopilot.timesync_answer(stamp, at_autopilot, (system, component));
+            self.answers.push((at_autopilot + LINK_DELAY_US, answer));
+        }
+        let servo = std::mem::take(&mut self.station.servo);
+        if !servo.is_empty() {
+            let state = self.stage.motion.state(self.now_us);
+            let exact = follow_up_exact(state.heading_rad, state.pitch_rad, state.roll_rad);
+            for command in servo {
+                let off = crate::flight::wrapped(command - exact);
+                self.servo.0 += 1;
+                self.servo.1 += off * off;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes what the firmware said of a frame, compares the raw frame, and drops pictures that nobody wants.
+    fn close(&mut self, record: &mut FrameRecord, keep: Keep) {
+        let frame = record.exposure.frame;
+        record.report = self.station.reports.get(&frame).copied();
+        record.patch = self.station.patches.remove(&frame);
+        if let Some(pixels) = &record.frame {
+            record.raw = match_raw(self.stage, &record.truth, pixels, record.report.as_ref());
+        }
+        if !keep.keeps(frame) {
+            record.frame = None;
+            record.patch = None;
+        }
+    }
+
+    fn finish(self, frames: Vec<FrameRecord>) -> Flight {
+        let (count, squares) = self.servo;
+        Flight {
+            frames,
+            health: self.station.health,
+            messages: self.station.messages,
+            servo: (count, (squares / count.max(1) as f64).sqrt()),
+            faults: self.injector.counts(),
+            steps: self.steps,
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! The world the firmware flies in, and the judge of what it reports.
+//!
+//! [`scenario`] → [`stage`] ([`world`], [`flight`], [`reference`]) → [`fly`] ([`sensors`], [`autopilot`], [`render`],
+//! [`fault`], [`link`]) → [`station`] → [`score`]. Apart from all of it stands [`oracle`], which judges the core's
+//! geometry; [`still`] and [`still_match`] run the core on single pictures.
+
+pub mod autopilot;
+pub mod camera;
+pub mod fault;
+pub mod flight;
+pub mod fly;
+pub mod link;
+pub mod oracle;
+pub mod reference;
+pub mod render;
+pub mod scenario;
+pub mod score;
+pub mod sensors;
+pub mod stage;
+pub mod station;
+pub mod still;
+pub mod still_match;
+pub mod world;

@@ -1,0 +1,100 @@
+//! Links to a firmware: the same steps, whoever runs it.
+//!
+//! Simulator and firmware go in lockstep. A step sets the capture timer, lets one thing happen (bytes arrive, a pulse,
+//! a frame) and ends when the firmware has nothing left to do; what it sent meanwhile is the step's result. One event a
+//! step makes the order of events the same on every link.
+
+pub mod inproc;
+
+use plumbline_firmware::mission::Mission;
+use plumbline_survey::error::InputError;
+use std::fmt;
+
+/// What happens in a step.
+#[derive(Clone, Copy, Debug)]
+pub enum Event<'a> {
+    /// Time passes.
+    Nothing,
+    /// Bytes from the autopilot.
+    Bytes(&'a [u8]),
+    /// A pulse per second, latched at this tick.
+    Pulse(u32),
+    /// A frame whose shutter has closed.
+    Frame(FrameEvent<'a>),
+}
+
+/// A frame as the front end hands it over.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameEvent<'a> {
+    /// Number of the frame.
+    pub sequence: u32,
+    /// Ticks of the shutter's edges.
+    pub open: u32,
+    /// Ticks of the shutter's edges.
+    pub close: u32,
+    /// (cols, rows).
+    pub size: (u16, u16),
+    /// Row-major, row 0 forward.
+    pub pixels: &'a [u8],
+}
+
+/// Why a link failed.
+#[derive(Debug)]
+pub enum LinkError {
+    /// Something the user can mend: a missing image, an emulator that is not installed, a refused mission.
+    Input(InputError),
+    /// The firmware stopped answering or broke the protocol.
+    Lost(String),
+}
+
+impl fmt::Display for LinkError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            LinkError::Input(error) => error.fmt(f),
+            LinkError::Lost(why) => write!(f, "the firmware was lost: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for LinkError {}
+
+impl From<InputError> for LinkError {
+    fn from(error: InputError) -> Self {
+        LinkError::Input(error)
+    }
+}
+
+/// A firmware that can be flown.
+pub trait Link {
+    /// One step: the capture timer reads `timer`, `event` happens, the firmware works until it is idle. The bytes it
+    /// sent.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    fn step(&mut self, timer: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError>;
+}
+
+/// What a firmware needs before it boots: what lies in its flash.
+#[derive(Clone, Debug)]
+pub struct Flash {
+    /// Camera, settings, georeference.
+    pub mission: Mission,
+    /// The tile's pixels, row-major.
+    pub tile: Vec<u8>,
+}
+
+impl Flash {
+    /// The mission's bytes as they are stored.
+    ///
+    /// # Errors
+    /// [`InputError`] when mission or tile cannot be flown; the firmware would refuse them at boot.
+    pub fn encoded(&self) -> Result<Vec<u8>, InputError> {
+        let refuse = |error| InputError::new(format!("the firmware refuses this mission: {error:?}"));
+        self.mission.settings().map_err(refuse)?;
+        self.mission.tile(&self.tile).map_err(refuse)?;
+        let mut buffer = vec![0; 512];
+        let used = self.mission.encode(&mut buffer).map_err(refuse)?.len();
+        buffer.truncate(used);
+        Ok(buffer)
+    }
+}

@@ -1,0 +1,198 @@
+//! The application on the host: the firmware's own tasks on embassy's executor, in this process.
+
+use super::{Event, Flash, Link, LinkError};
+use embassy_executor::raw::{Executor, TaskStorage};
+use plumbline_core::pipeline::Pipeline;
+use plumbline_core::stamp::Exposure;
+use plumbline_core::units::Ticks;
+use plumbline_firmware::app::{App, beat, camera, receive, transmit};
+use plumbline_firmware::board::{FrameStart, FrontEnd, Gauge, Reader, Row, Timer, Writer};
+use plumbline_firmware::mission::Mission;
+use plumbline_firmware::run::{self, Pending};
+use plumbline_survey::error::InputError;
+use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
+use std::future::poll_fn;
+use std::rc::Rc;
+use std::task::{Poll, Waker};
+
+/// A firmware in this process. Its tasks never end and embassy wants them for ever, so each flight leaks its
+/// application, some tens of kilobytes and the tile.
+#[allow(missing_debug_implementations, reason = "an executor has none")]
+pub struct InProcess {
+    executor: &'static Executor,
+    pending: &'static Pending,
+    wires: Rc<Wires>,
+}
+
+/// What the board's parts share with the simulator.
+#[derive(Default)]
+struct Wires {
+    timer: Cell<u32>,
+    received: RefCell<VecDeque<u8>>,
+    sent: RefCell<Vec<u8>>,
+    pulse: Cell<Option<u32>>,
+    frame: RefCell<Option<(FrameStart, Vec<u8>)>>,
+    wakers: RefCell<Vec<Waker>>,
+}
+
+impl Wires {
+    /// Waits until `ready` gives something. Every step wakes every waiter: there are five, and it cannot forget one.
+    async fn wait<T>(&self, mut ready: impl FnMut(&Self) -> Option<T>) -> T {
+        poll_fn(|context| match ready(self) {
+            Some(value) => Poll::Ready(value),
+            None => {
+                self.wakers.borrow_mut().push(context.waker().clone());
+                Poll::Pending
+            }
+        })
+        .await
+    }
+
+    fn wake(&self) {
+        for waker in self.wakers.take() {
+            waker.wake();
+        }
+    }
+}
+
+impl InProcess {
+    /// Boots the application with what lies in its flash.
+    ///
+    /// # Errors
+    /// [`LinkError::Input`] for a mission that the firmware refuses.
+    pub fn new(flash: &Flash) -> Result<Self, LinkError> {
+        let refuse = |error| InputError::new(format!("the firmware refuses this mission: {error:?}"));
+        // Through the stored form, as the board reads it.
+        let mission = Mission::decode(&flash.encoded()?).map_err(refuse)?;
+        let settings = mission.settings().map_err(refuse)?;
+        let tile = mission.tile(Box::leak(flash.tile.clone().into_boxed_slice())).map_err(refuse)?;
+        let pipeline = Pipeline::new(settings, tile)
+            .map_err(|error| InputError::new(format!("the firmware refuses these settings: {error:?}")))?;
+        let app: &'static App<'static> = Box::leak(Box::new(App::new(pipeline, mission.send_patches)));
+        let pending: &'static Pending = Box::leak(Box::default());
+        let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
+        let wires = Rc::new(Wires::default());
+        let port = || Port(wires.clone());
+        let (mut reader, timer) = (port(), port());
+        spawn(executor, async move { receive::receive(app, &mut reader, &timer).await });
+        let (mut front_end, timer) = (Camera { wires: wires.clone(), size: (0, 0), pixels: Vec::new(), row: 0 }, port());
+        spawn(executor, async move { camera::camera(app, &mut front_end, &timer, &HostGauge).await });
+        let (mut writer, timer) = (port(), port());
+        spawn(executor, async move { transmit::transmit(app, &mut writer, &timer, &HostGauge).await });
+        let mut timer = port();
+        spawn(executor, async move { beat::beat(app, &mut timer).await });
+        let mut timer = port();
+        spawn(executor, async move { beat::pulses(app, &mut timer).await });
+        Ok(InProcess { executor, pending, wires })
+    }
+}
+
+/// Spawns a task that never ends.
+fn spawn<F: Future + 'static>(executor: &'static Executor, task: F) {
+    let storage: &'static TaskStorage<F> = Box::leak(Box::new(TaskStorage::new()));
+    // A storage made a line above is free: the spawn cannot fail.
+    if let Ok(token) = storage.spawn(|| task) {
+        executor.spawner().spawn(token);
+    }
+}
+
+impl Link for InProcess {
+    fn step(&mut self, timer: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError> {
+        self.wires.timer.set(timer);
+        match event {
+            Event::Nothing => {}
+            Event::Bytes(bytes) => self.wires.received.borrow_mut().extend(bytes),
+            Event::Pulse(tick) => self.wires.pulse.set(Some(tick)),
+            Event::Frame(frame) => {
+                let exposure = Exposure { open: Ticks(frame.open), close: Ticks(frame.close) };
+                let start = FrameStart { sequence: frame.sequence, exposure, size: frame.size };
+                *self.wires.frame.borrow_mut() = Some((start, frame.pixels.to_vec()));
+            }
+        }
+        self.wires.wake();
+        run::until_idle(self.executor, self.pending);
+        Ok(self.wires.sent.take())
+    }
+}
+
+/// Link and timer.
+struct Port(Rc<Wires>);
+
+impl Reader for Port {
+    async fn read(&mut self, buffer: &mut [u8]) -> usize {
+        self.0
+            .wait(|wires| {
+                let mut received = wires.received.borrow_mut();
+                let count = received.len().min(buffer.len());
+                for (to, from) in buffer.iter_mut().zip(received.drain(..count)) {
+                    *to = from;
+                }
+                (count > 0).then_some(count)
+            })
+            .await
+    }
+}
+
+impl Writer for Port {
+    async fn write(&mut self, bytes: &[u8]) {
+        self.0.sent.borrow_mut().extend_from_slice(bytes);
+    }
+}
+
+impl Timer for Port {
+    fn now(&self) -> Ticks {
+        Ticks(self.0.timer.get())
+    }
+
+    async fn until(&mut self, at: Ticks) {
+        self.0.wait(|wires| (Ticks(wires.timer.get()).since(at) >= 0).then_some(())).await;
+    }
+
+    async fn pulse(&mut self) -> Ticks {
+        Ticks(self.0.wait(|wires| wires.pulse.take()).await)
+    }
+}
+
+/// The front end: all rows are there at once, the host has no row time.
+struct Camera {
+    wires: Rc<Wires>,
+    size: (u16, u16),
+    pixels: Vec<u8>,
+    row: usize,
+}
+
+impl FrontEnd for Camera {
+    async fn frame(&mut self) -> FrameStart {
+        let (start, pixels) = self.wires.wait(|wires| wires.frame.take()).await;
+        (self.size, self.pixels, self.row) = (start.size, pixels, 0);
+        start
+    }
+
+    async fn row(&mut self) -> Row<'_> {
+        let cols = self.size.0 as usize;
+        let from = self.row * cols;
+        self.row += 1;
+        match self.pixels.get(from..from + cols) {
+            Some(pixels) if cols > 0 => Row::Pixels(pixels),
+            _ => Row::End,
+        }
+    }
+}
+
+/// No counters and no memory limits on the host.
+struct HostGauge;
+
+impl Gauge for HostGauge {
+    fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {
+        (work(), 0)
+    }
+
+    fn overruns(&self) -> u32 {
+        0
+    }
+
+    fn memory(&self) -> (u32, u32) {
+        (0, 0)
+    }
+}

@@ -1,0 +1,164 @@
+//! A named flight: everything that decides what happens, in one TOML file.
+//!
+//! Every key has a default, and the defaults together are the default scene: V = 60°, 512 x 512 pixels, 100 to 150 m,
+//! tilt uniform within ±10°, a servo that follows exactly, R = 5 m, attitude noise 0.1°, 10 % changed ground, 3 DN of
+//! noise, 300 frames. A key that is not known is refused, so that a slip of the pen does not fly the default.
+//! Degrees and milliseconds stand in the file only; what flies is in radians and microseconds.
+
+mod check;
+mod ground;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+pub use ground::Ground;
+pub use tables::{
+    Attitude, Camera, Distortion, Flight, FollowUp, FollowUpMode, LinkFaults, Position, Range, Reference, Replay, Timer,
+};
+
+use serde::Deserialize;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// The sensors run this long before the first frame, microseconds: the board needs two pulses per second, a clock
+/// offset and a position before it can fix anything.
+pub const WARM_UP_US: u64 = 3_000_000;
+/// The flight goes on this long after the last frame's interval, microseconds, so that the last frame gets its pose.
+pub const COOL_DOWN_US: u64 = 1_000_000;
+
+/// Why a scenario cannot be flown: one sentence without a full stop that names file, key and value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ScenarioError(pub(crate) String);
+
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for ScenarioError {}
+
+/// A flight and the world it is flown in.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scenario {
+    /// What the report calls it.
+    pub name: String,
+    /// Every random number of the flight comes from this. Same seed, same bytes.
+    pub seed: u64,
+    /// Frames to take.
+    pub frames: u32,
+    /// Pixel size R of reference and patch, metres.
+    pub resolution_m: f64,
+    /// Search radius of the matching, pixels of the reference.
+    pub search_px: u16,
+    /// From one frame to the next, milliseconds.
+    pub frame_interval_ms: u32,
+    /// Each frame opens late by a random part of this, microseconds, so that frames and attitude samples, both driven
+    /// by quartz, do not keep one phase for the whole flight.
+    pub frame_jitter_us: u32,
+    /// Shutter open to shutter close, microseconds.
+    pub exposure_us: u32,
+    /// White noise of the camera's pixels, DN of 255.
+    pub noise_dn: f64,
+    /// The camera that is simulated. A caller that reads `camera_file` puts what it says here.
+    pub camera: Camera,
+    /// A camera file instead of `[camera]`.
+    pub camera_file: Option<PathBuf>,
+    /// Where the vehicle goes and how it moves.
+    pub flight: Flight,
+    /// Attitude sensor.
+    pub attitude: Attitude,
+    /// Camera servo and its encoder.
+    pub follow_up: FollowUp,
+    /// Laser rangefinder.
+    pub range: Range,
+    /// Position prior.
+    pub position: Position,
+    /// How the reference differs from the ground that is flown over.
+    pub reference: Reference,
+    /// The board's capture timer and the pulse per second.
+    pub timer: Timer,
+    /// What is flown over.
+    pub ground: Ground,
+    /// A recorded attitude instead of a made-up one.
+    pub replay: Option<Replay>,
+    /// What goes wrong on the link.
+    pub link_faults: LinkFaults,
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Scenario {
+            name: "default".into(),
+            seed: 1,
+            frames: 300,
+            resolution_m: 5.0,
+            search_px: 10,
+            frame_interval_ms: 250,
+            frame_jitter_us: 5000,
+            exposure_us: 2000,
+            noise_dn: 3.0,
+            camera: Camera::default(),
+            camera_file: None,
+            flight: Flight::default(),
+            attitude: Attitude::default(),
+            follow_up: FollowUp::default(),
+            range: Range::default(),
+            position: Position::default(),
+            reference: Reference::default(),
+            timer: Timer::default(),
+            ground: Ground::Procedural,
+            replay: None,
+            link_faults: LinkFaults::default(),
+        }
+    }
+}
+
+impl Scenario {
+    /// The default scene.
+    #[must_use]
+    pub fn default_scene() -> Self {
+        Scenario::default()
+    }
+
+    /// Reads and checks a scenario file. `data`: the folder that `data:` at the start of a path stands for; other
+    /// relative paths start at the scenario file's own folder.
+    ///
+    /// # Errors
+    /// [`ScenarioError`]: the file cannot be read, is not TOML, has an unknown key or a value out of its range.
+    pub fn load(path: &Path, data: Option<&Path>) -> Result<Self, ScenarioError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| ScenarioError(format!("{file}: cannot read the scenario ({error})")))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::parse(&text, &file, folder, data)
+    }
+
+    /// The same from the file's text. `file` is its name for messages, `folder` where its relative paths start.
+    ///
+    /// # Errors
+    /// [`ScenarioError`].
+    pub fn parse(text: &str, file: &str, folder: &Path, data: Option<&Path>) -> Result<Self, ScenarioError> {
+        let table: toml::Table = toml::from_str(text).map_err(|error| check::sentence(file, text, &error))?;
+        if table.contains_key("camera") && table.contains_key("camera_file") {
+            return Err(ScenarioError(format!("{file}: both [camera] and camera_file are given, only one can fly")));
+        }
+        let mut scenario: Scenario = toml::from_str(text).map_err(|error| check::sentence(file, text, &error))?;
+        scenario.resolve_paths(file, folder, data)?;
+        scenario.check(file)?;
+        Ok(scenario)
+    }
+
+    /// From power-on of the autopilot's clock to the end of the flight, microseconds.
+    #[must_use]
+    pub fn duration_us(&self) -> u64 {
+        WARM_UP_US + u64::from(self.frames) * self.frame_interval_us() + COOL_DOWN_US
+    }
+
+    /// From one frame to the next, microseconds.
+    #[must_use]
+    pub fn frame_interval_us(&self) -> u64 {
+        u64::from(self.frame_interval_ms) * 1000
+    }
+}

@@ -1,0 +1,138 @@
+//! The door: what a scenario may say. Behind it nobody checks again.
+
+use super::{FollowUpMode, Scenario, ScenarioError};
+use crate::flight::footprint_margin_m;
+
+/// Most frames of a flight: a day at 4 Hz is 345 600.
+const FRAMES_MAX: u32 = 1_000_000;
+/// The shutter's close to the first row, and some air before the next frame opens.
+const BETWEEN_FRAMES_US: u64 = 1000;
+
+impl Scenario {
+    /// Checks every value. Call it again after changing one, with the name of what changed it.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] names `file`, the key, its value and what it may be.
+    pub fn check(&self, file: &str) -> Result<(), ScenarioError> {
+        for (key, value, low, high) in self.ranges() {
+            if !(low..=high).contains(&value) {
+                return Err(ScenarioError(format!("{file}: {key} = {value} is not between {low} and {high}")));
+            }
+        }
+        self.check_together().map_err(|what| ScenarioError(format!("{file}: {what}")))
+    }
+
+    /// Key, value, lowest, highest.
+    fn ranges(&self) -> Vec<(&'static str, f64, f64, f64)> {
+        let (camera, flight, attitude, follow_up) = (&self.camera, &self.flight, &self.attitude, &self.follow_up);
+        let (range, position, reference) = (&self.range, &self.position, &self.reference);
+        let faults = &self.link_faults;
+        let mut ranges = vec![
+            ("frames", self.frames.into(), 1.0, FRAMES_MAX.into()),
+            ("resolution_m", self.resolution_m, 0.01, 1000.0),
+            ("search_px", self.search_px.into(), 1.0, 256.0),
+            ("frame_interval_ms", self.frame_interval_ms.into(), 10.0, 3_600_000.0),
+            ("frame_jitter_us", self.frame_jitter_us.into(), 0.0, 1e6),
+            ("exposure_us", self.exposure_us.into(), 1.0, 1e6),
+            ("noise_dn", self.noise_dn, 0.0, 255.0),
+            ("camera.cols", camera.cols.into(), 1.0, 8192.0),
+            ("camera.rows", camera.rows.into(), 1.0, 8192.0),
+            ("camera.fov_h_deg", camera.fov_h_deg, 0.1, 170.0),
+            ("camera.fov_v_deg", camera.fov_v_deg, 0.1, 170.0),
+            ("camera.offset_m_px", camera.offset_m_px, -8192.0, 8192.0),
+            ("camera.offset_n_px", camera.offset_n_px, -8192.0, 8192.0),
+            ("flight.height_m", flight.height_m[0], 0.1, 1e5),
+            ("flight.height_m", flight.height_m[1], 0.1, 1e5),
+            ("flight.tilt_max_deg", flight.tilt_max_deg, 0.0, 80.0),
+            ("flight.speed_m_s", flight.speed_m_s, 0.0, 1000.0),
+            ("flight.heading_wander_deg", flight.heading_wander_deg, 0.0, 180.0),
+            ("attitude.rate_hz", attitude.rate_hz.into(), 1.0, 10_000.0),
+            ("attitude.latency_us", attitude.latency_us.into(), 0.0, 1e7),
+            ("attitude.white_deg", attitude.white_deg, 0.0, 90.0),
+            ("attitude.drift_deg", attitude.drift_deg, 0.0, 90.0),
+            ("attitude.drift_s", attitude.drift_s, 1e-3, 1e6),
+            ("attitude.heading_white_deg", attitude.heading_white_deg.unwrap_or(0.0), 0.0, 90.0),
+            ("attitude.heading_drift_deg", attitude.heading_drift_deg.unwrap_or(0.0), 0.0, 90.0),
+            ("follow_up.servo_lag_s", follow_up.servo_lag_s, 0.0, 60.0),
+            ("follow_up.noise_deg", follow_up.noise_deg, 0.0, 90.0),
+            // Their messages stamp whole milliseconds.
+            ("follow_up.rate_hz", follow_up.rate_hz.into(), 1.0, 1000.0),
+            ("follow_up.latency_us", follow_up.latency_us.into(), 0.0, 1e7),
+            ("range.sigma_m", range.sigma_m, 0.0, 1000.0),
+            ("range.rate_hz", range.rate_hz.into(), 1.0, 1000.0),
+            ("range.latency_us", range.latency_us.into(), 0.0, 1e7),
+            ("range.dropout_percent", range.dropout_percent, 0.0, 100.0),
+            ("position.sigma_m", position.sigma_m, 0.0, 1e5),
+            ("position.time_constant_s", position.time_constant_s, 1e-3, 1e6),
+            ("position.velocity_sigma_m_s", position.velocity_sigma_m_s, 0.0, 1000.0),
+            ("position.rate_hz", position.rate_hz.into(), 1.0, 1000.0),
+            ("position.latency_us", position.latency_us.into(), 0.0, 1e7),
+            ("reference.gamma", reference.gamma, 0.05, 20.0),
+            ("reference.gain", reference.gain, 0.01, 100.0),
+            ("reference.offset_dn", reference.offset_dn, -255.0, 255.0),
+            ("reference.noise_dn", reference.noise_dn, 0.0, 255.0),
+            ("reference.changed_fraction", reference.changed_fraction, 0.0, 1.0),
+            ("timer.drift_ppm", self.timer.drift_ppm, -1000.0, 1000.0),
+            ("link_faults.bit_error_percent", faults.bit_error_percent, 0.0, 50.0),
+            ("link_faults.cut_percent", faults.cut_percent, 0.0, 100.0),
+            ("link_faults.unknown_percent", faults.unknown_percent, 0.0, 100.0),
+        ];
+        if let Some(d) = &camera.distortion {
+            ranges.extend([
+                ("camera.distortion.k1", d.k1, -10.0, 10.0),
+                ("camera.distortion.k2", d.k2, -10.0, 10.0),
+                ("camera.distortion.k3", d.k3, -10.0, 10.0),
+                ("camera.distortion.p1", d.p1, -10.0, 10.0),
+                ("camera.distortion.p2", d.p2, -10.0, 10.0),
+            ]);
+        }
+        if let Some(replay) = &self.replay {
+            ranges.push(("replay.start_s", replay.start_s.unwrap_or(0.0), -1e9, 1e9));
+            ranges.push(("replay.time_scale", replay.time_scale, 0.01, 100.0));
+        }
+        ranges
+    }
+
+    /// What single values cannot say.
+    fn check_together(&self) -> Result<(), String> {
+        let [low, high] = self.flight.height_m;
+        if low > high {
+            return Err(format!("flight.height_m = [{low}, {high}] has the higher value first"));
+        }
+        let taken = u64::from(self.exposure_us) + u64::from(self.frame_jitter_us) + BETWEEN_FRAMES_US;
+        if taken > self.frame_interval_us() {
+            return Err(format!(
+                "exposure_us = {} and frame_jitter_us = {} do not fit into frame_interval_ms = {}",
+                self.exposure_us, self.frame_jitter_us, self.frame_interval_ms
+            ));
+        }
+        let (k_h, k_v) = self.camera.tangent_per_px();
+        if self.follow_up.mode == FollowUpMode::Followed && (k_h / k_v - 1.0).abs() > 1e-6 {
+            return Err(format!(
+                "follow_up.mode = \"followed\" needs a field of view in proportion to the pixels, but camera.fov_h_deg \
+                 = {} over {} columns and camera.fov_v_deg = {} over {} rows are not",
+                self.camera.fov_h_deg, self.camera.cols, self.camera.fov_v_deg, self.camera.rows
+            ));
+        }
+        if self.replay.is_none() && !footprint_margin_m(self).is_finite() {
+            return Err(format!(
+                "flight.tilt_max_deg = {} brings the horizon into the frame of camera.fov_h_deg = {} and \
+                 camera.fov_v_deg = {}",
+                self.flight.tilt_max_deg, self.camera.fov_h_deg, self.camera.fov_v_deg
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// What the TOML reader found, as one sentence with the line it stands in.
+pub(super) fn sentence(file: &str, text: &str, error: &toml::de::Error) -> ScenarioError {
+    let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+    let place = error.span().and_then(|span| {
+        let before = text.get(..span.start)?;
+        let number = before.matches('\n').count() + 1;
+        let line = text.lines().nth(number - 1)?.trim();
+        Some(format!(", line {number} (`{line}`)"))
+    });
+    ScenarioError(format!("{file}{}: {message}", place.unwrap_or_default()))
+}

@@ -1,0 +1,90 @@
+//! What is flown over, and where the files lie.
+
+use super::{Scenario, ScenarioError};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// What is flown over.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "Keys")]
+pub enum Ground {
+    /// Made up from the seed: texture, fields, roads; flat at height 0.
+    Procedural,
+    /// An orthophoto.
+    Ortho {
+        /// What the camera sees.
+        ortho: PathBuf,
+        /// Heights; flat at 0 without it.
+        dem: Option<PathBuf>,
+        /// What the reference is made of; the same orthophoto without it.
+        reference: Option<PathBuf>,
+    },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    kind: Option<Kind>,
+    ortho: Option<PathBuf>,
+    dem: Option<PathBuf>,
+    reference: Option<PathBuf>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    Procedural,
+}
+
+impl TryFrom<Keys> for Ground {
+    type Error = &'static str;
+
+    fn try_from(keys: Keys) -> Result<Self, Self::Error> {
+        match (keys.kind, keys.ortho) {
+            (None, Some(ortho)) => Ok(Ground::Ortho { ortho, dem: keys.dem, reference: keys.reference }),
+            (Some(Kind::Procedural), None) if keys.dem.is_none() && keys.reference.is_none() => Ok(Ground::Procedural),
+            (Some(Kind::Procedural), _) => Err("a procedural ground takes no ortho, dem or reference"),
+            (None, None) => Err("ground needs either kind = \"procedural\" or an ortho"),
+        }
+    }
+}
+
+impl Scenario {
+    /// Makes every path ready to open.
+    pub(super) fn resolve_paths(
+        &mut self,
+        file: &str,
+        folder: &Path,
+        data: Option<&Path>,
+    ) -> Result<(), ScenarioError> {
+        let mut paths: Vec<(&str, &mut PathBuf)> = Vec::new();
+        if let Some(camera) = &mut self.camera_file {
+            paths.push(("camera_file", camera));
+        }
+        if let Ground::Ortho { ortho, dem, reference } = &mut self.ground {
+            paths.push(("ground.ortho", ortho));
+            paths.extend(dem.as_mut().map(|path| ("ground.dem", path)));
+            paths.extend(reference.as_mut().map(|path| ("ground.reference", path)));
+        }
+        if let Some(replay) = &mut self.replay {
+            paths.push(("replay.att", &mut replay.att));
+        }
+        for (key, path) in paths {
+            *path = resolved(path, folder, data).ok_or_else(|| {
+                ScenarioError(format!(
+                    "{file}: {key} = \"{}\" needs the folder of real data, which PLUMBLINE_DATA does not name",
+                    path.display()
+                ))
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// `None` when the data folder is needed and there is none.
+fn resolved(path: &Path, folder: &Path, data: Option<&Path>) -> Option<PathBuf> {
+    match path.to_str().and_then(|text| text.strip_prefix("data:")) {
+        Some(inside) => data.map(|data| data.join(inside)),
+        None => Some(folder.join(path)),
+    }
+}

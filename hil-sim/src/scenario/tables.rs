@@ -1,0 +1,264 @@
+//! The tables of a scenario file. Keys carry their units; angles are degrees here and nowhere else.
+
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// The camera: the six keys of every camera file, and distortion.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Camera {
+    /// Frame width, pixels.
+    pub cols: u16,
+    /// Frame height, pixels.
+    pub rows: u16,
+    /// Full field of view across, over the columns.
+    pub fov_h_deg: f64,
+    /// Full field of view along, over the rows.
+    pub fov_v_deg: f64,
+    /// Principal point right of the frame's centre, pixels.
+    pub offset_m_px: f64,
+    /// Principal point forward of the frame's centre, pixels.
+    pub offset_n_px: f64,
+    /// Brown-Conrady, ideal to distorted.
+    pub distortion: Option<Distortion>,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Camera {
+            cols: 512,
+            rows: 512,
+            fov_h_deg: 60.0,
+            fov_v_deg: 60.0,
+            offset_m_px: 0.0,
+            offset_n_px: 0.0,
+            distortion: None,
+        }
+    }
+}
+
+impl Camera {
+    /// Tangents per pixel, across and along: kH = tan(V_H/2)/(cols/2) and kV likewise.
+    #[must_use]
+    pub fn tangent_per_px(&self) -> (f64, f64) {
+        let per_px = |fov_deg: f64, count: u16| (0.5 * fov_deg.to_radians()).tan() / (0.5 * f64::from(count));
+        (per_px(self.fov_h_deg, self.cols), per_px(self.fov_v_deg, self.rows))
+    }
+}
+
+/// Brown-Conrady coefficients on normalised coordinates, ideal to distorted.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Distortion {
+    /// Radial, of r².
+    pub k1: f64,
+    /// Radial, of r⁴.
+    pub k2: f64,
+    /// Radial, of r⁶.
+    pub k3: f64,
+    /// Tangential, first.
+    pub p1: f64,
+    /// Tangential, second.
+    pub p2: f64,
+}
+
+/// True motion.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Flight {
+    /// Lowest and highest height above the ground's base, metres; heights between are equally frequent.
+    pub height_m: [f64; 2],
+    /// Pitch and roll are uniform within plus and minus this.
+    pub tilt_max_deg: f64,
+    /// Root-mean-square horizontal speed; lower where the ground is too small to turn at it.
+    pub speed_m_s: f64,
+    /// Standard deviation of the heading around the course.
+    pub heading_wander_deg: f64,
+}
+
+impl Default for Flight {
+    fn default() -> Self {
+        Flight { height_m: [100.0, 150.0], tilt_max_deg: 10.0, speed_m_s: 35.0, heading_wander_deg: 20.0 }
+    }
+}
+
+/// Attitude sensor. Each of heading, pitch and roll has noise of its own: white, plus a first-order Gauss-Markov drift.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Attitude {
+    /// Samples a second.
+    pub rate_hz: u32,
+    /// From sampling to arrival.
+    pub latency_us: u32,
+    /// White noise, one sigma.
+    pub white_deg: f64,
+    /// Drift, one sigma.
+    pub drift_deg: f64,
+    /// Time constant of the drift.
+    pub drift_s: f64,
+    /// White noise of the heading; that of pitch and roll unless given.
+    pub heading_white_deg: Option<f64>,
+    /// Drift of the heading; that of pitch and roll unless given.
+    pub heading_drift_deg: Option<f64>,
+}
+
+impl Default for Attitude {
+    fn default() -> Self {
+        Attitude {
+            rate_hz: 200,
+            latency_us: 8000,
+            white_deg: 0.1,
+            drift_deg: 0.0,
+            drift_s: 30.0,
+            heading_white_deg: None,
+            heading_drift_deg: None,
+        }
+    }
+}
+
+/// What the camera does about the heading, and what the firmware is told to believe.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FollowUpMode {
+    /// A servo follows; the firmware computes the follow-up angle.
+    #[default]
+    Followed,
+    /// A servo follows; the firmware reads its encoder.
+    Measured,
+    /// No servo: the follow-up angle is zero.
+    Fixed,
+}
+
+/// Camera servo and encoder. The encoder sends in the mode "measured" only.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FollowUp {
+    /// Which of the three.
+    pub mode: FollowUpMode,
+    /// Time constant of the servo, seconds; 0 follows exactly.
+    pub servo_lag_s: f64,
+    /// White noise of the encoder, one sigma.
+    pub noise_deg: f64,
+    /// Samples a second.
+    pub rate_hz: u32,
+    /// From sampling to arrival.
+    pub latency_us: u32,
+}
+
+impl Default for FollowUp {
+    fn default() -> Self {
+        FollowUp { mode: FollowUpMode::Followed, servo_lag_s: 0.0, noise_deg: 0.05, rate_hz: 100, latency_us: 5000 }
+    }
+}
+
+/// Laser rangefinder, strapped down along the camera's axis.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Range {
+    /// White noise of the slant, one sigma.
+    pub sigma_m: f64,
+    /// Samples a second.
+    pub rate_hz: u32,
+    /// From sampling to arrival.
+    pub latency_us: u32,
+    /// Share of the samples without an echo.
+    pub dropout_percent: f64,
+}
+
+impl Default for Range {
+    fn default() -> Self {
+        Range { sigma_m: 0.03, rate_hz: 50, latency_us: 10_000, dropout_percent: 0.0 }
+    }
+}
+
+/// Position prior, as a vehicle without satellite navigation has it: good to a few pixels, drifting.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Position {
+    /// Gauss-Markov error of each of east, north and up, one sigma.
+    pub sigma_m: f64,
+    /// Its time constant.
+    pub time_constant_s: f64,
+    /// White noise of each velocity, one sigma.
+    pub velocity_sigma_m_s: f64,
+    /// Samples a second.
+    pub rate_hz: u32,
+    /// From sampling to arrival.
+    pub latency_us: u32,
+}
+
+impl Default for Position {
+    fn default() -> Self {
+        Position { sigma_m: 10.0, time_constant_s: 60.0, velocity_sigma_m_s: 0.1, rate_hz: 5, latency_us: 100_000 }
+    }
+}
+
+/// How the reference differs from the ground: offset + gain · 255 (DN/255)^gamma, noise, and patches that changed.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Reference {
+    /// Exponent of the tone curve.
+    pub gamma: f64,
+    /// Gain after it.
+    pub gain: f64,
+    /// Offset after it, DN.
+    pub offset_dn: f64,
+    /// White noise, DN.
+    pub noise_dn: f64,
+    /// Share of the area that looks different today.
+    pub changed_fraction: f64,
+}
+
+impl Default for Reference {
+    fn default() -> Self {
+        Reference { gamma: 0.8, gain: 1.0, offset_dn: 0.0, noise_dn: 3.0, changed_fraction: 0.10 }
+    }
+}
+
+/// The free-running 32-bit capture timer of 1 MHz, and the pulse per second that ties it to the autopilot.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Timer {
+    /// Its count at the autopilot's time 0. The default wraps 5 s into the flight.
+    pub start_ticks: u32,
+    /// How much faster than the autopilot's clock it runs, parts per million.
+    pub drift_ppm: f64,
+    /// Whether the pulse per second is wired.
+    pub pps: bool,
+}
+
+impl Default for Timer {
+    fn default() -> Self {
+        Timer { start_ticks: 4_290_000_000, drift_ppm: 12.0, pps: true }
+    }
+}
+
+/// A recorded attitude, flown as the true one.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Replay {
+    /// CSV with the columns `t_s`, `roll_deg`, `pitch_deg`, `yaw_deg`.
+    pub att: PathBuf,
+    /// The `t_s` at which the flight begins; the log's first row unless given.
+    #[serde(default)]
+    pub start_s: Option<f64>,
+    /// Seconds of the log flown in a second; below 1 calms the log down.
+    #[serde(default = "real_time")]
+    pub time_scale: f64,
+}
+
+fn real_time() -> f64 {
+    1.0
+}
+
+/// What goes wrong on the link, all in percent. See [`crate::fault`].
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LinkFaults {
+    /// Share of all bits that arrive flipped. A message has some 300 bits.
+    pub bit_error_percent: f64,
+    /// Share of the messages of which the end, or all, is missing.
+    pub cut_percent: f64,
+    /// Share of the messages before which one of an unknown kind arrives.
+    pub unknown_percent: f64,
+}

@@ -1,0 +1,102 @@
+use super::{FollowUpMode, Ground, Scenario, ScenarioError};
+use std::path::{Path, PathBuf};
+
+fn parse(text: &str) -> Result<Scenario, ScenarioError> {
+    Scenario::parse(text, "a.toml", Path::new("folder"), Some(Path::new("/data")))
+}
+
+/// Every named flight of the repository.
+const NAMED: [(&str, &str); 7] = [
+    ("default", include_str!("../../scenarios/default.toml")),
+    ("honest", include_str!("../../scenarios/honest.toml")),
+    ("vienna", include_str!("../../scenarios/vienna.toml")),
+    ("naip", include_str!("../../scenarios/naip.toml")),
+    ("barrel", include_str!("../../scenarios/barrel.toml")),
+    ("nadir", include_str!("../../scenarios/nadir.toml")),
+    ("faults", include_str!("../../scenarios/faults.toml")),
+];
+
+#[test]
+fn the_named_flights_are_sound() {
+    for (name, text) in NAMED {
+        let scenario = parse(text).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(scenario.name, name);
+    }
+}
+
+#[test]
+fn the_default_file_says_what_the_defaults_are() {
+    let default = Scenario::default_scene();
+    assert_eq!(parse(""), Ok(default.clone()));
+    assert_eq!(parse(NAMED[0].1), Ok(default.clone()));
+    // The scene of the reference measurements.
+    assert_eq!((default.camera.cols, default.camera.fov_h_deg), (512, 60.0));
+    assert_eq!((default.flight.height_m, default.flight.tilt_max_deg), ([100.0, 150.0], 10.0));
+    assert_eq!((default.resolution_m, default.frames, default.noise_dn), (5.0, 300, 3.0));
+    assert_eq!((default.attitude.white_deg, default.reference.changed_fraction), (0.1, 0.1));
+    assert_eq!((default.follow_up.mode, default.follow_up.servo_lag_s), (FollowUpMode::Followed, 0.0));
+}
+
+/// k1 of the barrel: the frame's corner, at r² = 2 tan² 30°, moves inwards by 5 %.
+#[test]
+fn the_barrel_draws_the_corner_in_by_five_percent() {
+    let barrel = parse(NAMED[4].1).expect("the file is sound");
+    let (k_h, k_v) = barrel.camera.tangent_per_px();
+    let r2 = (256.0 * k_h).powi(2) + (256.0 * k_v).powi(2);
+    let k1 = barrel.camera.distortion.expect("a lens with distortion").k1;
+    assert!((1.0 + k1 * r2 - 0.95).abs() < 1e-9);
+}
+
+#[test]
+fn paths_start_at_the_file_or_at_the_data() {
+    let text = r#"
+        camera_file = "c.toml"
+        ground = { ortho = "data:images/o.tif", dem = "/abs/d.tif" }
+        replay = { att = "data:a.csv" }"#;
+    let scenario = parse(text).expect("sound");
+    assert_eq!(scenario.camera_file, Some(PathBuf::from("folder/c.toml")));
+    let ortho = PathBuf::from("/data/images/o.tif");
+    assert_eq!(scenario.ground, Ground::Ortho { ortho, dem: Some("/abs/d.tif".into()), reference: None });
+    let replay = scenario.replay.expect("given");
+    assert_eq!((replay.att, replay.start_s, replay.time_scale), (PathBuf::from("/data/a.csv"), None, 1.0));
+    let error = Scenario::parse(text, "a.toml", Path::new(""), None).expect_err("no data folder");
+    assert_eq!(
+        error.to_string(),
+        "a.toml: ground.ortho = \"data:images/o.tif\" needs the folder of real data, which PLUMBLINE_DATA does not name"
+    );
+}
+
+/// What a slip of the pen gets: one line that names the file, the key and the value.
+#[test]
+fn what_is_wrong_is_named() {
+    for (text, words) in [
+        ("frames = 0", ["a.toml: frames = 0 is not between 1 and 1000000"].as_slice()),
+        ("\n[flight]\ntilt_deg = 3", &["a.toml, line 3", "`tilt_deg = 3`", "unknown field `tilt_deg`"]),
+        ("frames = \"many\"", &["a.toml, line 1", "frames = \"many\"", "invalid type"]),
+        ("frames = -3", &["line 1", "frames = -3", "invalid value"]),
+        ("frames 3", &["a.toml, line 1 (`frames 3`)"]),
+        ("noise_dn = nan", &["noise_dn = NaN is not between 0 and 255"]),
+        ("[attitude]\nwhite_deg = -0.1", &["attitude.white_deg = -0.1 is not between"]),
+        ("[attitude]\nheading_drift_deg = inf", &["attitude.heading_drift_deg = inf is not between"]),
+        ("[camera.distortion]\nk2 = 99.0", &["camera.distortion.k2 = 99 is not between"]),
+        ("[flight]\nheight_m = [150.0, 100.0]", &["flight.height_m = [150, 100] has the higher value first"]),
+        ("frame_interval_ms = 10\nexposure_us = 5000", &["exposure_us = 5000", "frame_interval_ms = 10"]),
+        ("[camera]\nfov_v_deg = 45.0", &["follow_up.mode = \"followed\"", "camera.fov_v_deg = 45"]),
+        ("[flight]\ntilt_max_deg = 45.0", &["flight.tilt_max_deg = 45 brings the horizon"]),
+        ("[follow_up]\nmode = \"loose\"", &["line 2", "mode = \"loose\"", "unknown variant `loose`"]),
+        ("[ground]\nkind = \"flat\"", &["line 2", "unknown variant `flat`"]),
+        ("[ground]\ndem = \"d.tif\"", &["ground needs either kind"]),
+        ("[ground]\nkind = \"procedural\"\northo = \"o.tif\"", &["takes no ortho"]),
+        ("camera_file = \"c.toml\"\n[camera]\ncols = 5", &["both [camera] and camera_file"]),
+        ("[replay]\nstart_s = 3", &["a.toml", "missing field `att`"]),
+        ("[replay]\natt = \"a.csv\"\ntime_scale = 0.0", &["replay.time_scale = 0 is not between"]),
+    ] {
+        let error = parse(text).expect_err(text).to_string();
+        assert!(!error.contains('\n'), "{error}");
+        for word in words {
+            assert!(error.contains(word), "{text:?} gives {error:?} without {word:?}");
+        }
+    }
+    let missing = Scenario::load(Path::new("no/such.toml"), None).expect_err("no file").to_string();
+    assert!(missing.starts_with("no/such.toml: cannot read the scenario"), "{missing}");
+}

@@ -1,0 +1,337 @@
+//! What a flight is worth: every frame against the truth, and the figures of `report.json`.
+
+pub mod raw;
+mod statistics;
+
+use crate::fly::{Flight, FrameRecord};
+use crate::stage::Stage;
+use plumbline_survey::error::InputError;
+use plumbline_survey::output::write_file;
+use serde::Serialize;
+use statistics::{mean, percentile};
+use std::fmt::Write;
+use std::path::Path;
+
+/// A frame against the truth, pixels of the reference and metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scored {
+    /// Number of the frame.
+    pub frame: u32,
+    /// Whether there is a fix.
+    pub accepted: bool,
+    /// True nadir relative to the predicted position, (columns, rows).
+    pub truth_px: Option<[f64; 2]>,
+    /// Matched centre minus true nadir, (columns, rows), accepted or not.
+    pub error_px: Option<[f64; 2]>,
+    /// The same for the whole-pixel peak.
+    pub integer_px: Option<[f64; 2]>,
+    /// The same for the raw frame's whole-pixel peak.
+    pub raw_px: Option<[f64; 2]>,
+    /// Fix minus true position, (east, north) metres.
+    pub error_m: Option<[f64; 2]>,
+    /// Normalised estimation error squared, 2 degrees of freedom.
+    pub nees: Option<f64>,
+    /// Error of the pose the firmware used: what the attitude alone does to the nadir, (columns, rows) pixels.
+    pub attitude_px: Option<[f64; 2]>,
+    /// Instructions from edge to fix; `None` where the link cannot tell.
+    pub instructions: Option<u64>,
+}
+
+/// Scores a frame.
+pub fn score(stage: &Stage, record: &FrameRecord) -> Scored {
+    let resolution = stage.scenario.resolution_m;
+    let truth = &record.truth;
+    // Truth relative to the tile's centre.
+    let true_m = [truth.east_m - stage.tile_centre[0], truth.north_m - stage.tile_centre[1]];
+    let report = record.report.as_ref();
+    let predicted = report.and_then(|r| r.predicted).map(|p| p.map(f64::from));
+    let truth_px = predicted.map(|p| [(true_m[0] - p[0]) / resolution, -(true_m[1] - p[1]) / resolution]);
+    let against = |d: [f32; 2]| truth_px.map(|t| [f64::from(d[0]) - t[0], f64::from(d[1]) - t[1]]);
+    let matched = report.and_then(|r| r.matched);
+    let fix = report.and_then(|r| r.fix).map(|fix| fix.map(f64::from));
+    let error_m = fix.map(|fix| [fix[0] - true_m[0], fix[1] - true_m[1]]);
+    let nees = fix.zip(error_m).map(|([_, _, ee, en, nn], [e, n])| {
+        (e * e * nn - 2.0 * e * n * en + n * n * ee) / (ee * nn - en * en)
+    });
+    let instructions = report.map(|r| r.instructions.iter().map(|&i| u64::from(i)).sum()).filter(|&sum| sum > 0);
+    Scored {
+        frame: record.exposure.frame,
+        accepted: fix.is_some(),
+        truth_px,
+        error_px: matched.and_then(|m| against([m[0], m[1]])),
+        integer_px: matched.and_then(|m| against([m[4], m[5]])),
+        raw_px: record.raw.map(|raw| raw.error_px),
+        error_m,
+        nees,
+        attitude_px: report.and_then(|r| r.situation).map(|s| attitude_part(stage, truth, s)),
+        instructions,
+    }
+}
+
+/// Where the nadir would be sought with the pose that the firmware used, in pixels off the true one: the tilt's error
+/// turned to the ground, heading and height having no effect at the nadir itself. Columns east, rows south.
+fn attitude_part(stage: &Stage, truth: &crate::flight::TrueState, used: [f32; 5]) -> [f64; 2] {
+    use crate::oracle::matrix_a;
+    let [height, heading, pitch, roll, _] = used.map(f64::from);
+    // Plumb line in the body by truth, brought to the ground by the pose used.
+    let plumb = matrix_a(truth.heading_rad, truth.pitch_rad, truth.roll_rad, 0.0).map(|row| -row[1]);
+    let used = matrix_a(heading, pitch, roll, 0.0);
+    let ground: [f64; 3] = std::array::from_fn(|axis| (0..3).map(|row| used[row][axis] * plumb[row]).sum());
+    let resolution = stage.scenario.resolution_m;
+    let metres = |component: f64| height * component / -ground[1];
+    // The camera is believed to look elsewhere, so the match lands on the other side.
+    [-metres(ground[2]) / resolution, metres(ground[0]) / resolution]
+}
+
+/// Rectified and unrectified.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MatchRate {
+    /// Share of all frames within 1.5 px of the truth, raw.
+    pub unrectified: f64,
+    /// The same, rectified.
+    pub rectified: f64,
+}
+
+/// Errors of matching, pixels of the reference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MatchingError {
+    /// Raw frame averaged to R, whole-pixel peak, all frames.
+    pub unrectified_mean: Option<f64>,
+    /// Rectified, whole-pixel peak, accepted frames.
+    pub rectified_integer_mean: Option<f64>,
+    /// Rectified, sub-pixel, accepted frames.
+    pub rectified_mean: Option<f64>,
+    /// 95th percentile of the same.
+    pub rectified_p95: Option<f64>,
+    /// Largest of the same.
+    pub accepted_max: Option<f64>,
+    /// Mean of what the attitude's error alone explains, accepted frames.
+    pub attitude_mean: Option<f64>,
+    /// Mean of what is left without it: the matching itself.
+    pub matching_mean: Option<f64>,
+}
+
+/// Mean and 95th percentile.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// Mean.
+    pub mean: Option<f64>,
+    /// 95th percentile.
+    pub p95: Option<f64>,
+}
+
+/// Mean and maximum.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Cost {
+    /// Mean.
+    pub mean: Option<f64>,
+    /// Maximum.
+    pub max: Option<u64>,
+}
+
+/// `report.json`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Version of this layout.
+    pub schema: u32,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// What every random number came from.
+    pub seed: u64,
+    /// `inproc`, `qemu` or `serial`.
+    pub link: String,
+    /// Of the image flown; null in-process.
+    pub firmware_sha256: Option<String>,
+    /// Frames exposed.
+    pub frames: usize,
+    /// Frames with a fix.
+    pub accepted: usize,
+    /// See [`MatchRate`].
+    pub match_rate: MatchRate,
+    /// See [`MatchingError`].
+    pub matching_error_px: MatchingError,
+    /// Fix minus true position, accepted frames.
+    pub ground_error_m: Spread,
+    /// Mean normalised estimation error squared, 2 degrees of freedom.
+    pub nees_mean: Option<f64>,
+    /// Edge to fix; null in-process.
+    pub instructions_per_frame: Cost,
+    /// Mean instructions of the stages rows, situation, rectify, match; null in-process.
+    pub instructions_by_stage: Option<[f64; 4]>,
+    /// Static memory and the stack's high-water mark; null in-process.
+    pub ram_bytes: Option<u64>,
+    /// Frames without a fix, by reason.
+    pub refused: std::collections::BTreeMap<String, usize>,
+    /// Rows lost to overruns.
+    pub overruns: u32,
+    /// What the firmware counted on its link.
+    pub link_health: LinkHealth,
+    /// Root mean square of the servo commands off the exact angle when they arrived, degrees.
+    pub servo_rms_deg: f64,
+}
+
+/// What the firmware counted on its link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct LinkHealth {
+    /// Good messages.
+    pub messages: u32,
+    /// Failed checksums.
+    pub bad_checksum: u32,
+    /// Unknown ids.
+    pub unknown_id: u32,
+    /// Bytes that belonged to no message.
+    pub skipped_bytes: u32,
+    /// Samples whose stamp ran backwards.
+    pub backwards: u32,
+    /// Samples that cannot be meant.
+    pub invalid: u32,
+}
+
+/// How the flight was linked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Linked {
+    /// Name of the link.
+    pub name: String,
+    /// SHA-256 of the image.
+    pub firmware_sha256: Option<String>,
+}
+
+/// Distance at which a match counts as right, pixels.
+const RIGHT_PX: f64 = 1.5;
+
+/// Length of an error.
+pub fn length(error: [f64; 2]) -> f64 {
+    error[0].hypot(error[1])
+}
+
+/// The figures of a flight.
+pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Linked) -> Summary {
+    let accepted: Vec<&Scored> = scored.iter().filter(|s| s.accepted).collect();
+    let of = |pick: &dyn Fn(&Scored) -> Option<[f64; 2]>| -> Vec<f64> {
+        accepted.iter().filter_map(|s| pick(s)).map(length).collect()
+    };
+    let raw: Vec<f64> = scored.iter().filter_map(|s| s.raw_px).map(length).collect();
+    let rate = |errors: &mut dyn Iterator<Item = Option<[f64; 2]>>| {
+        errors.flatten().filter(|&e| length(e) <= RIGHT_PX).count() as f64 / scored.len().max(1) as f64
+    };
+    let rectified = of(&|s| s.error_px);
+    let without_attitude = |s: &Scored| {
+        s.error_px.zip(s.attitude_px).map(|(error, attitude)| [error[0] - attitude[0], error[1] - attitude[1]])
+    };
+    let ground = of(&|s| s.error_m);
+    let instructions: Vec<u64> = accepted.iter().filter_map(|s| s.instructions).collect();
+    let by_stage = (!instructions.is_empty()).then(|| {
+        let reports: Vec<_> = flight.frames.iter().filter_map(|f| f.report).filter(|r| r.fix.is_some()).collect();
+        [0, 1, 2, 3].map(|stage| {
+            reports.iter().map(|r| f64::from(r.instructions[stage])).sum::<f64>() / reports.len().max(1) as f64
+        })
+    });
+    let mut refused = std::collections::BTreeMap::new();
+    for record in &flight.frames {
+        if let Some(reason) = reason(record) {
+            *refused.entry(reason.to_owned()).or_insert(0) += 1;
+        }
+    }
+    let health = &flight.health;
+    let ram = u64::from(health.memory.0) + u64::from(health.memory.1);
+    Summary {
+        schema: 1,
+        scenario: stage.scenario.name.clone(),
+        seed: stage.scenario.seed,
+        link: linked.name.clone(),
+        firmware_sha256: linked.firmware_sha256.clone(),
+        frames: scored.len(),
+        accepted: accepted.len(),
+        match_rate: MatchRate {
+            unrectified: rate(&mut scored.iter().map(|s| s.raw_px)),
+            rectified: rate(&mut scored.iter().map(|s| s.error_px)),
+        },
+        matching_error_px: MatchingError {
+            unrectified_mean: mean(&raw),
+            rectified_integer_mean: mean(&of(&|s| s.integer_px)),
+            rectified_mean: mean(&rectified),
+            rectified_p95: percentile(&rectified, 0.95),
+            accepted_max: rectified.iter().copied().reduce(f64::max),
+            attitude_mean: mean(&of(&|s| s.attitude_px)),
+            matching_mean: mean(&of(&without_attitude)),
+        },
+        ground_error_m: Spread { mean: mean(&ground), p95: percentile(&ground, 0.95) },
+        nees_mean: mean(&accepted.iter().filter_map(|s| s.nees).collect::<Vec<_>>()),
+        instructions_per_frame: Cost {
+            mean: mean(&instructions.iter().map(|&i| i as f64).collect::<Vec<_>>()),
+            max: instructions.iter().copied().max(),
+        },
+        instructions_by_stage: by_stage,
+        ram_bytes: (ram > 0).then_some(ram),
+        refused,
+        overruns: health.overruns,
+        link_health: LinkHealth {
+            messages: health.messages,
+            bad_checksum: health.bad_checksum,
+            unknown_id: health.unknown_id,
+            skipped_bytes: health.skipped_bytes,
+            backwards: health.backwards,
+            invalid: health.invalid,
+        },
+        servo_rms_deg: flight.servo.1.to_degrees(),
+    }
+}
+
+/// Why a frame has no fix; `None` where it has one.
+pub fn reason(record: &FrameRecord) -> Option<&'static str> {
+    match &record.report {
+        None => Some("lost"),
+        Some(report) => report.reason().map(|refusal| refusal.name()),
+    }
+}
+
+/// `fixes.csv`: a row a frame, nothing in it that depends on the link.
+pub fn fixes_csv(stage: &Stage, flight: &Flight, scored: &[Scored]) -> String {
+    let mut csv = String::from(
+        "frame,mid_exposure_us,accepted,reason,d_col,d_row,true_col,true_row,east_m,north_m,sigma_east_m,sigma_north_m,score,second_peak\n",
+    );
+    for (record, scored) in flight.frames.iter().zip(scored) {
+        let report = record.report.as_ref();
+        let mid = report.map_or(0, |r| r.mid_exposure_us);
+        let matched = report.and_then(|r| r.matched);
+        let fix = report.and_then(|r| r.fix).map(|fix| fix.map(f64::from));
+        let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
+        let single = |value: Option<f32>| value.map_or_else(String::new, |v| v.to_string());
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            csv,
+            "{},{mid},{},{},{},{},{},{},{},{},{},{},{},{}",
+            scored.frame,
+            u8::from(scored.accepted),
+            reason(record).unwrap_or(""),
+            single(matched.map(|m| m[0])),
+            single(matched.map(|m| m[1])),
+            number(scored.truth_px.map(|t| t[0])),
+            number(scored.truth_px.map(|t| t[1])),
+            number(fix.map(|f| stage.tile_centre[0] + f[0])),
+            number(fix.map(|f| stage.tile_centre[1] + f[1])),
+            number(fix.map(|f| f[2].sqrt())),
+            number(fix.map(|f| f[4].sqrt())),
+            single(matched.map(|m| m[2])),
+            single(matched.map(|m| m[3])),
+        );
+    }
+    csv
+}
+
+/// Writes `fixes.csv` and `report.json` into `folder`.
+///
+/// # Errors
+/// A folder that cannot be written to.
+pub fn write(
+    folder: &Path,
+    stage: &Stage,
+    flight: &Flight,
+    scored: &[Scored],
+    summary: &Summary,
+) -> Result<(), InputError> {
+    write_file(&folder.join("fixes.csv"), fixes_csv(stage, flight, scored).as_bytes())?;
+    let json = serde_json::to_string_pretty(summary)
+        .map_err(|error| InputError::new(format!("the report cannot be written: {error}")))?;
+    write_file(&folder.join("report.json"), json.as_bytes())
+}

@@ -1,0 +1,15 @@
+//! What the vehicle's sensors say, and when it reaches the board.
+//!
+//! Every sample has two instants: when it was sampled, by which its message is stamped, and when it arrives. Both are
+//! integer microseconds of the autopilot's clock; only the board's capture timer runs on its own.
+
+pub mod noise;
+mod shutter;
+mod streams;
+#[cfg(test)]
+mod tests;
+mod timer;
+
+pub use shutter::{Exposure, exposures};
+pub use streams::{Reading, Sample, Streams};
+pub use timer::TimerModel;

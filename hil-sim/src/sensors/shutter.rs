@@ -1,0 +1,42 @@
+//! When the camera exposes.
+
+use super::noise::{stream, uniform};
+use crate::scenario::{Scenario, WARM_UP_US};
+
+/// From the shutter's close to the first row on the bus, microseconds.
+const READOUT_DELAY_US: u64 = 50;
+
+/// One exposure of the global shutter, microseconds of the autopilot's clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Exposure {
+    /// Counts from 0.
+    pub frame: u32,
+    /// The shutter opens.
+    pub open_us: u64,
+    /// The shutter closes.
+    pub close_us: u64,
+    /// The first row leaves the sensor.
+    pub readout_start_us: u64,
+}
+
+impl Exposure {
+    /// The true middle of the exposure: open + (close − open)/2, rounded down.
+    #[must_use]
+    pub fn mid_us(&self) -> u64 {
+        self.open_us + (self.close_us - self.open_us) / 2
+    }
+}
+
+/// The exposures of a flight: frame k opens at the warm-up's end + k intervals + a random part of the jitter.
+pub fn exposures(scenario: &Scenario) -> impl Iterator<Item = Exposure> + use<> {
+    let mut rng = stream(scenario.seed, "shutter");
+    let interval_us = scenario.frame_interval_us();
+    let jitter_us = f64::from(scenario.frame_jitter_us);
+    let exposure_us = u64::from(scenario.exposure_us);
+    (0..scenario.frames).map(move |frame| {
+        let late_us = (jitter_us * uniform(&mut rng)) as u64;
+        let open_us = WARM_UP_US + u64::from(frame) * interval_us + late_us;
+        let close_us = open_us + exposure_us;
+        Exposure { frame, open_us, close_us, readout_start_us: close_us + READOUT_DELAY_US }
+    })
+}

@@ -1,0 +1,120 @@
+//! The core's kernels on single pictures, with the host's memory.
+
+use heapless::Vec as FixedVec;
+use plumbline_core::camera::Camera;
+use plumbline_core::homography::{FrameFromPatch, Homography};
+use plumbline_core::rectify::{Run, Sampling, Source, rectify_into};
+use plumbline_core::reduce::{Reducer, Reduction};
+use plumbline_survey::error::InputError;
+use plumbline_survey::picture::Picture;
+
+/// Largest patch side.
+pub const PATCH_MAX_PX: usize = 4096;
+/// Runs a patch may have: four a row.
+const RUNS_MAX: usize = 4 * PATCH_MAX_PX;
+
+/// A rectified picture.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    /// Pixels, 0 where invalid.
+    pub picture: Picture,
+    /// Valid pixels.
+    pub runs: Vec<Run>,
+}
+
+impl Patch {
+    /// 255 valid, 0 not.
+    pub fn mask(&self) -> Picture {
+        let mut mask = Picture { pixels: vec![0; self.picture.pixels.len()], ..self.picture };
+        for run in &self.runs {
+            let row = run.row as usize * mask.cols;
+            mask.pixels[row + run.start as usize..row + run.end as usize].fill(255);
+        }
+        mask
+    }
+
+    /// Share of the pixels that are valid.
+    pub fn valid_fraction(&self) -> f64 {
+        let valid: usize = self.runs.iter().map(|run| (run.end - run.start) as usize).sum();
+        valid as f64 / self.picture.pixels.len() as f64
+    }
+}
+
+/// What a frame is rectified to.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Height above ground, metres.
+    pub height_m: f64,
+    /// A patch pixel, metres.
+    pub resolution_m: f64,
+    /// (cols, rows); by eq. 4 when `None`.
+    pub size: Option<(usize, usize)>,
+}
+
+/// Rectifies `frame` by the core: rows reduced one by one as on board, though only as far as the resolution suggests,
+/// memory being plenty here.
+///
+/// # Errors
+/// One sentence for a frame of another size than the camera's, or a patch that is empty or too large.
+pub fn rectify(
+    camera: &Camera,
+    frame: &Picture,
+    homography: Homography,
+    target: &Target,
+) -> Result<Patch, InputError> {
+    if (frame.cols, frame.rows) != (camera.cols() as usize, camera.rows() as usize) {
+        return Err(InputError::new(format!(
+            "the frame has {} x {} pixels, the camera {} x {}",
+            frame.cols,
+            frame.rows,
+            camera.cols(),
+            camera.rows()
+        )));
+    }
+    let (height_m, resolution_m) = (target.height_m as f32, target.resolution_m as f32);
+    let (cols, rows) = target.size.unwrap_or_else(|| {
+        let (cols, rows) = camera.patch_size(height_m, resolution_m);
+        (cols as usize, rows as usize)
+    });
+    if cols == 0 || rows == 0 {
+        return Err(InputError::new(format!(
+            "at {resolution_m} m a pixel the footprint of {height_m} m height is less than one pixel"
+        )));
+    }
+    if cols > PATCH_MAX_PX || rows > PATCH_MAX_PX {
+        return Err(InputError::new(format!(
+            "the patch would have {cols} x {rows} pixels, at most {PATCH_MAX_PX} x {PATCH_MAX_PX} are made"
+        )));
+    }
+    let internal = |what: &str| InputError::new(format!("the frame cannot be rectified: {what}"));
+    let ratio = camera.ratio(height_m, resolution_m);
+    let size = (camera.cols(), camera.rows());
+    let reduction = Reduction::choose(size, ratio, usize::MAX).map_err(|_| internal("it is too small"))?;
+    let mut reducer = Reducer::new(reduction, size);
+    let mut sums = vec![0; reduction.size().0 as usize];
+    let mut reduced = vec![0; reduction.size().0 as usize * reduction.size().1 as usize];
+    for row in frame.pixels.chunks_exact(frame.cols) {
+        reducer.take(row, &mut sums, &mut reduced).map_err(|_| internal("its rows do not fit"))?;
+    }
+    let source = Source::new(&reduced, reduction).map_err(|_| internal("it is too small"))?;
+    let map = FrameFromPatch::new(homography, camera, (height_m, resolution_m), (cols as u16, rows as u16));
+    let sampling = Sampling::choose(ratio, &reduction);
+    let mut pixels = vec![0; cols * rows];
+    let mut runs = Box::new(FixedVec::<Run, RUNS_MAX>::new());
+    rectify_into(&map, source, sampling, &mut pixels, &mut vec![0; cols], runs.as_mut())
+        .map_err(|_| internal("its buffers do not fit"))?;
+    Ok(Patch { picture: Picture { cols, rows, pixels }, runs: runs.iter().copied().collect() })
+}
+
+/// Runs of the pixels of `mask` that are not 0.
+pub fn runs_of(mask: &Picture) -> Vec<Run> {
+    let mut runs = Vec::new();
+    for (row, pixels) in mask.pixels.chunks_exact(mask.cols).enumerate() {
+        let mut col = 0;
+        while let Some(first) = pixels[col..].iter().position(|&p| p != 0).map(|skip| col + skip) {
+            col = first + pixels[first..].iter().take_while(|&&p| p != 0).count();
+            runs.push(Run { row: row as u16, start: first as u16, end: col as u16 });
+        }
+    }
+    runs
+}

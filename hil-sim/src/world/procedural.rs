@@ -1,0 +1,145 @@
+//! A made-up landscape for flights without data: fields, woods, a river, roads, villages with houses that stand up.
+//!
+//! It is no model of any place. What matters is that it carries texture at every scale from half a metre to 200 m, so that
+//! the matching has something to hold on to everywhere, and that houses have true heights, so that what a real frame does
+//! at a roof happens here too. Everything follows from the seed; each ingredient draws from its own ChaCha stream, so a
+//! change to one leaves the others.
+//!
+//! Local coordinates in here: `[x east, y north]` in metres from the centre of the land.
+
+mod buildings;
+mod fractal;
+mod layout;
+mod paint;
+mod parcels;
+mod polygon;
+mod trees;
+
+use super::{Grid, Ground};
+
+/// Pixels a side.
+const SIDE: usize = 3600;
+/// Metres a pixel.
+const STEP_M: f64 = 0.5;
+const CENTRE_EAST_M: f64 = 560_000.0;
+const CENTRE_NORTH_M: f64 = 5_330_000.0;
+const EPSG: u32 = 32633;
+/// Stretch of the finished picture about its middle grey.
+const CONTRAST: f32 = 1.2;
+
+/// Streams of the seed, one an ingredient. Fractals use up to 16 numbers from theirs on.
+mod streams {
+    pub(super) const LAYOUT: u64 = 1;
+    pub(super) const TREES: u64 = 2;
+    pub(super) const BUILDINGS: u64 = 3;
+    pub(super) const SOIL: u64 = 0x30;
+    pub(super) const GRAIN: u64 = 0x40;
+}
+
+/// Local coordinate of a pixel index along one axis, west to east or (negated) north to south.
+fn local_m(index: usize) -> f64 {
+    (index as f64 - (SIDE as f64 - 1.0) / 2.0) * STEP_M
+}
+
+/// Fractional pixel (col, row) of a local point.
+fn pixel_of([x, y]: [f64; 2]) -> [f64; 2] {
+    let middle = (SIDE as f64 - 1.0) / 2.0;
+    [x / STEP_M + middle, middle - y / STEP_M]
+}
+
+/// Pixel indices from `low` to `high` inclusive that lie on the land.
+fn clipped(low: f64, high: f64) -> std::ops::Range<usize> {
+    let limit = SIDE as f64;
+    (low.floor().clamp(0.0, limit) as usize)..((high.ceil() + 1.0).clamp(0.0, limit) as usize)
+}
+
+/// A seeded landscape of 1.8 km x 1.8 km at 0.5 m, EPSG:32633, centred at 560000 E, 5330000 N.
+///
+/// Flat at height 0 but for the houses (roofs 4 to 15 m high, in the surface); trees are painted, not raised. The same
+/// seed gives the same bytes. About 100 MB.
+pub fn procedural(seed: u64) -> Ground {
+    let layout = layout::Layout::new(seed);
+    let grain = fractal::fractal(seed, streams::GRAIN, SIDE, 9);
+    let mut albedo = paint::paint(&layout, &grain);
+    let houses = buildings::place(seed, &layout);
+    trees::draw(&mut albedo, &trees::place(seed, &layout, &houses), &grain);
+    let mut surface = vec![0f32; SIDE * SIDE];
+    buildings::draw(&mut albedo, &mut surface, &houses, &grain);
+    buildings::shade(&mut albedo, &surface, &houses);
+    for value in &mut albedo {
+        *value = (118.0 + CONTRAST * (*value - 118.0)).clamp(6.0, 250.0);
+    }
+    let grid = |data| Grid {
+        cols: SIDE,
+        rows: SIDE,
+        west_m: CENTRE_EAST_M + local_m(0),
+        north_m: CENTRE_NORTH_M - local_m(0),
+        step_m: STEP_M,
+        data,
+    };
+    Ground::from_checked(grid(albedo), grid(surface), EPSG)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Root mean square difference between the means of neighbouring blocks of `size` x `size` pixels.
+    fn contrast(data: &[f32], size: usize) -> f64 {
+        let across = SIDE / size;
+        let mean = |col: usize, row: usize| {
+            let of_row = |r: usize| data[r * SIDE + col * size..][..size].iter().map(|&v| f64::from(v)).sum::<f64>();
+            (row * size..(row + 1) * size).map(of_row).sum::<f64>() / (size * size) as f64
+        };
+        let squares = (0..across).flat_map(|row| (0..across - 1).map(move |col| (col, row)));
+        let sum: f64 = squares.map(|(col, row)| (mean(col, row) - mean(col + 1, row)).powi(2)).sum();
+        (sum / (across * (across - 1)) as f64).sqrt()
+    }
+
+    /// The least standard deviation of the 400 means over 5 m in a square of 100 m.
+    fn weakest_square(albedo: &[f32]) -> f64 {
+        let spread = |square: usize| {
+            let (col, row) = (square % 18 * 200, square / 18 * 200);
+            let mean_of_cell = |i: usize| {
+                let (c, r) = (col + i % 20 * 10, row + i / 20 * 10);
+                let of_row = |r: usize| albedo[r * SIDE + c..][..10].iter().map(|&v| f64::from(v)).sum::<f64>();
+                (r..r + 10).map(of_row).sum::<f64>() / 100.0
+            };
+            let means: Vec<f64> = (0..400).map(mean_of_cell).collect();
+            let mean = means.iter().sum::<f64>() / 400.0;
+            (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / 400.0).sqrt()
+        };
+        (0..18 * 18).map(spread).fold(f64::MAX, f64::min)
+    }
+
+    #[test]
+    fn same_seed_same_bytes_texture_everywhere_and_houses_with_heights() {
+        let lands = [1, 1, 7].map(procedural);
+        let bytes = |grid: &Grid| grid.data.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+        let [one, again, other] = lands.each_ref().map(|land| bytes(land.albedo_grid()));
+        assert!(one == again, "albedo of the same seed");
+        assert!(one != other, "albedo of another seed");
+        let [one, again, other] = lands.each_ref().map(|land| bytes(land.surface_grid().unwrap()));
+        assert!(one == again, "surface of the same seed");
+        assert!(one != other, "surface of another seed");
+
+        for land in &lands[1..] {
+            let (albedo, surface) = (&land.albedo_grid().data, &land.surface_grid().unwrap().data);
+            for size in [1, 4, 10, 40, 100, 400] {
+                let contrast = contrast(albedo, size);
+                println!("neighbours of {:5.1} m differ by {contrast:.1}", size as f64 * STEP_M);
+                assert!(contrast > 6.0, "{contrast} at {size} pixels");
+            }
+            // It must stand well out of a noise of 3.
+            let weakest = weakest_square(albedo);
+            println!("weakest square of 100 m: {weakest:.1}");
+            assert!(weakest > 6.0, "{weakest}");
+
+            let (low, high) = surface.iter().fold((f32::MAX, f32::MIN), |(l, h), &v| (l.min(v), h.max(v)));
+            let share = |from: f32| surface.iter().filter(|&&h| h > from).count() as f64 / surface.len() as f64;
+            println!("heights {low} to {high} m, built {:.2} %", 100.0 * share(0.0));
+            assert!(low == 0.0 && (12.0..=15.0).contains(&high), "{low} to {high}");
+            assert!(share(0.0) > 0.004 && share(0.0) < 0.1 && share(4.0) > 0.5 * share(0.0));
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! The camera file: what is known of a camera, as TOML.
+//!
+//! Six keys make a whole file:
+//!
+//! ```toml
+//! cols = 640
+//! rows = 480
+//! fov_h_deg = 40.0      # full angle across, over the columns
+//! fov_v_deg = 30.0      # full angle along, over the rows
+//! offset_m_px = 0.0     # what is added to a frame point, to the right
+//! offset_n_px = 0.0     # what is added to a frame point, forward
+//! ```
+//!
+//! Optional are `pixel_mm`, `version`, `crc32` and the tables `distortion`, `boresight`, `heads`, `lever_arms` and
+//! `covariance`. Any other key is an error: a misspelt one would pass for a perfect lens.
+//!
+//! # Lens distortion
+//! Brown-Conrady on normalised coordinates as OpenCV has it, from the ideal point to the distorted one. With m to the right
+//! and n forward from the frame's centre, in pixels, and V_H, V_V the full fields of view:
+//!
+//! ```text
+//! x = m tan(V_H/2) / (cols/2)          x to the right
+//! y = -n tan(V_V/2) / (rows/2)         y DOWN the frame, against n
+//! r2 = x^2 + y^2,  g = 1 + k1 r2 + k2 r2^2 + k3 r2^3
+//! x' = x g + 2 p1 x y + p2 (r2 + 2 x^2)
+//! y' = y g + p1 (r2 + 2 y^2) + 2 p2 x y
+//! ```
+//!
+//! x', y' go back to pixels by the same factors, and the offsets are added after that.
+//!
+//! # Checksum
+//! `crc32` is the CRC-32/ISO-HDLC (that of zip and PNG) of the file's text, byte for byte, without the line that holds the
+//! `crc32` key and without that line's end. The line stands before the first table.
+
+mod checksum;
+mod parse;
+
+use std::fs;
+use std::path::Path;
+
+use toml::{Table, Value};
+
+use crate::error::InputError;
+
+/// A camera file's content, checked. Angles in degrees, as in the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CameraFile {
+    /// Columns of a frame, 1 to [`SIDE_MAX_PX`].
+    pub cols: u32,
+    /// Rows of a frame, 1 to [`SIDE_MAX_PX`].
+    pub rows: u32,
+    /// Full field of view across (over the columns), degrees, more than 0 and less than 180.
+    pub fov_h_deg: f64,
+    /// Full field of view along (over the rows), degrees, more than 0 and less than 180.
+    pub fov_v_deg: f64,
+    /// Added to a frame point to the right, pixels.
+    pub offset_m_px: f64,
+    /// Added to a frame point forward, pixels.
+    pub offset_n_px: f64,
+    /// Side of a pixel on the sensor, mm, more than 0.
+    pub pixel_mm: Option<f64>,
+    /// Lens distortion; absent is none.
+    pub distortion: Option<Distortion>,
+    /// Version the calibration gave the file; kept, not interpreted.
+    pub version: Option<u32>,
+    /// Checksum found in the file, which it agreed with. Not used in writing: the writer computes its own.
+    pub crc32: Option<u32>,
+    /// Rotation between camera and attitude sensor; kept, not interpreted yet.
+    pub boresight: Option<Value>,
+    /// Mounts of the heads of a combined camera; kept, not interpreted yet.
+    pub heads: Option<Value>,
+    /// Lever arms to antenna and attitude sensor; kept, not interpreted yet.
+    pub lever_arms: Option<Value>,
+    /// Covariance of the calibration; kept, not interpreted yet.
+    pub covariance: Option<Value>,
+}
+
+/// Brown-Conrady coefficients, dimensionless; the formulas are in the [module](self). Absent keys are 0.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Distortion {
+    /// Radial, r^2.
+    pub k1: f64,
+    /// Radial, r^4.
+    pub k2: f64,
+    /// Radial, r^6.
+    pub k3: f64,
+    /// Tangential, mainly along y.
+    pub p1: f64,
+    /// Tangential, mainly along x.
+    pub p2: f64,
+}
+
+/// Most columns and most rows of a frame.
+pub const SIDE_MAX_PX: u32 = 8192;
+
+impl CameraFile {
+    /// Reads and checks a camera file.
+    ///
+    /// # Errors
+    /// The file cannot be read; otherwise as [`Self::from_toml_str`].
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let name = path.display().to_string();
+        let text = fs::read_to_string(path)
+            .map_err(|error| InputError::new(format!("cannot read camera file {name}: {error}")))?;
+        Self::from_toml_str(&text, &name)
+    }
+
+    /// Reads and checks the text of a camera file; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// The text is not TOML; a key is missing, unknown, of the wrong type, not finite or out of its range; the checksum
+    /// does not agree.
+    pub fn from_toml_str(text: &str, name: &str) -> Result<Self, InputError> {
+        parse::camera_file(text, name)
+    }
+
+    /// The file's text, with a fresh checksum in its first line. Reading it gives the same content, to the last bit.
+    #[must_use]
+    pub fn to_toml_string(&self) -> String {
+        let mut text = String::new();
+        let mut line = |key: &str, value: String| text.push_str(&format!("{key} = {value}\n"));
+        line("cols", self.cols.to_string());
+        line("rows", self.rows.to_string());
+        // Debug is Rust's shortest form that reads back the same, and always a TOML float.
+        line("fov_h_deg", format!("{:?}", self.fov_h_deg));
+        line("fov_v_deg", format!("{:?}", self.fov_v_deg));
+        line("offset_m_px", format!("{:?}", self.offset_m_px));
+        line("offset_n_px", format!("{:?}", self.offset_n_px));
+        if let Some(pixel_mm) = self.pixel_mm {
+            line("pixel_mm", format!("{pixel_mm:?}"));
+        }
+        if let Some(version) = self.version {
+            line("version", version.to_string());
+        }
+        if let Some(d) = &self.distortion {
+            text.push_str("\n[distortion]\n");
+            for (key, value) in [("k1", d.k1), ("k2", d.k2), ("k3", d.k3), ("p1", d.p1), ("p2", d.p2)] {
+                text.push_str(&format!("{key} = {value:?}\n"));
+            }
+        }
+        let tables: Table = [
+            ("boresight", &self.boresight),
+            ("heads", &self.heads),
+            ("lever_arms", &self.lever_arms),
+            ("covariance", &self.covariance),
+        ]
+        .into_iter()
+        .filter_map(|(key, value)| Some((key.to_owned(), value.clone()?)))
+        .collect();
+        if !tables.is_empty() {
+            text.push('\n');
+            text.push_str(&tables.to_string());
+        }
+        checksum::with_checksum(&text)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,137 @@
+//! Georeferenced rasters: orthophotos and digital elevation models from GeoTIFF.
+
+mod geo_keys;
+mod geo_transform;
+mod user_defined;
+
+use std::fs;
+use std::path::Path;
+
+use crate::error::InputError;
+use crate::tiff_image::{Samples, is_tiff, read_tiff};
+
+pub use geo_transform::GeoTransform;
+
+/// The sample type a raster had in its file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SampleType {
+    /// Unsigned, 8 bits.
+    U8,
+    /// Unsigned, 16 bits.
+    U16,
+    /// Signed, 16 bits.
+    I16,
+    /// Unsigned, 32 bits.
+    U32,
+    /// Signed, 32 bits.
+    I32,
+    /// IEEE float, 32 bits.
+    F32,
+    /// IEEE float, 64 bits.
+    F64,
+}
+
+/// A georeferenced raster, north up, all bands in memory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Raster {
+    /// Columns, eastward.
+    pub cols: usize,
+    /// Rows, southward.
+    pub rows: usize,
+    /// Bands, at least one.
+    pub bands: usize,
+    /// Samples interleaved by pixel: `data[(row * cols + col) * bands + band]`, in the file's units. From 32 and
+    /// 64-bit files they are rounded to `f32`: at 4000 m that is 0.25 mm.
+    pub data: Vec<f32>,
+    /// Value that stands for "nothing known here" in every band, rounded as the samples are.
+    pub nodata: Option<f32>,
+    /// From pixels to the world and back.
+    pub geo: GeoTransform,
+    /// EPSG code of the horizontal reference system; `None` where the file names none at all (local metres).
+    pub crs: Option<u32>,
+    /// Sample type in the file.
+    pub sample_type: SampleType,
+}
+
+impl Raster {
+    /// Reads the first picture of a GeoTIFF.
+    ///
+    /// The georeference is `ModelPixelScale` with one `ModelTiepoint`, or `ModelTransformation`; both kinds of pixel
+    /// reference (area and point) are heeded. A reference system that the file spells out instead of naming (key 32767)
+    /// is looked up by its parameters. Heights are taken as metres; a vertical datum is not interpreted.
+    ///
+    /// # Errors
+    /// The file is missing, broken, cut short, no GeoTIFF; it has no georeference, one with a rotation or south up; its
+    /// reference system is user-defined and not in the EPSG list, or contradicts itself; its units are not
+    /// metres (degrees for a geographic system); its no-data tag is not a number.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let bytes =
+            fs::read(path).map_err(|error| InputError::new(format!("cannot read {}: {error}", path.display())))?;
+        let refuse = |why: String| InputError::new(format!("cannot use raster {}: {why}", path.display()));
+        if !is_tiff(&bytes) {
+            return Err(refuse("it is not a TIFF file".into()));
+        }
+        let picture = read_tiff(&bytes, path)?;
+        drop(bytes);
+        let keys = geo_keys::GeoKeys::read(&picture.geo).map_err(refuse)?;
+        let geo = GeoTransform::from_tags(&picture.geo, keys.pixel_is_point()).map_err(refuse)?;
+        let crs = keys.epsg().map_err(refuse)?;
+        let nodata = match &picture.geo.nodata {
+            Some(text) => {
+                Some(number(text).ok_or_else(|| refuse(format!("its no-data value \"{text}\" is not a number")))?)
+            }
+            None => None,
+        };
+        let (data, sample_type) = floats(picture.samples);
+        Ok(Self { cols: picture.cols, rows: picture.rows, bands: picture.bands, data, nodata, geo, crs, sample_type })
+    }
+
+    /// The sample of one band (from 0), or `None` outside the raster, where it is no data, or not finite.
+    #[must_use]
+    pub fn sample(&self, col: usize, row: usize, band: usize) -> Option<f32> {
+        if col >= self.cols || row >= self.rows || band >= self.bands {
+            return None;
+        }
+        let value = *self.data.get((row * self.cols + col) * self.bands + band)?;
+        (value.is_finite() && Some(value) != self.nodata).then_some(value)
+    }
+
+    /// Grey values, row by row: luma (BT.601) of the bands 1 to 3 where there are three, else band 1. Unsigned 16-bit
+    /// samples are scaled to 0..255, all others are left as they are. No-data is not looked at.
+    #[must_use]
+    pub fn grey(&self) -> Vec<f32> {
+        let scale = match self.sample_type {
+            SampleType::U16 => 1.0 / 257.0,
+            _ => 1.0,
+        };
+        self.data
+            .chunks_exact(self.bands)
+            .map(|pixel| match pixel {
+                [r, g, b, ..] => (0.299 * r + 0.587 * g + 0.114 * b) * scale,
+                [grey, ..] => grey * scale,
+                [] => 0.0,
+            })
+            .collect()
+    }
+}
+
+/// GDAL writes the no-data value as text, NUL-terminated, sometimes with blanks.
+fn number(text: &str) -> Option<f32> {
+    let value: f64 = text.trim_matches(['\0', ' ', '\n']).parse().ok()?;
+    Some(value as f32)
+}
+
+fn floats(samples: Samples) -> (Vec<f32>, SampleType) {
+    match samples {
+        Samples::U8(v) => (v.into_iter().map(f32::from).collect(), SampleType::U8),
+        Samples::U16(v) => (v.into_iter().map(f32::from).collect(), SampleType::U16),
+        Samples::I16(v) => (v.into_iter().map(f32::from).collect(), SampleType::I16),
+        Samples::U32(v) => (v.into_iter().map(|x| x as f32).collect(), SampleType::U32),
+        Samples::I32(v) => (v.into_iter().map(|x| x as f32).collect(), SampleType::I32),
+        Samples::F32(v) => (v, SampleType::F32),
+        Samples::F64(v) => (v.into_iter().map(|x| x as f32).collect(), SampleType::F64),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,46 @@
+//! `cargo xtask VERB`: sets up what is missing, builds, flies, tests.
+
+mod budget;
+mod build;
+mod elf;
+mod flight;
+mod fly;
+mod places;
+mod process;
+mod selftest;
+mod set_up;
+mod steps;
+mod test;
+
+use std::process::ExitCode;
+
+/// Why a verb failed: one sentence.
+type Failure = String;
+
+fn main() -> ExitCode {
+    let mut args = std::env::args().skip(1);
+    let verb = args.next().unwrap_or_default();
+    let rest: Vec<String> = args.collect();
+    let outcome = match verb.as_str() {
+        "build" => none_left(&rest).map(|()| build::build().map_or_else(failed, |_| ExitCode::SUCCESS)),
+        "fly" => Ok(fly::fly(&rest).unwrap_or_else(failed)),
+        "test" => none_left(&rest).map(|()| test::test()),
+        "" => Err(format!("cargo xtask needs a verb: {VERBS}")),
+        unknown => Err(format!("cargo xtask knows no verb {unknown:?}; it knows {VERBS}")),
+    };
+    outcome.unwrap_or_else(|sentence| {
+        eprintln!("{sentence}");
+        ExitCode::from(2)
+    })
+}
+
+const VERBS: &str = "build (all images and the plumbline command), fly [options of plumbline fly], and test";
+
+fn none_left(rest: &[String]) -> Result<(), Failure> {
+    rest.first().map_or(Ok(()), |extra| Err(format!("this verb takes no arguments, but got {extra:?}")))
+}
+
+fn failed(sentence: Failure) -> ExitCode {
+    eprintln!("{sentence}");
+    ExitCode::from(1)
+}

@@ -1,0 +1,41 @@
+//! Where things lie.
+
+use std::env;
+use std::path::{Path, PathBuf};
+
+/// The target of the boards.
+pub const THUMB: &str = "thumbv7em-none-eabihf";
+
+/// The cargo profile of the images.
+pub const PROFILE: &str = "firmware";
+
+/// The workspace's root.
+pub fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().unwrap_or(here).to_owned()
+}
+
+/// Cargo's target folder.
+pub fn target() -> PathBuf {
+    // A relative one is relative to where cargo was started, and so are we.
+    env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |folder| absolute(Path::new(&folder)))
+}
+
+/// The image of a board or of a test.
+pub fn image(name: &str) -> PathBuf {
+    target().join(THUMB).join(PROFILE).join(name)
+}
+
+/// The command.
+pub fn plumbline() -> PathBuf {
+    target().join("release").join(format!("plumbline{}", env::consts::EXE_SUFFIX))
+}
+
+/// Where tests leave what they made.
+pub fn scratch() -> PathBuf {
+    target().join("xtask")
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+}
