@@ -13,11 +13,11 @@ pub const PAPER_CLOCK_HZ: u32 = 167_000_000;
 pub const PATCH_MAX_PX: usize = 64;
 /// Pixels of the largest patch.
 pub const PATCH_MAX_AREA: usize = PATCH_MAX_PX * PATCH_MAX_PX;
-/// Largest frame width the row reducer takes on board.
-pub const FRAME_MAX_COLS: usize = 1280;
-/// Pixels of the reduced frame that fits on board: the longest-lived large buffer. 512 x 512 reduced 5 x 5 needs
-/// 102 x 102; 752 x 480 reduced 6 x 6 needs 125 x 80; 1280 x 960 reduced 11 x 11 needs 116 x 87.
-pub const REDUCED_MAX_AREA: usize = 10_404;
+/// Pixels of the reduced frame that fits on board, the largest buffer: 512 x 512 reduced 6 x 6 needs 85 x 85, 752 x 480
+/// reduced 8 x 8 needs 94 x 60, 1280 x 960 reduced 14 x 14 needs 91 x 68.
+pub const REDUCED_MAX_AREA: usize = 7225;
+/// Columns of the reduced frame at most.
+pub const REDUCED_MAX_COLS: usize = 256;
 /// Largest search radius on board, pixels of the reference.
 pub const SEARCH_MAX_PX: usize = 10;
 /// Correlation scores of the largest search.

@@ -104,6 +104,11 @@ impl<'a> FrameFromPatch<'a> {
         self.size
     }
 
+    /// Whether the lens bends the map beyond a homography.
+    pub fn is_distorted(&self) -> bool {
+        self.camera.is_distorted()
+    }
+
     /// Frame (col, row) of patch (col, row), fractions allowed; `None` beyond the horizon guard and where the lens
     /// model folds back.
     pub fn frame_position(&self, col: f32, row: f32) -> Option<(f32, f32)> {

@@ -11,7 +11,7 @@ mod situation;
 mod streams;
 
 use crate::budget::{
-    FRAME_MAX_COLS, PATCH_MAX_AREA, PATCH_MAX_PX, REDUCED_MAX_AREA, RUNS_MAX, SCORES_MAX, SEARCH_MAX_PX,
+    PATCH_MAX_AREA, PATCH_MAX_PX, REDUCED_MAX_AREA, REDUCED_MAX_COLS, RUNS_MAX, SCORES_MAX, SEARCH_MAX_PX,
 };
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::FrameFromPatch;
@@ -43,7 +43,7 @@ pub struct Outcome {
     pub fix: Result<Fix, Refusal>,
 }
 
-/// State and buffers of the whole chain.
+/// State of the whole chain.
 #[derive(Debug)]
 pub struct Pipeline<'t> {
     settings: Settings,
@@ -51,19 +51,43 @@ pub struct Pipeline<'t> {
     /// The stamped streams.
     pub streams: Streams,
     reducer: Option<Reducer>,
-    reduced: [u8; REDUCED_MAX_AREA],
-    patch: [u8; PATCH_MAX_AREA],
     patch_size: (u16, u16),
-    runs: Vec<Run, RUNS_MAX>,
-    scratch: Scratch,
+    buffers: &'t mut Buffers,
 }
 
-/// Row sums while a frame arrives, cell sums while it is rectified, scores while it is matched.
+/// The image buffers, two thirds of what the whole application needs. They belong to the caller, who can put them where
+/// the board has room and need not carry them over a stack.
 #[derive(Debug)]
-struct Scratch {
-    row_sums: [u16; FRAME_MAX_COLS / 2],
+pub struct Buffers {
+    reduced: [u8; REDUCED_MAX_AREA],
+    patch: [u8; PATCH_MAX_AREA],
+    runs: Vec<Run, RUNS_MAX>,
+    /// While a frame arrives.
+    row_sums: [u16; REDUCED_MAX_COLS],
+    /// While it is rectified.
     cell_sums: [u32; PATCH_MAX_PX],
+    /// While it is matched.
     scores: [f32; SCORES_MAX],
+}
+
+impl Buffers {
+    /// All zeros: costs no space in an image.
+    pub const fn new() -> Self {
+        Buffers {
+            reduced: [0; REDUCED_MAX_AREA],
+            patch: [0; PATCH_MAX_AREA],
+            runs: Vec::new(),
+            row_sums: [0; REDUCED_MAX_COLS],
+            cell_sums: [0; PATCH_MAX_PX],
+            scores: [0.0; SCORES_MAX],
+        }
+    }
+}
+
+impl Default for Buffers {
+    fn default() -> Self {
+        Buffers::new()
+    }
 }
 
 impl<'t> Pipeline<'t> {
@@ -71,23 +95,9 @@ impl<'t> Pipeline<'t> {
     ///
     /// # Errors
     /// [`SettingsError`] where the settings do not fit this build or each other.
-    pub fn new(settings: Settings, tile: Tile<'t>) -> Result<Self, SettingsError> {
+    pub fn new(settings: Settings, tile: Tile<'t>, buffers: &'t mut Buffers) -> Result<Self, SettingsError> {
         settings.check()?;
-        Ok(Pipeline {
-            settings,
-            tile,
-            streams: Streams::new(),
-            reducer: None,
-            reduced: [0; REDUCED_MAX_AREA],
-            patch: [0; PATCH_MAX_AREA],
-            patch_size: (0, 0),
-            runs: Vec::new(),
-            scratch: Scratch {
-                row_sums: [0; FRAME_MAX_COLS / 2],
-                cell_sums: [0; PATCH_MAX_PX],
-                scores: [0.0; SCORES_MAX],
-            },
-        })
+        Ok(Pipeline { settings, tile, streams: Streams::new(), reducer: None, patch_size: (0, 0), buffers })
     }
 
     /// The settings at work.
@@ -112,7 +122,7 @@ impl<'t> Pipeline<'t> {
         let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0);
         let frame = (camera.cols(), camera.rows());
         let reduction = Reduction::choose(frame, ratio, REDUCED_MAX_AREA).map_err(|_| Refusal::FrameTooLarge)?;
-        if reduction.size().0 as usize > FRAME_MAX_COLS / 2 {
+        if reduction.size().0 as usize > REDUCED_MAX_COLS {
             return Err(Refusal::FrameTooLarge);
         }
         self.reducer = Some(Reducer::new(reduction, frame));
@@ -125,7 +135,8 @@ impl<'t> Pipeline<'t> {
     /// [`Refusal::BadFrame`] for a row of another length, one too many, or without [`Pipeline::begin_frame`].
     pub fn row(&mut self, row: &[u8]) -> Result<(), Refusal> {
         let reducer = self.reducer.as_mut().ok_or(Refusal::BadFrame)?;
-        reducer.take(row, &mut self.scratch.row_sums, &mut self.reduced).map_err(|_| Refusal::BadFrame)
+        let Buffers { row_sums, reduced, .. } = &mut *self.buffers;
+        reducer.take(row, row_sums, reduced).map_err(|_| Refusal::BadFrame)
     }
 
     /// Rectifies the frame that has arrived for `situation`.
@@ -138,18 +149,15 @@ impl<'t> Pipeline<'t> {
         let camera = &self.settings.camera;
         let resolution = self.tile.ground_resolution().0;
         let pixels = reduction.size().0 as usize * reduction.size().1 as usize;
-        let source = self
-            .reduced
-            .get(..pixels)
-            .and_then(|pixels| Source::new(pixels, reduction).ok())
-            .ok_or(Refusal::BadFrame)?;
+        let Buffers { reduced, patch, runs, cell_sums, .. } = &mut *self.buffers;
+        let source =
+            reduced.get(..pixels).and_then(|pixels| Source::new(pixels, reduction).ok()).ok_or(Refusal::BadFrame)?;
         let size = situation.patch_size(camera, resolution).ok_or(Refusal::NoFootprint)?;
         let map = FrameFromPatch::new(situation.homography(camera), camera, (situation.height_m, resolution), size);
         let sampling = Sampling::choose(camera.ratio(situation.height_m, resolution), &reduction);
-        rectify_into(&map, source, sampling, &mut self.patch, &mut self.scratch.cell_sums, &mut self.runs)
-            .map_err(|_| Refusal::NoFootprint)?;
+        rectify_into(&map, source, sampling, patch, cell_sums, runs).map_err(|_| Refusal::NoFootprint)?;
         self.patch_size = size;
-        if self.runs.is_empty() { Err(Refusal::NoFootprint) } else { Ok(()) }
+        if runs.is_empty() { Err(Refusal::NoFootprint) } else { Ok(()) }
     }
 
     /// Matches the patch around the predicted position and makes the fix.
@@ -160,7 +168,8 @@ impl<'t> Pipeline<'t> {
     pub fn register(&mut self, situation: &Situation) -> Result<Outcome, Refusal> {
         let radius = self.settings.search_px;
         let (cols, rows) = self.patch_size;
-        let patch = View::new(&self.patch, self.patch_size).ok_or(Refusal::NoFootprint)?;
+        let Buffers { patch, runs, scores, .. } = &mut *self.buffers;
+        let patch = View::new(patch, self.patch_size).ok_or(Refusal::NoFootprint)?;
         // The window whose centre is nearest to the prediction: its corner is a whole pixel.
         let predicted = self.tile.pixel(situation.prediction.local);
         let window_size = (cols + 2 * radius, rows + 2 * radius);
@@ -174,16 +183,16 @@ impl<'t> Pipeline<'t> {
         let centre = (left + half(window_size.0), top + half(window_size.1));
         let off = (centre.0 - predicted.0, centre.1 - predicted.1);
 
-        search_into(&patch, &self.runs, &window, radius, &mut self.scratch.scores).map_err(|_| Refusal::Featureless)?;
-        let peak = peak(&self.scratch.scores, radius).ok_or(Refusal::Featureless)?;
-        let footprint = Footprint::of(&self.runs, self.patch_size);
+        search_into(&patch, runs, &window, radius, scores).map_err(|_| Refusal::Featureless)?;
+        let peak = peak(scores, radius).ok_or(Refusal::Featureless)?;
+        let footprint = Footprint::of(runs, self.patch_size);
         let prior =
             Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
         let rule = &self.settings.accept;
         let solution = rule
             .peak(&peak, footprint.count)
             .map_err(Refusal::from)
-            .and_then(|()| refine(&patch, &self.runs, &window, radius, &peak, prior).map_err(Refusal::from))
+            .and_then(|()| refine(&patch, runs, &window, radius, &peak, prior).map_err(Refusal::from))
             .and_then(|solution| rule.solution(&solution).map_err(Refusal::from).map(|()| solution));
         let uncertainty = Uncertainty { tilt_rad: situation.sigma_tilt_rad, height_m: situation.sigma_height_m };
         let shift = solution.map_or((peak.d_col as f32, peak.d_row as f32), |s| (s.d_col, s.d_row));
@@ -199,7 +208,7 @@ impl<'t> Pipeline<'t> {
     /// The rectified patch, its size and its valid runs, until the next frame is rectified.
     pub fn patch(&self) -> (&[u8], (u16, u16), &[Run]) {
         let pixels = self.patch_size.0 as usize * self.patch_size.1 as usize;
-        (self.patch.get(..pixels).unwrap_or(&[]), self.patch_size, &self.runs)
+        (self.buffers.patch.get(..pixels).unwrap_or(&[]), self.patch_size, &self.buffers.runs)
     }
 }
 

@@ -49,7 +49,7 @@ pub struct Sampling {
 
 /// Most readings along the side of a cell; 255 x 16 x 16 readings fit the sums with room.
 const SAMPLES_MAX: u16 = 16;
-/// Position error allowed between segment ends, in pixels of the frame, when a cell averages an area.
+/// Position error allowed between segment ends, in pixels of the reduced frame, when a cell averages an area.
 const AREA_TOLERANCE_PX: f32 = 1.0 / 16.0;
 /// The same for plain bilinear resampling: half a grey level at the steepest edge an 8-bit picture can have.
 const BILINEAR_TOLERANCE_PX: f32 = 1.0 / 512.0;
@@ -88,7 +88,8 @@ pub fn rectify_into(
     let patch = patch.get_mut(..cols * rows).ok_or(RectifyError::Capacity)?;
     let sums = sums.get_mut(..cols).ok_or(RectifyError::Capacity)?;
     let averages = sampling.samples > 1 || source.reduction().factor() > 1;
-    let tolerance = if averages { AREA_TOLERANCE_PX } else { BILINEAR_TOLERANCE_PX };
+    let factor = source.reduction().factor() as f32;
+    let tolerance = if averages { AREA_TOLERANCE_PX * factor } else { BILINEAR_TOLERANCE_PX };
     let line = segment::Line::plan(map, &source, sampling.samples, tolerance);
     let per_cell = sampling.samples as u32 * sampling.samples as u32;
     for (row, out) in patch.chunks_exact_mut(cols).enumerate() {

@@ -119,7 +119,7 @@ impl Reducer {
         if phase + 1 == factor {
             let half = (factor as u32 * factor as u32) / 2;
             for (mean, &sum) in line.iter_mut().zip(sums.iter()) {
-                *mean = ((sum as u32 + half) as u64 * self.reciprocal as u64 >> 24) as u8;
+                *mean = (((sum as u32 + half) as u64 * self.reciprocal as u64) >> 24) as u8;
             }
         }
         Ok(())

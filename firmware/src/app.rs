@@ -77,7 +77,7 @@ pub struct App<'t> {
     counters: Cell<Counters>,
     /// Raised whenever a waiting frame should look again.
     fresh: Signal<NoopRawMutex, ()>,
-    outbox: Channel<NoopRawMutex, Out, 4>,
+    outbox: Channel<NoopRawMutex, Out, 2>,
     /// Number of the patch in the pipeline's buffer.
     patch: Cell<u32>,
     send_patches: bool,

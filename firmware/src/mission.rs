@@ -75,8 +75,7 @@ impl Mission {
     /// # Errors
     /// [`MissionError::Encoding`].
     pub fn decode(bytes: &[u8]) -> Result<Self, MissionError> {
-        let mission: Mission =
-            postcard::from_bytes_crc32(bytes, CRC.digest()).map_err(|_| MissionError::Encoding)?;
+        let mission: Mission = postcard::from_bytes_crc32(bytes, CRC.digest()).map_err(|_| MissionError::Encoding)?;
         if mission.version == VERSION { Ok(mission) } else { Err(MissionError::Encoding) }
     }
 

@@ -45,7 +45,7 @@ pub const MISSION_BYTES: usize = 0x38;
 
 /// Word, written by the firmware: the last step done.
 pub const STEP_DONE: usize = 0x80;
-/// Word, written by the firmware: 0 while the mission is being read, 1 flying, 2 and up a refused mission
+/// Word, written by the firmware: 0 while the mission is being read, 1 ready to fly, 2 and up a refused mission
 /// ([`crate::mission::MissionError`] in order).
 pub const STATUS: usize = 0x84;
 

@@ -4,9 +4,10 @@ use crate::sensors::{Reading, Sample};
 use mavlink::dialects::common::{
     AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA, EstimatorStatusFlags,
     GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GimbalDeviceErrorFlags, GimbalDeviceFlags,
-    MavDistanceSensor, MavLandedState, MavSensorOrientation, TIMESYNC_DATA,
+    MavDistanceSensor, MavLandedState, MavSensorOrientation,
 };
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
+use plumbline_firmware::wire::extensions::Timesync;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
 
@@ -49,7 +50,6 @@ impl Autopilot {
                         target_system: SYSTEM,
                         target_component: 0,
                         landed_state: MavLandedState::MAV_LANDED_STATE_IN_AIR,
-                        angular_velocity_z: 0.0,
                     },
                 ))
             }
@@ -66,9 +66,6 @@ impl Autopilot {
                     flags: GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME,
                     target_system: 0,
                     target_component: 0,
-                    delta_yaw: f32::NAN,
-                    delta_yaw_velocity: f32::NAN,
-                    gimbal_device_id: 0,
                 },
             )),
             Reading::Range { slant_m } => Some(self.encode(
@@ -82,10 +79,6 @@ impl Autopilot {
                     id: 0,
                     orientation: MavSensorOrientation::MAV_SENSOR_ROTATION_PITCH_270,
                     covariance: u8::MAX,
-                    horizontal_fov: 0.0,
-                    vertical_fov: 0.0,
-                    quaternion: [0.0; 4],
-                    signal_quality: if slant_m.is_some() { 100 } else { 1 },
                 },
             )),
             Reading::Position { east_m, north_m, up_m, velocity_ned_m_s } => {
@@ -112,8 +105,7 @@ impl Autopilot {
     /// The answer to a TIMESYNC request that carried `theirs_ns` and reached the autopilot at `at_us`.
     pub fn timesync_answer(&mut self, theirs_ns: i64, at_us: u64, to: (u8, u8)) -> Vec<u8> {
         let tc1 = at_us as i64 * 1000;
-        let answer = TIMESYNC_DATA { tc1, ts1: theirs_ns, target_system: to.0, target_component: to.1 };
-        self.encode(COMPONENT, &answer)
+        self.encode(COMPONENT, &Timesync { tc1, ts1: theirs_ns, target: to })
     }
 
     fn encode<D: MessageData>(&mut self, component: u8, data: &D) -> Vec<u8> {

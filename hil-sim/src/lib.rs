@@ -6,6 +6,7 @@
 
 pub mod autopilot;
 pub mod camera;
+pub mod dump;
 pub mod fault;
 pub mod flight;
 pub mod fly;
@@ -13,6 +14,8 @@ pub mod link;
 pub mod oracle;
 pub mod reference;
 pub mod render;
+pub mod report;
+pub mod reproduce;
 pub mod scenario;
 pub mod score;
 pub mod sensors;

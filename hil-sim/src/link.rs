@@ -5,6 +5,7 @@
 //! step makes the order of events the same on every link.
 
 pub mod inproc;
+pub mod qemu;
 
 use plumbline_firmware::mission::Mission;
 use plumbline_survey::error::InputError;

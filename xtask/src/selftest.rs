@@ -21,6 +21,9 @@ const FRAME: u64 = 0x1_0000;
 /// What the self-test itself agrees with us.
 const PATTERN_BYTES: u32 = 4096;
 const LAST_STEP: u32 = u32::MAX;
+const ECHO_STEP: u32 = u32::MAX - 1;
+const RECEIVED: u64 = 0x88;
+const RING_BYTES: u32 = 512;
 
 /// Round trips of the doorbell, and bytes to be echoed: eight times what the firmware's ring holds.
 const RINGS: u32 = 1000;
@@ -67,7 +70,7 @@ fn converse(window: &File, link: &mut UnixStream, bell: &mut UnixStream) -> Resu
         ring(window, bell, step)?;
     }
     let ring_us = begin.elapsed().as_micros() / u128::from(RINGS);
-    let rate = f64::from(ECHO_BYTES) / echo(link)?.as_secs_f64();
+    let rate = f64::from(ECHO_BYTES) / echo(window, link, bell)?.as_secs_f64();
     println!("{RINGS} rings of the doorbell at {ring_us} us, {ECHO_BYTES} bytes echoed at {rate:.0} bytes/s");
     ring(window, bell, LAST_STEP)?;
     let sum: u32 = (0..PATTERN_BYTES).map(pattern).map(u32::from).sum();
@@ -79,7 +82,7 @@ fn converse(window: &File, link: &mut UnixStream, bell: &mut UnixStream) -> Resu
 
 /// A step's round trip.
 fn ring(window: &File, bell: &mut UnixStream, step: u32) -> Result<(), Failure> {
-    let lost = |error| format!("the doorbell was not answered: {error}");
+    let lost = |error: std::io::Error| format!("the doorbell was not answered: {}", reason(&error));
     window.write_all_at(&step.to_le_bytes(), STEP).map_err(lost)?;
     bell.write_all(b"!").map_err(lost)?;
     bell.read_exact(&mut [0]).map_err(lost)?;
@@ -89,17 +92,34 @@ fn ring(window: &File, bell: &mut UnixStream, step: u32) -> Result<(), Failure> 
     }
 }
 
-/// Sends all at once, so that the firmware's ring must fill up, and compares what comes back; how long it took.
-fn echo(link: &mut UnixStream) -> Result<Duration, Failure> {
-    let lost = |error: std::io::Error| format!("the link's echo was lost: {error}");
+/// Sends all before anything is read, so that the firmware's ring fills up, and compares what comes back; how long that
+/// took.
+fn echo(window: &File, link: &mut UnixStream, bell: &mut UnixStream) -> Result<Duration, Failure> {
+    let lost = |error: std::io::Error| format!("the link's echo was lost: {}", reason(&error));
     let sent: Vec<u8> = (0..ECHO_BYTES).map(|n| (n ^ n >> 8) as u8).collect();
-    let begin = Instant::now();
     link.write_all(&sent).map_err(lost)?;
+    let begin = Instant::now();
+    while word(window, RECEIVED)? < RING_BYTES {
+        if begin.elapsed() > PATIENCE {
+            return Err(format!("the firmware's ring holds {} bytes only", word(window, RECEIVED)?));
+        }
+        ring(window, bell, 1)?;
+    }
+    let begin = Instant::now();
+    ring(window, bell, ECHO_STEP)?;
     let mut returned = vec![0; sent.len()];
     link.read_exact(&mut returned).map_err(lost)?;
     match sent.iter().zip(&returned).position(|(sent, returned)| sent != returned) {
         None => Ok(begin.elapsed()),
         Some(at) => Err(format!("byte {at} came back as another")),
+    }
+}
+
+/// A time-out in words; other errors have their own.
+fn reason(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::WouldBlock => format!("nothing came for {} s", PATIENCE.as_secs()),
+        _ => error.to_string(),
     }
 }
 

@@ -49,10 +49,20 @@ pub struct SubPixel {
 }
 
 const UNKNOWNS: usize = 6;
-/// Passes: two unweighted, the rest with weights from the residuals of the pass before.
-const PASSES: usize = 6;
+const TRIANGLE: usize = UNKNOWNS * (UNKNOWNS + 1) / 2;
+/// Passes at most: two unweighted, the rest with weights from the residuals of the pass before.
+const PASSES: usize = 10;
+/// Passes at least: the weights need a few to settle.
+const PASSES_MIN: usize = 5;
+/// A step below this ends the passes, pixels.
+const SETTLED_PX: f32 = 0.003;
 /// Residual, in sigmas, at which a pixel's weight has fallen to a quarter.
-const OUTLIER: f32 = 3.0;
+const OUTLIER: f32 = 2.5;
+/// E[w e²]/E[w] of a normal distribution of sigma 1 under these weights (by simulation): what makes the weighted scale
+/// a sigma.
+const CONSISTENCY: f32 = 0.668;
+/// Smallest scale, grey levels: half a level is what quantisation alone leaves in both pictures.
+const SIGMA_MIN: f32 = 0.5;
 /// How far the solution may go from the whole-pixel peak, pixels.
 const REACH_PX: f32 = 1.5;
 
@@ -78,12 +88,15 @@ pub fn refine(
         let (normal, sigma2) = sums.normal(prior, state.half)?;
         let inverse = normal.cholesky().ok_or(RefineError::TooLittle)?;
         let solution = inverse.solve(&sums.right(sigma2, prior, &state));
-        state.step(&solution, sums.sigma());
+        state.step(&solution, sums.scale(pass >= 2));
         let off = (state.shift.0 - peak.d_col as f32).abs().max((state.shift.1 - peak.d_row as f32).abs());
         if off.is_nan() || off > REACH_PX {
             return Err(RefineError::Diverged);
         }
         last = Some((inverse.inverse(), sums));
+        if pass + 1 >= PASSES_MIN && solution[0].abs().max(solution[1].abs()) < SETTLED_PX {
+            break;
+        }
     }
     let (covariance, sums) = last.ok_or(RefineError::TooLittle)?;
     let inflation = sums.correlation();
@@ -151,9 +164,9 @@ impl State {
 
 /// Sums of one pass over the pixels.
 struct Sums {
-    /// Σ w j jᵀ and Σ w j e.
-    jj: Normal,
-    je: Vector,
+    /// Lower triangle of Σ w j jᵀ, row by row, and Σ w j p.
+    jj: [f32; TRIANGLE],
+    jp: [f32; UNKNOWNS],
     weight: f32,
     /// Σ w e² and Σ |e| of the residuals against the pass before.
     squares: f32,
@@ -166,13 +179,19 @@ struct Sums {
 
 impl Sums {
     fn sigma2(&self) -> f32 {
-        // A floor of half a grey level: quantisation alone leaves 0.29, and a perfect match must not claim certainty.
-        (self.squares / (self.weight - UNKNOWNS as f32).max(1.0)).max(0.25)
+        // A perfect match must not claim certainty.
+        (self.squares / (self.weight - UNKNOWNS as f32).max(1.0)).max(SIGMA_MIN * SIGMA_MIN)
     }
 
-    /// Robust sigma from the mean absolute residual (√(π/2) for a normal distribution).
-    fn sigma(&self) -> f32 {
-        (1.2533 * self.absolute / self.count.max(1.0)).max(0.5)
+    /// Robust sigma of the residuals. The first one comes from their mean absolute value (√(π/2) for a normal
+    /// distribution), the later ones from the weighted squares: changed ground then no longer counts.
+    fn scale(&self, weighted: bool) -> f32 {
+        let sigma = if weighted {
+            math::sqrt(self.squares / (CONSISTENCY * self.weight.max(1.0)))
+        } else {
+            1.2533 * self.absolute / self.count.max(1.0)
+        };
+        sigma.max(SIGMA_MIN)
     }
 
     /// The normal matrix in units of the inverse variance, priors included.
@@ -181,7 +200,14 @@ impl Sums {
             return Err(RefineError::TooLittle);
         }
         let sigma2 = self.sigma2();
-        let mut normal = self.jj / sigma2;
+        let mut normal = Normal::zeros();
+        let mut triangle = self.jj.iter();
+        for row in 0..UNKNOWNS {
+            for (col, sum) in (0..=row).zip(&mut triangle) {
+                normal[(row, col)] = sum / sigma2;
+                normal[(col, row)] = sum / sigma2;
+            }
+        }
         let (turn, scale) = prior_px(prior, half);
         normal[(2, 2)] += 1.0 / (turn * turn);
         normal[(3, 3)] += 1.0 / (scale * scale);
@@ -190,7 +216,7 @@ impl Sums {
 
     /// The right-hand side; the priors pull turn and scale back to zero.
     fn right(&self, sigma2: f32, prior: Prior, state: &State) -> Vector {
-        let mut right = self.je / sigma2;
+        let mut right = Vector::from(self.jp) / sigma2;
         let (turn, scale) = prior_px(prior, state.half);
         right[2] -= state.turn / (turn * turn);
         right[3] -= state.scale / (scale * scale);
@@ -212,8 +238,8 @@ fn prior_px(prior: Prior, half: f32) -> (f32, f32) {
 
 fn accumulate(patch: &View<'_>, runs: &[Run], reference: &View<'_>, state: &State, weighted: bool) -> Sums {
     let mut sums = Sums {
-        jj: Normal::zeros(),
-        je: Vector::zeros(),
+        jj: [0.0; TRIANGLE],
+        jp: [0.0; UNKNOWNS],
         weight: 0.0,
         squares: 0.0,
         absolute: 0.0,
@@ -246,11 +272,12 @@ fn accumulate(patch: &View<'_>, runs: &[Run], reference: &View<'_>, state: &Stat
             let inverse = 1.0 / state.half;
             let j = [gx, gy, (gy * x - gx * y) * inverse, (gx * x + gy * y) * inverse, value, 1.0];
             // Gain and offset are solved for anew in each pass, so the right-hand side is the patch itself.
-            for a in 0..UNKNOWNS {
-                let wj = w * j[a];
-                sums.je[a] += wj * p;
-                for b in a..UNKNOWNS {
-                    sums.jj[(b, a)] += wj * j[b];
+            let mut triangle = sums.jj.iter_mut();
+            for (row, jp) in sums.jp.iter_mut().enumerate() {
+                let wj = w * j[row];
+                *jp += wj * p;
+                for (&j, sum) in j[..=row].iter().zip(&mut triangle) {
+                    *sum += wj * j;
                 }
             }
             sums.weight += w;
@@ -263,7 +290,6 @@ fn accumulate(patch: &View<'_>, runs: &[Run], reference: &View<'_>, state: &Stat
             left = score;
         }
     }
-    sums.jj.fill_upper_triangle_with_lower_triangle();
     sums
 }
 

@@ -22,11 +22,11 @@ pub struct PositionSample {
 /// code.
 const SLANT_MAX_M: f32 = 655.0;
 
-/// The newest samples of every stream. Capacities hold 0.3 s of 200 Hz attitude, 100 Hz follow-up and 50 Hz range.
+/// The newest samples of every stream. Capacities hold a quarter of a second of 200 Hz attitude and more, 100 Hz follow-up and 50 Hz range.
 #[derive(Debug, Default)]
 pub struct Streams {
     /// Attitude, heading already relative to grid north.
-    pub attitude: History<Attitude, 64>,
+    pub attitude: History<Attitude, 48>,
     /// Follow-up angle.
     pub follow_up: History<Radians, 32>,
     /// Slant range, metres.

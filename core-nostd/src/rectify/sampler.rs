@@ -33,14 +33,16 @@ impl<'a> Source<'a> {
         &self.reduction
     }
 
-    /// Largest positions that can be read, (col, row).
-    pub(super) fn limits(&self) -> (I16F16, I16F16) {
+    /// Whether the position can be read: from the centre of the first pixel to that of the last.
+    #[inline(always)]
+    pub(super) fn holds(&self, (col, row): (I16F16, I16F16)) -> bool {
         let (cols, rows) = self.reduction.size();
-        (I16F16::from_num(cols - 1), I16F16::from_num(rows - 1))
+        let last = |count: u16| I16F16::from_bits((count as i32 - 1) << 16);
+        col >= 0 && row >= 0 && col <= last(cols) && row <= last(rows)
     }
 
     /// The reading at (`col`, `row`), rounded to nearest. The caller has checked the position against
-    /// [`Source::limits`]; outside it the nearest pixels are read, never memory beyond them.
+    /// [`Source::holds`]; outside it the nearest pixels are read, never memory beyond them.
     #[inline(always)]
     pub(super) fn bilinear(&self, col: I16F16, row: I16F16) -> u32 {
         let (cols, rows) = self.reduction.size();
@@ -59,7 +61,8 @@ impl<'a> Source<'a> {
 /// Pixel and weight of a position; the last pixel is reached with the full weight of its left neighbour's pair.
 #[inline(always)]
 fn split(position: I16F16, count: u16) -> (usize, u32) {
-    let bits = position.to_bits() as u32;
+    // Rounded steps may end a hair below zero.
+    let bits = position.to_bits().max(0) as u32;
     let index = (bits >> 16).min(count as u32 - 2);
     (index as usize, (bits - (index << 16)) >> (16 - WEIGHT_BITS))
 }

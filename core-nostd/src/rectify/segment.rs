@@ -6,8 +6,8 @@ use fixed::types::I16F16;
 
 /// Added to a cell's sum by a reading outside the frame; no sum of 256 valid readings reaches it.
 pub(super) const INVALID: u32 = 1 << 24;
-/// Longest segment, in readings.
-const LONGEST: u16 = 32;
+/// Longest segment, in readings, as a power of two.
+const LONGEST_LOG2: u32 = 5;
 /// Positions beyond this do not fit Q16; the frame ends long before.
 const FAR_PX: f32 = 30_000.0;
 
@@ -15,8 +15,8 @@ const FAR_PX: f32 = 30_000.0;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
     samples: u16,
-    /// Readings a segment.
-    length: u16,
+    /// Readings a segment, as a power of two: steps are shifts, not divisions.
+    length_log2: u32,
 }
 
 impl Line {
@@ -25,7 +25,7 @@ impl Line {
     ///
     /// Between the ends of a segment of length L the error is at most L²/8 max|x''|. The second difference over a
     /// stretch is L² x'' itself; it is taken along the borders and the middle of the patch, where a homography's
-    /// curvature has its extremes, and doubled for the lens distortion's, which may peak in between.
+    /// curvature has its extremes, and doubled where a lens distortion may peak in between.
     pub(super) fn plan(map: &FrameFromPatch<'_>, source: &Source<'_>, samples: u16, tolerance_px: f32) -> Self {
         const PROBES: u16 = 8;
         let (cols, rows) = (map.size().0 as f32, map.size().1 as f32);
@@ -51,15 +51,16 @@ impl Line {
                 curvature = curvature.max(second(a.0, b.0, c.0)).max(second(a.1, b.1, c.1));
             }
         }
-        let mut length = LONGEST;
-        while length > 1 {
-            let cells = length as f32 / samples as f32;
-            if 2.0 * curvature * cells * cells <= 8.0 * tolerance_px {
+        let safety = if map.is_distorted() { 2.0 } else { 1.0 };
+        let mut length_log2 = LONGEST_LOG2;
+        while length_log2 > 0 {
+            let cells = (1u32 << length_log2) as f32 / samples as f32;
+            if safety * curvature * cells * cells <= 8.0 * tolerance_px {
                 break;
             }
-            length /= 2;
+            length_log2 -= 1;
         }
-        Line { samples, length }
+        Line { samples, length_log2 }
     }
 
     /// Adds the readings of the line at patch row `row` to the cells' `sums`; a reading outside the frame adds
@@ -71,16 +72,24 @@ impl Line {
         let position = |reading: usize| {
             let (col, row) = map.frame_position((reading as f32 + 0.5) * step - 0.5, row)?;
             let (col, row) = (source.reduction().reduced(col), source.reduction().reduced(row));
-            (col.abs() < FAR_PX && row.abs() < FAR_PX).then(|| (I16F16::from_num(col), I16F16::from_num(row)))
+            // A cast is one instruction, the crate's own conversion a hundred.
+            let q16 = |px: f32| I16F16::from_bits((px * 65536.0) as i32);
+            (col.abs() < FAR_PX && row.abs() < FAR_PX).then(|| (q16(col), q16(row)))
         };
+        let length = 1 << self.length_log2;
         let mut first = 0;
         let mut start = position(0);
         while first < readings {
-            let length = (self.length as usize).min(readings - first);
+            // The last segment may end beyond the patch: the geometry goes on there.
             let end = position(first + length);
+            let taken = length.min(readings - first);
             match (start, end) {
-                (Some(a), Some(b)) => accumulate_segment(source, a, b, first, length, samples, sums),
-                _ => mark(sums, first, length, samples),
+                (Some(a), Some(b)) => {
+                    let step = ((b.0 - a.0) >> self.length_log2, (b.1 - a.1) >> self.length_log2);
+                    let segment = Segment { at: a, step, ends_inside: source.holds(a) && source.holds(b) };
+                    segment.accumulate(source, first, taken, samples, sums);
+                }
+                _ => mark(sums, first, taken, samples),
             }
             start = end;
             first += length;
@@ -88,37 +97,34 @@ impl Line {
     }
 }
 
-/// Readings `first..first + length` between positions `a` (of the first) and `b` (one past the last).
-fn accumulate_segment(
-    source: &Source<'_>,
-    a: (I16F16, I16F16),
-    b: (I16F16, I16F16),
-    first: usize,
-    length: usize,
-    samples: usize,
-    sums: &mut [u32],
-) {
-    let limits = source.limits();
-    let (mut col, mut row) = a;
-    let count = I16F16::from_num(length as u32);
-    let (dcol, drow) = ((b.0 - a.0) / count, (b.1 - a.1) / count);
-    // Steps are rounded towards zero, so every position lies between the two ends: both inside means all inside.
-    let within = |(c, r): (I16F16, I16F16)| c >= 0 && r >= 0 && c <= limits.0 && r <= limits.1;
-    let all_inside = within(a) && within(b);
-    let mut cell = first / samples;
-    let mut left = samples - first % samples;
-    for _ in 0..length {
-        let reading = if all_inside || within((col, row)) { source.bilinear(col, row) } else { INVALID };
-        if let Some(sum) = sums.get_mut(cell) {
-            *sum += reading;
+/// A stretch of readings at even steps.
+struct Segment {
+    at: (I16F16, I16F16),
+    step: (I16F16, I16F16),
+    /// Both ends can be read, so everything between can: the steps are rounded down, which leaves every position
+    /// between the ends but for less than a reading's 2^-11 of a pixel.
+    ends_inside: bool,
+}
+
+impl Segment {
+    /// Adds readings `first..first + count` to their cells.
+    fn accumulate(&self, source: &Source<'_>, first: usize, count: usize, samples: usize, sums: &mut [u32]) {
+        let (mut col, mut row) = self.at;
+        let mut left = samples - first % samples;
+        let mut cells = sums.iter_mut().skip(first / samples);
+        let Some(mut cell) = cells.next() else { return };
+        for _ in 0..count {
+            if left == 0 {
+                left = samples;
+                let Some(next) = cells.next() else { return };
+                cell = next;
+            }
+            let readable = self.ends_inside || source.holds((col, row));
+            *cell += if readable { source.bilinear(col, row) } else { INVALID };
+            left -= 1;
+            col += self.step.0;
+            row += self.step.1;
         }
-        left -= 1;
-        if left == 0 {
-            left = samples;
-            cell += 1;
-        }
-        col += dcol;
-        row += drow;
     }
 }
 

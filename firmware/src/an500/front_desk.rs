@@ -60,8 +60,7 @@ impl FrontDesk {
             self.pulse.signal(Ticks(register(at::PULSE_TICK)));
         }
         if self.seen_frames.replace(register(at::FRAMES)) != register(at::FRAMES) {
-            let exposure =
-                Exposure { open: Ticks(register(at::FRAME_OPEN)), close: Ticks(register(at::FRAME_CLOSE)) };
+            let exposure = Exposure { open: Ticks(register(at::FRAME_OPEN)), close: Ticks(register(at::FRAME_CLOSE)) };
             let size = (register(at::FRAME_COLS) as u16, register(at::FRAME_ROWS) as u16);
             let start = FrameStart { sequence: register(at::FRAME_SEQUENCE), exposure, size };
             self.frame.signal(Incoming { start, since: Instant::now() });

@@ -23,7 +23,9 @@ pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl T
             }
         }
         expected = start.sequence.wrapping_add(1);
-        let mut work = Work { out: FrameOut { report: FrameReport::new(start.sequence), situation: None, fix: None, patch: None } };
+        let mut work = Work {
+            out: FrameOut { report: FrameReport::new(start.sequence), situation: None, fix: None, patch: None },
+        };
         if let Err(refusal) = work.frame(app, start, front_end, timer, gauge).await {
             work.out.report.refusal = refusal.code();
         }

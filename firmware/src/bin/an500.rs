@@ -8,7 +8,7 @@ fn main() {}
 mod board {
     use cortex_m_rt::entry;
     use embassy_executor::raw::Executor;
-    use plumbline_core::pipeline::Pipeline;
+    use plumbline_core::pipeline::{Buffers, Pipeline};
     use plumbline_firmware::an500::front_desk::{Camera, FrontDesk, Port};
     use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
     use plumbline_firmware::an500::{self, doorbell, psram, time_driver};
@@ -21,6 +21,7 @@ mod board {
     static PENDING: Pending = Pending::new();
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
     static DESK: ConstStaticCell<FrontDesk> = ConstStaticCell::new(FrontDesk::new());
+    static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
     static APP: StaticCell<App<'static>> = StaticCell::new();
 
     #[embassy_executor::task]
@@ -59,7 +60,7 @@ mod board {
         let pixels = unsafe { psram::bytes(at::TILE, area) }.ok_or(MissionError::Tile)?;
         let settings = mission.settings()?;
         let tile = mission.tile(pixels)?;
-        let pipeline = Pipeline::new(settings, tile).map_err(|_| MissionError::Settings)?;
+        let pipeline = Pipeline::new(settings, tile, BUFFERS.take()).map_err(|_| MissionError::Settings)?;
         Ok(APP.uninit().write(App::new(pipeline, mission.send_patches)))
     }
 
@@ -89,7 +90,13 @@ mod board {
     }
 
     /// A step: receive its bytes, let its edges and frame happen, work until nothing is left to do, answer.
+    ///
+    /// No task runs before the first step: the capture timer has no reading yet.
     fn lockstep(executor: &'static Executor, desk: &'static FrontDesk) -> ! {
+        let no_task = Pending::new();
+        while !doorbell::has_rung() {
+            wait_for_interrupt(&no_task, Clock::Stands, doorbell::has_rung);
+        }
         loop {
             settle(executor, || doorbell::has_rung() && FrontDesk::has_all_bytes());
             desk.step();

@@ -6,10 +6,10 @@
 //! north or to the vehicle, as its flags say.
 
 use super::decoder::Packet;
+use super::extensions::{Timesync, signal_quality};
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA,
     GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GimbalDeviceFlags, MavSensorOrientation,
-    TIMESYNC_DATA,
 };
 use mavlink::{MavlinkVersion, MessageData};
 use plumbline_core::frames::{attitude_from_ned_quaternion, follow_up_from_gimbal_quaternion};
@@ -71,7 +71,7 @@ pub fn incoming(packet: &Packet<'_>, us: (u8, u8)) -> Result<Incoming, Unusable>
             Ok(Incoming::CoarseAttitude(millis(q.time_boot_ms), attitude))
         }
         GIMBAL_DEVICE_ATTITUDE_STATUS_DATA::ID => follow_up(&payload(packet)?),
-        DISTANCE_SENSOR_DATA::ID => slant(&payload(packet)?),
+        DISTANCE_SENSOR_DATA::ID => slant(&payload(packet)?, signal_quality(packet.payload)),
         GLOBAL_POSITION_INT_DATA::ID => {
             let position: GLOBAL_POSITION_INT_DATA = payload(packet)?;
             Ok(Incoming::Position(PositionSample {
@@ -81,7 +81,7 @@ pub fn incoming(packet: &Packet<'_>, us: (u8, u8)) -> Result<Incoming, Unusable>
                 east_m_per_s: position.vy as f32 * 0.01,
             }))
         }
-        TIMESYNC_DATA::ID => timesync(&payload(packet)?, us),
+        Timesync::ID => timesync(&payload(packet)?, us),
         _ => Err(Unusable::NotOurs),
     }
 }
@@ -108,7 +108,7 @@ fn follow_up(status: &GIMBAL_DEVICE_ATTITUDE_STATUS_DATA) -> Result<Incoming, Un
     Ok(Incoming::FollowUp(millis(status.time_boot_ms), follow_up))
 }
 
-fn slant(sensor: &DISTANCE_SENSOR_DATA) -> Result<Incoming, Unusable> {
+fn slant(sensor: &DISTANCE_SENSOR_DATA, quality: u8) -> Result<Incoming, Unusable> {
     const INVALID_CM: u16 = u16::MAX;
     const QUALITY_INVALID: u8 = 1;
     if sensor.orientation != MavSensorOrientation::MAV_SENSOR_ROTATION_PITCH_270 {
@@ -117,18 +117,18 @@ fn slant(sensor: &DISTANCE_SENSOR_DATA) -> Result<Incoming, Unusable> {
     let cm = sensor.current_distance;
     // Limits of 0 mean that the sensor does not state them.
     let beyond = sensor.max_distance != 0 && cm > sensor.max_distance;
-    if cm == 0 || cm == INVALID_CM || cm < sensor.min_distance || beyond || sensor.signal_quality == QUALITY_INVALID {
+    if cm == 0 || cm == INVALID_CM || cm < sensor.min_distance || beyond || quality == QUALITY_INVALID {
         return Err(Unusable::Invalid);
     }
     Ok(Incoming::Slant(millis(sensor.time_boot_ms), Metres(cm as f32 * 0.01)))
 }
 
 /// tc1 = 0 is a request; an answer must be addressed to us (an answer to nobody comes from a peer too old to tell).
-fn timesync(sync: &TIMESYNC_DATA, us: (u8, u8)) -> Result<Incoming, Unusable> {
+fn timesync(sync: &Timesync, us: (u8, u8)) -> Result<Incoming, Unusable> {
     if sync.tc1 == 0 {
         return Ok(Incoming::TimesyncRequest { theirs_ns: sync.ts1 });
     }
-    if (sync.target_system, sync.target_component) != us {
+    if sync.target != us {
         return Err(Unusable::NotOurs);
     }
     let theirs = u64::try_from(sync.tc1).map_err(|_| Unusable::Invalid)? / 1000;

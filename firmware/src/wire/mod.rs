@@ -5,6 +5,7 @@
 //! inside TUNNEL messages. Nothing here panics on any input: bit errors, cut messages and unknown ids are counted.
 
 pub mod decoder;
+pub mod extensions;
 pub mod incoming;
 pub mod outgoing;
 pub mod telemetry;

@@ -1,11 +1,12 @@
 //! What we send: each message encoded into a buffer of the caller's.
 
+use super::extensions::Timesync;
 use super::telemetry::{TUNNEL_BYTES, Telemetry};
 use mavlink::dialects::common::{
     CAMERA_IMAGE_CAPTURED_DATA, CAMERA_TRIGGER_DATA, DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA,
     GIMBAL_DEVICE_SET_ATTITUDE_DATA, GLOBAL_POSITION_SENSOR_DATA, GimbalDeviceFlags, GlobalPositionFlags,
     GlobalPositionSrc, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag, MavState, MavTunnelPayloadType, MavType,
-    MavlinkDataStreamType, TIMESYNC_DATA, TUNNEL_DATA,
+    MavlinkDataStreamType, TUNNEL_DATA,
 };
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
 use plumbline_core::fix::Fix;
@@ -20,6 +21,8 @@ use plumbline_core::units::{Micros, Radians};
 pub const SYSTEM: u8 = 1;
 /// Our component id, MAV_COMP_ID_GIMBAL: what makes an autopilot send AUTOPILOT_STATE_FOR_GIMBAL_DEVICE.
 pub const COMPONENT: u8 = 154;
+/// The autopilot's component id.
+const AUTOPILOT: u8 = 1;
 /// Bytes of picture in an ENCAPSULATED_DATA message.
 pub const CHUNK: usize = 253;
 
@@ -77,13 +80,13 @@ pub fn servo(follow_up: Radians) -> GIMBAL_DEVICE_SET_ATTITUDE_DATA {
 }
 
 /// TIMESYNC request: our time in nanoseconds, asking for the autopilot's.
-pub fn timesync_request(ours_ns: i64) -> TIMESYNC_DATA {
-    TIMESYNC_DATA { tc1: 0, ts1: ours_ns, target_system: SYSTEM, target_component: 1 }
+pub fn timesync_request(ours_ns: i64) -> Timesync {
+    Timesync { tc1: 0, ts1: ours_ns, target: (SYSTEM, AUTOPILOT) }
 }
 
 /// TIMESYNC answer to a request that carried `theirs_ns`.
-pub fn timesync_answer(ours_ns: i64, theirs_ns: i64) -> TIMESYNC_DATA {
-    TIMESYNC_DATA { tc1: ours_ns, ts1: theirs_ns, target_system: SYSTEM, target_component: 1 }
+pub fn timesync_answer(ours_ns: i64, theirs_ns: i64) -> Timesync {
+    Timesync { tc1: ours_ns, ts1: theirs_ns, target: (SYSTEM, AUTOPILOT) }
 }
 
 /// CAMERA_TRIGGER: when the picture was taken, by its middle.

@@ -1,95 +1,150 @@
 //! `plumbline fly`: a flight of the firmware.
 
+mod output;
+mod setting;
+mod tell;
+
 use super::{Failure, print_json};
-use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressStyle};
+use output::Output;
 use plumbline_sim::fly::{Keep, fly};
 use plumbline_sim::link::inproc::InProcess;
+use plumbline_sim::link::qemu::{Qemu, default_image};
 use plumbline_sim::link::{Link, LinkError};
-use plumbline_sim::scenario::{Ground, Replay, Scenario};
-use plumbline_sim::score::{self, Linked, Summary};
+use plumbline_sim::report::{Report, ReportError};
+use plumbline_sim::score::{self, Linked};
 use plumbline_sim::stage::Stage;
-use plumbline_survey::data::shared_data;
 use plumbline_survey::error::InputError;
+use sha2::{Digest, Sha256};
 use std::path::PathBuf;
+
+/// Frames shown in the report, spread over the flight.
+const PICTURED: u32 = 6;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Scenario file (TOML), or the name of a built-in one; the default scene unless given
-    #[arg(long)]
+    /// Scenario file (TOML) or the name of a built-in one; the default scene unless given
+    #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// How to reach the firmware: inproc, qemu or serial:PATH
-    #[arg(long, default_value = "inproc")]
-    link: String,
-    /// Firmware image for the emulator
-    #[arg(long)]
+    /// Where the firmware runs: inproc, qemu or serial:PATH
+    #[arg(long, default_value = "inproc", value_parser = reach)]
+    link: Reach,
+    /// Firmware image for --link qemu; the one `cargo xtask build` makes unless given
+    #[arg(long, value_name = "ELF")]
     firmware: Option<PathBuf>,
     /// Frames to take
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, allow_negative_numbers = true)]
     frames: Option<u32>,
     /// What every random number comes from
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Orthophoto to fly over (GeoTIFF)
-    #[arg(long)]
+    #[arg(long, value_name = "ORTHO")]
     ground: Option<PathBuf>,
-    /// Surface or terrain model under it (GeoTIFF); flat at height 0 without
-    #[arg(long, requires = "ground")]
+    /// Surface or terrain model under it; flat at height 0 unless given
+    #[arg(long)]
     dem: Option<PathBuf>,
-    /// Orthophoto that the reference is made of; the same one without
-    #[arg(long, requires = "ground")]
+    /// Orthophoto that the reference is made of; the one flown over unless given
+    #[arg(long, value_name = "ORTHO2")]
     reference: Option<PathBuf>,
-    /// Attitude log to fly (CSV with t_s, roll_deg, pitch_deg, yaw_deg)
-    #[arg(long)]
+    /// Attitude log to fly (CSV with t_s, roll_deg, pitch_deg, yaw_deg), from its first row
+    #[arg(long, value_name = "CSV")]
     replay: Option<PathBuf>,
-    /// Folder for fixes.csv, report.json and report.html
-    #[arg(long)]
+    /// Flight plan to fly
+    #[arg(long, value_parser = plan)]
+    plan: Option<String>,
+    /// Folder for fixes.csv, report.json and report.html; nothing is written unless given
+    #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Write frame, patch, mask and reference of the first N frames as PNG
-    #[arg(long, default_value_t = 0)]
-    dump: u32,
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    dump: Option<u32>,
     /// Print report.json on stdout
     #[arg(long)]
     json: bool,
 }
 
+/// Where the firmware runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Reach {
+    InProcess,
+    Qemu,
+}
+
+fn reach(text: &str) -> Result<Reach, String> {
+    match text {
+        "inproc" => Ok(Reach::InProcess),
+        "qemu" => Ok(Reach::Qemu),
+        _ if text.starts_with("serial:") => Err("a serial link is not in this version".to_owned()),
+        _ => Err("not one of inproc, qemu and serial:PATH".to_owned()),
+    }
+}
+
+fn plan(_: &str) -> Result<String, String> {
+    Err("flying a plan is not in this version".to_owned())
+}
+
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let scenario = scenario(args)?;
+    let scenario = setting::scenario(args)?;
+    let output = Output::check(args)?;
+    if args.firmware.is_some() && args.link != Reach::Qemu {
+        return Err(Failure::Input(InputError::new("--firmware is an image for --link qemu, which is not given")));
+    }
     let stage = Stage::prepare(scenario)?;
-    let bar = progress_bar(stage.scenario.frames);
+    let frames = stage.scenario.frames;
     let (mut link, linked) = link(args, &stage)?;
-    let keep = Keep { first: args.dump.max(4), every: stage.scenario.frames.div_ceil(8).max(1) };
-    let flight = fly(&stage, link.as_mut(), keep, &mut |frame| bar.set_position(u64::from(frame) + 1))?;
+    let keep = Keep { first: args.dump.unwrap_or(0), every: frames.div_ceil(PICTURED).max(1) };
+    let bar = progress_bar(frames);
+    let flight = fly(&stage, link.as_mut(), keep, &mut |frame| bar.set_position(u64::from(frame) + 1));
     bar.finish_and_clear();
+    let flight = flight?;
     let scored: Vec<_> = flight.frames.iter().map(|record| score::score(&stage, record)).collect();
     let summary = score::summarise(&stage, &flight, &scored, &linked);
-    if let Some(out) = &args.out {
-        create_folder(out)?;
-        score::write(out, &stage, &flight, &scored, &summary)?;
+    let report = Report { stage: &stage, flight: &flight, scored: &scored, summary: &summary };
+    if let Some(output) = &output {
+        output.write(&report)?;
     }
     if args.json {
         return print_json(&summary);
     }
-    tell(&summary);
+    tell::tell(&summary, args.out.as_deref());
     Ok(())
 }
-fn create_folder(_: &std::path::Path) -> Result<(), Failure> { Ok(()) }
-fn progress_bar(n: u32) -> ProgressBar { ProgressBar::with_draw_target(Some(n.into()), ProgressDrawTarget::stderr()).with_style(ProgressStyle::default_bar()) }
-fn link(_args: &Args, stage: &Stage) -> Result<(Box<dyn Link>, Linked), Failure> {
-    Ok((Box::new(InProcess::new(&stage.flash)?), Linked { name: "inproc".into(), firmware_sha256: None }))
+
+/// On stderr, and only where somebody sees it.
+fn progress_bar(frames: u32) -> ProgressBar {
+    let bar = ProgressBar::new(frames.into());
+    match ProgressStyle::with_template("frame {pos} of {len} {wide_bar} {eta} left") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
 }
-fn tell(s: &Summary) { println!("{}", serde_json::to_string_pretty(s).unwrap_or_default()); }
-fn scenario(args: &Args) -> Result<Scenario, Failure> {
-    let data = shared_data();
-    let mut s = match &args.scenario { None => Scenario::default_scene(), Some(p) => Scenario::load(p, data.as_deref()).map_err(|e| InputError::new(e.to_string()))? };
-    if let Some(f) = args.frames { s.frames = f; }
-    if let Some(f) = args.seed { s.seed = f; }
-    if let Some(g) = &args.ground { s.ground = Ground::Ortho { ortho: g.clone(), dem: args.dem.clone(), reference: args.reference.clone() }; }
-    if let Some(r) = &args.replay { s.replay = Some(Replay { att: r.clone(), start_s: None, time_scale: 1.0 }); }
-    Ok(s)
-}
+
 impl From<LinkError> for Failure {
     fn from(error: LinkError) -> Self {
-        match error { LinkError::Input(e) => Failure::Input(e), lost => Failure::Work(lost.to_string()) }
+        match error {
+            LinkError::Input(error) => Failure::Input(error),
+            lost => Failure::Work(lost.to_string()),
+        }
     }
+}
+
+impl From<ReportError> for Failure {
+    fn from(error: ReportError) -> Self {
+        Failure::Work(error.to_string())
+    }
+}
+
+/// The firmware, booted, and what the report calls it.
+fn link(args: &Args, stage: &Stage) -> Result<(Box<dyn Link>, Linked), Failure> {
+    if args.link == Reach::InProcess {
+        let linked = Linked { name: "inproc".to_owned(), firmware_sha256: None };
+        return Ok((Box::new(InProcess::new(&stage.flash)?), linked));
+    }
+    let image = args.firmware.clone().unwrap_or_else(default_image);
+    let link = Qemu::launch(&stage.flash, &image)?;
+    let bytes =
+        std::fs::read(&image).map_err(|error| InputError::new(format!("cannot read {}: {error}", image.display())))?;
+    let digest = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok((Box::new(link), Linked { name: "qemu".to_owned(), firmware_sha256: Some(digest) }))
 }

@@ -1,5 +1,66 @@
-//! stub
-use super::Failure;
+//! `plumbline reproduce`: a paper's tables by this project's own code.
+
+use super::{Failure, print_json};
+use indicatif::{ProgressBar, ProgressStyle};
+use plumbline_sim::reproduce::{Reproduction, table_3, text, write_figures};
+use plumbline_survey::error::InputError;
+use std::path::{Path, PathBuf};
+
 #[derive(Debug, clap::Args)]
-pub struct Args {}
-pub fn run(_: &Args) -> Result<(), Failure> { Ok(()) }
+pub struct Args {
+    /// Which paper: 000, 001, 002, 003 or 004
+    #[arg(value_parser = ["000", "001", "002", "003", "004"])]
+    paper: String,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+    /// Folder for the figures; none are made unless given
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Frames of the flight behind Table 3
+    #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=1_000_000), allow_negative_numbers = true)]
+    frames: u32,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.paper != "003" {
+        return Err(Failure::Input(InputError::new(format!(
+            "paper {} is not in this version, only 003 is",
+            args.paper
+        ))));
+    }
+    if let Some(folder) = &args.out {
+        create(folder)?;
+    }
+    let bar = progress_bar(args.frames);
+    let flown = table_3::flown(args.frames, &mut |frame| bar.set_position(u64::from(frame) + 1));
+    bar.finish_and_clear();
+    let flown = flown?;
+    let reproduction = Reproduction::of_003(&flown)?;
+    if let Some(folder) = &args.out {
+        write_figures(folder, &flown)?;
+    }
+    if args.json {
+        return print_json(&reproduction);
+    }
+    print!("{}", text::text(&reproduction));
+    Ok(())
+}
+
+/// Creates the folder, but no parent; before the work, so that nobody waits for a refusal.
+fn create(folder: &Path) -> Result<(), InputError> {
+    if folder.is_dir() {
+        return Ok(());
+    }
+    std::fs::create_dir(folder)
+        .map_err(|error| InputError::new(format!("--out {}: the folder cannot be created: {error}", folder.display())))
+}
+
+/// On stderr, and only where somebody sees it.
+fn progress_bar(frames: u32) -> ProgressBar {
+    let bar = ProgressBar::new(frames.into());
+    match ProgressStyle::with_template("frame {pos} of {len} {wide_bar} {eta} left") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}

@@ -67,7 +67,7 @@ impl InProcess {
         let mission = Mission::decode(&flash.encoded()?).map_err(refuse)?;
         let settings = mission.settings().map_err(refuse)?;
         let tile = mission.tile(Box::leak(flash.tile.clone().into_boxed_slice())).map_err(refuse)?;
-        let pipeline = Pipeline::new(settings, tile)
+        let pipeline = Pipeline::new(settings, tile, Box::leak(Box::default()))
             .map_err(|error| InputError::new(format!("the firmware refuses these settings: {error:?}")))?;
         let app: &'static App<'static> = Box::leak(Box::new(App::new(pipeline, mission.send_patches)));
         let pending: &'static Pending = Box::leak(Box::default());

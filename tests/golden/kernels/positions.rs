@@ -122,7 +122,8 @@ fn positions_near_the_horizon_stay_within_their_tolerance() {
                     }
                 }
                 let limit = RAMP_DN * (tolerance_px + 2e-3) + ROUNDING_DN;
-                println!("{samples} readings a side, {angles:?}: {seen} seen, {lost} lost, {worst:.2} DN, limit {limit:.2}");
+                assert!(worst < limit, "{worst} DN at {angles:?}, {samples} readings a side, limit {limit}");
+                assert!(seen > 300 && lost * 100 <= seen, "{lost} of {seen} cells are lost at {angles:?}");
             }
         }
     }

@@ -1,0 +1,87 @@
+//! The scenario: a file, a built-in one or the default, and what the options change in it.
+
+use super::Args;
+use crate::cli::Failure;
+use plumbline_sim::scenario::{Ground, Replay, Scenario, ScenarioError};
+use plumbline_survey::data::shared_data;
+use plumbline_survey::error::InputError;
+use std::path::Path;
+
+/// Built-in scenarios: name and text.
+const BUILT_IN: [(&str, &str); 7] = [
+    ("default", include_str!("../../../scenarios/default.toml")),
+    ("nadir", include_str!("../../../scenarios/nadir.toml")),
+    ("honest", include_str!("../../../scenarios/honest.toml")),
+    ("barrel", include_str!("../../../scenarios/barrel.toml")),
+    ("faults", include_str!("../../../scenarios/faults.toml")),
+    ("naip", include_str!("../../../scenarios/naip.toml")),
+    ("vienna", include_str!("../../../scenarios/vienna.toml")),
+];
+
+/// What is to be flown. Each option's value is checked under its own name.
+pub fn scenario(args: &Args) -> Result<Scenario, Failure> {
+    let mut scenario = match &args.scenario {
+        None => Scenario::default_scene(),
+        Some(path) => load(path)?,
+    };
+    let check = |scenario: &Scenario, option: &str| scenario.check(option).map_err(refuse);
+    if let Some(frames) = args.frames {
+        scenario.frames = frames;
+        check(&scenario, "--frames")?;
+    }
+    if let Some(seed) = args.seed {
+        scenario.seed = seed;
+    }
+    ground(args, &mut scenario)?;
+    if let Some(log) = &args.replay {
+        scenario.replay = Some(Replay { att: log.clone(), start_s: None, time_scale: 1.0 });
+        check(&scenario, "--replay")?;
+    }
+    Ok(scenario)
+}
+
+/// A file of that name, or else a built-in scenario.
+fn load(path: &Path) -> Result<Scenario, Failure> {
+    let data = shared_data();
+    let built_in = BUILT_IN.iter().find(|(name, _)| Path::new(name) == path);
+    match built_in {
+        Some((name, text)) if !path.is_file() => {
+            Scenario::parse(text, &format!("scenario {name}"), Path::new(""), data.as_deref()).map_err(refuse)
+        }
+        None if !path.exists() => {
+            let names = BUILT_IN.map(|(name, _)| name).join(", ");
+            Err(Failure::Input(InputError::new(format!(
+                "--scenario {}: there is no such file, and the built-in ones are {names}",
+                path.display()
+            ))))
+        }
+        _ => Scenario::load(path, data.as_deref()).map_err(refuse),
+    }
+}
+
+/// `--ground` replaces the scenario's ground; `--dem` and `--reference` belong to an orthophoto, whoever named it.
+fn ground(args: &Args, scenario: &mut Scenario) -> Result<(), Failure> {
+    if let Some(ortho) = &args.ground {
+        scenario.ground = Ground::Ortho { ortho: ortho.clone(), dem: None, reference: None };
+    }
+    match &mut scenario.ground {
+        Ground::Ortho { dem, reference, .. } => {
+            *dem = args.dem.clone().or(dem.take());
+            *reference = args.reference.clone().or(reference.take());
+            Ok(())
+        }
+        Ground::Procedural => {
+            let given = [("--dem", &args.dem), ("--reference", &args.reference)];
+            match given.iter().find(|(_, path)| path.is_some()) {
+                Some((option, _)) => {
+                    Err(Failure::Input(InputError::new(format!("{option} needs an orthophoto to fly over: --ground"))))
+                }
+                None => Ok(()),
+            }
+        }
+    }
+}
+
+fn refuse(error: ScenarioError) -> Failure {
+    Failure::Input(InputError::new(error.to_string()))
+}

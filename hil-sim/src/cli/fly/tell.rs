@@ -1,0 +1,100 @@
+//! The flight in ten lines, for a person at a terminal.
+
+use plumbline_sim::score::Summary;
+use std::io::Write;
+use std::path::Path;
+
+/// Prints the figures on stdout.
+pub fn tell(summary: &Summary, out: Option<&Path>) {
+    // A closed pipe is nobody to tell.
+    let _ = std::io::stdout().write_all(table(summary, out).as_bytes());
+}
+
+fn table(summary: &Summary, out: Option<&Path>) -> String {
+    let (matching, ground, cost) =
+        (&summary.matching_error_px, &summary.ground_error_m, &summary.instructions_per_frame);
+    let number = |value: Option<f64>, unit: &str| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2} {unit}"));
+    let unmeasured = || "not measured on this link".to_owned();
+    let refused: Vec<String> = summary.refused.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
+    let share = 100.0 * summary.accepted as f64 / summary.frames.max(1) as f64;
+    let rows = [
+        ("frames", format!("{} over {}, seed {}", summary.frames, summary.link, summary.seed)),
+        ("accepted", format!("{} ({share:.1} %)", summary.accepted)),
+        ("unrectified", format!("{} mean matching error", number(matching.unrectified_mean, "px"))),
+        (
+            "rectified",
+            format!(
+                "{} mean, {} p95, {} largest; whole-pixel peak {}",
+                number(matching.rectified_mean, "px"),
+                number(matching.rectified_p95, "px"),
+                number(matching.accepted_max, "px"),
+                number(matching.rectified_integer_mean, "px")
+            ),
+        ),
+        ("ground error", format!("{} mean, {} p95", number(ground.mean, "m"), number(ground.p95, "m"))),
+        ("NEES", format!("{}(2 expected)", number(summary.nees_mean, ""))),
+        (
+            "instructions",
+            cost.mean.zip(cost.max).map_or_else(unmeasured, |(mean, max)| format!("{mean:.0} a frame, at most {max}")),
+        ),
+        ("RAM", summary.ram_bytes.map_or_else(unmeasured, |bytes| format!("{bytes} bytes"))),
+        ("refused", if refused.is_empty() { "none".to_owned() } else { refused.join(", ") }),
+        (
+            "report",
+            out.map_or_else(
+                || "not written, --out DIR".to_owned(),
+                |out| out.join("report.html").display().to_string(),
+            ),
+        ),
+    ];
+    rows.iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumbline_sim::score::{Cost, LinkHealth, MatchRate, MatchingError, Spread};
+
+    #[test]
+    fn ten_lines_whatever_is_missing() {
+        let nothing = MatchingError {
+            unrectified_mean: None,
+            rectified_integer_mean: None,
+            rectified_mean: None,
+            rectified_p95: None,
+            accepted_max: None,
+            attitude_mean: None,
+            matching_mean: None,
+        };
+        let summary = Summary {
+            schema: 1,
+            scenario: "s".to_owned(),
+            seed: 1,
+            link: "inproc".to_owned(),
+            firmware_sha256: None,
+            frames: 3,
+            accepted: 0,
+            match_rate: MatchRate { unrectified: 0.0, rectified: 0.0 },
+            matching_error_px: nothing,
+            ground_error_m: Spread { mean: None, p95: None },
+            nees_mean: None,
+            instructions_per_frame: Cost { mean: None, max: None },
+            instructions_by_stage: None,
+            ram_bytes: None,
+            refused: [("lost".to_owned(), 3)].into(),
+            overruns: 0,
+            link_health: LinkHealth {
+                messages: 0,
+                bad_checksum: 0,
+                unknown_id: 0,
+                skipped_bytes: 0,
+                backwards: 0,
+                invalid: 0,
+            },
+            servo_rms_deg: 0.0,
+        };
+        let text = table(&summary, None);
+        assert_eq!(text.lines().count(), 10, "{text}");
+        assert!(text.contains("lost 3") && !text.contains("NaN"), "{text}");
+    }
+}

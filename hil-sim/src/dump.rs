@@ -1,0 +1,209 @@
+//! A frame's pictures: what the camera delivered, what the firmware made of it, and what it was matched with.
+//!
+//! The firmware sends its patch but no mask. The mask is made again by the core, from the frame and from the situation
+//! that the firmware reported bit by bit; it is used only where it belongs to a patch of the same size.
+
+use crate::fly::{Flight, FrameRecord};
+use crate::stage::Stage;
+use plumbline_core::matching::View;
+use plumbline_core::pipeline::{Buffers, FollowUpMode, Pipeline, Prediction, Situation};
+use plumbline_core::tile::Local;
+use plumbline_core::tilt::Attitude;
+use plumbline_core::units::{Metres, Micros, Radians};
+use plumbline_firmware::wire::telemetry::FrameReport;
+use plumbline_survey::error::InputError;
+use plumbline_survey::picture::{Picture, write_grey_png};
+use std::path::Path;
+
+/// The pictures of a frame that was kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Views {
+    /// The camera's frame, row 0 forward.
+    pub frame: Picture,
+    /// What was made of it; `None` where the frame was refused before.
+    pub rectified: Option<Rectified>,
+}
+
+/// What a frame was rectified to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rectified {
+    /// The firmware's patch, row 0 north, 0 where invalid.
+    pub patch: Picture,
+    /// 255 valid, 0 not.
+    pub mask: Picture,
+    /// The reference around the match, or around the prediction where nothing was matched, to the nearest whole pixel
+    /// and of the patch's size; `None` where that leaves the tile.
+    pub reference: Option<Picture>,
+}
+
+/// The pictures of `record`; `None` when its frame was not kept.
+pub fn views(stage: &Stage, record: &FrameRecord) -> Option<Views> {
+    let camera = &stage.scenario.camera;
+    let pixels = record.frame.clone()?;
+    let frame = Picture { cols: camera.cols.into(), rows: camera.rows.into(), pixels };
+    let rectified = rectified(stage, record, &frame);
+    Some(Views { frame, rectified })
+}
+
+fn rectified(stage: &Stage, record: &FrameRecord, frame: &Picture) -> Option<Rectified> {
+    let report = record.report.as_ref()?;
+    let received = record.patch.as_ref()?;
+    let (cols, rows) = (usize::from(received.size.0), usize::from(received.size.1));
+    let patch = Picture { cols, rows, pixels: received.pixels.clone() };
+    let (_, mask) = rectified_again(stage, report, frame)?;
+    ((mask.cols, mask.rows) == (cols, rows)).then(|| Rectified {
+        reference: reference(stage, report, received.size),
+        patch,
+        mask,
+    })
+}
+
+/// Patch and mask by the core, as on board.
+fn rectified_again(stage: &Stage, report: &FrameReport, frame: &Picture) -> Option<(Picture, Picture)> {
+    let mission = &stage.flash.mission;
+    let settings = mission.settings().ok()?;
+    let [height_m, heading, pitch, roll, follow_up] = report.situation?;
+    let attitude = Attitude { heading: Radians(heading), pitch: Radians(pitch), roll: Radians(roll) };
+    let mut buffers = Box::new(Buffers::new());
+    let mut pipeline = Pipeline::new(settings, mission.tile(&stage.flash.tile).ok()?, &mut buffers).ok()?;
+    // The reduction follows from the range; the one at mid-exposure stands for the newest one then.
+    pipeline.streams.slant(Micros(0), Metres(height_m / attitude.cos_tilt())).ok()?;
+    pipeline.begin_frame().ok()?;
+    for row in frame.pixels.chunks_exact(frame.cols) {
+        pipeline.row(row).ok()?;
+    }
+    pipeline
+        .rectify(&Situation {
+            mid_exposure_at: Micros(report.mid_exposure_us),
+            attitude,
+            follow_up: Radians(follow_up),
+            followed: settings.follow_up == FollowUpMode::Followed,
+            height_m,
+            prediction: Prediction { local: Local { east_m: 0.0, north_m: 0.0 } },
+            sigma_tilt_rad: 0.0,
+            sigma_heading_rad: 0.0,
+            sigma_height_m: 0.0,
+        })
+        .ok()?;
+    let (pixels, size, runs) = pipeline.patch();
+    let patch = Picture { cols: size.0.into(), rows: size.1.into(), pixels: pixels.to_vec() };
+    let mut mask = Picture { pixels: vec![0; pixels.len()], ..patch };
+    for run in runs {
+        let row = usize::from(run.row) * mask.cols;
+        mask.pixels.get_mut(row + usize::from(run.start)..row + usize::from(run.end))?.fill(255);
+    }
+    Some((patch, mask))
+}
+
+/// The tile's pixels under the patch where it was matched.
+fn reference(stage: &Stage, report: &FrameReport, size: (u16, u16)) -> Option<Picture> {
+    let mission = &stage.flash.mission;
+    let [east_m, north_m] = report.predicted?;
+    let [d_col, d_row] = report.matched.map_or([0.0; 2], |matched| [matched[0], matched[1]]);
+    let middle = |side: u16| 0.5 * (f32::from(side) - 1.0);
+    let col = middle(mission.tile.0) + east_m / mission.resolution_m + d_col - middle(size.0);
+    let row = middle(mission.tile.1) - north_m / mission.resolution_m + d_row - middle(size.1);
+    let window = View::new(&stage.flash.tile, mission.tile)?.window(col.round() as i32, row.round() as i32, size)?;
+    let (cols, rows) = (usize::from(size.0), usize::from(size.1));
+    let pixels = (0..rows).filter_map(|row| window.run(row, 0, cols)).flatten().copied().collect();
+    Some(Picture { cols, rows, pixels })
+}
+
+/// Writes `frame_0000.png`, `patch_0000.png`, `mask_0000.png` and `reference_0000.png` for the first `count` frames. A
+/// refused frame has no patch: what an earlier flight left under its names is removed, so that the four belong
+/// together.
+///
+/// # Errors
+/// A picture that cannot be written or removed.
+pub fn write(folder: &Path, stage: &Stage, flight: &Flight, count: u32) -> Result<(), InputError> {
+    for record in flight.frames.iter().take(count as usize) {
+        let Some(views) = views(stage, record) else { continue };
+        let rectified = views.rectified.as_ref();
+        let pictures = [
+            ("frame", Some(&views.frame)),
+            ("patch", rectified.map(|r| &r.patch)),
+            ("mask", rectified.map(|r| &r.mask)),
+            ("reference", rectified.and_then(|r| r.reference.as_ref())),
+        ];
+        for (kind, picture) in pictures {
+            let path = folder.join(format!("{kind}_{:04}.png", record.exposure.frame));
+            match picture {
+                Some(picture) => write_grey_png(&path, picture)?,
+                None => remove(&path)?,
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Removes a file that may not be there.
+fn remove(path: &Path) -> Result<(), InputError> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(InputError::new(format!("cannot remove {}: {error}", path.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::tests::flown;
+
+    /// The core's patch equals the firmware's in every pixel: so its mask is the firmware's mask.
+    #[test]
+    fn the_patch_made_again_is_the_one_sent() {
+        let flown = flown();
+        let mut compared = 0;
+        for record in &flown.flight.frames {
+            let Some(views) = views(&flown.stage, record) else { continue };
+            let Some(rectified) = views.rectified else { continue };
+            let report = record.report.as_ref().expect("a patch has a report");
+            let (again, mask) = rectified_again(&flown.stage, report, &views.frame).expect("rectified");
+            assert!(again == rectified.patch, "frame {}", record.exposure.frame);
+            assert!(mask == rectified.mask);
+            let outside = rectified.patch.pixels.iter().zip(&mask.pixels).filter(|&(_, &valid)| valid == 0);
+            assert!(outside.map(|(&pixel, _)| pixel).all(|pixel| pixel == 0));
+            compared += 1;
+        }
+        assert!(compared >= 4, "{compared} frames compared");
+    }
+
+    /// The reference lies where the firmware matched: over the valid pixels it has the correlation that the firmware
+    /// found there, to the rounding of its single precision, and less when it is shifted.
+    #[test]
+    fn the_reference_lies_under_the_patch() {
+        let flown = flown();
+        let mut compared = 0;
+        for record in &flown.flight.frames {
+            let Some(rectified) = views(&flown.stage, record).and_then(|views| views.rectified) else { continue };
+            let Some([d_col, d_row, score, _, peak_col, peak_row]) = record.report.and_then(|r| r.matched) else {
+                continue;
+            };
+            // The firmware's score is that of the whole-pixel peak.
+            if (d_col - peak_col).abs() >= 0.5 || (d_row - peak_row).abs() >= 0.5 {
+                continue;
+            }
+            let reference = rectified.reference.as_ref().expect("a match lies in the tile");
+            let here = correlation(&rectified, reference, 0);
+            assert!((here - f64::from(score)).abs() < 1e-3, "frame {}: {here}, not {score}", record.exposure.frame);
+            assert!(correlation(&rectified, reference, 1) < here, "frame {}", record.exposure.frame);
+            compared += 1;
+        }
+        assert!(compared >= 3, "{compared} frames compared");
+    }
+
+    /// Over the valid pixels, the reference read `shift` pixels on.
+    fn correlation(rectified: &Rectified, reference: &Picture, shift: usize) -> f64 {
+        let pairs: Vec<[f64; 2]> = (rectified.patch.pixels.iter().zip(&rectified.mask.pixels))
+            .zip(reference.pixels.iter().skip(shift))
+            .filter(|&((_, &valid), _)| valid != 0)
+            .map(|((&patch, _), &reference)| [f64::from(patch), f64::from(reference)])
+            .collect();
+        let mean = |axis: usize| pairs.iter().map(|pair| pair[axis]).sum::<f64>() / pairs.len() as f64;
+        let means = [mean(0), mean(1)];
+        let product = |a: usize, b: usize| pairs.iter().map(|p| (p[a] - means[a]) * (p[b] - means[b])).sum::<f64>();
+        product(0, 1) / (product(0, 0) * product(1, 1)).sqrt()
+    }
+}

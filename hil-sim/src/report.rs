@@ -1,0 +1,85 @@
+//! `report.html`: a flight on one page that needs nothing but itself.
+//!
+//! Everything on it is computed from the flight; given are the paper's figures alone, in [`paper`]. There is no script
+//! and no request: pictures are data URIs, plots are inline SVG, the style stands in the page. The same flight gives
+//! the same bytes, so no date stands on it.
+
+mod board;
+mod errors;
+mod format;
+mod head;
+mod overlay;
+mod paper;
+mod parameters;
+mod plots;
+mod png;
+mod provenance;
+mod strip;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use crate::fly::Flight;
+use crate::score::{Scored, Summary};
+use crate::stage::Stage;
+use maud::{DOCTYPE, PreEscaped, html};
+use std::fmt;
+
+/// What a report is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// What was flown over, and with what.
+    pub stage: &'a Stage,
+    /// What came of it.
+    pub flight: &'a Flight,
+    /// Every frame against the truth, in the flight's order.
+    pub scored: &'a [Scored],
+    /// The figures of `report.json`.
+    pub summary: &'a Summary,
+}
+
+/// Why there is no report: a plot that could not be drawn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReportError(String);
+
+impl fmt::Display for ReportError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the report cannot be drawn: {}", self.0)
+    }
+}
+
+impl std::error::Error for ReportError {}
+
+impl Report<'_> {
+    /// The page.
+    ///
+    /// # Errors
+    /// [`ReportError`].
+    pub fn html(&self) -> Result<String, ReportError> {
+        let title = format!("Plumbline flight: {}", self.summary.scenario);
+        let plots = self.plots()?;
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (title) }
+                    style { (PreEscaped(include_str!("report/style.css"))) }
+                }
+                body {
+                    main {
+                        (self.head())
+                        (self.against_the_paper())
+                        (plots)
+                        (self.error_parts())
+                        (self.strip())
+                        (self.board())
+                        (self.parameters())
+                        (self.provenance())
+                    }
+                }
+            }
+        };
+        Ok(page.into_string())
+    }
+}

@@ -1,0 +1,69 @@
+//! Title, verdict and the four figures that matter.
+
+use super::Report;
+use super::format::{maybe, number, percent};
+use super::paper::{RAW_PX, RECTIFIED_PX};
+use crate::scenario::Ground;
+use crate::score::Summary;
+use maud::{Markup, html};
+
+impl Report<'_> {
+    pub(super) fn head(&self) -> Markup {
+        let summary = self.summary;
+        let key = |value: String, name: &str| html! { div { b { (value) } span { (name) } } };
+        let share = summary.accepted as f64 / summary.frames.max(1) as f64;
+        html! {
+            header {
+                p class="kicker" { "Plumbline " (env!("CARGO_PKG_VERSION")) " · flight report" }
+                h1 { "Flight “" (summary.scenario) "”" }
+                p class="note" { (summary.frames) " frames over " (self.ground()) " · " (link_name(&summary.link)) " · seed " (summary.seed) }
+                p class="verdict" { (verdict(summary)) }
+                div class="keys" {
+                    (key(format!("{} of {}", summary.accepted, summary.frames), &format!("frames fixed ({})", percent(share))))
+                    (key(maybe(summary.matching_error_px.rectified_mean, 2, "px"), "mean matching error, rectified"))
+                    (key(maybe(summary.ground_error_m.mean, 2, "m"), "mean ground error"))
+                    (key(maybe(summary.nees_mean, 2, ""), "NEES (2 expected)"))
+                }
+            }
+        }
+    }
+}
+
+impl Report<'_> {
+    /// What was flown over, without the folders it lies in.
+    fn ground(&self) -> String {
+        match &self.stage.scenario.ground {
+            Ground::Procedural => "procedural ground".to_owned(),
+            Ground::Ortho { ortho, .. } => {
+                ortho.file_name().map_or_else(|| "an orthophoto".to_owned(), |name| name.to_string_lossy().into_owned())
+            }
+        }
+    }
+}
+
+/// A link as a person would call it.
+pub fn link_name(link: &str) -> &str {
+    match link {
+        "inproc" => "firmware in this process",
+        "qemu" => "firmware on an emulated Cortex-M7 (QEMU)",
+        other => other,
+    }
+}
+
+/// One line: what came out, and on which side of the paper.
+fn verdict(summary: &Summary) -> String {
+    let matching = &summary.matching_error_px;
+    let (Some(rectified), Some(ground)) = (matching.rectified_mean, summary.ground_error_m.mean) else {
+        return format!("None of the {} frames became a fix.", summary.frames);
+    };
+    let against = if rectified < RECTIFIED_PX { "below" } else { "not below" };
+    let from = matching.unrectified_mean.map_or_else(String::new, |raw| format!("from {} ", number(raw, 2, "px")));
+    format!(
+        "Rectification brings the matching error {from}down to {}, {against} the paper’s {} (from {}); fixes lie {} \
+         from the true position on average.",
+        number(rectified, 2, "px"),
+        number(RECTIFIED_PX, 1, "px"),
+        number(RAW_PX, 1, "px"),
+        number(ground, 2, "m"),
+    )
+}

@@ -1,0 +1,82 @@
+//! A page of a real flight, in this process.
+
+use super::*;
+use crate::fly::{Keep, fly};
+use crate::link::inproc::InProcess;
+use crate::scenario::Scenario;
+use crate::score::{self, Linked};
+
+/// A flight of six frames over the default scene, all pictures kept.
+pub(crate) struct Flown {
+    pub(crate) stage: Stage,
+    pub(crate) flight: Flight,
+    pub(crate) scored: Vec<Scored>,
+    summary: Summary,
+}
+
+impl Flown {
+    fn html(&self) -> String {
+        let report = Report { stage: &self.stage, flight: &self.flight, scored: &self.scored, summary: &self.summary };
+        report.html().expect("a page")
+    }
+}
+
+pub(crate) fn flown() -> Flown {
+    let scenario = Scenario { frames: 6, ..Scenario::default_scene() };
+    let stage = Stage::prepare(scenario).expect("the default scene");
+    let mut link = InProcess::new(&stage.flash).expect("a firmware");
+    let flight = fly(&stage, &mut link, Keep { first: 6, every: 0 }, &mut |_| {}).expect("a flight");
+    let scored: Vec<_> = flight.frames.iter().map(|record| score::score(&stage, record)).collect();
+    let linked = Linked { name: "inproc".to_owned(), firmware_sha256: None };
+    let summary = score::summarise(&stage, &flight, &scored, &linked);
+    Flown { stage, flight, scored, summary }
+}
+
+/// What stands between `open` and the next `<`, for every `open` of the page.
+fn contents<'p>(page: &'p str, open: &str) -> Vec<&'p str> {
+    page.split(open).skip(1).map(|rest| rest.split('<').next().unwrap_or("")).collect()
+}
+
+#[test]
+fn the_page_needs_nothing_but_itself_and_no_number_is_missing() {
+    let flown = flown();
+    let page = flown.html();
+    for outside in ["http://", "https://", "src=\"/", "<script", "<link", "@import", "url("] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    assert!(page.contains("name=\"viewport\""));
+    let sources = contents(&page, "src=\"");
+    assert_eq!(sources.len(), 24, "six frames of four pictures");
+    assert!(sources.iter().all(|source| source.starts_with("data:image/png;base64,")));
+    assert_eq!(page.matches("<svg ").count(), 3);
+    assert_eq!(page.matches("</svg>").count(), 3);
+
+    let cells = contents(&page, "<td class=\"n\">");
+    assert!(cells.len() > 30, "{}", cells.len());
+    assert!(cells.iter().all(|cell| !cell.trim().is_empty()), "{cells:?}");
+    assert!(!page.contains("NaN") && !page.contains("inf "));
+    // In this process there is nothing to count instructions with, and the page says so.
+    assert!(page.contains(format::NOT_MEASURED));
+    let mean = flown.summary.matching_error_px.rectified_mean.expect("accepted frames");
+    assert!(page.contains(&format::number(mean, 2, "px")));
+}
+
+#[test]
+fn a_flight_without_a_single_fix_has_a_page_too() {
+    let mut flown = flown();
+    for record in &mut flown.flight.frames {
+        (record.report, record.patch) = (None, None);
+    }
+    flown.scored = flown.flight.frames.iter().map(|record| score::score(&flown.stage, record)).collect();
+    let linked = Linked { name: "qemu".to_owned(), firmware_sha256: Some("ab".repeat(32)) };
+    flown.summary = score::summarise(&flown.stage, &flown.flight, &flown.scored, &linked);
+    let page = flown.html();
+    assert!(page.contains("None of the 6 frames became a fix."));
+    assert!(page.contains("refused: lost") && page.contains(&"ab".repeat(32)));
+    assert!(contents(&page, "<td class=\"n\">").iter().all(|cell| !cell.trim().is_empty()));
+}
+
+#[test]
+fn the_same_flight_gives_the_same_bytes() {
+    assert!(flown().html() == flown().html());
+}

@@ -1,0 +1,103 @@
+//! The tables and figures of paper 003 by this project's own code, and where and why they differ.
+//!
+//! [`table_1`] is geometry alone, [`table_2`] a Monte Carlo of three kernels ([`rivals`] on [`setting`]) with their
+//! [`memory`] and [`timing`], [`table_3`] a flight in-process; [`figure_1`] and [`figure_3`] are its pictures, and
+//! [`text`] is how the rows look to a person. A figure that does not reproduce stays in the list with the reason.
+
+pub mod figure_1;
+pub mod figure_3;
+pub mod memory;
+pub mod resample;
+pub mod rivals;
+pub mod setting;
+pub mod table_1;
+pub mod table_2;
+pub mod table_3;
+pub mod text;
+pub mod timing;
+
+use crate::link::LinkError;
+use plumbline_core::camera::CameraError;
+use plumbline_survey::error::InputError;
+use plumbline_survey::output::write_file;
+use plumbline_survey::picture::write_grey_png;
+use serde::Serialize;
+use std::path::Path;
+use table_3::Flown;
+
+/// Every random number of Table 2 and figure 3 comes from this; Table 3 has its scenario's seed.
+pub const SEED: u64 = 3;
+
+/// One figure of the paper beside ours.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Table of the paper.
+    pub table: &'static str,
+    /// What it is, with its unit.
+    pub quantity: String,
+    /// What the paper says; `None` where it says nothing.
+    pub paper: Option<f64>,
+    /// What this project gets; `None` where a host command cannot know.
+    pub ours: Option<f64>,
+    /// Why the two differ; `None` where they agree.
+    pub difference: Option<String>,
+}
+
+/// Everything that was reproduced.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Reproduction {
+    /// Number of the paper.
+    pub paper: &'static str,
+    /// Seed of Table 2 and figure 3.
+    pub seed: u64,
+    /// Trials of the Monte Carlo of Table 2.
+    pub trials: usize,
+    /// Seed of the flight of Table 3.
+    pub flight_seed: u64,
+    /// Frames of that flight.
+    pub frames: u32,
+    /// The rows, table by table.
+    pub rows: Vec<Row>,
+}
+
+impl Reproduction {
+    /// Paper 003, with Table 3 from a flight.
+    ///
+    /// # Errors
+    /// None for the cameras of the tables; the core's own check is passed on.
+    pub fn of_003(flown: &Flown) -> Result<Self, LinkError> {
+        let mut rows = table_1::rows().map_err(refused)?;
+        rows.extend(table_2::rows(SEED).map_err(refused)?);
+        rows.extend(table_3::rows(&flown.summary, &flown.scored));
+        let scenario = &flown.stage.scenario;
+        Ok(Reproduction {
+            paper: "003",
+            seed: SEED,
+            trials: table_2::TRIALS,
+            flight_seed: scenario.seed,
+            frames: scenario.frames,
+            rows,
+        })
+    }
+}
+
+/// Writes figures 1 and 3 into `folder`.
+///
+/// # Errors
+/// A folder that cannot be written to.
+pub fn write_figures(folder: &Path, flown: &Flown) -> Result<(), LinkError> {
+    write_file(&folder.join("figure_1.svg"), figure_1::svg().map_err(refused)?.as_bytes())?;
+    for (letter, picture) in figure_3::pictures(&flown.stage.ground, SEED).map_err(refused)? {
+        write_grey_png(&folder.join(format!("figure_3{letter}.png")), &picture)?;
+    }
+    Ok(())
+}
+
+fn refused(error: CameraError) -> LinkError {
+    LinkError::Input(InputError::new(format!("the core refuses the camera: {error:?}")))
+}
+
+/// Whether `ours` prints as the paper's figure, which has one decimal.
+pub(crate) fn same_digit(paper: f64, ours: f64) -> bool {
+    ((10.0 * ours).round() - 10.0 * paper).abs() < 1e-6
+}

@@ -1,0 +1,91 @@
+//! The rows for a person: columns, and below a row why it differs.
+
+use super::Reproduction;
+use std::fmt::Write;
+
+/// Characters of a line at most.
+const WIDTH: usize = 110;
+const INDENT: &str = "      ";
+const LABEL: &str = "DIFFERENCE  ";
+
+/// The whole as text that ends with a line break.
+pub fn text(reproduction: &Reproduction) -> String {
+    let rows = &reproduction.rows;
+    let quantity_width = rows.iter().map(|row| row.quantity.chars().count()).max().unwrap_or(0);
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "Paper {}: Table 2 by {} trials of seed {}, Table 3 by {} frames of seed {}.",
+        reproduction.paper, reproduction.trials, reproduction.seed, reproduction.frames, reproduction.flight_seed
+    );
+    let mut table = "";
+    for row in rows {
+        if row.table != table {
+            table = row.table;
+            let _ = writeln!(text, "\n{table:<quantity_width$}      {:>8}  {:>8}", "paper", "ours");
+        }
+        let _ =
+            writeln!(text, "  {:<quantity_width$}    {:>8}  {:>8}", row.quantity, number(row.paper), number(row.ours));
+        if let Some(difference) = &row.difference {
+            wrap(&mut text, difference);
+        }
+    }
+    text
+}
+
+/// Three decimals at most, none that says nothing.
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(
+        || "-".to_owned(),
+        |value| {
+            let text = format!("{value:.3}");
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        },
+    )
+}
+
+fn wrap(text: &mut String, words: &str) {
+    let mut line = format!("{INDENT}{LABEL}");
+    let mut started = false;
+    for word in words.split_whitespace() {
+        if started && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            let _ = writeln!(text, "{line}");
+            line = format!("{INDENT}{:width$}", "", width = LABEL.len());
+            started = false;
+        }
+        if started {
+            line.push(' ');
+        }
+        line.push_str(word);
+        started = true;
+    }
+    let _ = writeln!(text, "{line}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reproduce::Row;
+
+    #[test]
+    fn columns_are_aligned_and_reasons_stand_below() {
+        let row = |quantity: &str, ours: Option<f64>, difference: Option<&str>| Row {
+            table: "Table 9",
+            quantity: quantity.to_owned(),
+            paper: Some(1.25),
+            ours,
+            difference: difference.map(str::to_owned),
+        };
+        let long = "word ".repeat(40);
+        let rows = vec![row("a", Some(2.0), None), row("longer", None, Some(&long))];
+        let reproduction = Reproduction { paper: "003", seed: 1, trials: 2, flight_seed: 3, frames: 4, rows };
+        let text = text(&reproduction);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[2].len(), lines[3].len());
+        assert_eq!(lines[3], "  a             1.25         2");
+        assert_eq!(lines[4], "  longer        1.25         -");
+        assert!(lines[5].trim_start().starts_with("DIFFERENCE  word"));
+        assert!(lines[6].trim_start().starts_with("word") && lines.iter().all(|line| line.len() <= WIDTH));
+    }
+}
