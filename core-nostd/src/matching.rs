@@ -1,11 +1,16 @@
 //! Where a rectified patch lies in the reference.
 //!
 //! [`search`]: masked normalised cross-correlation over whole-pixel shifts, [`refine`]: least-squares matching around
-//! the peak to hundredths of a pixel with its covariance, [`judge`]: whether the result deserves to become a fix.
+//! the peak to hundredths of a pixel with its covariance, [`judge`]: what a result must reach to become a fix, [`decide`]:
+//! the three together, with the contest between two places that look alike.
 
+pub mod decide;
+mod histogram;
 pub mod judge;
 pub mod refine;
 pub mod search;
+
+pub use histogram::Limits;
 
 /// A grey picture, or a window of one, as the matcher reads it.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +35,33 @@ impl<'a> View<'a> {
         }
         let first = row as usize * self.stride + col as usize;
         Some(View { pixels: self.pixels.get(first..)?, size, stride: self.stride })
+    }
+
+    /// Copies the view into `pixels`, every grey within the view's own [`Limits`]; the copy as a view. `None` when it
+    /// does not fit.
+    pub fn limited_into<'b>(&self, pixels: &'b mut [u8]) -> Option<View<'b>> {
+        let (cols, rows) = (self.size.0 as usize, self.size.1 as usize);
+        let mut histogram = histogram::Histogram::new();
+        for row in 0..rows {
+            histogram.add(self.run(row, 0, cols)?);
+        }
+        let limits = Limits::of(&histogram);
+        for (row, to) in pixels.get_mut(..cols * rows)?.chunks_exact_mut(cols).enumerate() {
+            for (to, &grey) in to.iter_mut().zip(self.run(row, 0, cols)?) {
+                *to = limits.apply(grey);
+            }
+        }
+        View::new(pixels, self.size)
+    }
+
+    /// The limits of the pixels in `runs`.
+    pub fn limits(&self, runs: &[crate::rectify::Run]) -> Limits {
+        let mut histogram = histogram::Histogram::new();
+        for run in runs {
+            let length = run.end.saturating_sub(run.start) as usize;
+            histogram.add(self.run(run.row as usize, run.start as usize, length).unwrap_or(&[]));
+        }
+        Limits::of(&histogram)
     }
 
     /// (cols, rows).

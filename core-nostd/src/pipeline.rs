@@ -16,8 +16,9 @@ use crate::budget::{
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::FrameFromPatch;
 use crate::matching::View;
-use crate::matching::refine::{Prior, refine};
-use crate::matching::search::{Peak, peak, search_into};
+use crate::matching::decide::decide;
+use crate::matching::refine::Prior;
+use crate::matching::search::{Peak, peak, plain, search_into};
 use crate::rectify::{Run, Sampling, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
@@ -35,7 +36,7 @@ pub struct Outcome {
     pub d_col: f32,
     /// The same, rows south.
     pub d_row: f32,
-    /// The correlation peak, relative to the centre of the search window.
+    /// The correlation peak, relative to the centre of the search window, with plain scores.
     pub peak: Peak,
     /// The window's centre relative to the predicted position, (columns, rows): less than a pixel.
     pub window_off: [f32; 2],
@@ -157,6 +158,8 @@ impl<'t> Pipeline<'t> {
         let sampling = Sampling::choose(camera.ratio(situation.height_m, resolution), &reduction);
         rectify_into(&map, source, sampling, patch, cell_sums, runs).map_err(|_| Refusal::NoFootprint)?;
         self.patch_size = size;
+        // From here on the reduced frame's buffer is free.
+        self.reducer = None;
         if runs.is_empty() { Err(Refusal::NoFootprint) } else { Ok(()) }
     }
 
@@ -168,7 +171,8 @@ impl<'t> Pipeline<'t> {
     pub fn register(&mut self, situation: &Situation) -> Result<Outcome, Refusal> {
         let radius = self.settings.search_px;
         let (cols, rows) = self.patch_size;
-        let Buffers { patch, runs, scores, .. } = &mut *self.buffers;
+        // The reduced frame has served: its buffer takes the window's copy.
+        let Buffers { reduced, patch, runs, scores, .. } = &mut *self.buffers;
         let patch = View::new(patch, self.patch_size).ok_or(Refusal::NoFootprint)?;
         // The window whose centre is nearest to the prediction: its corner is a whole pixel.
         let predicted = self.tile.pixel(situation.prediction.local);
@@ -183,18 +187,18 @@ impl<'t> Pipeline<'t> {
         let centre = (left + half(window_size.0), top + half(window_size.1));
         let off = (centre.0 - predicted.0, centre.1 - predicted.1);
 
-        search_into(&patch, runs, &window, radius, scores).map_err(|_| Refusal::Featureless)?;
+        let limited = window.limited_into(reduced).ok_or(Refusal::OutsideReference)?;
+        search_into(&patch, runs, patch.limits(runs), &limited, radius, scores).map_err(|_| Refusal::Featureless)?;
         let peak = peak(scores, radius).ok_or(Refusal::Featureless)?;
         let footprint = Footprint::of(runs, self.patch_size);
         let prior =
             Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
-        let rule = &self.settings.accept;
-        let solution = rule
-            .peak(&peak, footprint.count)
-            .map_err(Refusal::from)
-            .and_then(|()| refine(&patch, runs, &window, radius, &peak, prior).map_err(Refusal::from))
-            .and_then(|solution| rule.solution(&solution).map_err(Refusal::from).map(|()| solution));
+        let solution = decide(&patch, runs, &window, radius, &peak, prior, &self.settings.accept);
+        let solution = solution.map_err(Refusal::from);
         let uncertainty = Uncertainty { tilt_rad: situation.sigma_tilt_rad, height_m: situation.sigma_height_m };
+        let second = if peak.second > 0.0 { plain(&patch, runs, &window, radius, peak.second_at) } else { 0.0 };
+        let score = plain(&patch, runs, &window, radius, (peak.d_col, peak.d_row));
+        let peak = Peak { score, second, ..peak };
         let shift = solution.map_or((peak.d_col as f32, peak.d_row as f32), |s| (s.d_col, s.d_row));
         Ok(Outcome {
             d_col: shift.0 + off.0,
@@ -213,3 +217,7 @@ impl<'t> Pipeline<'t> {
 }
 
 const _: () = assert!((2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1) == SCORES_MAX);
+const _: () = assert!(
+    (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) * (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) <= REDUCED_MAX_AREA,
+    "the search window's copy does not fit the reduced frame's buffer"
+);

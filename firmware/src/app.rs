@@ -27,6 +27,7 @@ use plumbline_core::stamp::Clock;
 use plumbline_core::units::Radians;
 
 /// Something to be sent.
+#[allow(clippy::large_enum_variant, reason = "no heap to put the large one on, and the outbox holds two")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Out {
     /// HEARTBEAT, a TIMESYNC request, and health.

@@ -69,12 +69,7 @@ impl Keep {
 ///
 /// # Errors
 /// [`LinkError`] when the firmware is lost, or a position cannot be converted.
-pub fn fly(
-    stage: &Stage,
-    link: &mut dyn Link,
-    keep: Keep,
-    progress: &mut dyn FnMut(u32),
-) -> Result<Flight, LinkError> {
+pub fn fly(stage: &Stage, link: &mut dyn Link, keep: Keep, progress: &mut dyn FnMut(u32)) -> Result<Flight, LinkError> {
     let mut cockpit = Cockpit::new(stage, link);
     let mut frames = Vec::with_capacity(stage.scenario.frames as usize);
     for exposure in exposures(&stage.scenario) {

@@ -68,7 +68,7 @@ impl Reproduction {
     pub fn of_003(flown: &Flown) -> Result<Self, LinkError> {
         let mut rows = table_1::rows().map_err(refused)?;
         rows.extend(table_2::rows(SEED).map_err(refused)?);
-        rows.extend(table_3::rows(&flown.summary, &flown.scored));
+        rows.extend(table_3::rows(flown));
         let scenario = &flown.stage.scenario;
         Ok(Reproduction {
             paper: "003",

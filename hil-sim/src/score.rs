@@ -50,9 +50,9 @@ pub fn score(stage: &Stage, record: &FrameRecord) -> Scored {
     let matched = report.and_then(|r| r.matched);
     let fix = report.and_then(|r| r.fix).map(|fix| fix.map(f64::from));
     let error_m = fix.map(|fix| [fix[0] - true_m[0], fix[1] - true_m[1]]);
-    let nees = fix.zip(error_m).map(|([_, _, ee, en, nn], [e, n])| {
-        (e * e * nn - 2.0 * e * n * en + n * n * ee) / (ee * nn - en * en)
-    });
+    let nees = fix
+        .zip(error_m)
+        .map(|([_, _, ee, en, nn], [e, n])| (e * e * nn - 2.0 * e * n * en + n * n * ee) / (ee * nn - en * en));
     let instructions = report.map(|r| r.instructions.iter().map(|&i| u64::from(i)).sum()).filter(|&sum| sum > 0);
     Scored {
         frame: record.exposure.frame,

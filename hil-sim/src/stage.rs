@@ -147,9 +147,13 @@ fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputError> {
             fov_v_deg: file.fov_v_deg,
             offset_m_px: file.offset_m_px,
             offset_n_px: file.offset_n_px,
-            distortion: file
-                .distortion
-                .map(|d| scenario::Distortion { k1: d.k1, k2: d.k2, k3: d.k3, p1: d.p1, p2: d.p2 }),
+            distortion: file.distortion.map(|d| scenario::Distortion {
+                k1: d.k1,
+                k2: d.k2,
+                k3: d.k3,
+                p1: d.p1,
+                p2: d.p2,
+            }),
         };
         return Ok(file);
     }
@@ -314,7 +318,9 @@ impl Tile {
             )));
         }
         if cols * rows > plumbline_firmware::window::AREA_MAX as f64 || cols > 65535.0 || rows > 65535.0 {
-            return Err(InputError::new(format!("a reference of {cols} x {rows} pixels does not fit the board's flash")));
+            return Err(InputError::new(format!(
+                "a reference of {cols} x {rows} pixels does not fit the board's flash"
+            )));
         }
         let (cols, rows) = (cols as usize, rows as usize);
         let radiometry = &scenario.reference;

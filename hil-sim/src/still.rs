@@ -56,12 +56,7 @@ pub struct Target {
 ///
 /// # Errors
 /// One sentence for a frame of another size than the camera's, or a patch that is empty or too large.
-pub fn rectify(
-    camera: &Camera,
-    frame: &Picture,
-    homography: Homography,
-    target: &Target,
-) -> Result<Patch, InputError> {
+pub fn rectify(camera: &Camera, frame: &Picture, homography: Homography, target: &Target) -> Result<Patch, InputError> {
     if (frame.cols, frame.rows) != (camera.cols() as usize, camera.rows() as usize) {
         return Err(InputError::new(format!(
             "the frame has {} x {} pixels, the camera {} x {}",

@@ -1,9 +1,10 @@
 //! The core's matcher on single pictures.
 
 use plumbline_core::matching::View;
+use plumbline_core::matching::decide::decide;
 use plumbline_core::matching::judge::AcceptRule;
 use plumbline_core::matching::refine::{Prior, refine};
-use plumbline_core::matching::search::{SearchError, peak, search_into};
+use plumbline_core::matching::search::{SearchError, peak, plain, search_into};
 use plumbline_core::pipeline::Refusal;
 use plumbline_core::rectify::Run;
 use plumbline_survey::error::InputError;
@@ -48,34 +49,31 @@ pub fn find(patch: &Picture, runs: &[Run], reference: &Picture, radius: u16) -> 
         .window(left, top, window_size)
         .ok_or_else(|| InputError::new("the reference is smaller than patch and search"))?;
     // The window's centre may lie half a pixel off the reference's.
-    let off = |corner: i32, inner: u16, outer: usize| {
-        corner as f32 + 0.5 * (inner as f32 - 1.0) - 0.5 * (outer as f32 - 1.0)
-    };
+    let off =
+        |corner: i32, inner: u16, outer: usize| corner as f32 + 0.5 * (inner as f32 - 1.0) - 0.5 * (outer as f32 - 1.0);
     let off = (off(left, window_size.0, reference.cols), off(top, window_size.1, reference.rows));
 
     let view = View::new(&patch.pixels, size(patch)).ok_or_else(|| InputError::new("the patch is empty"))?;
     let side = 2 * radius as usize + 1;
     let mut scores = vec![0.0; side * side];
-    search_into(&view, runs, &window, radius, &mut scores).map_err(|error| match error {
+    let mut limited = vec![0; window_size.0 as usize * window_size.1 as usize];
+    let limited = window
+        .limited_into(&mut limited)
+        .ok_or_else(|| InputError::new("the reference is smaller than patch and search"))?;
+    search_into(&view, runs, view.limits(runs), &limited, radius, &mut scores).map_err(|error| match error {
         SearchError::Featureless => InputError::new("the patch has no valid pixels or only one grey"),
         SearchError::ReferenceTooSmall => InputError::new("the reference is smaller than patch and search"),
         SearchError::Capacity => InputError::new("the mask does not fit the patch"),
     })?;
     let peak = peak(&scores, radius).ok_or_else(|| InputError::new("the search has no scores"))?;
-    let valid = runs.iter().map(|run| (run.end - run.start) as u32).sum();
-    let rule = AcceptRule::default();
     let solution = refine(&view, runs, &window, radius, &peak, PRIOR);
-    let verdict = rule
-        .peak(&peak, valid)
-        .map_err(Refusal::from)
-        .and_then(|()| solution.map_err(Refusal::from))
-        .and_then(|solution| rule.solution(&solution).map_err(Refusal::from));
+    let verdict = decide(&view, runs, &window, radius, &peak, PRIOR, &AcceptRule::default()).map_err(Refusal::from);
     let shift = solution.map_or((peak.d_col as f32, peak.d_row as f32), |s| (s.d_col, s.d_row));
     Ok(Place {
         d_col: shift.0 + off.0,
         d_row: shift.1 + off.1,
-        score: peak.score,
-        second_peak: peak.second,
+        score: plain(&view, runs, &window, radius, (peak.d_col, peak.d_row)),
+        second_peak: if peak.second > 0.0 { plain(&view, runs, &window, radius, peak.second_at) } else { 0.0 },
         accepted: verdict.is_ok(),
         reason: verdict.err().map(Refusal::name),
     })

@@ -160,13 +160,8 @@ fn attitudes(most_deg: f32) -> Vec<(Attitude, Radians)> {
 /// Eq. 6 undoes eq. 3. The way back magnifies a rounding by up to 1/den² (den of the way back), so that is the scale.
 #[test]
 fn eq_6_undoes_eq_3() {
-    let camera = Camera::new(
-        (640, 480),
-        (Radians::from_degrees(63.0), Radians::from_degrees(41.0)),
-        (0.0, 0.0),
-        None,
-    )
-    .expect("a camera");
+    let camera = Camera::new((640, 480), (Radians::from_degrees(63.0), Radians::from_degrees(41.0)), (0.0, 0.0), None)
+        .expect("a camera");
     let (mut inside, mut worst) = (0, 0.0f32);
     for (attitude, follow_up) in attitudes(40.0) {
         let a = camera_from_local(attitude, follow_up);

@@ -1,8 +1,8 @@
 //! The core's resampling: table F, its area average against the exact one, and the mask.
 //!
 //! A grey level of the core is that of its readings, rounded (0.5), with 11-bit weights (0.13), at positions that are
-//! off by at most the kernel's own tolerance: 1/512 px when a cell is one reading of the frame itself, 1/16 px when it
-//! is an average.
+//! off by at most the kernel's own tolerance: 1/512 px when a cell is one reading of the frame itself, 1/16 px of the
+//! reduced frame when it is an average.
 
 #[path = "kernels/positions.rs"]
 mod positions;
@@ -132,7 +132,7 @@ fn the_area_kernel_on_rough_texture() {
     }
 }
 
-/// On a smooth image only the centroid counts: positions off by 1/16 px; and the exact area is that of the frame, where
+/// On a smooth image only the centroid counts: positions off by f/16 px; and the exact area is that of the frame, where
 /// the near side of a cell is larger, while the readings are even on the ground: r² / 12 times the relative change of
 /// area a pixel, at most 3 tan(angle off axis) k, moves the centroid by less than r² k / 5 at 30 degrees. Rounding twice.
 #[test]
@@ -141,7 +141,7 @@ fn the_area_kernel_on_a_smooth_image() {
     for (scene, factor) in area_scenes() {
         let frame = image_smooth(scene.judge.cols, scene.judge.rows);
         let (r, k) = (f64::from(scene.ratio()), scene.judge.tangent_per_px().0);
-        let tolerance = SLOPE * (1.0 / 16.0 + r * r * k / 5.0) + 2.0 * ROUNDING_DN;
+        let tolerance = SLOPE * (f64::from(factor) / 16.0 + r * r * k / 5.0) + 2.0 * ROUNDING_DN;
         let (mean, worst, count) = against_exact_area(&scene, &frame, factor);
         println!("  derived: at most {tolerance:.2} DN");
         assert!(count > 90 && worst < tolerance && mean < 0.5 * tolerance, "{mean}, {worst}");
@@ -152,9 +152,12 @@ fn the_area_kernel_on_a_smooth_image() {
 fn mask_cases() -> Vec<(Scene, u16, u16)> {
     let mut all = Vec::new();
     let barrel = oracle::Distortion { k1: -0.075, p1: 0.001, p2: -0.0005, ..NO_DISTORTION };
-    let angles = [[0.0, 0.0, 0.0, 0.0], [77.0, 10.0, 8.0, 75.0], [190.0, -25.0, 14.0, 180.0], [301.0, 31.0, -31.0, 0.0]];
+    let angles =
+        [[0.0, 0.0, 0.0, 0.0], [77.0, 10.0, 8.0, 75.0], [190.0, -25.0, 14.0, 180.0], [301.0, 31.0, -31.0, 0.0]];
     for (i, angles) in angles.into_iter().enumerate() {
-        for (samples, factor, side, resolution_m) in [(1, 1, 80, 1.0), (4, 1, 40, 3.7), (5, 3, 33, 5.0), (2, 2, 64, 1.9)] {
+        for (samples, factor, side, resolution_m) in
+            [(1, 1, 80, 1.0), (4, 1, 40, 3.7), (5, 3, 33, 5.0), (2, 2, 64, 1.9)]
+        {
             let distortion = if i % 2 == 0 { NO_DISTORTION } else { barrel };
             let patch = ((side, side + 3), resolution_m, 120.0);
             all.push((Scene::new((400, 300), (60.0, 46.8), distortion, angles, patch), samples, factor));
@@ -173,7 +176,8 @@ fn the_mask_is_where_all_readings_are_inside() {
         let (reduced, reduction) = scene.reduce(&frame, factor);
         let patch = scene.rectify(&reduced, reduction, Sampling { samples }).expect("the sizes fit");
         // Positions are kept in 1/65536 reduced pixels and come from single precision.
-        let tolerance = if samples > 1 || factor > 1 { 1.0 / 16.0 } else { 1.0 / 512.0 } + 1e-3;
+        let average = f64::from(factor) / 16.0;
+        let tolerance = if samples > 1 || factor > 1 { average } else { 1.0 / 512.0 } + 1e-3;
         for (i, &valid) in patch.valid.iter().enumerate() {
             let (col, row) = (i % scene.grid.cols, i / scene.grid.cols);
             let clearance = scene.clearance(col, row, samples, &reduction);
@@ -205,7 +209,7 @@ fn nothing_beyond_the_horizon_is_valid() {
                 let (col, row) = (i % scene.grid.cols, i / scene.grid.cols);
                 let clearance = scene.clearance(col, row, samples, &reduction);
                 seen += usize::from(valid);
-                assert!(!valid || clearance > -0.07, "cell {col}, {row} lies {clearance} px inside of {scene:?}");
+                assert!(!valid || clearance > -0.14, "cell {col}, {row} lies {clearance} px inside of {scene:?}");
             }
         }
     }

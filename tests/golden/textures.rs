@@ -44,27 +44,30 @@ impl Ground {
         Ground { waves }
     }
 
-    /// Mean grey level of a pixel of side `side` about (x, y); a wave over a square falls off as sinc(u) sinc(v).
-    fn grey(&self, x: f64, y: f64, side: f64) -> f64 {
-        let sinc = |t: f64| if t == 0.0 { 1.0 } else { (0.5 * TAU * t).sin() / (0.5 * TAU * t) };
-        let wave = |&[u, v, phase, height]: &[f64; 4]| {
-            height * sinc(u * side) * sinc(v * side) * (TAU * (u * x + v * y + phase)).sin()
-        };
-        128.0 + self.waves.iter().map(wave).sum::<f64>()
-    }
-
-    /// The exact greys of a picture of `size` at `placement`.
+    /// The exact greys of a picture of `size` at `placement`: means over its pixels. A wave over a square falls off as
+    /// sinc(u) sinc(v); along a row of pixels its phase grows evenly, so each value follows from the one before.
     pub fn exact(&self, size: (u16, u16), placement: Placement) -> Vec<f64> {
         let half = |count: u16| 0.5 * (f64::from(count) - 1.0);
         let (s, c) = placement.turn_rad.sin_cos();
         let stretch = 1.0 + placement.scale;
-        let at = |i: usize| {
-            let (cols, i) = (usize::from(size.0), i);
-            let (x, y) = ((i % cols) as f64 - half(size.0), (i / cols) as f64 - half(size.1));
-            let (x, y) = (stretch * (c * x - s * y), stretch * (s * x + c * y));
-            self.grey(placement.centre.0 + x, placement.centre.1 + y, stretch)
-        };
-        (0..usize::from(size.0) * usize::from(size.1)).map(at).collect()
+        let sinc = |t: f64| if t == 0.0 { 1.0 } else { (0.5 * TAU * t).sin() / (0.5 * TAU * t) };
+        let mut greys = vec![128.0; usize::from(size.0) * usize::from(size.1)];
+        for &[u, v, phase, height] in &self.waves {
+            let height = height * sinc(u * stretch) * sinc(v * stretch);
+            // Turns a pixel along a row and down a column.
+            let (right, down) = (stretch * (u * c + v * s), stretch * (v * c - u * s));
+            let (step_s, step_c) = (TAU * right).sin_cos();
+            let corner =
+                phase + u * placement.centre.0 + v * placement.centre.1 - right * half(size.0) - down * half(size.1);
+            for (row, line) in greys.chunks_exact_mut(size.0.into()).enumerate() {
+                let (mut sin, mut cos) = (TAU * (corner + down * row as f64)).sin_cos();
+                for grey in line {
+                    *grey += height * sin;
+                    (sin, cos) = (sin * step_c + cos * step_s, cos * step_c - sin * step_s);
+                }
+            }
+        }
+        greys
     }
 
     /// The same as a camera shows it: noise of `noise` grey levels, rounded.

@@ -27,15 +27,30 @@ pub struct AcceptRule {
     pub valid_min: u32,
     /// Correlation at the peak at least.
     pub score_min: f32,
-    /// Fisher-transformed lead of the peak over the second one, in its own standard deviations.
+    /// Fisher-transformed lead of the peak over the second one, in its own standard deviations, below which the two
+    /// have to contest.
     pub lead_min: f32,
+    /// How much larger the rival's scale of residuals must be in a contest.
+    pub contest_min: f32,
+    /// Share of the valid pixels that must agree: the weight of the sub-pixel solution.
+    pub agreement_min: f32,
+    /// Largest residual as a share of the patch's own spread: above it the reference explains next to nothing.
+    pub unexplained_max: f32,
     /// Largest sigma of the shift along either axis, pixels.
     pub sigma_max_px: f32,
 }
 
 impl Default for AcceptRule {
     fn default() -> Self {
-        AcceptRule { valid_min: 100, score_min: 0.35, lead_min: 3.0, sigma_max_px: 0.5 }
+        AcceptRule {
+            valid_min: 100,
+            score_min: 0.5,
+            lead_min: 4.0,
+            contest_min: 1.5,
+            agreement_min: 0.5,
+            unexplained_max: 0.8,
+            sigma_max_px: 0.5,
+        }
     }
 }
 
@@ -43,11 +58,7 @@ impl Default for AcceptRule {
 const INDEPENDENT: f32 = 0.25;
 
 impl AcceptRule {
-    /// Accepts a peak, or says what is wrong with it.
-    ///
-    /// The lead over the second peak is compared after Fisher's transformation atanh r, whose spread 1/√(n − 3) does
-    /// not depend on the correlation itself: a plain ratio would be too lax for small patches and too strict for
-    /// large ones.
+    /// Accepts a peak by itself, or says what is wrong with it.
     ///
     /// # Errors
     /// [`Doubt`].
@@ -61,21 +72,44 @@ impl AcceptRule {
         if peak.score.is_nan() || peak.score < self.score_min {
             return Err(Doubt::LowScore);
         }
-        let deviations = crate::math::sqrt((INDEPENDENT * valid as f32 - 3.0).max(1.0));
-        let lead = (atanh(peak.score) - atanh(peak.second)) * deviations;
-        if lead.is_nan() || lead < self.lead_min {
-            return Err(Doubt::Ambiguous);
-        }
         Ok(())
     }
 
-    /// Accepts a sub-pixel solution.
+    /// Whether the peak leads the second one by so much that they need not contest.
+    ///
+    /// The lead is taken after Fisher's transformation atanh r, whose spread 1/√(n − 3) does not depend on the
+    /// correlation itself: a plain ratio would be too lax for small patches and too strict for large ones.
+    pub fn leads(&self, peak: &Peak, valid: u32) -> bool {
+        let deviations = crate::math::sqrt((INDEPENDENT * valid as f32 - 3.0).max(1.0));
+        (atanh(peak.score) - atanh(peak.second)) * deviations >= self.lead_min
+    }
+
+    /// Which of two solutions explains the picture clearly better: `true` for the first, `false` for the second.
+    ///
+    /// # Errors
+    /// [`Doubt::Ambiguous`] when neither does.
+    pub fn contest(&self, first: &SubPixel, second: &SubPixel) -> Result<bool, Doubt> {
+        // Residuals per agreeing pixel: a solution must not win by calling most of the picture changed.
+        let cost = |s: &SubPixel| s.residual / s.weight.max(1.0);
+        let (first, second) = (cost(first), cost(second));
+        if second >= self.contest_min * first {
+            Ok(true)
+        } else if first >= self.contest_min * second {
+            Ok(false)
+        } else {
+            Err(Doubt::Ambiguous)
+        }
+    }
+
+    /// Accepts a sub-pixel solution by itself.
     ///
     /// # Errors
     /// [`Doubt::Imprecise`].
-    pub fn solution(&self, solution: &SubPixel) -> Result<(), Doubt> {
+    pub fn solution(&self, solution: &SubPixel, valid: u32) -> Result<(), Doubt> {
         let variance = solution.covariance[(0, 0)].max(solution.covariance[(1, 1)]);
-        if variance.is_nan() || variance > self.sigma_max_px * self.sigma_max_px {
+        let agrees = solution.weight >= self.agreement_min * valid as f32;
+        let explains = solution.residual <= self.unexplained_max * solution.texture;
+        if variance.is_nan() || variance > self.sigma_max_px * self.sigma_max_px || !agrees || !explains {
             return Err(Doubt::Imprecise);
         }
         Ok(())

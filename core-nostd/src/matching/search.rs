@@ -2,8 +2,13 @@
 //!
 //! Gain and offset between patch and reference do not matter to it, so other radiometry and season cost little. All
 //! sums are integers; only the final quotient is a float.
+//!
+//! What has changed on the ground does matter: a new field twenty greys off outweighs everything else in a bland
+//! picture, and its best place is not the true one. So the peak is sought with the greys of both pictures limited to
+//! where most of them lie ([`Limits`], [`View::limited_into`]); what is reported is the plain correlation there,
+//! [`plain`].
 
-use super::View;
+use super::{Limits, View};
 use crate::math;
 use crate::rectify::Run;
 
@@ -31,6 +36,8 @@ pub struct Peak {
     pub score: f32,
     /// The highest other summit, 0 where there is none.
     pub second: f32,
+    /// Where that is, (columns, rows); the peak itself where there is none.
+    pub second_at: (i16, i16),
     /// Whether the peak lies on the border of the search, so that a higher one may lie beyond.
     pub on_border: bool,
 }
@@ -41,7 +48,7 @@ const HILL_PX: i16 = 3;
 
 /// Scores of every shift within ±`radius`, row-major from the upper left one, into `scores`.
 ///
-/// `patch` and `runs`: as the rectifier leaves them. `reference`: exactly patch + 2 `radius` in both directions or
+/// `patch` and `runs`: as the rectifier leaves them; the patch's greys are taken within `limits`. `reference`: exactly patch + 2 `radius` in both directions or
 /// larger; its centre is the zero of the shifts when it is exactly that.
 ///
 /// # Errors
@@ -49,6 +56,7 @@ const HILL_PX: i16 = 3;
 pub fn search_into(
     patch: &View<'_>,
     runs: &[Run],
+    limits: Limits,
     reference: &View<'_>,
     radius: u16,
     scores: &mut [f32],
@@ -60,7 +68,7 @@ pub fn search_into(
         return Err(SearchError::ReferenceTooSmall);
     }
     let scores = scores.get_mut(..side * side).ok_or(SearchError::Capacity)?;
-    let own = patch_sums(patch, runs)?;
+    let own = patch_sums(patch, runs, limits)?;
     for (row, line) in scores.chunks_exact_mut(side).enumerate() {
         for (block, scores) in line.chunks_mut(BLOCK).enumerate() {
             correlate_block(patch, runs, reference, (block * BLOCK, row), &own, scores);
@@ -77,22 +85,25 @@ struct PatchSums {
     count: u64,
     sum: u64,
     spread: f32,
+    limits: Limits,
 }
 
-fn patch_sums(patch: &View<'_>, runs: &[Run]) -> Result<PatchSums, SearchError> {
+fn patch_sums(patch: &View<'_>, runs: &[Run], limits: Limits) -> Result<PatchSums, SearchError> {
     let (mut count, mut sum, mut squares) = (0u64, 0u64, 0u64);
     for run in runs {
         let length = (run.end as usize).checked_sub(run.start as usize).ok_or(SearchError::Capacity)?;
         let pixels = patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
         count += length as u64;
-        sum += pixels.iter().map(|&p| p as u64).sum::<u64>();
-        squares += pixels.iter().map(|&p| p as u64 * p as u64).sum::<u64>();
+        for grey in pixels.iter().map(|&p| limits.apply(p) as u64) {
+            sum += grey;
+            squares += grey * grey;
+        }
     }
     let variance = count * squares - sum * sum;
     if variance == 0 {
         return Err(SearchError::Featureless);
     }
-    Ok(PatchSums { count, sum, spread: math::sqrt(variance as f32) })
+    Ok(PatchSums { count, sum, spread: math::sqrt(variance as f32), limits })
 }
 
 /// Sums of the reference under the patch at one shift: Σr, Σr², Σpr.
@@ -140,14 +151,17 @@ fn correlate_block(
             let shift = 4 * four;
             match r.get(shift..shift + length + 3) {
                 Some(r) => {
-                    for (sums, products) in sums.iter_mut().zip(products_of_four(p, r)) {
+                    for (sums, products) in sums.iter_mut().zip(products_of_four(p, own.limits, r)) {
                         sums.products += products as u64;
                     }
                 }
                 // The last shifts of a block that four do not divide.
                 None => {
                     for (more, sums) in sums.iter_mut().enumerate().take(count.saturating_sub(shift)) {
-                        let products = p.iter().zip(r.iter().skip(shift + more)).map(|(&p, &r)| p as u32 * r as u32);
+                        let products = p
+                            .iter()
+                            .zip(r.iter().skip(shift + more))
+                            .map(|(&p, &r)| own.limits.apply(p) as u32 * r as u32);
                         sums.products += products.sum::<u32>() as u64;
                     }
                 }
@@ -162,13 +176,14 @@ fn correlate_block(
 /// Σ p r for four neighbouring shifts; `r` holds three pixels more than `p`. A run has at most 8192 pixels, and 8192 x
 /// 255² fits 32 bits.
 #[inline]
-fn products_of_four(p: &[u8], r: &[u8]) -> [u32; 4] {
+fn products_of_four(p: &[u8], limits: Limits, r: &[u8]) -> [u32; 4] {
     let mut sums = [0u32; 4];
     let (fours, rest) = p.as_chunks::<4>();
     let mut at = 0;
     for four in fours {
         let Some(r) = r.get(at..at + 7) else { return sums };
         for (k, &p) in four.iter().enumerate() {
+            let p = limits.apply(p);
             for (shift, sum) in sums.iter_mut().enumerate() {
                 *sum += p as u32 * r[k + shift] as u32;
             }
@@ -176,6 +191,7 @@ fn products_of_four(p: &[u8], r: &[u8]) -> [u32; 4] {
         at += 4;
     }
     for (k, &p) in rest.iter().enumerate() {
+        let p = limits.apply(p);
         for (shift, sum) in sums.iter_mut().enumerate() {
             *sum += p as u32 * r.get(at + k + shift).copied().unwrap_or(0) as u32;
         }
@@ -194,6 +210,16 @@ fn correlation(own: &PatchSums, sums: &Sums) -> f32 {
     covariance as f32 / (own.spread * math::sqrt(variance as f32))
 }
 
+/// The plain correlation at a shift of (`d_col`, `d_row`) from the middle of a search of `radius`; 0 outside it.
+pub fn plain(patch: &View<'_>, runs: &[Run], reference: &View<'_>, radius: u16, (d_col, d_row): (i16, i16)) -> f32 {
+    let shift = |d: i16| usize::try_from(d as i32 + radius as i32);
+    let (Ok(col), Ok(row)) = (shift(d_col), shift(d_row)) else { return 0.0 };
+    let Ok(own) = patch_sums(patch, runs, Limits::NONE) else { return 0.0 };
+    let mut score = [0.0];
+    correlate_block(patch, runs, reference, (col, row), &own, &mut score);
+    score[0]
+}
+
 /// The peak of `scores` as [`search_into`] left them for the same `radius`; `None` when the scores do not belong to
 /// the radius.
 pub fn peak(scores: &[f32], radius: u16) -> Option<Peak> {
@@ -208,16 +234,16 @@ pub fn peak(scores: &[f32], radius: u16) -> Option<Peak> {
         }
     }
     let (d_col, d_row) = at(best);
-    let mut second = 0.0f32;
+    let (mut second, mut second_at) = (0.0f32, (d_col, d_row));
     for (index, &value) in scores.iter().enumerate() {
         let (c, r) = at(index);
         let apart = (c - d_col).abs().max((r - d_row).abs()) >= HILL_PX;
         if apart && value > second && is_summit(scores, side, index) {
-            second = value;
+            (second, second_at) = (value, (c, r));
         }
     }
     let on_border = d_col.abs().max(d_row.abs()) == radius as i16;
-    Some(Peak { d_col, d_row, score, second, on_border })
+    Some(Peak { d_col, d_row, score, second, second_at, on_border })
 }
 
 /// Whether no neighbour is higher. The flank of a broad hill is no second place, however high it is where the hill's

@@ -1,5 +1,6 @@
 //! Every reason for which a frame ends without a fix. Each is counted and reported; none is fatal.
 
+use crate::matching::decide::Rejection;
 use crate::matching::judge::Doubt;
 use crate::matching::refine::RefineError;
 
@@ -112,23 +113,14 @@ impl Refusal {
     }
 }
 
-impl From<Doubt> for Refusal {
-    fn from(doubt: Doubt) -> Self {
-        match doubt {
-            Doubt::FewPixels => Refusal::FewPixels,
-            Doubt::OnBorder => Refusal::OnBorder,
-            Doubt::LowScore => Refusal::LowScore,
-            Doubt::Ambiguous => Refusal::Ambiguous,
-            Doubt::Imprecise => Refusal::Imprecise,
-        }
-    }
-}
-
-impl From<RefineError> for Refusal {
-    fn from(error: RefineError) -> Self {
-        match error {
-            RefineError::TooLittle => Refusal::FewPixels,
-            RefineError::Diverged => Refusal::Imprecise,
+impl From<Rejection> for Refusal {
+    fn from(rejection: Rejection) -> Self {
+        match rejection {
+            Rejection::Doubt(Doubt::FewPixels) | Rejection::Refine(RefineError::TooLittle) => Refusal::FewPixels,
+            Rejection::Doubt(Doubt::OnBorder) => Refusal::OnBorder,
+            Rejection::Doubt(Doubt::LowScore) => Refusal::LowScore,
+            Rejection::Doubt(Doubt::Ambiguous) => Refusal::Ambiguous,
+            Rejection::Doubt(Doubt::Imprecise) | Rejection::Refine(RefineError::Diverged) => Refusal::Imprecise,
         }
     }
 }

@@ -1,8 +1,10 @@
-//! Sleeping until an interrupt.
+//! What the program does while it has nothing to do.
 //!
-//! Under `-icount sleep=off` the emulator's clock jumps to the next timer event as soon as the core sleeps. That is what
-//! a wait for an instant should do. A wait for the world outside (a byte, the doorbell) takes real time, which must not
-//! show: then the clock stands.
+//! A wait for an instant takes no time at all: the clock is set forward. The emulator could do that itself (`-icount
+//! sleep=off`), but its main loop then looks at the sleeping core before the last instructions are accounted for, and
+//! now and then sets its clock a few instructions off. A wait for the world outside (a byte, the doorbell) takes real
+//! time, which must not show: both timers stand. So the core never sleeps while a timer runs, and a program that is fed
+//! the same bytes in the same steps sees the same instants.
 
 use super::time_driver;
 use crate::run::Pending;
@@ -10,26 +12,22 @@ use crate::run::Pending;
 /// What the clock does meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clock {
-    /// It runs: an alarm may end the sleep. It stands all the same where no alarm is scheduled.
+    /// It runs: the next alarm, if there is one, ends the wait at once.
     Runs,
-    /// It stands: only the world outside can end the sleep.
+    /// It stands: only the world outside can end the wait.
     Stands,
 }
 
-/// Sleeps until the next interrupt, unless a task is ready or `is_awake` says that there is something to do. Interrupts
-/// are held off between that question and the sleep, in which a pending one ends it: none can slip through.
+/// Waits for the next alarm or interrupt, unless a task is ready or `is_awake` says that there is something to do.
+/// Interrupts are held off between that question and the sleep, in which a pending one ends it: none can slip through.
 pub fn wait_for_interrupt(pending: &Pending, clock: Clock, is_awake: impl Fn() -> bool) {
     cortex_m::interrupt::free(|_| {
-        if pending.is_set() || is_awake() {
+        if pending.is_set() || is_awake() || (clock == Clock::Runs && time_driver::skip_to_alarm()) {
             return;
         }
-        let stands = clock == Clock::Stands || !time_driver::alarm_pending();
-        if stands {
-            time_driver::halt();
-        }
+        time_driver::halt();
+        cortex_m::asm::dsb();
         cortex_m::asm::wfi();
-        if stands {
-            time_driver::resume();
-        }
+        time_driver::resume();
     });
 }

@@ -2,22 +2,24 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | [`time_driver`] | embassy's clock and alarm on two CMSDK timers; the instruction counter |
+//! | [`time_driver`] | embassy's clock and alarm on two CMSDK timers |
 //! | [`uart`] | the vehicle's link on UART 0 |
 //! | [`doorbell`] | the simulator's knock on UART 1 |
 //! | [`front_desk`] | camera, link and capture timer as the application sees them |
+//! | [`instructions`] | what a piece of work costs |
 //! | [`psram`] | the window that the simulator shares |
-//! | [`idle`] | sleeping until an interrupt, with the clock running or standing |
+//! | [`idle`] | waiting, with the clock running or standing |
 //! | [`stack`] | what RAM is in use |
 //! | [`fault`] | panics and hard faults end the emulation with a failure |
 //!
-//! Nothing here knows the application. Emulated time is a function of executed instructions (`-icount
-//! shift=1,sleep=off`: 2 ns each), so the same run gives the same counts; see [`idle`] for what keeps it that way.
+//! Nothing here knows the application. Emulated time is a function of executed instructions (`-icount shift=1`: 2 ns
+//! each); see [`idle`] for what happens when there is nothing to execute.
 
 pub mod doorbell;
 pub mod fault;
 pub mod front_desk;
 pub mod idle;
+pub mod instructions;
 pub mod psram;
 pub mod ring;
 pub mod stack;

@@ -1,7 +1,9 @@
 //! embassy's clock: microseconds since start, on two CMSDK timers.
 //!
-//! Timer 0 counts down from its top for ever and is never touched; its wraps are counted to make 64 bits. Timer 1 counts
-//! down once to the next alarm. Both run at [`super::PERIPHERAL_HZ`].
+//! Timer 0 counts down from its top for ever; its wraps are counted to make 64 bits. Timer 1 counts down once to the next
+//! alarm. Both run at [`super::PERIPHERAL_HZ`].
+//!
+//! Time in which the program has nothing to do is not emulated: [`skip_to_alarm`] adds it to the clock.
 
 use super::PERIPHERAL_HZ;
 use super::registers::Register;
@@ -17,6 +19,9 @@ const RUN: u32 = 1 << 0 | 1 << 3;
 const HALT: u32 = 1 << 3;
 /// INTSTATUS and INTCLEAR.
 const AT_ZERO: u32 = 1;
+
+/// The counter starts this far before its first wrap, 1 ms, so that every run goes through one.
+const FIRST_WRAP: u32 = PERIPHERAL_HZ / 1000;
 
 const COUNTS_PER_TICK: u64 = PERIPHERAL_HZ as u64 / TICK_HZ;
 
@@ -57,6 +62,8 @@ struct Clock {
 struct State {
     /// Finished periods of the counter.
     wraps: Cell<u32>,
+    /// Counts that were skipped.
+    skipped: Cell<u64>,
     /// When the next alarm is due, ticks; `u64::MAX` when there is none.
     next: Cell<u64>,
     queue: RefCell<Queue>,
@@ -65,6 +72,7 @@ struct State {
 embassy_time_driver::time_driver_impl!(static CLOCK: Clock = Clock {
     state: CriticalSectionMutex::new(State {
         wraps: Cell::new(0),
+        skipped: Cell::new(0),
         next: Cell::new(u64::MAX),
         queue: RefCell::new(Queue::new()),
     }),
@@ -85,14 +93,16 @@ impl Driver for Clock {
 }
 
 impl State {
-    /// Counts of timer 0 since start. To be called with interrupts held off.
+    /// Counts since start, the skipped ones included. To be called with interrupts held off.
     fn counts(&self) -> u64 {
         let low = counter();
         // The flag rises when the timer stands at zero, one count before it wraps. It is read last: a count low enough
         // to lie behind the wrap then finds the flag set.
         let flagged = COUNTER.interrupt.read() & AT_ZERO != 0;
         let wrapped = flagged && low < 1 << 31;
-        ((u64::from(self.wraps.get()) + u64::from(wrapped)) << 32) | u64::from(low)
+        let counted = ((u64::from(self.wraps.get()) + u64::from(wrapped)) << 32) | u64::from(low);
+        // Below the first value only before `start`.
+        counted.saturating_sub(u64::from(!FIRST_WRAP)) + self.skipped.get()
     }
 
     /// Wakes what is due and sets the alarm for what is next.
@@ -120,7 +130,7 @@ impl State {
 /// Starts the counter.
 pub(super) fn start() {
     COUNTER.reload.write(u32::MAX);
-    COUNTER.value.write(u32::MAX);
+    COUNTER.value.write(FIRST_WRAP);
     COUNTER.control.write(RUN);
     ALARM.reload.write(0);
     ALARM.control.write(HALT);
@@ -152,6 +162,20 @@ pub fn counter() -> u32 {
 /// Whether a task waits for an instant: if not, only the world outside can wake the program.
 pub fn alarm_pending() -> bool {
     CLOCK.state.lock(|state| state.next.get() != u64::MAX)
+}
+
+/// Sets the clock to the instant of the next alarm and wakes who waits for it; `false` if there is none.
+pub(super) fn skip_to_alarm() -> bool {
+    CLOCK.state.lock(|state| {
+        let next = state.next.get();
+        if next == u64::MAX {
+            return false;
+        }
+        let ahead = next.saturating_mul(COUNTS_PER_TICK).saturating_sub(state.counts());
+        state.skipped.set(state.skipped.get().saturating_add(ahead));
+        state.arm();
+        true
+    })
 }
 
 /// Stops both timers: the clock stands.

@@ -16,7 +16,7 @@ mod board {
     use embassy_sync::signal::Signal;
     use embassy_time::{Duration, Instant, Timer};
     use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
-    use plumbline_firmware::an500::{self, doorbell, psram, stack, time_driver, uart};
+    use plumbline_firmware::an500::{self, doorbell, instructions, psram, stack, time_driver, uart};
     use plumbline_firmware::run::{self, Pending};
     use plumbline_firmware::window::{FRAME, MAGIC, MAGIC_VALUE, STATUS, STEP, STEP_DONE};
     use semihosting::eprintln;
@@ -35,6 +35,10 @@ mod board {
     /// Word of the window: bytes received up to the step.
     const RECEIVED: usize = 0x88;
 
+    /// What the sleeper sleeps.
+    const SLEEP_US: u64 = 500;
+
+    static SLEEP: Signal<CriticalSectionRawMutex, ()> = Signal::new();
     static ECHO: Signal<CriticalSectionRawMutex, ()> = Signal::new();
     static PENDING: Pending = Pending::new();
     static FAILURES: AtomicU32 = AtomicU32::new(0);
@@ -58,15 +62,25 @@ mod board {
         }
     }
 
+    /// Has an alarm set while others work.
+    #[embassy_executor::task]
+    async fn sleeper() {
+        SLEEP.wait().await;
+        Timer::after_micros(SLEEP_US).await;
+    }
+
     /// Clock and alarm.
     #[embassy_executor::task]
     async fn timed() {
-        let (mut last, mut backwards) = (Instant::now(), 0);
-        for _ in 0..1000 {
+        // The counter wraps within the first millisecond.
+        let (mut last, mut backwards, mut longest_us) = (Instant::now(), 0, 0);
+        while last < Instant::from_micros(2000) {
             let now = Instant::now();
             backwards += u64::from(now < last);
+            longest_us = longest_us.max(now.saturating_duration_since(last).as_micros());
             last = now;
         }
+        check("microseconds between two readings at most", longest_us <= 3, longest_us);
         check("readings of the clock that ran backwards", backwards == 0, backwards);
 
         // Absolute instants, as rows are due: the delays of waking do not add up.
@@ -94,18 +108,34 @@ mod board {
             elapsed_us,
         );
 
-        // Longer than the counter's period of 171.8 s, so its wraps must be counted.
+        // Longer than a timer's period of 171.8 s.
         let begin = Instant::now();
         Timer::after_secs(1000).await;
         let elapsed_us = begin.elapsed().as_micros();
         check("microseconds of 1000 s", (1_000_000_000..1_000_000_010).contains(&elapsed_us), elapsed_us);
-        // So far nothing depended on the world outside: two runs must agree on every instruction.
+        // An alarm that falls due while a task works comes by its interrupt.
+        SLEEP.signal(());
+        // Long enough for the sleeper to begin.
+        Timer::after_micros(20).await;
+        let begin = Instant::now();
+        let is_early = PENDING.is_set();
+        while begin.elapsed() < Duration::from_micros(2 * SLEEP_US) {}
+        check("alarm by interrupt", !is_early && PENDING.is_set(), begin.elapsed().as_micros());
+
+        let (_, cost) = instructions::counted(|| {
+            for _ in 0..1000 {
+                cortex_m::asm::nop();
+            }
+        });
+        check("instructions of 1000 times nop and branch", (2000..8000).contains(&cost), u64::from(cost));
+        // So far nothing came from the world outside: two runs must agree on every instruction.
         eprintln!("selftest: counts so far: {}", time_driver::counter());
+        window();
         LEFT_US.store(Instant::now().as_micros() as u32, Ordering::Relaxed);
         TIMED.store(true, Ordering::Release);
     }
 
-    /// The pattern lies there as the host wrote it; tells the host so in the window.
+    /// The pattern lies there as the host wrote it. Tells the host its sum, for which the host waits before it rings.
     fn window() {
         check(
             "magic word of the window",
@@ -127,7 +157,7 @@ mod board {
         check("bytes of static RAM", fixed > 0 && fixed < 65536, u64::from(fixed));
         check("bytes of stack at most", used > 64 && used < room, u64::from(used));
         check("bytes received", uart::received_total() > 0 && !uart::has_unread(), u64::from(uart::received_total()));
-        // The clock stands while the host is waited for. Were it running, each wait would skip to the counter's next wrap.
+        // The clock stands while the host is waited for. Were a timer running, the emulator would skip to its end.
         let host_us = (Instant::now().as_micros() as u32).wrapping_sub(LEFT_US.load(Ordering::Relaxed));
         check("microseconds of work for the host", host_us < 100_000, u64::from(host_us));
         let failures = FAILURES.load(Ordering::Relaxed);
@@ -141,14 +171,12 @@ mod board {
         an500::start();
         let executor: &'static Executor = EXECUTOR.init(run::executor(&PENDING));
         let spawner = executor.spawner();
-        match (timed(), echo()) {
-            (Ok(timed), Ok(echo)) => {
-                spawner.spawn(timed);
-                spawner.spawn(echo);
-            }
-            _ => check("tasks to spawn", false, 0),
-        }
-        window();
+        let tasks = [
+            timed().map(|task| spawner.spawn(task)),
+            sleeper().map(|task| spawner.spawn(task)),
+            echo().map(|task| spawner.spawn(task)),
+        ];
+        check("tasks started", tasks.iter().all(Result::is_ok), tasks.len() as u64);
         loop {
             run::until_idle(executor, &PENDING);
             if TIMED.load(Ordering::Acquire) && doorbell::take() {

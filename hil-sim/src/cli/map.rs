@@ -99,9 +99,8 @@ fn by_oracle(args: &Args, file: &plumbline_survey::camera_file::CameraFile) -> R
             Model::Full => oracle::frame_from_ground(&a, &camera, m, n),
             Model::Simplified => {
                 let (pitch, roll) = oracle::equivalent_pitch_roll(heading, pitch, roll);
-                oracle::frame_from_ground_simplified(pitch, roll, &camera, m, n).ok_or_else(|| {
-                    Failure::Work("eq. 7 needs square pixels".to_owned())
-                })?
+                oracle::frame_from_ground_simplified(pitch, roll, &camera, m, n)
+                    .ok_or_else(|| Failure::Work("eq. 7 needs square pixels".to_owned()))?
             }
         };
         let seen = |value: f64| frame.in_front.then_some(value);

@@ -76,7 +76,8 @@ impl InProcess {
         let port = || Port(wires.clone());
         let (mut reader, timer) = (port(), port());
         spawn(executor, async move { receive::receive(app, &mut reader, &timer).await });
-        let (mut front_end, timer) = (Camera { wires: wires.clone(), size: (0, 0), pixels: Vec::new(), row: 0 }, port());
+        let (mut front_end, timer) =
+            (Camera { wires: wires.clone(), size: (0, 0), pixels: Vec::new(), row: 0 }, port());
         spawn(executor, async move { camera::camera(app, &mut front_end, &timer, &HostGauge).await });
         let (mut writer, timer) = (port(), port());
         spawn(executor, async move { transmit::transmit(app, &mut writer, &timer, &HostGauge).await });

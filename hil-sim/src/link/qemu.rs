@@ -38,10 +38,8 @@ pub struct Qemu {
 
 /// Where `cargo xtask build` puts the image.
 pub fn default_image() -> PathBuf {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join("target"),
-        PathBuf::from,
-    );
+    let target = std::env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join("target"), PathBuf::from);
     target.join("thumbv7em-none-eabihf").join("firmware").join("an500")
 }
 
@@ -61,14 +59,12 @@ impl Qemu {
         let prepared = prepare(&folder, flash);
         let launched = prepared.and_then(|(window, sockets)| start(image, &folder, window, sockets));
         match launched {
-            Ok(mut qemu) => {
-                match qemu.boot()? {
-                    1 => Ok(qemu),
-                    status => Err(LinkError::Input(InputError::new(format!(
-                        "the firmware refuses this mission (status {status})"
-                    )))),
-                }
-            }
+            Ok(mut qemu) => match qemu.boot()? {
+                1 => Ok(qemu),
+                status => Err(LinkError::Input(InputError::new(format!(
+                    "the firmware refuses this mission (status {status})"
+                )))),
+            },
             Err(error) => {
                 // Leaving a scratch folder behind is not worth another error.
                 let _ = std::fs::remove_dir_all(&folder);
@@ -223,12 +219,8 @@ type Sockets = (UnixListener, UnixListener);
 /// The window, filled, and the sockets that the emulator will connect to.
 fn prepare(folder: &Path, flash: &Flash) -> Result<(MmapMut, Sockets), LinkError> {
     let lost = |error: std::io::Error| LinkError::Lost(format!("cannot prepare the emulator's window: {error}"));
-    let file = std::fs::File::options()
-        .read(true)
-        .write(true)
-        .create_new(true)
-        .open(folder.join("window"))
-        .map_err(lost)?;
+    let file =
+        std::fs::File::options().read(true).write(true).create_new(true).open(folder.join("window")).map_err(lost)?;
     file.set_len(at::SIZE as u64).map_err(lost)?;
     // SAFETY: the file is this flight's own; the emulator, which maps it too, and this process take turns, as the
     // lockstep has it.

@@ -24,7 +24,7 @@ impl Report<'_> {
                     (self.stages())
                     table {
                         tbody {
-                            tr { th { "Memory" small { "Static and the stack's high-water mark." } } td class="n" { (ram) } }
+                            tr { th { "Memory" small { "Static and the stack’s high-water mark." } } td class="n" { (ram) } }
                             tr {
                                 th { "Follow-up servo command" small { "Off the exact angle when the command arrived, its travel over the link included." } }
                                 td class="n" { (servo) }
@@ -34,10 +34,10 @@ impl Report<'_> {
                             tr { th { "Patches cut short on the link" } td class="n" { (whole(self.flight.health.patches_cut.into())) } }
                         }
                     }
+                    (self.refusals())
                 }
                 div {
-                    h2 { "Refusals and link" }
-                    (self.refusals())
+                    h2 { "Link" }
                     (self.link())
                 }
             }
@@ -102,7 +102,7 @@ impl Report<'_> {
         ];
         html! {
             table {
-                thead { tr { th { "Link" } th class="r" { "Count" } } }
+                thead { tr { th { "Messages and samples" } th class="r" { "Count" } } }
                 tbody { @for (name, count) in rows { tr { th { (name) } td class="n" { (whole(count)) } } } }
             }
         }

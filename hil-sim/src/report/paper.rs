@@ -35,12 +35,12 @@ impl Report<'_> {
                     thead { tr { th { "Quantity" } th class="r" { "Paper" } th class="r" { "This flight" } } }
                     tbody {
                         tr {
-                            th { "Time for one frame" small { "Table 2, on a TMS320C6701. An instruction count is no time: no milliseconds are claimed." } }
+                            th { "Time for one frame" small { "Table 2, one rectification on a TMS320C6701. Ours: the whole frame from edge to fix, matching included. An instruction count is no time: no milliseconds are claimed." } }
                             td class="n" { (number(f64::from(PAPER_TIME_MS), 0, "ms")) }
                             td class="n" { (time) }
                         }
                         tr {
-                            th { "Memory" small { "Table 2, program and data. Ours: static memory and the stack's high-water mark." } }
+                            th { "Memory" small { "Table 2, program and data of the rectification. Ours: static memory and the stack’s high-water mark of the whole application, without the program in flash." } }
                             td class="n" { (number(PAPER_MEMORY_BYTES as f64 / 1024.0, 0, "KB")) }
                             td class="n" { (summary.ram_bytes.map_or_else(|| NOT_MEASURED.to_owned(), bytes)) }
                         }

@@ -60,13 +60,13 @@ impl Report<'_> {
                         span class="key line" style="--c:#969185" {} "true track, "
                         span class="key dot" style="--c:#1f5a8c" {} "fixes, "
                         span class="key ring" style="--c:#b3261e" {} "frames refused, where they truly were. "
-                        "Metres from the reference tile's centre, grid north up, equal axes."
+                        "Metres from the reference tile’s centre, grid north up, equal axes."
                     } }
                     figure { (timeline) figcaption {
                         b { "Ground error. " }
                         span class="key dot" style="--c:#1f5a8c" {} "fix minus true position, horizontal; "
                         span class="key line" style="--c:#b06a00" {} "one sigma as the firmware states it, √(σ²" sub { "E" } " + σ²" sub { "N" } "); "
-                        span class="key ring" style="--c:#b3261e" {} "frames refused."
+                        span class="key tick" style="--c:#b3261e" {} "frames refused."
                     } }
                     figure { (histogram) figcaption {
                         b { "Matching error. " }

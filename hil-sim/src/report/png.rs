@@ -83,7 +83,7 @@ mod tests {
     use super::*;
     use plumbline_survey::picture::read_grey;
 
-    /// Another library reads back what was written, its checksums included; 300 x 301 needs two blocks.
+    /// Another library reads back what was written, the chunks' checksums included; 300 x 301 needs two blocks.
     #[test]
     fn another_decoder_reads_the_same_pixels() {
         let (cols, rows) = (300, 301);
@@ -98,5 +98,15 @@ mod tests {
             assert_eq!(read.pixels, grey, "{colour:?}");
         }
         let _ = std::fs::remove_file(&path);
+    }
+
+    /// Decoders do not look at the stream's own checksum, so it has a test of its own: the textbook value, and a block
+    /// of full bytes, whose sums pass 65521.
+    #[test]
+    fn the_stream_has_its_checksum() {
+        assert_eq!(adler32(b""), 1);
+        assert_eq!(adler32(b"Wikipedia"), 0x11E6_0398);
+        let zlib_of_a_thousand_255s = 0xE6E9_E446;
+        assert_eq!(adler32(&[255; 1000]), zlib_of_a_thousand_255s);
     }
 }

@@ -6,7 +6,9 @@
 //! say which of the two it measured.
 
 use super::rivals::{Polynomial, resect};
-use super::setting::{ATTITUDE_SIGMA_DEG, CELL_M, FOV_DEG, GROUND_SIGMA_M, HEIGHT_M, IMAGE_SIGMA_PX, Setting};
+use super::setting::{
+    ATTITUDE_SIGMA_DEG, CELL_M, FOV_DEG, GROUND_SIGMA_M, HEIGHT_M, IMAGE_SIGMA_PX, PITCH_ROLL_DEG, Setting,
+};
 use super::{Row, memory, same_digit, timing};
 use plumbline_core::camera::CameraError;
 use plumbline_core::homography::Homography;
@@ -128,10 +130,10 @@ pub fn rows(seed: u64) -> Result<Vec<Row>, CameraError> {
     let errors = errors(seed, TRIALS)?;
     let mut rows = Vec::new();
     for (kernel, error) in Kernel::ALL.into_iter().zip(errors) {
-        rows.push(error_row(kernel, "with 5 m cells", error.with_cells));
+        rows.push(error_row(kernel, true, error.with_cells));
     }
     for (kernel, error) in Kernel::ALL.into_iter().zip(errors) {
-        rows.push(error_row(kernel, "without cells", error.without_cells));
+        rows.push(error_row(kernel, false, error.without_cells));
     }
     for kernel in Kernel::ALL {
         rows.extend(memory_rows(kernel));
@@ -143,7 +145,7 @@ pub fn rows(seed: u64) -> Result<Vec<Row>, CameraError> {
             paper: Some(kernel.paper().0),
             ours: None,
             difference: Some(
-                "measured on a board of 2002, which a host has no milliseconds for; ratios follow".to_owned(),
+                "measured on the paper's TMS320C6701; a host has no milliseconds of a board to set beside it, ratios follow".to_owned(),
             ),
         });
     }
@@ -151,21 +153,26 @@ pub fn rows(seed: u64) -> Result<Vec<Row>, CameraError> {
     Ok(rows)
 }
 
-fn error_row(kernel: Kernel, cells: &str, rms: Rms) -> Row {
+fn error_row(kernel: Kernel, cells: bool, rms: Rms) -> Row {
     let (_, _, paper) = kernel.paper();
     let ours = rms.value_m;
-    let assumed = format!(
-        "V = {FOV_DEG} degrees, {HEIGHT_M} m, attitude noise {ATTITUDE_SIGMA_DEG} degrees, control points good to \
-         {IMAGE_SIGMA_PX} px and {GROUND_SIGMA_M} m are assumed, the paper states only the height"
-    );
-    let difference = match (cells, same_digit(paper, ours)) {
-        ("without cells", _) => Some(format!(
-            "the model alone, before the output's cells: not what the paper measured, if these rows' \
-             assumptions hold; {assumed}"
-        )),
-        (_, true) => None,
-        _ => Some(format!("{:+.0} %, of which the cells alone are 2.04 m; {assumed}", 100.0 * (ours / paper - 1.0))),
+    let [pitch_deg, roll_deg] = PITCH_ROLL_DEG;
+    let off = 100.0 * (ours / paper - 1.0);
+    let difference = if !cells {
+        Some(format!(
+            "{off:+.0} %: this row measures the model alone; the paper does not say whether its figures include the cells of \
+             its {CELL_M} m output, under the same assumptions they do"
+        ))
+    } else if same_digit(paper, ours) {
+        None
+    } else {
+        Some(format!(
+            "{off:+.0} %: the paper states the height, the rest is assumed: V = {FOV_DEG} degrees, pitch {pitch_deg}, roll \
+             {roll_deg}, attitude noise {ATTITUDE_SIGMA_DEG} degrees, control points good to {IMAGE_SIGMA_PX} px and \
+             {GROUND_SIGMA_M} m"
+        ))
     };
+    let cells = if cells { "with 5 m cells" } else { "without cells" };
     Row {
         table: TABLE,
         quantity: format!("error, {}, {cells}, m RMS (+- {:.3})", kernel.name(), rms.standard_error_m),

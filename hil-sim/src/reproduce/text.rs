@@ -11,7 +11,7 @@ const LABEL: &str = "DIFFERENCE  ";
 /// The whole as text that ends with a line break.
 pub fn text(reproduction: &Reproduction) -> String {
     let rows = &reproduction.rows;
-    let quantity_width = rows.iter().map(|row| row.quantity.chars().count()).max().unwrap_or(0);
+    let quantity_width = rows.iter().map(|row| row.quantity.chars().count()).max().unwrap_or(0).max(8);
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(
@@ -19,7 +19,7 @@ pub fn text(reproduction: &Reproduction) -> String {
         "Paper {}: Table 2 by {} trials of seed {}, Table 3 by {} frames of seed {}.",
         reproduction.paper, reproduction.trials, reproduction.seed, reproduction.frames, reproduction.flight_seed
     );
-    let mut table = "";
+    let (mut table, mut above) = ("", None);
     for row in rows {
         if row.table != table {
             table = row.table;
@@ -28,8 +28,9 @@ pub fn text(reproduction: &Reproduction) -> String {
         let _ =
             writeln!(text, "  {:<quantity_width$}    {:>8}  {:>8}", row.quantity, number(row.paper), number(row.ours));
         if let Some(difference) = &row.difference {
-            wrap(&mut text, difference);
+            wrap(&mut text, if above == Some(difference) { "as above" } else { difference });
         }
+        above = row.difference.as_ref();
     }
     text
 }
@@ -83,8 +84,8 @@ mod tests {
         let text = text(&reproduction);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[2].len(), lines[3].len());
-        assert_eq!(lines[3], "  a             1.25         2");
-        assert_eq!(lines[4], "  longer        1.25         -");
+        assert_eq!(lines[3], "  a               1.25         2");
+        assert_eq!(lines[4], "  longer          1.25         -");
         assert!(lines[5].trim_start().starts_with("DIFFERENCE  word"));
         assert!(lines[6].trim_start().starts_with("word") && lines.iter().all(|line| line.len() <= WIDTH));
     }

@@ -6,8 +6,8 @@ use crate::flight::TrueState;
 use crate::stage::Stage;
 use crate::still::{Target, rectify};
 use plumbline_core::homography::Homography;
-use plumbline_core::matching::View;
 use plumbline_core::matching::search::{peak, search_into};
+use plumbline_core::matching::{Limits, View};
 use plumbline_core::tilt::EquivalentTilt;
 use plumbline_firmware::wire::telemetry::FrameReport;
 use plumbline_survey::picture::Picture;
@@ -21,15 +21,9 @@ pub struct RawMatch {
 
 /// Matches a raw frame around the predicted position, or around the true one where the firmware predicted none.
 /// `None` where the window leaves the reference or nothing can be correlated.
-pub fn match_raw(
-    stage: &Stage,
-    truth: &TrueState,
-    pixels: &[u8],
-    report: Option<&FrameReport>,
-) -> Option<RawMatch> {
+pub fn match_raw(stage: &Stage, truth: &TrueState, pixels: &[u8], report: Option<&FrameReport>) -> Option<RawMatch> {
     let camera = core_camera(&stage.camera).ok()?;
-    let frame =
-        Picture { cols: camera.cols() as usize, rows: camera.rows() as usize, pixels: pixels.to_vec() };
+    let frame = Picture { cols: camera.cols() as usize, rows: camera.rows() as usize, pixels: pixels.to_vec() };
     let resolution_m = stage.scenario.resolution_m;
     let height_m = truth.up_m - stage.ground.height(truth.east_m, truth.north_m);
     let level = Homography::simplified(EquivalentTilt::default(), &camera);
@@ -53,7 +47,7 @@ pub fn match_raw(
     let window = tile.window(corner[0] as i32, corner[1] as i32, window_size)?;
     let view = View::new(&patch.picture.pixels, (patch.picture.cols as u16, patch.picture.rows as u16))?;
     let mut scores = vec![0.0; (2 * radius as usize + 1).pow(2)];
-    search_into(&view, &patch.runs, &window, radius, &mut scores).ok()?;
+    search_into(&view, &patch.runs, Limits::NONE, &window, radius, &mut scores).ok()?;
     let peak = peak(&scores, radius)?;
     let truth = tile_pixel(true_m);
     Some(RawMatch {

@@ -44,10 +44,8 @@ pub fn fit(crs: &Crs, centre: [f64; 2], half_m: f64) -> Result<Fit, InputError> 
     let singular = || InputError::new("the reference tile is too small to be georeferenced");
     let inverse = normal.try_inverse().ok_or_else(singular)?;
     let (east, north) = (inverse * right_east, inverse * right_north);
-    let worst = points
-        .iter()
-        .map(|(terms, e, n)| (terms.dot(&east) - e).hypot(terms.dot(&north) - n))
-        .fold(0.0, f64::max);
+    let worst =
+        points.iter().map(|(terms, e, n)| (terms.dot(&east) - e).hypot(terms.dot(&north) - n)).fold(0.0, f64::max);
     if worst.is_nan() || worst > RESIDUAL_MAX_M {
         return Err(InputError::new(format!(
             "the reference tile spans {:.0} m, too much for its georeference: {worst:.3} m off",
@@ -55,9 +53,5 @@ pub fn fit(crs: &Crs, centre: [f64; 2], half_m: f64) -> Result<Fit, InputError> 
         )));
     }
     let coefficients = |fit: &SVector<f64, 5>| [0, 1, 2, 3, 4].map(|i| fit[i] as f32);
-    Ok(Fit {
-        centre_e7: (e7(lat) as i32, e7(lon) as i32),
-        east: coefficients(&east),
-        north: coefficients(&north),
-    })
+    Ok(Fit { centre_e7: (e7(lat) as i32, e7(lon) as i32), east: coefficients(&east), north: coefficients(&north) })
 }

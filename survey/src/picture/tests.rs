@@ -141,6 +141,19 @@ fn files_cut_short_are_refused_wherever_they_are_cut() {
     }
 }
 
+/// A decompressor that fills up what is missing would not notice, so the file's own account of its strips is checked.
+#[test]
+fn a_strip_that_ends_beyond_the_file_is_cut_short() {
+    let path = scratch("picture-strip").join("a.tif");
+    let mut bytes = tiff::<colortype::Gray8>(40, 30, &noise(40, 30).pixels, Compression::Uncompressed);
+    // Directory entry of StripByteCounts (279): tag, type, a count of 1, then the value.
+    let entry = bytes.windows(2).rposition(|tag| tag == 279_u16.to_le_bytes()).expect("the entry");
+    assert_eq!(bytes[entry + 4..entry + 8], 1_u32.to_le_bytes());
+    let beyond = bytes.len() as u32;
+    bytes[entry + 8..entry + 12].copy_from_slice(&beyond.to_le_bytes());
+    assert!(refusal(&path, &bytes).is_some_and(|text| text.contains("it is cut short")));
+}
+
 #[test]
 fn what_is_no_picture_is_refused_with_its_path() {
     let folder = scratch("picture-broken");

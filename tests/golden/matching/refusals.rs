@@ -2,15 +2,14 @@
 
 use super::seeded::{Random, config};
 use super::textures::{Ground, Picture, Placement, all_valid, footprint};
-use super::{PATCH, PRIOR, RADIUS, matched, reference_size, scores, view};
-use plumbline_core::matching::View;
+use super::{PATCH, PRIOR, RADIUS, best, reference_size, scores, view};
+use plumbline_core::matching::decide::{Rejection, decide};
 use plumbline_core::matching::judge::{AcceptRule, Doubt};
-use plumbline_core::matching::refine::{RefineError, refine};
+use plumbline_core::matching::refine::{RefineError, SubPixel, refine};
 use plumbline_core::matching::search::{Peak, SearchError, peak, search_into};
+use plumbline_core::matching::{Limits, View};
 use plumbline_core::rectify::Run;
 use proptest::prelude::{any, prop_assert, proptest};
-
-const VALID: u32 = 1000;
 
 fn flat(size: (u16, u16)) -> Picture {
     Picture { pixels: vec![90; usize::from(size.0) * usize::from(size.1)], size }
@@ -24,21 +23,36 @@ fn drawn(size: (u16, u16), grey: impl Fn(usize, usize) -> u8) -> Picture {
 }
 
 fn rough(seed: u64, size: (u16, u16), centre: (f64, f64)) -> Picture {
-    Ground::new(seed, 40.0, 2.5).picture(size, Placement { centre, ..Placement::default() }, 3.0, &mut Random::new(seed))
+    Ground::new(seed, 40.0, 2.5).picture(
+        size,
+        Placement { centre, ..Placement::default() },
+        3.0,
+        &mut Random::new(seed),
+    )
 }
 
-/// What the default rule says of the best place.
-fn judged(patch: &Picture, reference: &Picture) -> Result<(), Doubt> {
-    let scores = scores(patch, &all_valid(PATCH), reference).expect("a patch with texture");
-    AcceptRule::default().peak(&peak(&scores, RADIUS).expect("scores of this radius"), VALID)
+/// What the default rule decides about the best place.
+fn decided(patch: &Picture, reference: &Picture) -> Result<SubPixel, Rejection> {
+    let runs = all_valid(PATCH);
+    let peak = best(patch, &runs, reference).expect("a patch with texture");
+    decide(&view(patch), &runs, &view(reference), RADIUS, &peak, PRIOR, &AcceptRule::default())
+}
+
+fn doubted(patch: &Picture, reference: &Picture) -> Option<Doubt> {
+    match decided(patch, reference) {
+        Err(Rejection::Doubt(doubt)) => Some(doubt),
+        _ => None,
+    }
 }
 
 #[test]
 fn a_good_match_is_accepted() {
-    let (patch, reference) = (rough(61, PATCH, (4.3, -6.8)), rough(61, reference_size(PATCH), (0.0, 0.0)));
-    assert_eq!(judged(&patch, &reference), Ok(()));
-    let (_, solution) = matched(&patch, &all_valid(PATCH), &reference, PRIOR);
-    assert_eq!(AcceptRule::default().solution(&solution), Ok(()));
+    for seed in 6100..6150 {
+        let (patch, reference) = (rough(seed, PATCH, (4.3, -6.8)), rough(seed, reference_size(PATCH), (0.0, 0.0)));
+        let solution = decided(&patch, &reference);
+        let near = |s: &SubPixel| (s.d_col - 4.3).abs() < 0.3 && (s.d_row + 6.8).abs() < 0.3;
+        assert!(solution.as_ref().is_ok_and(near), "{solution:?}");
+    }
 }
 
 #[test]
@@ -56,67 +70,76 @@ fn a_flat_reference_scores_nothing() {
     let patch = rough(63, PATCH, (0.0, 0.0));
     let reference = flat(reference_size(PATCH));
     assert!(scores(&patch, &all_valid(PATCH), &reference).expect("texture").iter().all(|&score| score == 0.0));
-    assert_eq!(judged(&patch, &reference), Err(Doubt::OnBorder).or(judged(&patch, &reference)));
-    assert!(judged(&patch, &reference).is_err());
+    // No place is better than the first, in the corner.
+    assert_eq!(doubted(&patch, &reference), Some(Doubt::OnBorder));
 }
 
+/// A lead of three deviations over the second place happens once in 740 times by chance: once among 100 may be, twice is
+/// 1 % likely. (On 5 m orthophotos it was measured at once in 1000.)
 #[test]
-fn another_place_is_refused() {
+fn other_ground_is_refused() {
     let mut accepted = 0;
     for seed in 0..100 {
-        let (patch, reference) = (rough(6400 + seed, PATCH, (0.0, 0.0)), rough(7400 + seed, reference_size(PATCH), (0.0, 0.0)));
-        accepted += usize::from(judged(&patch, &reference).is_ok());
+        let (patch, reference) =
+            (rough(6400 + seed, PATCH, (0.0, 0.0)), rough(7400 + seed, reference_size(PATCH), (0.0, 0.0)));
+        accepted += usize::from(decided(&patch, &reference).is_ok());
     }
-    assert_eq!(accepted, 0, "of 100 patches of other ground");
+    assert!(accepted <= 1, "{accepted} of 100 patches of other ground are accepted");
 }
 
 #[test]
 fn a_peak_on_the_border_is_refused() {
     for centre in [(10.4, 0.0), (-12.0, 3.0), (2.0, 11.0), (-1.0, -10.0)] {
         let (patch, reference) = (rough(65, PATCH, centre), rough(65, reference_size(PATCH), (0.0, 0.0)));
-        let scores = scores(&patch, &all_valid(PATCH), &reference).expect("texture");
-        let peak = peak(&scores, RADIUS).expect("scores of this radius");
-        assert!(peak.on_border, "{peak:?} for {centre:?}");
-        assert_eq!(AcceptRule::default().peak(&peak, VALID), Err(Doubt::OnBorder));
+        assert_eq!(doubted(&patch, &reference), Some(Doubt::OnBorder), "{centre:?}");
     }
 }
 
+/// Rows of trees, a chequer, a wave both ways, each with noise, so that the best place is any of many; only where it is
+/// off the border is it for the second place to speak.
 #[test]
 fn a_pattern_that_repeats_is_refused() {
-    // Rows of trees: 7 pixels apart along the columns, or a chequer of 6.
-    let stripes = |col: usize, _: usize| [60, 80, 150, 200, 150, 80, 60][col % 7];
+    let rows = |col: usize, _: usize| [60, 80, 150, 200, 150, 80, 60][col % 7];
     let chequer = |col: usize, row: usize| if (col / 3 + row / 3) % 2 == 0 { 60 } else { 200 };
-    assert!(judged(&drawn(PATCH, stripes), &drawn(reference_size(PATCH), stripes)).is_err());
-    assert!(judged(&drawn(PATCH, chequer), &drawn(reference_size(PATCH), chequer)).is_err());
-    // The same with the true place off the border and noise on both: it is the second place that is doubtful.
-    let mut random = Random::new(66);
-    let mut noisy = |picture: Picture| Picture {
-        pixels: picture.pixels.iter().map(|&p| (f64::from(p) + 3.0 * random.normal()).round() as u8).collect(),
-        ..picture
+    let waves = |col: usize, row: usize| {
+        (128.0 + 40.0 * ((col as f64) * 0.9).sin() + 40.0 * ((row as f64) * 0.8).cos()).round() as u8
     };
-    let (patch, reference) = (noisy(drawn(PATCH, chequer)), noisy(drawn(reference_size(PATCH), chequer)));
-    let scores = scores(&patch, &all_valid(PATCH), &reference).expect("texture");
-    let peak = Peak { on_border: false, ..peak(&scores, RADIUS).expect("scores of this radius") };
-    assert!(peak.score > 0.9 && peak.second > 0.9, "{peak:?}");
-    assert_eq!(AcceptRule::default().peak(&peak, VALID), Err(Doubt::Ambiguous));
+    let mut random = Random::new(66);
+    let mut ambiguous = 0;
+    for _ in 0..40 {
+        let mut noisy = |picture: Picture| Picture {
+            pixels: picture.pixels.iter().map(|&p| (f64::from(p) + 3.0 * random.normal()).round() as u8).collect(),
+            ..picture
+        };
+        let cases = [
+            (noisy(drawn(PATCH, rows)), noisy(drawn(reference_size(PATCH), rows))),
+            (noisy(drawn(PATCH, chequer)), noisy(drawn(reference_size(PATCH), chequer))),
+            (noisy(drawn(PATCH, waves)), noisy(drawn(reference_size(PATCH), waves))),
+        ];
+        for (patch, reference) in cases {
+            assert!(decided(&patch, &reference).is_err(), "{:?}", decided(&patch, &reference));
+            ambiguous += usize::from(doubted(&patch, &reference) == Some(Doubt::Ambiguous));
+        }
+    }
+    assert!(ambiguous > 20, "only {ambiguous} of 120 were refused for their second place");
 }
 
 #[test]
 fn the_rule_names_its_doubt() {
     let rule = AcceptRule::default();
-    let good = Peak { d_col: 0, d_row: 0, score: 0.8, second: 0.3, on_border: false };
+    let good = Peak { d_col: 0, d_row: 0, score: 0.8, second: 0.3, second_at: (5, 5), on_border: false };
     assert_eq!(rule.peak(&good, 1000), Ok(()));
     assert_eq!(rule.peak(&good, 99), Err(Doubt::FewPixels));
     assert_eq!(rule.peak(&Peak { on_border: true, ..good }, 1000), Err(Doubt::OnBorder));
-    assert_eq!(rule.peak(&Peak { score: 0.34, second: 0.0, ..good }, 1000), Err(Doubt::LowScore));
+    assert_eq!(rule.peak(&Peak { score: 0.34, ..good }, 1000), Err(Doubt::LowScore));
     assert_eq!(rule.peak(&Peak { score: f32::NAN, ..good }, 1000), Err(Doubt::LowScore));
-    assert_eq!(rule.peak(&Peak { second: f32::NAN, ..good }, 1000), Err(Doubt::Ambiguous));
-    // atanh(0.8) − atanh(0.72) = 0.191; 1000 valid pixels count as 250, 1/√247: 3.0 deviations.
-    assert_eq!(rule.peak(&Peak { second: 0.715, ..good }, 1000), Ok(()));
-    assert_eq!(rule.peak(&Peak { second: 0.725, ..good }, 1000), Err(Doubt::Ambiguous));
-    // The same lead says less of fewer pixels.
-    assert_eq!(rule.peak(&Peak { second: 0.6, ..good }, 1000), Ok(()));
-    assert_eq!(rule.peak(&Peak { second: 0.6, ..good }, 150), Err(Doubt::Ambiguous));
+    // atanh(0.8) − atanh(0.685) = 0.260; 1000 valid pixels count as 250: 4.1 deviations of 1/√247, and 4 are asked for.
+    assert!(rule.leads(&Peak { second: 0.685, ..good }, 1000));
+    assert!(!rule.leads(&Peak { second: 0.695, ..good }, 1000));
+    // The same lead says less of fewer pixels, and nothing of what is no number.
+    assert!(rule.leads(&Peak { second: 0.6, ..good }, 1000));
+    assert!(!rule.leads(&Peak { second: 0.6, ..good }, 150));
+    assert!(!rule.leads(&Peak { second: f32::NAN, ..good }, 1000));
 }
 
 #[test]
@@ -131,16 +154,20 @@ fn texture_in_one_direction_is_too_imprecise() {
         Picture { pixels, size }
     };
     let (patch, reference) = (edge(PATCH, 17), edge(reference_size(PATCH), 27));
-    let place = Peak { d_col: 0, d_row: 0, score: 0.98, second: 0.5, on_border: false };
+    let place = Peak { d_col: 0, d_row: 0, score: 0.98, second: 0.5, second_at: (5, 5), on_border: false };
     let solution = refine(&view(&patch), &all_valid(PATCH), &view(&reference), RADIUS, &place, PRIOR);
-    let refused = solution.map_or(true, |solution| AcceptRule::default().solution(&solution).is_err());
+    let refused = solution.map_or(true, |solution| AcceptRule::default().solution(&solution, 34 * 34).is_err());
     assert!(refused, "{solution:?}");
 }
 
 #[test]
 fn too_few_pixels_and_far_off_starts_are_refused() {
-    let (patch, reference) = (rough(68, PATCH, (0.2, 0.3)), rough(68, reference_size(PATCH), (0.0, 0.0)));
-    let start = |d_col, d_row| Peak { d_col, d_row, score: 0.9, second: 0.1, on_border: false };
+    // Waves of 10 pixels and more: from three pixels off, the solution still runs to the true place.
+    let (ground, mut random) = (Ground::new(68, 40.0, 10.0), Random::new(68));
+    let mut picture =
+        |size| ground.picture(size, Placement { centre: (0.0, 0.0), ..Placement::default() }, 3.0, &mut random);
+    let (patch, reference) = (picture(PATCH), picture(reference_size(PATCH)));
+    let start = |d_col, d_row| Peak { d_col, d_row, score: 0.9, second: 0.1, second_at: (5, 5), on_border: false };
     let few: Vec<Run> = (4..8).map(|row| Run { row, start: 4, end: 10 }).collect();
     let refined = |runs: &[Run], at| refine(&view(&patch), runs, &view(&reference), RADIUS, &at, PRIOR);
     assert_eq!(refined(&few, start(0, 0)), Err(RefineError::TooLittle));
@@ -153,15 +180,18 @@ fn too_few_pixels_and_far_off_starts_are_refused() {
 fn buffers_and_windows_that_do_not_fit_are_refused() {
     let (patch, reference) = (rough(69, PATCH, (0.0, 0.0)), rough(69, reference_size(PATCH), (0.0, 0.0)));
     let runs = footprint(PATCH);
-    let mut few = [0.0; 440];
-    assert_eq!(search_into(&view(&patch), &runs, &view(&reference), RADIUS, &mut few), Err(SearchError::Capacity));
-    let mut enough = [0.0; 23 * 23];
-    let larger = search_into(&view(&patch), &runs, &view(&reference), RADIUS + 1, &mut enough);
-    assert_eq!(larger, Err(SearchError::ReferenceTooSmall));
-    for bad in [Run { row: 34, start: 0, end: 4 }, Run { row: 0, start: 30, end: 35 }, Run { row: 0, start: 5, end: 4 }] {
+    let search = |radius: u16, count: usize| {
+        let mut scores = vec![0.0; count];
+        search_into(&view(&patch), &runs, Limits::NONE, &view(&reference), radius, &mut scores)
+    };
+    assert_eq!(search(RADIUS, 441), Ok(()));
+    assert_eq!(search(RADIUS, 440), Err(SearchError::Capacity));
+    assert_eq!(search(RADIUS + 1, 23 * 23), Err(SearchError::ReferenceTooSmall));
+    for bad in [Run { row: 34, start: 0, end: 4 }, Run { row: 0, start: 30, end: 35 }, Run { row: 0, start: 5, end: 4 }]
+    {
         assert_eq!(scores(&patch, &[bad], &reference), Err(SearchError::Capacity), "{bad:?}");
     }
-    assert_eq!(peak(&few, RADIUS), None);
+    assert_eq!(peak(&[0.0; 440], RADIUS), None);
     assert!(View::new(&patch.pixels, (34, 35)).is_none());
     assert!(view(&patch).window(0, 0, PATCH).is_some());
     for (col, row, size) in [(1, 0, PATCH), (0, -1, PATCH), (0, 0, (0, 4)), (i32::MIN, 0, (4, 4)), (33, 33, (2, 1))] {
@@ -186,6 +216,7 @@ proptest! {
         for runs in runs {
             let Ok(scores) = scores(&patch, &runs, &reference) else { continue };
             prop_assert!(scores.iter().all(|score| score.abs() <= 1.0 + 1e-5));
+            prop_assert!(best(&patch, &runs, &reference).is_ok());
             let Some(peak) = peak(&scores, RADIUS) else { continue };
             prop_assert!(scores.iter().all(|&score| score <= peak.score));
             if let Ok(s) = refine(&view(&patch), &runs, &view(&reference), RADIUS, &peak, PRIOR) {

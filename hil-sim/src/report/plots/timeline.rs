@@ -4,9 +4,12 @@ use super::{Axes, PAPER, RECTIFIED, REFUSED, from_zero, plain, plot};
 use crate::report::{Report, ReportError};
 use crate::score::length;
 use maud::Markup;
-use plotters::element::Circle;
+use plotters::element::{Circle, PathElement};
 use plotters::series::LineSeries;
 use plotters::style::Color;
+
+/// Height of the tick of a refused frame, as a share of the axis.
+const TICK: f64 = 0.035;
 
 impl Report<'_> {
     pub(in crate::report) fn timeline(&self) -> Result<Markup, ReportError> {
@@ -36,7 +39,12 @@ impl Report<'_> {
                 chart.draw_series(LineSeries::new(run.iter().copied(), PAPER.stroke_width(4)))?;
             }
             chart.draw_series(errors.iter().map(|&at| Circle::new(at, 7, RECTIFIED.filled())))?;
-            chart.draw_series(refused.iter().map(|&frame| Circle::new((frame, 0.0), 9, REFUSED.stroke_width(4))))?;
+            let tick = TICK * axes.y.end;
+            chart.draw_series(
+                refused
+                    .iter()
+                    .map(|&frame| PathElement::new(vec![(frame, 0.0), (frame, tick)], REFUSED.stroke_width(4))),
+            )?;
             Ok(())
         })
     }

@@ -39,7 +39,7 @@ impl Report<'_> {
         plot("Track: north over east, metres", &axes, |chart| {
             chart.draw_series(LineSeries::new(truth.iter().copied(), UNRECTIFIED.stroke_width(4)))?;
             chart.draw_series(fixes.iter().map(|&at| Circle::new(at, 7, RECTIFIED.filled())))?;
-            chart.draw_series(refused.iter().map(|&at| Circle::new(at, 9, REFUSED.stroke_width(4))))?;
+            chart.draw_series(refused.iter().map(|&at| Circle::new(at, 9, REFUSED.stroke_width(3))))?;
             // North arrow, top right.
             let at = |x: f64, y: f64| (col + half * x, row + half * y);
             let arrow = [at(0.9, 0.72), at(0.9, 0.93), at(0.88, 0.88), at(0.92, 0.88), at(0.9, 0.93)];
