@@ -266,6 +266,6 @@ proptest! {
         // A false message is as long as it says, or 13 bytes longer.
         let shortest: usize = delivered.iter().map(|packet| packet.payload.len() + 12).sum();
         let used = stream.len() + 300 - counters.skipped_bytes as usize;
-        prop_assert!(used >= shortest && (used - shortest) % 13 == 0, "{used} bytes used for {shortest}");
+        prop_assert!(used >= shortest && (used - shortest).is_multiple_of(13), "{used} bytes used for {shortest}");
     }
 }

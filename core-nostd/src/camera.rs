@@ -49,6 +49,26 @@ pub struct Camera {
     offset_m_px: f32,
     offset_n_px: f32,
     distortion: Option<Distortion>,
+    /// Square of the radius, in tangents, at which the radial distortion folds back; infinite where it never does.
+    fold_r2: f32,
+}
+
+/// Largest square of a tangent that is looked at for a fold: 80 degrees off the axis.
+const FOLD_R2_MAX: f32 = 32.0;
+const FOLD_STEP: f32 = 1.0 / 256.0;
+
+impl Distortion {
+    /// Where the slope of the distorted radius, 1 + 3 k1 r² + 5 k2 r⁴ + 7 k3 r⁶, first reaches zero.
+    fn fold_r2(&self) -> f32 {
+        let mut r2 = 0.0;
+        while r2 < FOLD_R2_MAX {
+            if 1.0 + r2 * (3.0 * self.k1 + r2 * (5.0 * self.k2 + r2 * 7.0 * self.k3)) <= 0.0 {
+                return r2 - FOLD_STEP;
+            }
+            r2 += FOLD_STEP;
+        }
+        f32::INFINITY
+    }
 }
 
 impl Camera {
@@ -77,7 +97,8 @@ impl Camera {
         let k_h = math::tan(0.5 * fov_h.0) / (0.5 * cols as f32);
         let k_v = math::tan(0.5 * fov_v.0) / (0.5 * rows as f32);
         let distortion = distortion.filter(|d| [d.k1, d.k2, d.k3, d.p1, d.p2].iter().any(|&v| v != 0.0));
-        Ok(Camera { cols, rows, k_h, k_v, offset_m_px, offset_n_px, distortion })
+        let fold_r2 = distortion.map_or(f32::INFINITY, |d| d.fold_r2());
+        Ok(Camera { cols, rows, k_h, k_v, offset_m_px, offset_n_px, distortion, fold_r2 })
     }
 
     /// Frame width, pixels.
@@ -117,17 +138,12 @@ impl Camera {
         (m + self.offset_m_px, n + self.offset_n_px)
     }
 
-    /// Whether the radial distortion still grows outwards at the ideal point (`m`, `n`). Beyond the radius where it
-    /// folds back, points far outside the field of view land inside the frame; they must not be sampled there.
+    /// Whether the ideal point (`m`, `n`) lies within the radius where the radial distortion folds back. Beyond it,
+    /// points far outside the field of view land inside the frame, a second time where the model opens out again; they
+    /// must not be sampled there.
     pub fn is_invertible_at(&self, m: f32, n: f32) -> bool {
-        match &self.distortion {
-            None => true,
-            Some(d) => {
-                let (x, y) = (m * self.k_h, n * self.k_v);
-                let r2 = x * x + y * y;
-                1.0 + r2 * (3.0 * d.k1 + r2 * (5.0 * d.k2 + r2 * 7.0 * d.k3)) > 0.0
-            }
-        }
+        let (x, y) = (m * self.k_h, n * self.k_v);
+        x * x + y * y < self.fold_r2
     }
 
     /// Whether the camera has any distortion.

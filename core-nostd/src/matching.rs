@@ -29,7 +29,7 @@ impl<'a> View<'a> {
 
     /// The window of `size` whose top left pixel is (`col`, `row`); `None` when it does not lie wholly inside.
     pub fn window(&self, col: i32, row: i32, size: (u16, u16)) -> Option<View<'a>> {
-        let fits = |at: i32, length: u16, limit: u16| at >= 0 && at + length as i32 <= limit as i32;
+        let fits = |at: i32, length: u16, limit: u16| at >= 0 && at.saturating_add(length as i32) <= limit as i32;
         if size.0 == 0 || size.1 == 0 || !fits(col, size.0, self.size.0) || !fits(row, size.1, self.size.1) {
             return None;
         }
@@ -72,7 +72,7 @@ impl<'a> View<'a> {
     /// `length` pixels of `row` from `col` on; `None` outside the view.
     #[inline]
     pub fn run(&self, row: usize, col: usize, length: usize) -> Option<&'a [u8]> {
-        if row >= self.size.1 as usize || col + length > self.size.0 as usize {
+        if row >= self.size.1 as usize || col.checked_add(length).is_none_or(|end| end > self.size.0 as usize) {
             return None;
         }
         self.pixels.get(row * self.stride + col..row * self.stride + col + length)

@@ -55,13 +55,31 @@ struct Fine {
     ticks_per_second: u32,
 }
 
+/// How long pulses may have ceased before the coarse offset takes over: ten minutes at 20 ppm are 12 ms.
+const FREE_WHEELING_MAX_TICKS: i32 = 600_000_000;
+/// A coarse offset further from the pulses than this says that the autopilot has booted anew.
+const CONTRADICTION_US: i32 = 500_000;
+
+impl Fine {
+    fn is_contradicted(&self, tick: Ticks, theirs: Micros) -> bool {
+        let old = tick.since(self.last).unsigned_abs() > FREE_WHEELING_MAX_TICKS as u32;
+        let ours = pulse_instant(tick, self.last, self.second, self.ticks_per_second);
+        old || ours.is_none_or(|ours| ours.since(theirs).unsigned_abs() > CONTRADICTION_US as u32)
+    }
+}
+
 impl Clock {
     /// A TIMESYNC exchange: tick `sent`, the autopilot's answer `theirs`, tick `received`. Symmetric delay assumed.
     pub fn on_timesync(&mut self, sent: Ticks, theirs: Micros, received: Ticks) {
         let round_trip = received.since(sent);
-        if (0..1_000_000).contains(&round_trip) {
-            self.coarse = Some((Ticks(sent.0.wrapping_add(round_trip as u32 / 2)), theirs));
+        if !(0..1_000_000).contains(&round_trip) {
+            return;
         }
+        let middle = Ticks(sent.0.wrapping_add(round_trip as u32 / 2));
+        if self.fine.is_some_and(|fine| fine.is_contradicted(middle, theirs)) {
+            (self.fine, self.pulse) = (None, None);
+        }
+        self.coarse = Some((middle, theirs));
     }
 
     /// A pulse: an edge at `tick`, at a whole second of the autopilot. Ignored until a coarse offset exists; an edge

@@ -19,10 +19,13 @@ mod strip;
 pub(crate) mod tests;
 
 use crate::fly::Flight;
-use crate::score::{Scored, Summary};
+use crate::score::{Scored, Summary, length};
 use crate::stage::Stage;
 use maud::{DOCTYPE, PreEscaped, html};
 use std::fmt;
+
+/// Distance from the truth at which a match counts as right, pixels: that of `match_rate`.
+const RIGHT_PX: f64 = 1.5;
 
 /// What a report is made of.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +53,11 @@ impl fmt::Display for ReportError {
 impl std::error::Error for ReportError {}
 
 impl Report<'_> {
+    /// Whether a frame became a fix that is wrong.
+    fn is_wrong(scored: &Scored) -> bool {
+        scored.accepted && scored.error_px.is_none_or(|error| length(error) > RIGHT_PX)
+    }
+
     /// The page.
     ///
     /// # Errors

@@ -25,9 +25,8 @@ impl Compiler {
     pub fn apply(&self, cargo: &mut Command) {
         cargo.args(["--target", THUMB]);
         if let Compiler::FromSource { linker } = self {
-            // A compiler of another version must not reuse what the first one built.
             cargo.arg("-Zbuild-std=core").env("RUSTC", DEBIAN_RUSTC).env("RUSTC_BOOTSTRAP", "1");
-            cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker).env_remove("RUSTUP_TOOLCHAIN");
+            cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
         }
     }
 
@@ -135,7 +134,9 @@ fn install(packages: &[&str], is_done: bool) -> Result<(), Failure> {
         // Standard output belongs to the command that is being prepared.
         run(command.args(arguments).env("DEBIAN_FRONTEND", "noninteractive").stdout(std::io::stderr()))
     };
-    let wanted: Vec<&str> = ["install", "-y"].into_iter().chain(packages.iter().copied()).collect();
+    // Nothing that is there may go for it: rustc-web and Debian's own rustup exclude each other.
+    let options = ["install", "-y", "--no-install-recommends", "--no-remove"];
+    let wanted: Vec<&str> = options.into_iter().chain(packages.iter().copied()).collect();
     apt(&wanted)
         .or_else(|_| apt(&["update"]).and_then(|()| apt(&wanted)))
         .map_err(|_| format!("it could not be installed: type `sudo {line}` and see why"))

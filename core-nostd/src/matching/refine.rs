@@ -65,6 +65,9 @@ const OUTLIER: f32 = 2.5;
 /// E[w e²]/E[w] of a normal distribution of sigma 1 under these weights (by simulation): what makes the weighted scale
 /// a sigma.
 const CONSISTENCY: f32 = 0.668;
+/// Variance of a shift under these weights over what the weighted sums alone would say, for normal residuals (by
+/// simulation): E[w² e²]/E[ψ']² over E[w e²]/E[w]².
+const EFFICIENCY: f32 = 1.39;
 /// Smallest scale, grey levels: half a level is what quantisation alone leaves in both pictures.
 const SIGMA_MIN: f32 = 0.5;
 /// One sigma of what residuals do not show, pixels along each axis: sampling of two pictures with different footprints,
@@ -100,20 +103,28 @@ pub fn refine(
     for pass in 0..PASSES {
         let sums = accumulate(patch, runs, reference, &state);
         let (normal, sigma2) = sums.normal(prior, state.half)?;
-        let inverse = normal.cholesky().ok_or(RefineError::TooLittle)?;
-        let solution = inverse.solve(&sums.right(sigma2, prior, &state));
+        let right = sums.right(sigma2, prior, &state);
+        let solution = normal.cholesky().ok_or(RefineError::TooLittle)?.solve(&right);
         state.step(&solution, sums.scale());
         let off = (state.shift.0 - peak.d_col as f32).abs().max((state.shift.1 - peak.d_row as f32).abs());
         if off.is_nan() || off > REACH_PX {
             return Err(RefineError::Diverged);
         }
-        last = Some((inverse.inverse(), sums));
+        last = Some((normal, sums));
         if pass + 1 >= PASSES_MIN && solution[0].abs().max(solution[1].abs()) < SETTLED_PX {
             break;
         }
     }
-    let (covariance, sums) = last.ok_or(RefineError::TooLittle)?;
-    let inflation = sums.correlation();
+    let (normal, sums) = last.ok_or(RefineError::TooLittle)?;
+    // Noise has gradients too, half its variance in a central difference, and they say nothing about the place but
+    // disturb it all the same. At most all of the residuals is the patch's own noise; what is left is information.
+    let mut information = normal;
+    for axis in 0..2 {
+        information[(axis, axis)] -= 0.5 * sums.weight;
+    }
+    let inverse = information.cholesky().ok_or(RefineError::TooLittle)?.inverse();
+    let covariance = inverse * normal * inverse;
+    let inflation = EFFICIENCY * sums.correlation();
     let floor = Matrix2::identity() * (SYSTEMATIC_PX * SYSTEMATIC_PX);
     Ok(SubPixel {
         d_col: state.shift.0,

@@ -5,11 +5,12 @@ use crate::homography::FrameFromPatch;
 use fixed::types::I16F16;
 
 /// Added to a cell's sum by a reading outside the frame; no sum of 256 valid readings reaches it.
-pub(super) const INVALID: u32 = 1 << 24;
+pub(super) const INVALID: u32 = 1 << 20;
 /// Longest segment, in readings, as a power of two.
 const LONGEST_LOG2: u32 = 5;
-/// Positions beyond this do not fit Q16; the frame ends long before.
-const FAR_PX: f32 = 30_000.0;
+/// Positions beyond this are not stepped between: two of them must lie within Q16 of each other. The frame ends long
+/// before.
+const FAR_PX: f32 = 16_000.0;
 
 /// How the lines of a patch are cut: the same for all of them.
 #[derive(Clone, Copy, Debug)]

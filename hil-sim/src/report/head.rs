@@ -1,8 +1,8 @@
 //! Title, verdict and the four figures that matter.
 
-use super::Report;
 use super::format::{maybe, number, percent};
 use super::paper::{RAW_PX, RECTIFIED_PX};
+use super::{RIGHT_PX, Report};
 use crate::scenario::Ground;
 use crate::score::Summary;
 use maud::{Markup, html};
@@ -11,6 +11,7 @@ impl Report<'_> {
     pub(super) fn head(&self) -> Markup {
         let summary = self.summary;
         let key = |value: String, name: &str| html! { div { b { (value) } span { (name) } } };
+        let wrong = self.scored.iter().filter(|scored| Self::is_wrong(scored)).count();
         let share = summary.accepted as f64 / summary.frames.max(1) as f64;
         html! {
             header {
@@ -18,6 +19,9 @@ impl Report<'_> {
                 h1 { "Flight “" (summary.scenario) "”" }
                 p class="note" { (summary.frames) " frames over " (self.ground()) " · " (link_name(&summary.link)) " · seed " (summary.seed) }
                 p class="verdict" { (verdict(summary)) }
+                @if wrong > 0 {
+                    p class="verdict bad" { "Wrong fixes: " (wrong) ", more than " (RIGHT_PX) " px from the truth." }
+                }
                 div class="keys" {
                     (key(format!("{} of {}", summary.accepted, summary.frames), &format!("frames fixed ({})", percent(share))))
                     (key(maybe(summary.matching_error_px.rectified_mean, 2, "px"), "mean matching error, rectified"))

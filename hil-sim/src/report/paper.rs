@@ -1,8 +1,8 @@
 //! What paper 003 reports, beside what this flight gave. Its figures are the only ones on the page that are not
 //! computed.
 
-use super::Report;
 use super::format::{NONE, NOT_MEASURED, bytes, maybe, number, percent, whole};
+use super::{RIGHT_PX, Report};
 use maud::{Markup, html};
 use plumbline_core::budget::{PAPER_MEMORY_BYTES, PAPER_TIME_MS};
 
@@ -70,7 +70,7 @@ impl Report<'_> {
                             td class="n" { (px(matching.rectified_p95)) "; " (px(matching.accepted_max)) }
                         }
                         tr {
-                            th { "Matching rate" small { "Section 5: what rectification adds. Ours: share of all frames within 1.5 px of the truth, without and with it." } }
+                            th { "Matching rate" small { "Section 5: what rectification adds. Ours: share of all frames within " (RIGHT_PX) " px of the truth, without and with it." } }
                             td class="n" { "+" (number(RATE_PERCENT, 0, "%")) }
                             td class="n" { (percent(rate.unrectified)) " → " (percent(rate.rectified)) }
                         }

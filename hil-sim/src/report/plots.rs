@@ -72,7 +72,7 @@ impl Report<'_> {
                         b { "Matching error. " }
                         span class="key box" style="--c:#969185" {} "unrectified, whole-pixel peak, all frames; "
                         span class="key box" style="--c:#1f5a8c" {} "rectified, sub-pixel, accepted frames. "
-                        span class="key line" style="--c:#b06a00" {} "The paper's means (Table 3)."
+                        span class="key line" style="--c:#b06a00" {} "The paper’s means (Table 3)."
                     } }
                 }
                 @if step > 1 {

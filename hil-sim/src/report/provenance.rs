@@ -13,11 +13,11 @@ impl Report<'_> {
                 h2 { "Measured and modelled" }
                 p {
                     b { "Measured: " }
-                    "the errors, refusals and counts are what the firmware's own code answered, message by message, held against a truth that it never sees."
+                    "the errors, refusals and counts are what the firmware’s own code answered, message by message, held against a truth that it never sees."
                 }
                 p {
                     b { "Modelled: " }
-                    "ground, light, camera, motion, sensors, servo and link are the simulator's, so the errors are as good as these models; an emulator counts instructions exactly and says nothing about time."
+                    "ground, light, camera, motion, sensors, servo and link are the simulator’s, so the errors are as good as these models; an emulator counts instructions exactly and says nothing about time."
                 }
                 table {
                     tbody {

@@ -77,7 +77,9 @@ fn outcome(record: &FrameRecord, scored: &Scored) -> Markup {
     let error = scored.error_px.map(|px| number(length(px), 2, "px"));
     match (reason(record), scored.error_m) {
         (None, Some(error_m)) => html! {
-            span class="good" { "accepted" } ", " (error.unwrap_or_default()) " or " (number(length(error_m), 2, "m")) " off"
+            @if Report::is_wrong(scored) { span class="bad" { "accepted, but wrong" } }
+            @else { span class="good" { "accepted" } }
+            ", " (error.unwrap_or_default()) " or " (number(length(error_m), 2, "m")) " off"
         },
         (reason, _) => html! {
             span class="bad" { "refused: " (reason.unwrap_or("no fix").replace('_', " ")) }

@@ -90,6 +90,21 @@ fn a_flight_without_a_single_fix_has_a_page_too() {
 }
 
 #[test]
+fn a_wrong_fix_is_called_one() {
+    let flown = flown();
+    let mut scored = flown.scored.clone();
+    let called = |scored: &[Scored]| {
+        let report = Report { stage: &flown.stage, flight: &flown.flight, scored, summary: &flown.summary };
+        let page = report.html().expect("a page");
+        (page.contains("Wrong fixes: 1,"), page.contains("accepted, but wrong"))
+    };
+    assert_eq!(called(&scored), (false, false));
+    let accepted = scored.iter_mut().find(|scored| scored.accepted).expect("an accepted frame");
+    accepted.error_px = Some([0.0, -1.6]);
+    assert_eq!(called(&scored), (true, true));
+}
+
+#[test]
 fn the_same_flight_gives_the_same_bytes() {
     assert!(flown().html() == Flown::new().html());
 }
