@@ -1,6 +1,6 @@
 //! The world the firmware flies in, and the judge of what it reports.
 //!
-//! [`scenario`] → [`stage`] ([`world`], [`flight`], [`reference`]) → [`fly`] ([`sensors`], [`autopilot`], [`render`],
+//! [`scenario`] → [`stage`] ([`world`], [`flight`], [`mod@reference`]) → [`fly`] ([`sensors`], [`autopilot`], [`render`],
 //! [`fault`], [`link`]) → [`station`] → [`score`]. Apart from all of it stands [`oracle`], which judges the core's
 //! geometry; [`still`] and [`still_match`] run the core on single pictures.
 

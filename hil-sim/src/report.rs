@@ -1,6 +1,6 @@
 //! `report.html`: a flight on one page that needs nothing but itself.
 //!
-//! Everything on it is computed from the flight; given are the paper's figures alone, in [`paper`]. There is no script
+//! Everything on it is computed from the flight; given are the paper's figures alone, in `paper`. There is no script
 //! and no request: pictures are data URIs, plots are inline SVG, the style stands in the page. The same flight gives
 //! the same bytes, so no date stands on it.
 

@@ -247,7 +247,7 @@ proptest! {
                                  pitch in -60.0f64..60.0, roll in -60.0f64..60.0) {
         let mut history: History<Attitude, 4> = History::new();
         prop_assert!(history.push(Micros(0), attitude([from, 0.0, roll])).is_ok());
-        prop_assert!(history.push(Micros(5000), attitude([from + turn, pitch, -roll])).is_ok());
+        prop_assert!(history.push(Micros(5000), attitude([(from + turn).rem_euclid(360.0), pitch, -roll])).is_ok());
         let found = history.at(Micros(u_us), 5000);
         prop_assert!(found.is_ok());
         let (ours, u) = (found.map(|i| degrees(i.value)).unwrap_or_default(), u_us as f64 / 5000.0);

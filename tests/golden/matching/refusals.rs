@@ -100,7 +100,7 @@ fn a_peak_on_the_border_is_refused() {
 #[test]
 fn a_pattern_that_repeats_is_refused() {
     let rows = |col: usize, _: usize| [60, 80, 150, 200, 150, 80, 60][col % 7];
-    let chequer = |col: usize, row: usize| if (col / 3 + row / 3) % 2 == 0 { 60 } else { 200 };
+    let chequer = |col: usize, row: usize| if (col / 3 + row / 3).is_multiple_of(2) { 60 } else { 200 };
     let waves = |col: usize, row: usize| {
         (128.0 + 40.0 * ((col as f64) * 0.9).sin() + 40.0 * ((row as f64) * 0.8).cos()).round() as u8
     };
