@@ -1,16 +1,69 @@
 //! Where a rectified patch lies in the reference.
 //!
-//! [`search`]: masked normalised cross-correlation over whole-pixel shifts, [`refine`]: least-squares matching around
-//! the peak to hundredths of a pixel with its covariance, [`judge`]: what a result must reach to become a fix, [`decide`]:
-//! the three together, with the contest between two places that look alike.
+//! [`search`]: masked normalised cross-correlation of details over whole-pixel shifts, [`refine`]: least-squares matching
+//! around the peak to hundredths of a pixel with its covariance, [`judge`]: what both must reach to become a fix;
+//! [`locate`] does the three.
 
-pub mod decide;
+mod detail;
 mod histogram;
 pub mod judge;
 pub mod refine;
 pub mod search;
+mod smooth;
 
-pub use histogram::Limits;
+use crate::rectify::Run;
+use judge::{AcceptRule, Doubt};
+use refine::{Prior, RefineError, SubPixel, refine};
+use search::{Peak, SearchError, correlation, search};
+
+/// What [`locate`] found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Located {
+    /// The whole-pixel peak.
+    pub peak: Peak,
+    /// Normalised cross-correlation of the greys at the peak and at the second place, 0 where there is none.
+    pub scores: [f32; 2],
+    /// The sub-pixel match around the peak.
+    pub refined: Result<SubPixel, RefineError>,
+    /// Whether it deserves to become a fix.
+    pub accepted: Result<(), Rejection>,
+}
+
+/// Why a match is not accepted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Rejection {
+    /// It is doubtful.
+    Doubt(Doubt),
+    /// It could not be refined.
+    Refine(RefineError),
+}
+
+/// Searches `patch` in `reference` within ±`radius` around its centre, refines the peak and judges it.
+///
+/// `bytes`: room for as many as the reference has pixels, `scores`: for (2 `radius` + 1)²; both are working space.
+///
+/// # Errors
+/// [`SearchError`] where nothing could be searched.
+pub fn locate(
+    patch: &View<'_>,
+    runs: &[Run],
+    reference: &View<'_>,
+    radius: u16,
+    (prior, rule): (Prior, &AcceptRule),
+    (bytes, scores): (&mut [u8], &mut [f32]),
+) -> Result<Located, SearchError> {
+    let peak = search(patch, runs, reference, radius, bytes, scores)?;
+    let refined = refine(patch, runs, reference, radius, &peak, prior, bytes);
+    let valid = runs.iter().map(|run| run.end.saturating_sub(run.start) as u32).sum();
+    let accepted = rule.peak(&peak, valid).map_err(Rejection::Doubt).and_then(|()| {
+        let solution = refined.as_ref().map_err(|&error| Rejection::Refine(error))?;
+        rule.solution(solution).map_err(Rejection::Doubt)
+    });
+    let score = |at| correlation(patch, runs, reference, radius, at);
+    let second = if peak.second > 0.0 { score(peak.second_at) } else { 0.0 };
+    Ok(Located { peak, scores: [score((peak.d_col, peak.d_row)), second], refined, accepted })
+}
 
 /// A grey picture, or a window of one, as the matcher reads it.
 #[derive(Clone, Copy, Debug)]
@@ -35,33 +88,6 @@ impl<'a> View<'a> {
         }
         let first = row as usize * self.stride + col as usize;
         Some(View { pixels: self.pixels.get(first..)?, size, stride: self.stride })
-    }
-
-    /// Copies the view into `pixels`, every grey within the view's own [`Limits`]; the copy as a view. `None` when it
-    /// does not fit.
-    pub fn limited_into<'b>(&self, pixels: &'b mut [u8]) -> Option<View<'b>> {
-        let (cols, rows) = (self.size.0 as usize, self.size.1 as usize);
-        let mut histogram = histogram::Histogram::new();
-        for row in 0..rows {
-            histogram.add(self.run(row, 0, cols)?);
-        }
-        let limits = Limits::of(&histogram);
-        for (row, to) in pixels.get_mut(..cols * rows)?.chunks_exact_mut(cols).enumerate() {
-            for (to, &grey) in to.iter_mut().zip(self.run(row, 0, cols)?) {
-                *to = limits.apply(grey);
-            }
-        }
-        View::new(pixels, self.size)
-    }
-
-    /// The limits of the pixels in `runs`.
-    pub fn limits(&self, runs: &[crate::rectify::Run]) -> Limits {
-        let mut histogram = histogram::Histogram::new();
-        for run in runs {
-            let length = run.end.saturating_sub(run.start) as usize;
-            histogram.add(self.run(run.row as usize, run.start as usize, length).unwrap_or(&[]));
-        }
-        Limits::of(&histogram)
     }
 
     /// (cols, rows).

@@ -15,10 +15,9 @@ use crate::budget::{
 };
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::FrameFromPatch;
-use crate::matching::View;
-use crate::matching::decide::decide;
 use crate::matching::refine::Prior;
-use crate::matching::search::{Peak, peak, plain, search_into};
+use crate::matching::search::Peak;
+use crate::matching::{View, locate};
 use crate::rectify::{Run, Sampling, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
@@ -36,8 +35,10 @@ pub struct Outcome {
     pub d_col: f32,
     /// The same, rows south.
     pub d_row: f32,
-    /// The correlation peak, relative to the centre of the search window, with plain scores.
+    /// The correlation peak, relative to the centre of the search window.
     pub peak: Peak,
+    /// Normalised cross-correlation of the greys at the peak and at the second place.
+    pub scores: [f32; 2],
     /// The window's centre relative to the predicted position, (columns, rows): less than a pixel.
     pub window_off: [f32; 2],
     /// The fix, or why there is none.
@@ -171,7 +172,7 @@ impl<'t> Pipeline<'t> {
     pub fn register(&mut self, situation: &Situation) -> Result<Outcome, Refusal> {
         let radius = self.settings.search_px;
         let (cols, rows) = self.patch_size;
-        // The reduced frame has served: its buffer takes the window's copy.
+        // The reduced frame has served: its buffer takes the window's details.
         let Buffers { reduced, patch, runs, scores, .. } = &mut *self.buffers;
         let patch = View::new(patch, self.patch_size).ok_or(Refusal::NoFootprint)?;
         // The window whose centre is nearest to the prediction: its corner is a whole pixel.
@@ -187,25 +188,23 @@ impl<'t> Pipeline<'t> {
         let centre = (left + half(window_size.0), top + half(window_size.1));
         let off = (centre.0 - predicted.0, centre.1 - predicted.1);
 
-        let limited = window.limited_into(reduced).ok_or(Refusal::OutsideReference)?;
-        search_into(&patch, runs, patch.limits(runs), &limited, radius, scores).map_err(|_| Refusal::Featureless)?;
-        let peak = peak(scores, radius).ok_or(Refusal::Featureless)?;
-        let footprint = Footprint::of(runs, self.patch_size);
         let prior =
             Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
-        let solution = decide(&patch, runs, &window, radius, &peak, prior, &self.settings.accept);
-        let solution = solution.map_err(Refusal::from);
+        let located = locate(&patch, runs, &window, radius, (prior, &self.settings.accept), (reduced, scores))
+            .map_err(|_| Refusal::Featureless)?;
+        let footprint = Footprint::of(runs, self.patch_size);
         let uncertainty = Uncertainty { tilt_rad: situation.sigma_tilt_rad, height_m: situation.sigma_height_m };
-        let second = if peak.second > 0.0 { plain(&patch, runs, &window, radius, peak.second_at) } else { 0.0 };
-        let score = plain(&patch, runs, &window, radius, (peak.d_col, peak.d_row));
-        let peak = Peak { score, second, ..peak };
-        let shift = solution.map_or((peak.d_col as f32, peak.d_row as f32), |s| (s.d_col, s.d_row));
+        let accepted = located.accepted.map_err(Refusal::from);
+        let fixed = |s| fix(&self.tile, centre, s, &footprint, situation.height_m, uncertainty);
+        let peak = located.peak;
+        let shift = located.refined.map_or((peak.d_col as f32, peak.d_row as f32), |s| (s.d_col, s.d_row));
         Ok(Outcome {
             d_col: shift.0 + off.0,
             d_row: shift.1 + off.1,
             peak,
+            scores: located.scores,
             window_off: [off.0, off.1],
-            fix: solution.map(|s| fix(&self.tile, centre, &s, &footprint, situation.height_m, uncertainty)),
+            fix: accepted.and_then(|()| located.refined.as_ref().map(fixed).map_err(|_| Refusal::Imprecise)),
         })
     }
 

@@ -1,10 +1,9 @@
 //! The core's matcher on single pictures.
 
-use plumbline_core::matching::View;
-use plumbline_core::matching::decide::decide;
 use plumbline_core::matching::judge::AcceptRule;
-use plumbline_core::matching::refine::{Prior, refine};
-use plumbline_core::matching::search::{SearchError, peak, plain, search_into};
+use plumbline_core::matching::refine::Prior;
+use plumbline_core::matching::search::SearchError;
+use plumbline_core::matching::{View, locate};
 use plumbline_core::pipeline::Refusal;
 use plumbline_core::rectify::Run;
 use plumbline_survey::error::InputError;
@@ -56,25 +55,22 @@ pub fn find(patch: &Picture, runs: &[Run], reference: &Picture, radius: u16) -> 
     let view = View::new(&patch.pixels, size(patch)).ok_or_else(|| InputError::new("the patch is empty"))?;
     let side = 2 * radius as usize + 1;
     let mut scores = vec![0.0; side * side];
-    let mut limited = vec![0; window_size.0 as usize * window_size.1 as usize];
-    let limited = window
-        .limited_into(&mut limited)
-        .ok_or_else(|| InputError::new("the reference is smaller than patch and search"))?;
-    search_into(&view, runs, view.limits(runs), &limited, radius, &mut scores).map_err(|error| match error {
-        SearchError::Featureless => InputError::new("the patch has no valid pixels or only one grey"),
-        SearchError::ReferenceTooSmall => InputError::new("the reference is smaller than patch and search"),
-        SearchError::Capacity => InputError::new("the mask does not fit the patch"),
-    })?;
-    let peak = peak(&scores, radius).ok_or_else(|| InputError::new("the search has no scores"))?;
-    let solution = refine(&view, runs, &window, radius, &peak, PRIOR);
-    let verdict = decide(&view, runs, &window, radius, &peak, PRIOR, &AcceptRule::default()).map_err(Refusal::from);
-    let shift = solution.map_or((peak.d_col as f32, peak.d_row as f32), |s| (s.d_col, s.d_row));
+    let mut bytes = vec![0; window_size.0 as usize * window_size.1 as usize];
+    let rule = (PRIOR, &AcceptRule::default());
+    let located =
+        locate(&view, runs, &window, radius, rule, (&mut bytes, &mut scores)).map_err(|error| match error {
+            SearchError::Featureless => InputError::new("the patch has no valid pixels or only one grey"),
+            SearchError::ReferenceTooSmall => InputError::new("the reference is smaller than patch and search"),
+            SearchError::Capacity => InputError::new("the mask does not fit the patch"),
+        })?;
+    let peak = located.peak;
+    let shift = located.refined.map_or((peak.d_col as f32, peak.d_row as f32), |s| (s.d_col, s.d_row));
     Ok(Place {
         d_col: shift.0 + off.0,
         d_row: shift.1 + off.1,
-        score: plain(&view, runs, &window, radius, (peak.d_col, peak.d_row)),
-        second_peak: if peak.second > 0.0 { plain(&view, runs, &window, radius, peak.second_at) } else { 0.0 },
-        accepted: verdict.is_ok(),
-        reason: verdict.err().map(Refusal::name),
+        score: located.scores[0],
+        second_peak: located.scores[1],
+        accepted: located.accepted.is_ok(),
+        reason: located.accepted.err().map(|rejection| Refusal::from(rejection).name()),
     })
 }

@@ -1,14 +1,11 @@
-//! Masked normalised cross-correlation over whole-pixel shifts.
+//! Masked normalised cross-correlation of details over whole-pixel shifts.
 //!
-//! Gain and offset between patch and reference do not matter to it, so other radiometry and season cost little. All
-//! sums are integers; only the final quotient is a float.
-//!
-//! What has changed on the ground does matter: a new field twenty greys off outweighs everything else in a bland
-//! picture, and its best place is not the true one. So the peak is sought with the greys of both pictures limited to
-//! where most of them lie ([`Limits`], [`View::limited_into`]); what is reported is the plain correlation there,
-//! [`plain`].
+//! Gain and offset between patch and reference do not matter to it, so other radiometry and season cost little; the
+//! [details](super::detail) keep changed ground from outweighing the rest. Details have no mean, so none is taken off.
+//! Sums of products are exact integers within a run of 64 pixels.
 
-use super::{Limits, View};
+use super::View;
+use super::detail::{Limit, details, rows};
 use crate::math;
 use crate::rectify::Run;
 
@@ -18,9 +15,9 @@ use crate::rectify::Run;
 pub enum SearchError {
     /// The reference is smaller than the patch and the search radius on both sides.
     ReferenceTooSmall,
-    /// The scores do not fit the buffer, or a run lies outside the patch.
+    /// Scores or details do not fit their buffers, or a run lies outside the patch.
     Capacity,
-    /// The patch has no valid pixels, or all of one grey.
+    /// The patch has no valid pixels, or no detail in them.
     Featureless,
 }
 
@@ -32,7 +29,7 @@ pub struct Peak {
     pub d_col: i16,
     /// The same, rows downwards.
     pub d_row: i16,
-    /// Normalised cross-correlation there, −1 to 1.
+    /// Normalised cross-correlation of the details there, −1 to 1.
     pub score: f32,
     /// The highest other summit, 0 where there is none.
     pub second: f32,
@@ -46,21 +43,27 @@ pub struct Peak {
 /// pixel correlates over two of them.
 const HILL_PX: i16 = 3;
 
-/// Scores of every shift within ±`radius`, row-major from the upper left one, into `scores`.
+/// Neighbouring shifts whose reference energies are summed together.
+const BLOCK: usize = 12;
+/// Pixels of a run that are multiplied at a time.
+const CHUNK: usize = 64;
+
+/// The peak of the scores of every shift within ±`radius`.
 ///
-/// `patch` and `runs`: as the rectifier leaves them; the patch's greys are taken within `limits`. `reference`: exactly patch + 2 `radius` in both directions or
-/// larger; its centre is the zero of the shifts when it is exactly that.
+/// `patch` and `runs`: as the rectifier leaves them. `reference`: patch + 2 `radius` in both directions or larger; its
+/// centre is the zero of the shifts when it is exactly that. `bytes`: room for the details of the reference. `scores`:
+/// room for (2 `radius` + 1)² scores, row-major from the upper left shift.
 ///
 /// # Errors
 /// [`SearchError`].
-pub fn search_into(
+pub fn search(
     patch: &View<'_>,
     runs: &[Run],
-    limits: Limits,
     reference: &View<'_>,
     radius: u16,
+    bytes: &mut [u8],
     scores: &mut [f32],
-) -> Result<(), SearchError> {
+) -> Result<Peak, SearchError> {
     let side = 2 * radius as usize + 1;
     let (cols, rows) = patch.size();
     let (reference_cols, reference_rows) = reference.size();
@@ -68,171 +71,129 @@ pub fn search_into(
         return Err(SearchError::ReferenceTooSmall);
     }
     let scores = scores.get_mut(..side * side).ok_or(SearchError::Capacity)?;
-    let own = patch_sums(patch, runs, limits)?;
-    for (row, line) in scores.chunks_exact_mut(side).enumerate() {
-        for (block, scores) in line.chunks_mut(BLOCK).enumerate() {
-            correlate_block(patch, runs, reference, (block * BLOCK, row), &own, scores);
-        }
-    }
-    Ok(())
-}
-
-/// Neighbouring shifts that are correlated together. A multiple of 4; 12 covers the 21 shifts of the usual search in two.
-const BLOCK: usize = 12;
-
-/// Count, sum and the square root of n Σp² − (Σp)² of the valid pixels: the same for every shift.
-struct PatchSums {
-    count: u64,
-    sum: u64,
-    spread: f32,
-    limits: Limits,
-}
-
-fn patch_sums(patch: &View<'_>, runs: &[Run], limits: Limits) -> Result<PatchSums, SearchError> {
-    let (mut count, mut sum, mut squares) = (0u64, 0u64, 0u64);
-    for run in runs {
-        let length = (run.end as usize).checked_sub(run.start as usize).ok_or(SearchError::Capacity)?;
-        let pixels = patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
-        count += length as u64;
-        for grey in pixels.iter().map(|&p| limits.apply(p) as u64) {
-            sum += grey;
-            squares += grey * grey;
-        }
-    }
-    let variance = count * squares - sum * sum;
-    if variance == 0 {
+    let others = details_into(reference, bytes).ok_or(SearchError::Capacity)?;
+    let own = products_into(patch, runs, &others, side, scores)?;
+    if own == 0 {
         return Err(SearchError::Featureless);
     }
-    Ok(PatchSums { count, sum, spread: math::sqrt(variance as f32), limits })
+    normalise(runs, &others, own as f32, side, scores);
+    peak(scores, radius).ok_or(SearchError::Capacity)
 }
 
-/// Sums of the reference under the patch at one shift: Σr, Σr², Σpr.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    grey: u64,
-    squares: u64,
-    products: u64,
+/// The limited details of a whole picture, as bytes of two's complement.
+fn details_into<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> Option<View<'b>> {
+    let size = picture.size();
+    let bytes = bytes.get_mut(..size.0 as usize * size.1 as usize)?;
+    let mut limit = Limit::new();
+    for (row, line) in (0..).zip(bytes.chunks_exact_mut(size.0.max(1) as usize)) {
+        let (near, own) = rows(size, row);
+        for (detail, byte) in details(picture, &near, own).zip(line) {
+            limit.add(detail);
+            *byte = detail as u8;
+        }
+    }
+    let limit = limit.value();
+    for byte in bytes.iter_mut() {
+        *byte = (*byte as i8).clamp(-limit, limit) as u8;
+    }
+    View::new(bytes, size)
 }
 
-/// Scores of up to [`BLOCK`] shifts from (`col`, `row`) rightwards.
-///
-/// Two things make it cheap. Σr and Σr² of a run follow from one shift to the next by one pixel in and one out. And
-/// four shifts are multiplied at a time, so that every pixel loaded serves four products.
-fn correlate_block(
+/// Σ p r of every shift into `scores`, `side` a row; the patch's own Σ p².
+fn products_into(
     patch: &View<'_>,
     runs: &[Run],
     reference: &View<'_>,
-    (col, row): (usize, usize),
-    own: &PatchSums,
+    side: usize,
     scores: &mut [f32],
-) {
-    let mut sums = [Sums::default(); BLOCK];
-    let count = scores.len().min(BLOCK);
-    for run in runs {
-        let (start, length) = (run.start as usize, (run.end - run.start) as usize);
-        let Some(p) = patch.run(run.row as usize, start, length) else { continue };
-        // What all shifts of the block see of the row.
-        let Some(r) = reference.run(run.row as usize + row, start + col, length + count - 1) else { continue };
-        let (mut grey, mut squares) = (0u32, 0u32);
-        for &pixel in r.iter().take(length) {
-            grey += pixel as u32;
-            squares += pixel as u32 * pixel as u32;
-        }
-        for (shift, sums) in sums.iter_mut().take(count).enumerate() {
-            sums.grey += grey as u64;
-            sums.squares += squares as u64;
-            if let (Some(&out), Some(&next)) = (r.get(shift), r.get(shift + length)) {
-                let (out, next) = (out as u32, next as u32);
-                grey = grey + next - out;
-                squares = squares + next * next - out * out;
+) -> Result<u64, SearchError> {
+    let mut limit = Limit::new();
+    for (index, run) in runs.iter().enumerate() {
+        let length = (run.end as usize).checked_sub(run.start as usize).ok_or(SearchError::Capacity)?;
+        patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
+        details(patch, runs, index).for_each(|detail| limit.add(detail));
+    }
+    let limit = limit.value();
+    scores.fill(0.0);
+    let mut own = 0u64;
+    for (index, run) in runs.iter().enumerate() {
+        let mut details = details(patch, runs, index);
+        let mut start = run.start as usize;
+        while start < run.end as usize {
+            let mut chunk = [0i8; CHUNK];
+            let mut length = 0;
+            for (detail, to) in details.by_ref().zip(&mut chunk) {
+                *to = detail.clamp(-limit, limit);
+                length += 1;
             }
-        }
-        for (four, sums) in sums.chunks_exact_mut(4).enumerate() {
-            let shift = 4 * four;
-            match r.get(shift..shift + length + 3) {
-                Some(r) => {
-                    for (sums, products) in sums.iter_mut().zip(products_of_four(p, own.limits, r)) {
-                        sums.products += products as u64;
-                    }
-                }
-                // The last shifts of a block that four do not divide.
-                None => {
-                    for (more, sums) in sums.iter_mut().enumerate().take(count.saturating_sub(shift)) {
-                        let products = p
-                            .iter()
-                            .zip(r.iter().skip(shift + more))
-                            .map(|(&p, &r)| own.limits.apply(p) as u32 * r as u32);
-                        sums.products += products.sum::<u32>() as u64;
-                    }
+            let Some(chunk) = chunk.get(..length).filter(|chunk| !chunk.is_empty()) else { break };
+            own += chunk.iter().map(|&p| p as i32 * p as i32).sum::<i32>() as u64;
+            for (row, scores) in (run.row as usize..).zip(scores.chunks_exact_mut(side)) {
+                if let Some(others) = reference.run(row, start, length + side - 1) {
+                    add_products(chunk, others, scores);
                 }
             }
+            start += length;
         }
     }
-    for (score, sums) in scores.iter_mut().zip(&sums) {
-        *score = correlation(own, sums);
-    }
+    Ok(own)
 }
 
-/// Σ p r for four neighbouring shifts; `r` holds three pixels more than `p`. A run has at most 8192 pixels, and 8192 x
-/// 255² fits 32 bits.
-#[inline]
-fn products_of_four(p: &[u8], limits: Limits, r: &[u8]) -> [u32; 4] {
-    let mut sums = [0u32; 4];
-    let (fours, rest) = p.as_chunks::<4>();
+/// Adds Σ p r of each shift along `others`, which holds one pixel less than both together. Four shifts at a time, so
+/// that every detail loaded serves four products; at most 64 x 127², which 32 bits hold.
+fn add_products(own: &[i8], others: &[u8], scores: &mut [f32]) {
+    let (fours, rest) = scores.as_chunks_mut::<4>();
     let mut at = 0;
-    for four in fours {
-        let Some(r) = r.get(at..at + 7) else { return sums };
-        for (k, &p) in four.iter().enumerate() {
-            let p = limits.apply(p);
-            for (shift, sum) in sums.iter_mut().enumerate() {
-                *sum += p as u32 * r[k + shift] as u32;
+    for scores in fours {
+        let mut sums = [0i32; 4];
+        for (&p, r) in own.iter().zip(others[at..].windows(4)) {
+            for (sum, &r) in sums.iter_mut().zip(r) {
+                *sum += p as i32 * (r as i8) as i32;
             }
+        }
+        for (score, sum) in scores.iter_mut().zip(sums) {
+            *score += sum as f32;
         }
         at += 4;
     }
-    for (k, &p) in rest.iter().enumerate() {
-        let p = limits.apply(p);
-        for (shift, sum) in sums.iter_mut().enumerate() {
-            *sum += p as u32 * r.get(at + k + shift).copied().unwrap_or(0) as u32;
+    for score in rest {
+        let products = own.iter().zip(&others[at..]).map(|(&p, &r)| p as i32 * (r as i8) as i32);
+        *score += products.sum::<i32>() as f32;
+        at += 1;
+    }
+}
+
+/// Divides the products of every shift by the root of both energies. The reference's under the mask follows from one
+/// shift to the next by one pixel in and one out.
+fn normalise(runs: &[Run], reference: &View<'_>, own: f32, side: usize, scores: &mut [f32]) {
+    let square = |r: u8| (r as i8 as i32 * r as i8 as i32) as u32;
+    for (row, line) in scores.chunks_exact_mut(side).enumerate() {
+        for (block, scores) in line.chunks_mut(BLOCK).enumerate() {
+            let mut energies = [0u64; BLOCK];
+            for run in runs {
+                let (start, length) = (run.start as usize + BLOCK * block, (run.end - run.start) as usize);
+                let Some(r) = reference.run(run.row as usize + row, start, length + scores.len() - 1) else { continue };
+                let mut energy: u32 = r.iter().take(length).map(|&r| square(r)).sum();
+                for (shift, sum) in energies.iter_mut().take(scores.len()).enumerate() {
+                    *sum += energy as u64;
+                    if let (Some(&out), Some(&next)) = (r.get(shift), r.get(shift + length)) {
+                        energy = energy + square(next) - square(out);
+                    }
+                }
+            }
+            for (score, &energy) in scores.iter_mut().zip(&energies) {
+                *score = if energy > 0 { *score / math::sqrt(own * energy as f32) } else { 0.0 };
+            }
         }
     }
-    sums
 }
 
-/// Normalised cross-correlation; 0 for a reference of one grey.
-fn correlation(own: &PatchSums, sums: &Sums) -> f32 {
-    let variance = own.count * sums.squares - sums.grey * sums.grey;
-    if variance == 0 {
-        return 0.0;
-    }
-    // Both products fit 64 bits unsigned, their difference fits 63 and a sign.
-    let covariance = (own.count * sums.products).wrapping_sub(own.sum * sums.grey) as i64;
-    covariance as f32 / (own.spread * math::sqrt(variance as f32))
-}
-
-/// The plain correlation at a shift of (`d_col`, `d_row`) from the middle of a search of `radius`; 0 outside it.
-pub fn plain(patch: &View<'_>, runs: &[Run], reference: &View<'_>, radius: u16, (d_col, d_row): (i16, i16)) -> f32 {
-    let shift = |d: i16| usize::try_from(d as i32 + radius as i32);
-    let (Ok(col), Ok(row)) = (shift(d_col), shift(d_row)) else { return 0.0 };
-    let Ok(own) = patch_sums(patch, runs, Limits::NONE) else { return 0.0 };
-    let mut score = [0.0];
-    correlate_block(patch, runs, reference, (col, row), &own, &mut score);
-    score[0]
-}
-
-/// The peak of `scores` as [`search_into`] left them for the same `radius`; `None` when the scores do not belong to
-/// the radius.
-pub fn peak(scores: &[f32], radius: u16) -> Option<Peak> {
+/// The peak among the scores.
+fn peak(scores: &[f32], radius: u16) -> Option<Peak> {
     let side = 2 * radius as usize + 1;
-    let scores = scores.get(..side * side)?;
     let centred = |at: usize| at as i16 - radius as i16;
     let at = |index: usize| (centred(index % side), centred(index / side));
-    let (mut best, mut score) = (0, f32::NEG_INFINITY);
-    for (index, &value) in scores.iter().enumerate() {
-        if value > score {
-            (best, score) = (index, value);
-        }
-    }
+    let (best, &score) = scores.iter().enumerate().reduce(|best, next| if next.1 > best.1 { next } else { best })?;
     let (d_col, d_row) = at(best);
     let (mut second, mut second_at) = (0.0f32, (d_col, d_row));
     for (index, &value) in scores.iter().enumerate() {
@@ -256,4 +217,38 @@ fn is_summit(scores: &[f32], side: usize, index: usize) -> bool {
     rows.into_iter().all(|row| {
         scores.get(row * side + left..=row * side + right).is_some_and(|line| line.iter().all(|&score| score <= own))
     })
+}
+
+/// Normalised cross-correlation of the greys themselves at a shift of (`d_col`, `d_row`) from the middle of a search of
+/// `radius`, the figure every other matcher reports; 0 outside the reference and for pictures of one grey.
+pub fn correlation(
+    patch: &View<'_>,
+    runs: &[Run],
+    reference: &View<'_>,
+    radius: u16,
+    (d_col, d_row): (i16, i16),
+) -> f32 {
+    let shifted = |at: u16, d: i16| usize::try_from(at as i32 + radius as i32 + d as i32).ok();
+    let (mut n, mut p, mut r, mut pp, mut rr, mut pr) = (0u64, 0u64, 0u64, 0u64, 0u64, 0u64);
+    for run in runs {
+        let length = run.end.saturating_sub(run.start) as usize;
+        let (Some(row), Some(start)) = (shifted(run.row, d_row), shifted(run.start, d_col)) else { return 0.0 };
+        let Some(own) = patch.run(run.row as usize, run.start as usize, length) else { return 0.0 };
+        let Some(others) = reference.run(row, start, length) else { return 0.0 };
+        n += length as u64;
+        for (&own, &other) in own.iter().zip(others) {
+            let (own, other) = (own as u32, other as u32);
+            p += own as u64;
+            r += other as u64;
+            pp += (own * own) as u64;
+            rr += (other * other) as u64;
+            pr += (own * other) as u64;
+        }
+    }
+    // All products fit 64 bits unsigned up to 2³² pixels, the difference of the last two 63 and a sign.
+    let (own, other) = (n * pp - p * p, n * rr - r * r);
+    if own == 0 || other == 0 {
+        return 0.0;
+    }
+    (n * pr).wrapping_sub(p * r) as i64 as f32 / (math::sqrt(own as f32) * math::sqrt(other as f32))
 }

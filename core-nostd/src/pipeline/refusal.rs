@@ -1,6 +1,6 @@
 //! Every reason for which a frame ends without a fix. Each is counted and reported; none is fatal.
 
-use crate::matching::decide::Rejection;
+use crate::matching::Rejection;
 use crate::matching::judge::Doubt;
 use crate::matching::refine::RefineError;
 

@@ -141,8 +141,8 @@ impl Work {
         report.matched = Some([
             outcome.d_col,
             outcome.d_row,
-            peak.score,
-            peak.second,
+            outcome.scores[0],
+            outcome.scores[1],
             peak.d_col as f32 + off_col,
             peak.d_row as f32 + off_row,
         ]);

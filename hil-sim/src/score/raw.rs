@@ -6,8 +6,8 @@ use crate::flight::TrueState;
 use crate::stage::Stage;
 use crate::still::{Target, rectify};
 use plumbline_core::homography::Homography;
-use plumbline_core::matching::search::{peak, search_into};
-use plumbline_core::matching::{Limits, View};
+use plumbline_core::matching::View;
+use plumbline_core::matching::search::search;
 use plumbline_core::tilt::EquivalentTilt;
 use plumbline_firmware::wire::telemetry::FrameReport;
 use plumbline_survey::picture::Picture;
@@ -47,8 +47,8 @@ pub fn match_raw(stage: &Stage, truth: &TrueState, pixels: &[u8], report: Option
     let window = tile.window(corner[0] as i32, corner[1] as i32, window_size)?;
     let view = View::new(&patch.picture.pixels, (patch.picture.cols as u16, patch.picture.rows as u16))?;
     let mut scores = vec![0.0; (2 * radius as usize + 1).pow(2)];
-    search_into(&view, &patch.runs, Limits::NONE, &window, radius, &mut scores).ok()?;
-    let peak = peak(&scores, radius)?;
+    let mut bytes = vec![0; usize::from(window_size.0) * usize::from(window_size.1)];
+    let peak = search(&view, &patch.runs, &window, radius, &mut bytes, &mut scores).ok()?;
     let truth = tile_pixel(true_m);
     Some(RawMatch {
         error_px: [
