@@ -55,11 +55,21 @@ pub(super) fn rows((cols, rows): (u16, u16), row: u16) -> ([Run; SIDE], usize) {
 
 /// The run of `row` that overlaps `runs[index]` most; `runs` are sorted by row.
 pub(super) fn overlapping(runs: &[Run], index: usize, row: i32) -> Option<Run> {
-    let run = runs.get(index)?;
+    let run = *runs.get(index)?;
     let overlap = |other: &Run| other.end.min(run.end).saturating_sub(other.start.max(run.start));
-    // Neighbours stand close by, whatever a row holds.
-    let near = runs.get(index.saturating_sub(16)..runs.len().min(index + 17))?;
-    near.iter().filter(|other| other.row as i32 == row && overlap(other) > 0).max_by_key(|other| overlap(other)).copied()
+    let best = |best: Option<Run>, other: &Run| match best {
+        Some(best) if overlap(&best) >= overlap(other) => Some(best),
+        _ => (overlap(other) > 0).then_some(*other),
+    };
+    let distance = |other: &&Run| (other.row as i32).abs_diff(run.row as i32);
+    let wanted = row.abs_diff(run.row as i32);
+    let take = |other: &&Run| distance(other) <= wanted;
+    let of_row = |other: &&Run| other.row as i32 == row;
+    if row < run.row as i32 {
+        runs[..index].iter().rev().take_while(take).filter(of_row).fold(None, best)
+    } else {
+        runs[index..].iter().take_while(take).filter(of_row).fold(None, best)
+    }
 }
 
 /// Valid pixels of one row of the surroundings.
@@ -69,30 +79,25 @@ struct Near<'v> {
     start: u16,
 }
 
-/// Sum and number of valid pixels in a column of the surroundings.
-#[derive(Clone, Copy, Default)]
-struct Column {
-    sum: i32,
-    count: i32,
-}
+/// A sum of pixels in the lower half, their number in the upper one: one addition for both.
+type Tally = u32;
 
-/// The columns of the surroundings, with their total.
+const ONE: Tally = 1 << 16;
+
+/// The columns of the surroundings, oldest first, with their total.
 #[derive(Default)]
 struct Window {
-    columns: [Column; SIDE],
-    next: usize,
-    total: Column,
+    columns: [Tally; SIDE],
+    total: Tally,
 }
 
 impl Window {
     /// The newest column comes, the oldest goes.
     #[inline(always)]
-    fn push(&mut self, column: Column) {
-        let oldest = &mut self.columns[self.next];
-        self.total.sum += column.sum - oldest.sum;
-        self.total.count += column.count - oldest.count;
-        *oldest = column;
-        self.next = if self.next + 1 == SIDE { 0 } else { self.next + 1 };
+    fn push(&mut self, column: Tally) {
+        let [oldest, a, b, c, d] = self.columns;
+        self.total = self.total + column - oldest;
+        self.columns = [a, b, c, d, column];
     }
 }
 
@@ -106,12 +111,11 @@ pub(super) struct Details<'v> {
 
 impl Details<'_> {
     #[inline(always)]
-    fn column(&self, col: i32) -> Column {
-        let mut column = Column::default();
+    fn column(&self, col: i32) -> Tally {
+        let mut column = 0;
         for near in &self.near {
             if let Some(&pixel) = near.pixels.get(col.wrapping_sub(near.start as i32) as usize) {
-                column.sum += pixel as i32;
-                column.count += 1;
+                column += pixel as Tally + ONE;
             }
         }
         column
@@ -130,7 +134,7 @@ impl Iterator for Details<'_> {
         let own = &self.near[REACH as usize];
         let pixel = *own.pixels.get((self.at - own.start) as usize)? as i32;
         self.at += 1;
-        let Column { sum, count } = self.window.total;
+        let (sum, count) = ((self.window.total & (ONE - 1)) as i32, (self.window.total / ONE) as i32);
         let detail = STEPS * (pixel * count - sum) / count.max(1);
         Some(detail.clamp(-MAX, MAX) as i8)
     }

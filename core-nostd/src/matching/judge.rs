@@ -38,7 +38,7 @@ pub struct AcceptRule {
 
 impl Default for AcceptRule {
     fn default() -> Self {
-        AcceptRule { valid_min: 100, score_min: 4.5, lead_min: 2.5, agreement_min: 0.5, sigma_max_px: 0.25 }
+        AcceptRule { valid_min: 100, score_min: 4.5, lead_min: 2.0, agreement_min: 0.5, sigma_max_px: 0.25 }
     }
 }
 
@@ -48,21 +48,22 @@ const INDEPENDENT: f32 = 0.5;
 impl AcceptRule {
     /// Accepts a peak over `valid` pixels by itself.
     ///
-    /// Correlations are compared after Fisher's transformation atanh r, whose spread 1/√(n − 3) does not depend on the
-    /// correlation itself: a plain ratio would be too lax for small patches and too strict for large ones.
+    /// A correlation of chance values spreads by 1/√n. Fisher's transformation, by which that of true ones would spread
+    /// as little, is left out on purpose: near 1 it would make a clear lead of what differing surroundings of two equal
+    /// places make of it.
     ///
     /// # Errors
     /// [`Doubt`].
     pub fn peak(&self, peak: &Peak, valid: u32) -> Result<(), Doubt> {
-        let deviations = crate::math::sqrt((INDEPENDENT * valid as f32 - 3.0).max(1.0));
-        let (score, second) = (deviations * atanh(peak.score), deviations * atanh(peak.second));
+        let deviations = crate::math::sqrt(INDEPENDENT * valid as f32);
+        let (score, lead) = (deviations * peak.score, deviations * (peak.score - peak.second));
         if valid < self.valid_min {
             Err(Doubt::FewPixels)
         } else if peak.on_border {
             Err(Doubt::OnBorder)
         } else if score.is_nan() || score < self.score_min {
             Err(Doubt::LowScore)
-        } else if score - second < self.lead_min {
+        } else if lead < self.lead_min {
             Err(Doubt::Ambiguous)
         } else {
             Ok(())
@@ -78,9 +79,4 @@ impl AcceptRule {
         let precise = variance <= self.sigma_max_px * self.sigma_max_px;
         if precise && solution.agreement >= self.agreement_min { Ok(()) } else { Err(Doubt::Imprecise) }
     }
-}
-
-fn atanh(r: f32) -> f32 {
-    let r = r.clamp(-0.999, 0.999);
-    0.5 * crate::math::ln((1.0 + r) / (1.0 - r))
 }

@@ -58,7 +58,7 @@ pub struct SubPixel {
 const UNKNOWNS: usize = 6;
 const TRIANGLE: usize = UNKNOWNS * (UNKNOWNS + 1) / 2;
 /// Passes at most.
-const PASSES: usize = 8;
+const PASSES: usize = 6;
 /// A step below this ends the passes, pixels.
 const SETTLED_PX: f32 = 0.01;
 /// Residual, in sigmas, at which a pixel's weight has fallen to a quarter.
@@ -71,7 +71,7 @@ const EFFICIENCY: f32 = 1.39;
 /// Smallest scale, grey levels: half a level is what quantisation alone leaves in both pictures.
 const SIGMA_MIN: f32 = 0.5;
 /// One sigma of what residuals do not show, pixels along each axis.
-const SYSTEMATIC_PX: f32 = 0.01;
+const SYSTEMATIC_PX: f32 = 0.005;
 /// How far the solution may go from the whole-pixel peak, pixels.
 const REACH_PX: f32 = 1.5;
 /// Pixels around a patch pixel that have to be valid: one for the smoothing, one for the gradient.
@@ -104,14 +104,13 @@ pub fn refine(
         let normal = sums.normal(prior, state.half)?;
         let right = sums.right(prior, &state);
         let step = normal.cholesky().ok_or(RefineError::TooLittle)?.solve(&right);
-        state.step(&step, sums.sizes.median());
+        let went = state.step(&step, sums.sizes.median());
         let off = (state.shift.0 - peak.d_col as f32).abs().max((state.shift.1 - peak.d_row as f32).abs());
         if off.is_nan() || off > REACH_PX || state.gain <= 0.0 {
             return Err(RefineError::Diverged);
         }
-        let settled = step[0].abs().max(step[1].abs()) < SETTLED_PX;
         last = Some((normal, sums));
-        if settled {
+        if went < SETTLED_PX {
             break;
         }
     }
@@ -182,23 +181,33 @@ impl State {
     }
 
     /// Position in the searched reference of the patch pixel at (`x`, `y`) from the centre.
-    #[inline(always)]
     fn reference_position(&self, x: f32, y: f32) -> (f32, f32) {
-        let (turn, scale) = (self.turn / self.half, self.scale / self.half);
+        let (across, down) = self.per_column();
+        let (centre, shift) = (&self.centre, &self.shift);
         (
-            x + self.shift.0 + scale * x - turn * y + self.centre.0 + self.radius,
-            y + self.shift.1 + turn * x + scale * y + self.centre.1 + self.radius,
+            across * x - down * y + shift.0 + centre.0 + self.radius,
+            across * y + down * x + shift.1 + centre.1 + self.radius,
         )
     }
 
-    fn step(&mut self, step: &Vector, median_size: f32) {
-        self.shift.0 += step[0];
-        self.shift.1 += step[1];
-        self.turn += step[2];
-        self.scale += step[3];
-        self.gain += step[4];
+    /// How the position goes on from one column of the patch to the next.
+    fn per_column(&self) -> (f32, f32) {
+        (1.0 + self.scale / self.half, self.turn / self.half)
+    }
+
+    /// Takes a step of the solution; how far it went, pixels along each axis. The products gain x displacement are what
+    /// was solved for, and the new gain is the better one to divide them by.
+    fn step(&mut self, step: &Vector, median_size: f32) -> f32 {
+        let gain = self.gain + step[4];
+        let ratio = self.gain / gain;
+        self.shift.0 += ratio * step[0];
+        self.shift.1 += ratio * step[1];
+        self.turn += ratio * step[2];
+        self.scale += ratio * step[3];
+        self.gain = gain;
         self.offset += step[5];
         self.sigma = sigma(median_size);
+        (ratio * step[0]).abs().max((ratio * step[1]).abs())
     }
 }
 
@@ -309,6 +318,7 @@ fn accumulate(smooth: &View<'_>, runs: &[Run], reference: &View<'_>, state: &Sta
     };
     let half_gain = 0.5 * state.gain;
     let per_half = 1.0 / state.half;
+    let per_column = state.per_column();
     let per_outlier = 1.0 / (OUTLIER * state.sigma);
     for index in 0..runs.len() {
         let Some((row, cols)) = inner(runs, index, BORDER) else { continue };
@@ -316,9 +326,10 @@ fn accumulate(smooth: &View<'_>, runs: &[Run], reference: &View<'_>, state: &Sta
         let (Some(up), Some(here), Some(down)) = (line(row - 1), line(row), line(row + 1)) else { continue };
         let y = row as f32 - state.centre.1;
         let mut left = [0.0f32; 2];
+        let mut x = cols.start as f32 - state.centre.0 - 1.0;
+        let (mut u, mut v) = state.reference_position(x, y);
         for col in cols.start as usize..cols.end as usize {
-            let x = col as f32 - state.centre.0;
-            let (u, v) = state.reference_position(x, y);
+            (x, u, v) = (x + 1.0, u + per_column.0, v + per_column.1);
             let Some(value) = spline(reference, u, v) else { continue };
             // Gradient of the reference, as the patch shows it.
             let gx = half_gain * (here[col + 1] as f32 - here[col - 1] as f32);

@@ -54,8 +54,7 @@ pub(super) fn spline(reference: &View<'_>, u: f32, v: f32) -> Option<f32> {
     let (col, row) = (u as usize, v as usize);
     let (across, down) = (weights(u - col as f32), weights(v - row as f32));
     let mut sum = 0.0;
-    for (k, down) in down.iter().enumerate() {
-        let r: &[u8; 4] = reference.run(row - 1 + k, col - 1, 4)?.try_into().ok()?;
+    for (down, r) in down.iter().zip(reference.four_by_four(row - 1, col - 1)?) {
         sum += down
             * (across[0] * r[0] as f32 + across[1] * r[1] as f32 + across[2] * r[2] as f32 + across[3] * r[3] as f32);
     }
