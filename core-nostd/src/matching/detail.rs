@@ -20,26 +20,52 @@ const MAX: i32 = i8::MAX as i32;
 /// Details beyond this many medians of their size are limited to it: it says "different", not "how different".
 const LIMIT: f32 = 2.0;
 
-/// The details of the pixels of `runs[index]`, from its first to its last.
+/// Details that are made at a time.
+pub(super) const CHUNK: usize = 64;
+/// Columns whose surroundings they see.
+const COLUMNS: usize = CHUNK + SIDE - 1;
+
+/// A sum of pixels in the lower half, their number in the upper one: one addition for both.
+type Tally = u32;
+
+const ONE: Tally = 1 << 16;
+
+/// The details of `runs[index]` from column `start` on, up to the run's end or the buffer's. Empty where the run leaves
+/// the view.
 ///
-/// Of a row with several runs, the surroundings are the one that overlaps the run most. Empty where the run lies
-/// outside the view.
-pub(super) fn details<'v>(view: &View<'v>, runs: &[Run], index: usize) -> Details<'v> {
-    let mut near = [Near { pixels: &[], start: 0 }; SIDE];
-    let Some(&run) = runs.get(index) else { return Details { near, window: Window::default(), at: 0, end: 0 } };
-    for (distance, near) in (-(REACH as i32)..).zip(&mut near) {
-        let row = run.row as i32 + distance;
-        let Some(other) = overlapping(runs, index, row) else { continue };
-        let length = other.end.saturating_sub(other.start) as usize;
-        if let Some(pixels) = view.run(row as usize, other.start as usize, length) {
-            *near = Near { pixels, start: other.start };
+/// Of a row with several runs, the surroundings are the one that overlaps the run most.
+pub(super) fn details<'o>(
+    view: &View<'_>,
+    runs: &[Run],
+    index: usize,
+    start: u16,
+    out: &'o mut [i8; CHUNK],
+) -> &'o [i8] {
+    let Some(&run) = runs.get(index) else { return &[] };
+    let length = (run.end.saturating_sub(start) as usize).min(CHUNK);
+    let Some(own) = view.run(run.row as usize, start as usize, length) else { return &[] };
+    // Valid pixels of each column, summed over the rows; the first column is REACH before `start`.
+    let mut columns = [0 as Tally; COLUMNS];
+    let (first, end) = (start as i32 - REACH as i32, start as i32 + length as i32 + REACH as i32);
+    for row in run.row as i32 - REACH as i32..=run.row as i32 + REACH as i32 {
+        let Some(near) = overlapping(runs, index, row) else { continue };
+        let (from, to) = (first.max(near.start as i32), end.min(near.end as i32));
+        let count = (to - from).max(0) as usize;
+        let Some(pixels) = view.run(row as usize, from as usize, count) else { continue };
+        let Some(columns) = columns.get_mut((from - first) as usize..) else { continue };
+        for (column, &pixel) in columns.iter_mut().zip(pixels) {
+            *column += pixel as Tally + ONE;
         }
     }
-    let mut details = Details { near, window: Window::default(), at: run.start, end: run.end };
-    for col in run.start as i32 - REACH as i32..run.start as i32 + REACH as i32 {
-        details.window.push(details.column(col));
+    let mut around = columns.iter().take(SIDE - 1).sum::<Tally>();
+    let entering = columns.iter().skip(SIDE - 1);
+    for (((detail, &pixel), &entering), &leaving) in out.iter_mut().zip(own).zip(entering).zip(&columns) {
+        around += entering;
+        let (sum, count) = ((around & (ONE - 1)) as i32, (around / ONE) as i32);
+        *detail = (STEPS * (pixel as i32 * count - sum) / count.max(1)).clamp(-MAX, MAX) as i8;
+        around -= leaving;
     }
-    details
+    out.get(..length).unwrap_or(&[])
 }
 
 /// The details of a whole picture of `size`: every row is one run from border to border.
@@ -72,74 +98,6 @@ pub(super) fn overlapping(runs: &[Run], index: usize, row: i32) -> Option<Run> {
     }
 }
 
-/// Valid pixels of one row of the surroundings.
-#[derive(Clone, Copy)]
-struct Near<'v> {
-    pixels: &'v [u8],
-    start: u16,
-}
-
-/// A sum of pixels in the lower half, their number in the upper one: one addition for both.
-type Tally = u32;
-
-const ONE: Tally = 1 << 16;
-
-/// The columns of the surroundings, oldest first, with their total.
-#[derive(Default)]
-struct Window {
-    columns: [Tally; SIDE],
-    total: Tally,
-}
-
-impl Window {
-    /// The newest column comes, the oldest goes.
-    #[inline(always)]
-    fn push(&mut self, column: Tally) {
-        let [oldest, a, b, c, d] = self.columns;
-        self.total = self.total + column - oldest;
-        self.columns = [a, b, c, d, column];
-    }
-}
-
-/// Iterator over the details of a run.
-pub(super) struct Details<'v> {
-    near: [Near<'v>; SIDE],
-    window: Window,
-    at: u16,
-    end: u16,
-}
-
-impl Details<'_> {
-    #[inline(always)]
-    fn column(&self, col: i32) -> Tally {
-        let mut column = 0;
-        for near in &self.near {
-            if let Some(&pixel) = near.pixels.get(col.wrapping_sub(near.start as i32) as usize) {
-                column += pixel as Tally + ONE;
-            }
-        }
-        column
-    }
-}
-
-impl Iterator for Details<'_> {
-    type Item = i8;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<i8> {
-        if self.at >= self.end {
-            return None;
-        }
-        self.window.push(self.column(self.at as i32 + REACH as i32));
-        let own = &self.near[REACH as usize];
-        let pixel = *own.pixels.get((self.at - own.start) as usize)? as i32;
-        self.at += 1;
-        let (sum, count) = ((self.window.total & (ONE - 1)) as i32, (self.window.total / ONE) as i32);
-        let detail = STEPS * (pixel * count - sum) / count.max(1);
-        Some(detail.clamp(-MAX, MAX) as i8)
-    }
-}
-
 /// The size beyond which details are limited.
 pub(super) struct Limit {
     sizes: Histogram,
@@ -151,10 +109,11 @@ impl Limit {
         Limit { sizes: Histogram::new() }
     }
 
-    /// Takes a detail into account.
-    #[inline(always)]
-    pub(super) fn add(&mut self, detail: i8) {
-        self.sizes.add(detail.unsigned_abs());
+    /// Takes details into account.
+    pub(super) fn add(&mut self, details: &[i8]) {
+        for detail in details {
+            self.sizes.add(detail.unsigned_abs());
+        }
     }
 
     /// The limit for the details taken into account.

@@ -12,7 +12,7 @@
 //! and a parabola has no covariance.
 
 use super::View;
-use super::detail::{details, rows};
+use super::detail::{CHUNK, details, rows};
 use super::histogram::Histogram;
 use super::search::Peak;
 use super::smooth::{inner, smooth_into, spline};
@@ -58,7 +58,9 @@ pub struct SubPixel {
 const UNKNOWNS: usize = 6;
 const TRIANGLE: usize = UNKNOWNS * (UNKNOWNS + 1) / 2;
 /// Passes at most.
-const PASSES: usize = 6;
+const PASSES: usize = 7;
+/// The first passes take every other row only, until a step is below this, pixels.
+const NEAR_PX: f32 = 0.1;
 /// A step below this ends the passes, pixels.
 const SETTLED_PX: f32 = 0.01;
 /// Residual, in sigmas, at which a pixel's weight has fallen to a quarter.
@@ -99,8 +101,9 @@ pub fn refine(
     let mut state = State::new(patch, runs, reference, radius, peak).ok_or(RefineError::TooLittle)?;
     let smooth = smooth_into(patch, runs, bytes).ok_or(RefineError::TooLittle)?;
     let mut last = None;
+    let mut every = 2;
     for _ in 0..PASSES {
-        let sums = accumulate(&smooth, runs, reference, &state);
+        let sums = accumulate(&smooth, runs, every, reference, &state);
         let normal = sums.normal(prior, state.half)?;
         let right = sums.right(prior, &state);
         let step = normal.cholesky().ok_or(RefineError::TooLittle)?.solve(&right);
@@ -109,12 +112,16 @@ pub fn refine(
         if off.is_nan() || off > REACH_PX || state.gain <= 0.0 {
             return Err(RefineError::Diverged);
         }
-        last = Some((normal, sums));
-        if went < SETTLED_PX {
-            break;
+        if every == 1 {
+            last = Some((normal, sums));
+            if went < SETTLED_PX {
+                break;
+            }
+        } else if went < NEAR_PX {
+            every = 1;
         }
     }
-    let (normal, sums) = last.ok_or(RefineError::TooLittle)?;
+    let (normal, sums) = last.ok_or(RefineError::Diverged)?;
     let covariance = normal.cholesky().ok_or(RefineError::TooLittle)?.inverse();
     let inflation = EFFICIENCY * sums.correlation();
     let floor = Matrix2::identity() * (SYSTEMATIC_PX * SYSTEMATIC_PX);
@@ -222,10 +229,14 @@ fn detail_gain(
     let (mut products, mut squares) = (0i64, 0i64);
     for (index, run) in runs.iter().enumerate() {
         let (near, own) = rows(reference.size(), shifted(run.row, peak.d_row)?);
-        let skip = shifted(run.start, peak.d_col)? as usize;
-        for (p, r) in details(patch, runs, index).zip(details(reference, &near, own).skip(skip)) {
-            products += (p as i32 * r as i32) as i64;
-            squares += (p as i32 * p as i32) as i64;
+        for start in (run.start..run.end).step_by(CHUNK) {
+            let (mut chunk, mut other) = ([0; CHUNK], [0; CHUNK]);
+            let p = details(patch, runs, index, start, &mut chunk);
+            let r = details(reference, &near, own, shifted(start, peak.d_col)?, &mut other);
+            for (&p, &r) in p.iter().zip(r) {
+                products += (p as i32 * r as i32) as i64;
+                squares += (p as i32 * p as i32) as i64;
+            }
         }
     }
     (squares > 0 && products > 0).then(|| products as f32 / squares as f32)
@@ -304,8 +315,8 @@ fn prior_px(prior: Prior, half: f32) -> (f32, f32) {
     ((prior.turn_rad * half).max(1e-3), (prior.scale * half).max(1e-3))
 }
 
-/// Residuals and derivatives of every pixel whose surroundings are valid, summed up.
-fn accumulate(smooth: &View<'_>, runs: &[Run], reference: &View<'_>, state: &State) -> Sums {
+/// Residuals and derivatives of every pixel whose surroundings are valid, in `every` first, second... row, summed up.
+fn accumulate(smooth: &View<'_>, runs: &[Run], every: usize, reference: &View<'_>, state: &State) -> Sums {
     let mut sums = Sums {
         jj: [0.0; TRIANGLE],
         je: [0.0; UNKNOWNS],
@@ -320,7 +331,7 @@ fn accumulate(smooth: &View<'_>, runs: &[Run], reference: &View<'_>, state: &Sta
     let per_half = 1.0 / state.half;
     let per_column = state.per_column();
     let per_outlier = 1.0 / (OUTLIER * state.sigma);
-    for index in 0..runs.len() {
+    for index in (0..runs.len()).step_by(every) {
         let Some((row, cols)) = inner(runs, index, BORDER) else { continue };
         let line = |row: usize| smooth.run(row, 0, smooth.size().0 as usize);
         let (Some(up), Some(here), Some(down)) = (line(row - 1), line(row), line(row + 1)) else { continue };

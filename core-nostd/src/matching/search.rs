@@ -5,7 +5,7 @@
 //! Sums of products are exact integers within a run of 64 pixels.
 
 use super::View;
-use super::detail::{Limit, details, rows};
+use super::detail::{CHUNK, Limit, details, rows};
 use crate::math;
 use crate::rectify::Run;
 
@@ -45,8 +45,6 @@ const HILL_PX: i16 = 3;
 
 /// Neighbouring shifts whose reference energies are summed together.
 const BLOCK: usize = 12;
-/// Pixels of a run that are multiplied at a time.
-const CHUNK: usize = 64;
 
 /// The peak of the scores of every shift within ±`radius`.
 ///
@@ -87,9 +85,13 @@ fn details_into<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> Option<View<'b>>
     let mut limit = Limit::new();
     for (row, line) in (0..).zip(bytes.chunks_exact_mut(size.0.max(1) as usize)) {
         let (near, own) = rows(size, row);
-        for (detail, byte) in details(picture, &near, own).zip(line) {
-            limit.add(detail);
-            *byte = detail as u8;
+        let mut chunk = [0; CHUNK];
+        for (start, bytes) in (0..).step_by(CHUNK).zip(line.chunks_mut(CHUNK)) {
+            let details = details(picture, &near, own, start, &mut chunk);
+            limit.add(details);
+            for (byte, &detail) in bytes.iter_mut().zip(details) {
+                *byte = detail as u8;
+            }
         }
     }
     let limit = limit.value();
@@ -111,29 +113,28 @@ fn products_into(
     for (index, run) in runs.iter().enumerate() {
         let length = (run.end as usize).checked_sub(run.start as usize).ok_or(SearchError::Capacity)?;
         patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
-        details(patch, runs, index).for_each(|detail| limit.add(detail));
+        let mut chunk = [0; CHUNK];
+        for start in (run.start..run.end).step_by(CHUNK) {
+            limit.add(details(patch, runs, index, start, &mut chunk));
+        }
     }
     let limit = limit.value();
     scores.fill(0.0);
     let mut own = 0u64;
     for (index, run) in runs.iter().enumerate() {
-        let mut details = details(patch, runs, index);
-        let mut start = run.start as usize;
-        while start < run.end as usize {
-            let mut chunk = [0i8; CHUNK];
-            let mut length = 0;
-            for (detail, to) in details.by_ref().zip(&mut chunk) {
-                *to = detail.clamp(-limit, limit);
-                length += 1;
+        for start in (run.start..run.end).step_by(CHUNK) {
+            let mut chunk = [0; CHUNK];
+            let length = details(patch, runs, index, start, &mut chunk).len();
+            let Some(chunk) = chunk.get_mut(..length) else { break };
+            for detail in chunk.iter_mut() {
+                *detail = (*detail).clamp(-limit, limit);
+                own += (*detail as i32 * *detail as i32) as u64;
             }
-            let Some(chunk) = chunk.get(..length).filter(|chunk| !chunk.is_empty()) else { break };
-            own += chunk.iter().map(|&p| p as i32 * p as i32).sum::<i32>() as u64;
             for (row, scores) in (run.row as usize..).zip(scores.chunks_exact_mut(side)) {
-                if let Some(others) = reference.run(row, start, length + side - 1) {
+                if let Some(others) = reference.run(row, start as usize, length + side - 1) {
                     add_products(chunk, others, scores);
                 }
             }
-            start += length;
         }
     }
     Ok(own)

@@ -107,8 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         return print_json(&summary);
     }
-    tell::tell(&summary, args.out.as_deref());
-    Ok(())
+    tell::tell(&summary, args.out.as_deref())
 }
 
 /// On stderr, and only where somebody sees it.

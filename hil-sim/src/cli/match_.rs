@@ -1,6 +1,6 @@
 //! `plumbline match`: where a rectified patch lies in a reference.
 
-use super::{Failure, print_json};
+use super::{Failure, print, print_json};
 use plumbline_sim::still::{PATCH_MAX_PX, runs_of};
 use plumbline_sim::still_match::{Place, find};
 use plumbline_survey::error::InputError;
@@ -80,9 +80,8 @@ fn sized(path: &Path) -> Result<Picture, Failure> {
 
 fn report(place: &Place) -> Result<(), Failure> {
     let verdict = place.reason.unwrap_or("accepted");
-    println!(
-        "d_col {} d_row {} score {} second {} {verdict}",
+    print(&format!(
+        "d_col {} d_row {} score {} second {} {verdict}\n",
         place.d_col, place.d_row, place.score, place.second_peak
-    );
-    Ok(())
+    ))
 }

@@ -10,6 +10,7 @@ mod reproduce;
 use clap::{Parser, Subcommand};
 use plumbline_survey::error::InputError;
 use std::fmt;
+use std::io::{ErrorKind, Write};
 
 /// Real-time rectification and scene matching: simulated flights of the firmware, and its algorithms on single
 /// pictures.
@@ -102,6 +103,21 @@ fn positive(text: &str) -> Result<f64, String> {
 /// The one JSON document on stdout.
 fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string(value).map_err(|error| Failure::Work(format!("JSON: {error}")))?;
-    println!("{text}");
-    Ok(())
+    print(&format!("{text}\n"))
+}
+
+/// Writes to stdout. A reader who has gone has read enough: that is a quiet end, not a failure.
+fn print(text: &str) -> Result<(), Failure> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::Work(format!("cannot write to stdout: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes a line to stderr. Where nobody can read it, it is lost.
+fn note(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }

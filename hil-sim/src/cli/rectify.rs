@@ -1,7 +1,7 @@
 //! `plumbline rectify`: one frame onto the ground plane.
 
 use super::attitude::AttitudeArgs;
-use super::{Failure, positive, print_json};
+use super::{Failure, note, positive, print_json};
 use plumbline_core::homography::Homography;
 use plumbline_core::tilt::{camera_from_local, equivalent_tilt, follow_up_command};
 use plumbline_sim::camera::{core_camera, read};
@@ -111,7 +111,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         return print_json(&summary);
     }
-    eprintln!(
+    note(&format!(
         "{} x {} pixels of {} m at {:.2} m height, {:.1} % valid: {}",
         summary.cols,
         summary.rows,
@@ -119,6 +119,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         height_m,
         100.0 * summary.valid_fraction,
         args.out.display()
-    );
+    ));
     Ok(())
 }

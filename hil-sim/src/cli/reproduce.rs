@@ -1,6 +1,6 @@
 //! `plumbline reproduce`: a paper's tables by this project's own code.
 
-use super::{Failure, print_json};
+use super::{Failure, print, print_json};
 use indicatif::{ProgressBar, ProgressStyle};
 use plumbline_sim::reproduce::{Reproduction, table_3, text, write_figures};
 use plumbline_survey::error::InputError;
@@ -43,8 +43,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         return print_json(&reproduction);
     }
-    print!("{}", text::text(&reproduction));
-    Ok(())
+    print(&text::text(&reproduction))
 }
 
 /// Creates the folder, but no parent; before the work, so that nobody waits for a refusal.

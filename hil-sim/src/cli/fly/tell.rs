@@ -1,13 +1,12 @@
 //! The flight in ten lines, for a person at a terminal.
 
+use crate::cli::{Failure, print};
 use plumbline_sim::score::Summary;
-use std::io::Write;
 use std::path::Path;
 
 /// Prints the figures on stdout.
-pub fn tell(summary: &Summary, out: Option<&Path>) {
-    // A closed pipe is nobody to tell.
-    let _ = std::io::stdout().write_all(table(summary, out).as_bytes());
+pub fn tell(summary: &Summary, out: Option<&Path>) -> Result<(), Failure> {
+    print(&table(summary, out))
 }
 
 fn table(summary: &Summary, out: Option<&Path>) -> String {
