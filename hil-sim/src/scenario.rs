@@ -122,6 +122,12 @@ impl Scenario {
         Scenario::default()
     }
 
+    /// One sigma of the navigation's position along each axis, metres.
+    #[must_use]
+    pub fn position_sigma_m(&self) -> f64 {
+        self.position.sigma_m.unwrap_or(2.0 * self.resolution_m)
+    }
+
     /// Reads and checks a scenario file. `data`: the folder that `data:` at the start of a path stands for; other
     /// relative paths start at the scenario file's own folder.
     ///

@@ -71,7 +71,7 @@ impl Stage {
             Some(log) => footprint_margin_at_m(&scenario, log.largest_tilt_rad(&scenario).map_err(refuse)?),
             None => footprint_margin_m(&scenario),
         };
-        let area = area_of(&ground, margin_m)?;
+        let area = area_of(&ground, margin_m, scenario.flight.height_m[1])?;
         let motion = match log {
             Some(log) => Motion::replay(&scenario, &area, log).map_err(refuse)?,
             None => Motion::synthetic(&scenario, &area).map_err(refuse)?,
@@ -243,28 +243,33 @@ fn grid(raster: &Raster, data: Vec<f32>, path: &Path) -> Result<Grid, InputError
     Ok(Grid { cols: raster.cols, rows: raster.rows, west_m: geo.x0, north_m: geo.y0, step_m: geo.step_x, data })
 }
 
-/// Where the vehicle may fly so that no frame looks over the ground's border.
-fn area_of(ground: &Ground, margin_m: f64) -> Result<Area, InputError> {
+/// Where the vehicle may fly so that no frame looks over the ground's border; `margin_m` is how far frames see from
+/// `height_m` above level ground.
+fn area_of(ground: &Ground, margin_m: f64, height_m: f64) -> Result<Area, InputError> {
     let bounds = ground.bounds();
     let [centre_east_m, centre_north_m] = bounds.centre();
     let half_m = 0.5 * (bounds.east_m - bounds.west_m).min(bounds.north_m - bounds.south_m);
-    // Terrain below its mean height is seen a little farther out.
-    let half_extent_m = (half_m - 1.1 * margin_m).min(HALF_EXTENT_MAX_M);
+    let (mean_m, low_m) = heights(ground, half_m);
+    // Terrain below its mean height is seen farther out.
+    let sight_m = margin_m * (1.0 + (mean_m - low_m) / height_m);
+    let half_extent_m = (half_m - sight_m).min(HALF_EXTENT_MAX_M);
     if half_extent_m.is_nan() || half_extent_m < 1.0 {
         return Err(InputError::new(format!(
-            "the orthophoto is smaller than the footprint: frames see {margin_m:.0} m far, and it ends {half_m:.0} m from its centre"
+            "the orthophoto is smaller than the footprint: frames see {sight_m:.0} m far, and it ends {half_m:.0} m from its centre"
         )));
     }
-    Ok(Area { centre_east_m, centre_north_m, half_extent_m, base_up_m: mean_height(ground, half_extent_m) })
+    let (base_up_m, _) = heights(ground, half_extent_m);
+    Ok(Area { centre_east_m, centre_north_m, half_extent_m, base_up_m })
 }
 
-/// Mean height of the ground within ±`half_m` of its centre, from a fixed grid of points.
-fn mean_height(ground: &Ground, half_m: f64) -> f64 {
+/// Mean and lowest height of the ground within ±`half_m` of its centre, from a fixed grid of points.
+fn heights(ground: &Ground, half_m: f64) -> (f64, f64) {
     const SIDE: usize = 41;
     let [east, north] = ground.bounds().centre();
     let at = |i: usize| half_m * (2.0 * i as f64 / (SIDE - 1) as f64 - 1.0);
     let points = (0..SIDE * SIDE).map(|i| ground.height(east + at(i % SIDE), north + at(i / SIDE)));
-    points.sum::<f64>() / (SIDE * SIDE) as f64
+    let (sum, low) = points.fold((0.0, f64::INFINITY), |(sum, low), height| (sum + height, height.min(low)));
+    (sum / (SIDE * SIDE) as f64, low)
 }
 
 /// One sigma of each source, as its data sheet would say: tilt white, tilt drift, heading, follow-up, range.

@@ -95,7 +95,7 @@ fn sensors(s: &Scenario) -> Group {
         ("… drift", format!("{}°, 1 σ", attitude.heading_drift_deg.unwrap_or(attitude.drift_deg))),
         ("Slant range", noisy(range.sigma_m, " m", range.rate_hz, range.latency_us)),
         ("… without echo", format!("{} %", range.dropout_percent)),
-        ("Position prior", noisy(position.sigma_m, " m", position.rate_hz, position.latency_us)),
+        ("Position prior", noisy(s.position_sigma_m(), " m", position.rate_hz, position.latency_us)),
         ("… time constant", format!("{} s", position.time_constant_s)),
         ("… velocity", format!("{} m/s, 1 σ", position.velocity_sigma_m_s)),
         ("Capture timer", format!("{} ppm, starts at {}", s.timer.drift_ppm, s.timer.start_ticks)),

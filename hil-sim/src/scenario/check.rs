@@ -62,7 +62,7 @@ impl Scenario {
             ("range.rate_hz", range.rate_hz.into(), 1.0, 1000.0),
             ("range.latency_us", range.latency_us.into(), 0.0, 1e7),
             ("range.dropout_percent", range.dropout_percent, 0.0, 100.0),
-            ("position.sigma_m", position.sigma_m, 0.0, 1e5),
+            ("position.sigma_m", position.sigma_m.unwrap_or(0.0), 0.0, 1e5),
             ("position.time_constant_s", position.time_constant_s, 1e-3, 1e6),
             ("position.velocity_sigma_m_s", position.velocity_sigma_m_s, 0.0, 1000.0),
             ("position.rate_hz", position.rate_hz.into(), 1.0, 1000.0),

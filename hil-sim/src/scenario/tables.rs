@@ -175,8 +175,9 @@ impl Default for Range {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Position {
-    /// Gauss-Markov error of each of east, north and up, one sigma.
-    pub sigma_m: f64,
+    /// Gauss-Markov error of each of east, north and up, one sigma; two pixels of the reference unless given, so that
+    /// the usual search of ten covers five sigmas.
+    pub sigma_m: Option<f64>,
     /// Its time constant.
     pub time_constant_s: f64,
     /// White noise of each velocity, one sigma.
@@ -189,7 +190,7 @@ pub struct Position {
 
 impl Default for Position {
     fn default() -> Self {
-        Position { sigma_m: 10.0, time_constant_s: 60.0, velocity_sigma_m_s: 0.1, rate_hz: 5, latency_us: 100_000 }
+        Position { sigma_m: None, time_constant_s: 60.0, velocity_sigma_m_s: 0.1, rate_hz: 5, latency_us: 100_000 }
     }
 }
 

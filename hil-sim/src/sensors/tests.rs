@@ -57,7 +57,7 @@ fn quiet() -> Scenario {
     scenario.follow_up.mode = FollowUpMode::Measured;
     scenario.follow_up.noise_deg = 0.0;
     scenario.range.sigma_m = 0.0;
-    scenario.position.sigma_m = 0.0;
+    scenario.position.sigma_m = Some(0.0);
     scenario.position.velocity_sigma_m_s = 0.0;
     scenario
 }
