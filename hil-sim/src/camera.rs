@@ -2,18 +2,20 @@
 
 use crate::oracle;
 use crate::render::RenderCamera;
-use plumbline_core::camera::{Camera, Distortion};
+use plumbline_core::camera::{Camera, CameraError, Distortion};
 use plumbline_core::units::Radians;
 use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::error::InputError;
 use std::path::Path;
 
-/// Reads a camera file.
+/// Reads a camera file that the core can work with.
 ///
 /// # Errors
 /// One sentence for a file that is missing, broken or not a camera.
 pub fn read(path: &Path) -> Result<CameraFile, InputError> {
-    CameraFile::read(path)
+    let file = CameraFile::read(path)?;
+    core_camera(&file).map_err(|error| InputError::new(format!("{}: {error}", path.display())))?;
+    Ok(file)
 }
 
 /// The core's camera, f32.
@@ -35,7 +37,13 @@ pub fn core_camera(file: &CameraFile) -> Result<Camera, InputError> {
         (file.offset_m_px as f32, file.offset_n_px as f32),
         distortion,
     )
-    .map_err(|error| InputError::new(format!("the camera cannot be used on board: {error:?}")))
+    .map_err(|error| {
+        InputError::new(match error {
+            CameraError::Size => "the camera has no columns or rows, or more than 8192",
+            CameraError::FieldOfView => "a field of view is not between 0 and 180 degrees in single precision",
+            CameraError::NotFinite => "an offset or a distortion coefficient is no number in single precision",
+        })
+    })
 }
 
 /// The oracle's camera, f64.

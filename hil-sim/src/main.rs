@@ -4,6 +4,7 @@ mod cli;
 
 use clap::Parser;
 use clap::error::ErrorKind;
+use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -15,15 +16,20 @@ fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         Err(error) => {
-            eprintln!("{}", cli::one_sentence(&error));
+            complain(&cli::one_sentence(&error));
             return ExitCode::from(2);
         }
     };
     match cli::run(command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("{failure}");
+            complain(&failure.to_string());
             ExitCode::from(failure.code())
         }
     }
+}
+
+/// One sentence on standard error; where nobody listens any more, the exit code has to do.
+fn complain(sentence: &str) {
+    let _ = writeln!(std::io::stderr(), "{sentence}");
 }

@@ -59,19 +59,24 @@ impl Stage {
         let mut scenario = scenario;
         let camera = camera_of(&mut scenario)?;
         let (ground, reference) = grounds(&scenario)?;
-        let crs = Crs::from_epsg(ground.epsg())?;
+        let crs = Crs::from_epsg(ground.epsg()).map_err(|error| of_ground(&scenario, &error.to_string()))?;
         if crs.is_geographic() {
-            return Err(InputError::new(format!(
-                "the orthophoto is in degrees (EPSG:{}); a projected grid in metres is needed",
-                ground.epsg()
-            )));
+            let why = format!("it is in degrees (EPSG:{}); a projected grid in metres is needed", ground.epsg());
+            return Err(of_ground(&scenario, &why));
         }
         let log = scenario.replay.as_ref().map(|replay| AttitudeLog::load(&replay.att)).transpose().map_err(refuse)?;
         let margin_m = match &log {
             Some(log) => footprint_margin_at_m(&scenario, log.largest_tilt_rad(&scenario).map_err(refuse)?),
             None => footprint_margin_m(&scenario),
         };
-        let area = area_of(&ground, margin_m, scenario.flight.height_m[1])?;
+        if !margin_m.is_finite() {
+            return Err(InputError::new(match &scenario.replay {
+                Some(replay) => format!("{}: tilted that far, frames see the horizon", replay.att.display()),
+                None => "the horizon comes into the frame: field of view or tilt are too large".to_owned(),
+            }));
+        }
+        let area = area_of(&ground, margin_m, scenario.flight.height_m[1])
+            .map_err(|error| of_ground(&scenario, &error.to_string()))?;
         let motion = match log {
             Some(log) => Motion::replay(&scenario, &area, log).map_err(refuse)?,
             None => Motion::synthetic(&scenario, &area).map_err(refuse)?,
@@ -139,7 +144,7 @@ fn refuse(error: scenario::ScenarioError) -> InputError {
 /// The scenario's camera; a camera file's replaces it in the scenario too.
 fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputError> {
     if let Some(path) = &scenario.camera_file {
-        let file = CameraFile::read(path)?;
+        let file = crate::camera::read(path)?;
         scenario.camera = scenario::Camera {
             cols: file.cols as u16,
             rows: file.rows as u16,
@@ -155,6 +160,7 @@ fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputError> {
                 p2: d.p2,
             }),
         };
+        scenario.check(&path.display().to_string()).map_err(refuse)?;
         return Ok(file);
     }
     let camera = &scenario.camera;
@@ -195,6 +201,14 @@ fn grounds(scenario: &Scenario) -> Result<(Ground, Option<Ground>), InputError> 
         )));
     }
     Ok((ground, reference))
+}
+
+/// A sentence about the ground, with its file's name.
+fn of_ground(scenario: &Scenario, why: &str) -> InputError {
+    match &scenario.ground {
+        scenario::Ground::Ortho { ortho, .. } => InputError::new(format!("{}: {why}", ortho.display())),
+        scenario::Ground::Procedural => InputError::new(why),
+    }
 }
 
 fn scenario_reference(scenario: &Scenario) -> Option<&Path> {

@@ -19,10 +19,32 @@ static COUNTER: AtomicU64 = AtomicU64::new(0);
 /// The parent folder does not exist (none is created), `path` is a folder or a device, is write-protected, or the
 /// disk refuses.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), InputError> {
+    let folder = check_file(path)?;
     let refuse = |why: &str| Err(InputError::new(format!("cannot write {}: {why}", path.display())));
-    let Some(name) = path.file_name() else {
+    let name = path.file_name().unwrap_or_default();
+    let temporary = folder.join(format!(
+        ".{}.{}.{}.part",
+        name.to_string_lossy(),
+        std::process::id(),
+        COUNTER.fetch_add(1, Ordering::Relaxed)
+    ));
+    write_then_rename(&temporary, path, bytes).or_else(|error| {
+        // Best effort: the sentence about the write itself matters more than a left-over.
+        let _ = fs::remove_file(&temporary);
+        refuse(&error.to_string())
+    })
+}
+
+/// What [`write_file`] would refuse before it writes, for work whose several files are to be written all or none; the
+/// folder of the file.
+///
+/// # Errors
+/// As [`write_file`].
+pub fn check_file(path: &Path) -> Result<&Path, InputError> {
+    let refuse = |why: &str| Err(InputError::new(format!("cannot write {}: {why}", path.display())));
+    if path.file_name().is_none() {
         return refuse("it names no file");
-    };
+    }
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -38,17 +60,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), InputError> {
             return refuse("it exists and is write-protected");
         }
     }
-    let temporary = folder.join(format!(
-        ".{}.{}.{}.part",
-        name.to_string_lossy(),
-        std::process::id(),
-        COUNTER.fetch_add(1, Ordering::Relaxed)
-    ));
-    write_then_rename(&temporary, path, bytes).or_else(|error| {
-        // Best effort: the sentence about the write itself matters more than a left-over.
-        let _ = fs::remove_file(&temporary);
-        refuse(&error.to_string())
-    })
+    Ok(folder)
 }
 
 fn write_then_rename(temporary: &PathBuf, path: &Path, bytes: &[u8]) -> io::Result<()> {

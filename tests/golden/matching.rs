@@ -253,7 +253,8 @@ fn trials(trials: usize, series: Series) -> (f64, f64, f64) {
 #[test]
 fn without_noise_the_shift_is_met_to_two_hundredths() {
     for (seed, tilted) in [(31, false), (32, true)] {
-        let (_, worst, _) = trials(100, Series { seed, deviation: 40.0, shortest_px: 5.0, noise: 0.0, patch_noise: 0.0, tilted });
+        let (_, worst, _) =
+            trials(100, Series { seed, deviation: 40.0, shortest_px: 5.0, noise: 0.0, patch_noise: 0.0, tilted });
         assert!(worst < 0.02, "{worst} px");
     }
 }
@@ -261,7 +262,8 @@ fn without_noise_the_shift_is_met_to_two_hundredths() {
 #[test]
 fn with_noise_the_shift_is_met_to_eight_hundredths() {
     for (seed, deviation, tilted) in [(33, 40.0, false), (34, 40.0, true), (35, 20.0, true)] {
-        let (mean, ..) = trials(200, Series { seed, deviation, shortest_px: 5.0, noise: 3.0, patch_noise: 3.0, tilted });
+        let (mean, ..) =
+            trials(200, Series { seed, deviation, shortest_px: 5.0, noise: 3.0, patch_noise: 3.0, tilted });
         assert!(mean < 0.08, "{mean} px");
     }
 }

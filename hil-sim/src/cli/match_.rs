@@ -19,7 +19,7 @@ pub struct Args {
     #[arg(long)]
     reference: PathBuf,
     /// Search radius, pixels, 1 to 256
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256), allow_negative_numbers = true)]
     search_px: u16,
     /// Print one JSON document
     #[arg(long)]
@@ -60,7 +60,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             patch.rows + margin
         ))));
     }
-    let place = find(&patch, &runs_of(&mask), &reference, args.search_px)?;
+    let named = |error: InputError| {
+        let mask = args.mask.as_ref().map(|mask| format!(" under {}", mask.display())).unwrap_or_default();
+        InputError::new(format!("{}{mask} in {}: {error}", args.patch.display(), args.reference.display()))
+    };
+    let place = find(&patch, &runs_of(&mask), &reference, args.search_px).map_err(named)?;
     if args.json { print_json(&place) } else { report(&place) }
 }
 

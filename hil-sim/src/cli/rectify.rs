@@ -7,6 +7,7 @@ use plumbline_core::tilt::{camera_from_local, equivalent_tilt, follow_up_command
 use plumbline_sim::camera::{core_camera, read};
 use plumbline_sim::still::{self, Target};
 use plumbline_survey::error::InputError;
+use plumbline_survey::output::check_file;
 use plumbline_survey::picture::{read_grey, write_grey_png};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -31,10 +32,10 @@ pub struct Args {
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     resolution_m: f64,
     /// Patch columns, by eq. 4 unless given
-    #[arg(long, requires = "rows")]
+    #[arg(long, requires = "rows", allow_negative_numbers = true)]
     cols: Option<usize>,
     /// Patch rows
-    #[arg(long, requires = "cols")]
+    #[arg(long, requires = "cols", allow_negative_numbers = true)]
     rows: Option<usize>,
     /// The patch, PNG, row 0 north
     #[arg(long)]
@@ -95,6 +96,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let target = Target { height_m, resolution_m: args.resolution_m, size };
     let patch = still::rectify(&camera, &frame, homography, &target)?;
     let equivalent = equivalent_tilt(attitude, follow_up_command(attitude));
+    check_file(&args.out)?;
+    if let Some(mask) = &args.mask {
+        check_file(mask)?;
+        if mask == &args.out {
+            return Err(Failure::Input(InputError::new(format!(
+                "--out and --mask are the same file: {}",
+                mask.display()
+            ))));
+        }
+    }
     write_grey_png(&args.out, &patch.picture)?;
     if let Some(mask) = &args.mask {
         write_grey_png(mask, &patch.mask())?;

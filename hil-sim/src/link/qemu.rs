@@ -55,6 +55,7 @@ impl Qemu {
                 image.display()
             ))));
         }
+        is_arm_executable(image)?;
         let folder = scratch_folder()?;
         let prepared = prepare(&folder, flash);
         let launched = prepared.and_then(|(window, sockets)| start(image, &folder, window, sockets));
@@ -196,6 +197,16 @@ impl Drop for Qemu {
     }
 }
 
+/// # Errors
+/// One sentence where `image` is no ELF file for 32 bit ARM: the emulator would load anything and dump its registers.
+fn is_arm_executable(image: &Path) -> Result<(), InputError> {
+    let mut head = [0; 20];
+    let read = std::fs::File::open(image).and_then(|mut file| file.read_exact(&mut head));
+    // Magic, 32 bit, little end first; the machine is the half word at 18.
+    let sound = read.is_ok() && head.starts_with(&[0x7f, b'E', b'L', b'F', 1, 1]) && head[18..] == [40, 0];
+    if sound { Ok(()) } else { Err(InputError::new(format!("{} is no ARM firmware image (ELF)", image.display()))) }
+}
+
 /// A folder of this flight's own.
 fn scratch_folder() -> Result<PathBuf, LinkError> {
     for attempt in 0..1000 {
@@ -255,6 +266,8 @@ fn start(image: &Path, folder: &Path, window: MmapMut, sockets: Sockets) -> Resu
         .arg(path("unix:", "doorbell"))
         .stdin(Stdio::null())
         .stdout(Stdio::null())
+        // Its warnings concern devices that nobody asked for.
+        .stderr(Stdio::null())
         .spawn()
         .map_err(|error| {
             LinkError::Input(InputError::new(format!(

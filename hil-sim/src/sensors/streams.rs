@@ -119,7 +119,8 @@ impl Streams {
         let white = |deg: f64, name: &str| White::new(deg.to_radians(), seed, name);
         let drift = |deg: f64, name: &str| GaussMarkov::new(deg.to_radians(), attitude.drift_s, seed, name);
         let position = &scenario.position;
-        let wandering = |name: &str| GaussMarkov::new(scenario.position_sigma_m(), position.time_constant_s, seed, name);
+        let wandering =
+            |name: &str| GaussMarkov::new(scenario.position_sigma_m(), position.time_constant_s, seed, name);
         let shaking = |name: &str| White::new(position.velocity_sigma_m_s, seed, name);
         Streams {
             timetables: timetables(scenario),

@@ -2,7 +2,7 @@
 
 use super::seeded::{Random, config};
 use super::textures::{Ground, Picture, Placement, all_valid, footprint};
-use super::{PATCH, PRIOR, RADIUS, refined, reference_size, searched, view};
+use super::{PATCH, PRIOR, RADIUS, reference_size, refined, searched, view};
 use plumbline_core::matching::judge::{AcceptRule, Doubt};
 use plumbline_core::matching::refine::{RefineError, SubPixel};
 use plumbline_core::matching::search::{Peak, SearchError, search};
@@ -136,7 +136,12 @@ fn the_same_ground_twice_is_ambiguous() {
                 reference.pixels[(corner + i / 18) * 38 + corner + i % 18] = noisy.round() as u8;
             }
         }
-        assert_eq!(doubted(&patch, &reference), Some(Doubt::Ambiguous), "seed {seed}: {:?}", searched(&patch, &all_valid(small), &reference));
+        assert_eq!(
+            doubted(&patch, &reference),
+            Some(Doubt::Ambiguous),
+            "seed {seed}: {:?}",
+            searched(&patch, &all_valid(small), &reference)
+        );
     }
 }
 

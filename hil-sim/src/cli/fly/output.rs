@@ -6,7 +6,7 @@ use plumbline_sim::dump;
 use plumbline_sim::report::Report;
 use plumbline_sim::score;
 use plumbline_survey::error::InputError;
-use plumbline_survey::output::write_file;
+use plumbline_survey::output::{check_file, write_file};
 use std::path::{Path, PathBuf};
 
 /// A folder that can be written to once the flight is over.
@@ -32,6 +32,11 @@ impl Output {
         let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         if !folder.exists() && !parent.is_dir() {
             return refuse(format!("--out {}: the folder {} does not exist", folder.display(), parent.display()));
+        }
+        if folder.is_dir() {
+            for name in ["fixes.csv", "report.json", "report.html"] {
+                check_file(&folder.join(name))?;
+            }
         }
         Ok(Some(Output { folder: folder.clone(), dump: args.dump.unwrap_or(0) }))
     }
