@@ -33,8 +33,8 @@ const RADIUS_PX: u16 = 10;
 const SPACING_M: f64 = 6.0;
 /// How far GPS and picture may be apart over a base of 14 m, metres: GPS without corrections 1 m over 7 s; the focal
 /// length, rounded to 2.5 %, 0.35 m; the height above the ground below instead of above the place of take-off, 3 m of
-/// 40 m, 1.0 m; the heading, 2°, 0.5 m; two tilts to half a degree in flight, 0.5 m. Together 1.6 m, which the root mean square of
-/// the pairs has to keep, each pair twice that.
+/// 40 m, 1.0 m; the heading, 2°, 0.5 m; two tilts to half a degree in flight, 0.5 m. Together 1.6 m, which the root mean
+/// square of the pairs has to keep, each pair twice that.
 const GPS_M: f64 = 1.6;
 /// Root mean square of what two gimbal yaws are off against each other, degrees: each a degree, as a compass is.
 const YAW_DEG: f64 = 1.4;

@@ -1,6 +1,6 @@
 //! Where a rectified patch lies in the reference.
 //!
-//! [`search`]: masked normalised cross-correlation of details over whole-pixel shifts, [`refine`]: least-squares matching
+//! [`mod@search`]: masked normalised cross-correlation of details over whole-pixel shifts, [`mod@refine`]: least-squares matching
 //! around the peak to hundredths of a pixel with its covariance, [`judge`]: what both must reach to become a fix;
 //! [`locate`] does the three.
 

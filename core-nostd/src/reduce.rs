@@ -5,6 +5,8 @@
 //! be averaged over `factor` x `factor` boxes without knowing where it was taken from: what is kept is an ordinary,
 //! smaller frame, and nothing that depends on attitude has run.
 
+use crate::dsp::add_bytes;
+
 /// Why a row was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -147,6 +149,11 @@ fn add_row(row: &[u8], factor: usize, sums: &mut [u16]) {
 fn add_boxes<const FACTOR: usize>(row: &[u8], sums: &mut [u16]) {
     let (boxes, _) = row.as_chunks::<FACTOR>();
     for (sum, pixels) in sums.iter_mut().zip(boxes) {
-        *sum += pixels.iter().map(|&p| p as u16).sum::<u16>();
+        let (fours, rest) = pixels.as_chunks::<4>();
+        let total = fours.iter().fold(*sum as u32, |total, &four| add_bytes(u32::from_le_bytes(four), total));
+        *sum = match *rest {
+            [a, b] => add_bytes(u16::from_le_bytes([a, b]) as u32, total),
+            _ => total + rest.iter().map(|&p| p as u32).sum::<u32>(),
+        } as u16;
     }
 }

@@ -1,9 +1,9 @@
 //! The four frames as they were taken: what their metadata say, and their pictures at one common size.
 //!
-//! `frames.csv` holds a row a frame: position by GPS, height above the place of take-off by the barometer, and the gimbal's
-//! roll, pitch and yaw, which turn yaw, then pitch, then roll from north-east-down, the optical axis being the gimbal's
-//! forward axis. At pitch −90° the axis points down and the sensor's upper edge points where yaw says; roll then turns
-//! about the plumb line. All frames state roll 0.
+//! `frames.csv` holds a row a frame: position by GPS, height above the place of take-off by the barometer, and the
+//! gimbal's roll, pitch and yaw, which turn yaw, then pitch, then roll from north-east-down, the optical axis being the
+//! gimbal's forward axis. At pitch −90° the axis points down and the sensor's upper edge points where yaw says; roll
+//! then turns about the plumb line. All frames state roll 0.
 
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::Radians;

@@ -1,8 +1,8 @@
-//! Medians by counting: exact to a bin, one pass, half a kilobyte of stack.
+//! Medians by counting: exact to a bin, one pass, a kilobyte of stack.
 
 /// Counts in 256 bins.
 pub(super) struct Histogram {
-    counts: [u16; 256],
+    counts: [u32; 256],
     total: u32,
 }
 
@@ -12,11 +12,10 @@ impl Histogram {
         Histogram { counts: [0; 256], total: 0 }
     }
 
-    /// Counts one value. A bin that is full stays full.
+    /// Counts one value.
     #[inline(always)]
     pub(super) fn add(&mut self, bin: u8) {
-        let count = &mut self.counts[bin as usize];
-        *count = count.saturating_add(1);
+        self.counts[bin as usize] += 1;
         self.total += 1;
     }
 

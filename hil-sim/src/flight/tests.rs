@@ -290,8 +290,12 @@ fn the_real_log_of_vienna_flies() {
     let tilt_rad = log.largest_tilt_rad(&scenario).expect("covers the flight");
     let margin_m = footprint_margin_at_m(&scenario, tilt_rad);
     println!("vienna: largest tilt {:.2} deg, footprint margin {margin_m:.1} m", tilt_rad.to_degrees());
-    assert!(tilt_rad.to_degrees() < 12.0 && margin_m < 240.0);
-    let motion = Motion::replay(&scenario, &Area { half_extent_m: 250.0 - margin_m, ..AREA }, log).expect("flies");
+    assert!((10.0..13.0).contains(&tilt_rad.to_degrees()) && margin_m < 240.0);
+    let area = Area { half_extent_m: 250.0 - margin_m, ..AREA };
+    // Elsewhere the log has gaps.
+    let mut later = scenario.clone();
+    later.replay.as_mut().expect("a replay").start_s = Some(390.0);
+    let motion = Motion::replay(&later, &area, log).expect("flies");
     let silent_ms = (0..scenario.duration_us()).step_by(1000).filter(|&t_us| motion.in_gap(t_us)).count();
     // 0.465 + 0.769 + 0.818 s.
     assert!((2045..2056).contains(&silent_ms), "{silent_ms}");
