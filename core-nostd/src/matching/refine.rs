@@ -8,7 +8,7 @@
 //! The reference is what noise and changed ground are in, so it is the observation and the clean patch the model: the
 //! other way round, changed ground would be a regressor, and no weight can mend a wrong regressor. It is weighed down by
 //! its residuals (Geman-McClure), whose scale is their median. Both pictures are smoothed by the same B-spline
-//! ([`smooth`](super::smooth)). A parabola through correlation scores leaves 0.12 px on the default scene, this 0.04 px,
+//! (module `smooth`). A parabola through correlation scores leaves 0.12 px on the default scene, this 0.04 px,
 //! and a parabola has no covariance.
 
 use super::View;

@@ -1,7 +1,7 @@
 //! Masked normalised cross-correlation of details over whole-pixel shifts.
 //!
 //! Gain and offset between patch and reference do not matter to it, so other radiometry and season cost little; the
-//! [details](super::detail) keep changed ground from outweighing the rest. Details have no mean, so none is taken off.
+//! details (a pixel less the mean around it) keep changed ground from outweighing the rest. Details have no mean, so none is taken off.
 //! Sums of products are exact integers within a run of 64 pixels.
 
 use super::View;

@@ -156,12 +156,12 @@ fn the_rule_names_its_doubt() {
     // 1000 valid pixels count as 500: a deviation is 1/√500 = 0.0447. 4.5 of them are asked for, 0.2012.
     assert_eq!(rule.peak(&Peak { score: 0.202, second: 0.0, ..good }, 1000), Ok(()));
     assert_eq!(rule.peak(&Peak { score: 0.200, second: 0.0, ..good }, 1000), Err(Doubt::LowScore));
-    // A lead of 2.5 of them: 0.1118.
-    assert_eq!(rule.peak(&Peak { second: 0.687, ..good }, 1000), Ok(()));
-    assert_eq!(rule.peak(&Peak { second: 0.689, ..good }, 1000), Err(Doubt::Ambiguous));
+    // A lead of 2 of them: 0.0894.
+    assert_eq!(rule.peak(&Peak { second: 0.710, ..good }, 1000), Ok(()));
+    assert_eq!(rule.peak(&Peak { second: 0.711, ..good }, 1000), Err(Doubt::Ambiguous));
     // The same lead says less of fewer pixels.
     assert_eq!(rule.peak(&Peak { second: 0.6, ..good }, 1000), Ok(()));
-    assert_eq!(rule.peak(&Peak { second: 0.6, ..good }, 200), Err(Doubt::Ambiguous));
+    assert_eq!(rule.peak(&Peak { second: 0.6, ..good }, 150), Err(Doubt::Ambiguous));
 }
 
 #[test]
