@@ -1,8 +1,8 @@
 //! Where a rectified patch lies in the reference.
 //!
-//! [`mod@search`]: masked normalised cross-correlation of details over whole-pixel shifts, [`mod@refine`]: least-squares matching
-//! around the peak to hundredths of a pixel with its covariance, [`judge`]: what both must reach to become a fix;
-//! [`locate`] does the three.
+//! [`mod@search`]: masked normalised cross-correlation of details over whole-pixel shifts, [`mod@refine`]: least-squares
+//! matching around the peak to hundredths of a pixel with its covariance, [`judge`]: what both must reach to become a
+//! fix; [`locate`] does the three.
 
 mod detail;
 mod histogram;
@@ -25,8 +25,16 @@ pub struct Located {
     pub scores: [f32; 2],
     /// The sub-pixel match around the peak.
     pub refined: Result<SubPixel, RefineError>,
-    /// Whether it deserves to become a fix.
-    pub accepted: Result<(), Rejection>,
+    /// The same where it deserves to become a fix, or why it does not.
+    pub accepted: Result<SubPixel, Rejection>,
+}
+
+impl Located {
+    /// Shift of the patch's centre, (columns to the right, rows downwards), pixels: sub-pixel where there is such a
+    /// solution, accepted or not, the whole-pixel peak otherwise.
+    pub fn shift(&self) -> (f32, f32) {
+        self.refined.map_or((self.peak.d_col as f32, self.peak.d_row as f32), |s| (s.d_col, s.d_row))
+    }
 }
 
 /// Why a match is not accepted.
@@ -57,8 +65,9 @@ pub fn locate(
     let refined = refine(patch, runs, reference, radius, &peak, prior, bytes);
     let valid = runs.iter().map(|run| run.end.saturating_sub(run.start) as u32).sum();
     let accepted = rule.peak(&peak, valid).map_err(Rejection::Doubt).and_then(|()| {
-        let solution = refined.as_ref().map_err(|&error| Rejection::Refine(error))?;
-        rule.solution(solution).map_err(Rejection::Doubt)
+        let solution = refined.map_err(Rejection::Refine)?;
+        rule.solution(&solution).map_err(Rejection::Doubt)?;
+        Ok(solution)
     });
     let score = |at| correlation(patch, runs, reference, radius, at);
     let second = if peak.second > 0.0 { score(peak.second_at) } else { 0.0 };

@@ -194,17 +194,15 @@ impl<'t> Pipeline<'t> {
             .map_err(|_| Refusal::Featureless)?;
         let footprint = Footprint::of(runs, self.patch_size);
         let uncertainty = Uncertainty { tilt_rad: situation.sigma_tilt_rad, height_m: situation.sigma_height_m };
-        let accepted = located.accepted.map_err(Refusal::from);
-        let fixed = |s| fix(&self.tile, centre, s, &footprint, situation.height_m, uncertainty);
-        let peak = located.peak;
-        let shift = located.refined.map_or((peak.d_col as f32, peak.d_row as f32), |s| (s.d_col, s.d_row));
+        let fixed = |s| fix(&self.tile, centre, &s, &footprint, situation.height_m, uncertainty);
+        let shift = located.shift();
         Ok(Outcome {
             d_col: shift.0 + off.0,
             d_row: shift.1 + off.1,
-            peak,
+            peak: located.peak,
             scores: located.scores,
             window_off: [off.0, off.1],
-            fix: accepted.and_then(|()| located.refined.as_ref().map(fixed).map_err(|_| Refusal::Imprecise)),
+            fix: located.accepted.map(fixed).map_err(Refusal::from),
         })
     }
 

@@ -4,7 +4,6 @@ mod cli;
 
 use clap::Parser;
 use clap::error::ErrorKind;
-use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -16,20 +15,15 @@ fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         Err(error) => {
-            complain(&cli::one_sentence(&error));
+            cli::note(&cli::one_sentence(&error));
             return ExitCode::from(2);
         }
     };
     match cli::run(command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            complain(&failure.to_string());
+            cli::note(&failure.to_string());
             ExitCode::from(failure.code())
         }
     }
-}
-
-/// One sentence on standard error; where nobody listens any more, the exit code has to do.
-fn complain(sentence: &str) {
-    let _ = writeln!(std::io::stderr(), "{sentence}");
 }

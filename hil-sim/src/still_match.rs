@@ -63,8 +63,7 @@ pub fn find(patch: &Picture, runs: &[Run], reference: &Picture, radius: u16) -> 
             SearchError::ReferenceTooSmall => InputError::new("the reference is smaller than patch and search"),
             SearchError::Capacity => InputError::new("the mask does not fit the patch"),
         })?;
-    let peak = located.peak;
-    let shift = located.refined.map_or((peak.d_col as f32, peak.d_row as f32), |s| (s.d_col, s.d_row));
+    let shift = located.shift();
     Ok(Place {
         d_col: shift.0 + off.0,
         d_row: shift.1 + off.1,

@@ -94,9 +94,7 @@ pub fn register(
     let rule = (PRIOR, &AcceptRule::default());
     let (patch, reference) = (view(&pair.patch), view(&pair.reference));
     let located = locate(&patch, &pair.runs, &reference, radius, rule, (&mut bytes, &mut scores))?;
-    let shift = located.refined.map_or([located.peak.d_col, located.peak.d_row].map(f64::from), |solution| {
-        [solution.d_col, solution.d_row].map(f64::from)
-    });
+    let shift = <[f32; 2]>::from(located.shift()).map(f64::from);
     let sigma = |axis| located.refined.map_or(f64::INFINITY, |s| f64::from(s.covariance[(axis, axis)]).sqrt());
     let offset = [0, 1].map(|axis| f64::from(pair.zero[axis]) - shift[axis]);
     Ok(Registered {

@@ -16,7 +16,6 @@ use super::detail::{CHUNK, details, rows};
 use super::histogram::Histogram;
 use super::search::Peak;
 use super::smooth::{inner, smooth_into, spline};
-use crate::math;
 use crate::rectify::Run;
 use nalgebra::{Matrix2, SMatrix, SVector};
 
@@ -49,8 +48,6 @@ pub struct SubPixel {
     pub d_row: f32,
     /// Covariance of (d_col, d_row), square pixels.
     pub covariance: Matrix2<f32>,
-    /// Root mean square of the weighted residuals, grey levels of the reference.
-    pub residual: f32,
     /// Mean weight of the pixels, 0 to 1: how much of the picture agrees.
     pub agreement: f32,
 }
@@ -106,7 +103,8 @@ pub fn refine(
         let sums = accumulate(&smooth, runs, every, reference, &state);
         let normal = sums.normal(prior, state.half)?;
         let right = sums.right(prior, &state);
-        let step = normal.cholesky().ok_or(RefineError::TooLittle)?.solve(&right);
+        let normal = normal.cholesky().ok_or(RefineError::TooLittle)?;
+        let step = normal.solve(&right);
         let went = state.step(&step, sums.sizes.median());
         let off = (state.shift.0 - peak.d_col as f32).abs().max((state.shift.1 - peak.d_row as f32).abs());
         if off.is_nan() || off > REACH_PX || state.gain <= 0.0 {
@@ -122,14 +120,13 @@ pub fn refine(
         }
     }
     let (normal, sums) = last.ok_or(RefineError::Diverged)?;
-    let covariance = normal.cholesky().ok_or(RefineError::TooLittle)?.inverse();
+    let covariance = normal.inverse();
     let inflation = EFFICIENCY * sums.correlation();
     let floor = Matrix2::identity() * (SYSTEMATIC_PX * SYSTEMATIC_PX);
     Ok(SubPixel {
         d_col: state.shift.0,
         d_row: state.shift.1,
         covariance: covariance.fixed_view::<2, 2>(0, 0) * inflation + floor,
-        residual: math::sqrt(sums.sigma2()),
         agreement: sums.weight / sums.count as f32,
     })
 }

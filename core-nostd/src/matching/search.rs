@@ -1,8 +1,8 @@
 //! Masked normalised cross-correlation of details over whole-pixel shifts.
 //!
 //! Gain and offset between patch and reference do not matter to it, so other radiometry and season cost little; the
-//! details (a pixel less the mean around it) keep changed ground from outweighing the rest. Details have no mean, so none is taken off.
-//! Sums of products are exact integers within a run of 64 pixels.
+//! details (a pixel less the mean around it) keep changed ground from outweighing the rest. Details have no mean, so none
+//! is taken off. Sums of products are exact integers within a run of 64 pixels.
 
 use super::View;
 use super::detail::{CHUNK, Limit, details, rows};

@@ -117,7 +117,7 @@ fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a line to stderr. Where nobody can read it, it is lost.
-fn note(line: &str) {
+/// Writes a line to stderr. Where nobody can read it, it is lost, and the exit code has to do.
+pub fn note(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -278,12 +278,10 @@ fn a_log_that_cannot_be_flown_is_refused() {
 /// The real log of `vienna.toml`: it covers the flight, has its three gaps in it, and leaves room on 500 m of ground.
 #[test]
 fn the_real_log_of_vienna_flies() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let data = std::env::var_os("PLUMBLINE_DATA").map_or(root, Into::into);
-    if !data.is_dir() {
-        println!("skipped: no folder of real data at {}", data.display());
+    let Some(data) = plumbline_survey::data::shared_data() else {
+        println!("skipped: no folder of real data (set PLUMBLINE_DATA)");
         return;
-    }
+    };
     let text = include_str!("../../scenarios/vienna.toml");
     let scenario = Scenario::parse(text, "vienna.toml", "".as_ref(), Some(&data)).expect("sound");
     let log = AttitudeLog::load(&scenario.replay.as_ref().expect("a replay").att).expect("sound");

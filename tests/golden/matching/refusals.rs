@@ -36,8 +36,7 @@ fn decided(patch: &Picture, reference: &Picture) -> Result<SubPixel, Rejection> 
     let rule = (PRIOR, &AcceptRule::default());
     let room = (bytes.as_mut_slice(), scores.as_mut_slice());
     let located = locate(&view(patch), &all_valid(patch.size), &view(reference), RADIUS, rule, room);
-    let located = located.expect("a patch with texture");
-    located.accepted.map(|()| located.refined.expect("accepted"))
+    located.expect("a patch with texture").accepted
 }
 
 fn doubted(patch: &Picture, reference: &Picture) -> Option<Doubt> {
