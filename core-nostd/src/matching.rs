@@ -9,6 +9,7 @@ mod histogram;
 pub mod judge;
 pub mod refine;
 pub mod search;
+mod segment;
 mod smooth;
 
 use crate::rectify::Run;
@@ -113,18 +114,9 @@ impl<'a> View<'a> {
         self.pixels.get(row * self.stride + col..row * self.stride + col + length)
     }
 
-    /// The 4 x 4 pixels from (`row`, `col`) on; `None` where they leave the view.
-    #[inline(always)]
-    fn four_by_four(&self, row: usize, col: usize) -> Option<[&'a [u8; 4]; 4]> {
-        if row + 4 > self.size.1 as usize || col + 4 > self.size.0 as usize {
-            return None;
-        }
-        let mut rest = self.pixels.get(row * self.stride + col..)?;
-        let mut four = || {
-            let first = rest.first_chunk();
-            rest = rest.get(self.stride..).unwrap_or(&[]);
-            first
-        };
-        Some([four()?, four()?, four()?, four()?])
+    /// The pixels of `row` from `col` on, then those of the rows behind it and whatever follows; empty outside.
+    #[inline]
+    fn from(&self, row: usize, col: usize) -> &'a [u8] {
+        self.pixels.get(row * self.stride + col..).unwrap_or(&[])
     }
 }

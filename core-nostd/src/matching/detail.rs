@@ -7,6 +7,7 @@
 
 use super::View;
 use super::histogram::Histogram;
+use crate::dsp::clamp_bytes;
 use crate::rectify::Run;
 
 /// Pixels to each side that make the surroundings.
@@ -20,7 +21,7 @@ const MAX: i32 = i8::MAX as i32;
 /// Details beyond this many medians of their size are limited to it: it says "different", not "how different".
 const LIMIT: f32 = 2.0;
 
-/// Details that are made at a time.
+/// Details that are made at a time, a multiple of four.
 pub(super) const CHUNK: usize = 64;
 /// Columns whose surroundings they see.
 const COLUMNS: usize = CHUNK + SIDE - 1;
@@ -30,8 +31,19 @@ type Tally = u32;
 
 const ONE: Tally = 1 << 16;
 
-/// The details of `runs[index]` from column `start` on, up to the run's end or the buffer's. Empty where the run leaves
-/// the view.
+/// [`STEPS`] over the number of pixels in the surroundings, Q16.
+static PER_COUNT: [i32; SIDE * SIDE + 1] = {
+    let mut table = [0; SIDE * SIDE + 1];
+    let mut count = 1;
+    while count < table.len() {
+        table[count] = ((STEPS << 16) + count as i32 / 2) / count as i32;
+        count += 1;
+    }
+    table
+};
+
+/// The details of `runs[index]` from column `start` on, up to the run's end or the buffer's, as bytes of two's
+/// complement, rounded to nearest. Empty where the run leaves the view.
 ///
 /// Of a row with several runs, the surroundings are the one that overlaps the run most.
 pub(super) fn details<'o>(
@@ -39,33 +51,59 @@ pub(super) fn details<'o>(
     runs: &[Run],
     index: usize,
     start: u16,
-    out: &'o mut [i8; CHUNK],
-) -> &'o [i8] {
-    let Some(&run) = runs.get(index) else { return &[] };
+    out: &'o mut [u8; CHUNK],
+) -> &'o mut [u8] {
+    let Some(&run) = runs.get(index) else { return &mut [] };
     let length = (run.end.saturating_sub(start) as usize).min(CHUNK);
-    let Some(own) = view.run(run.row as usize, start as usize, length) else { return &[] };
-    // Valid pixels of each column, summed over the rows; the first column is REACH before `start`.
+    let Some(own) = view.run(run.row as usize, start as usize, length) else { return &mut [] };
     let mut columns = [0 as Tally; COLUMNS];
-    let (first, end) = (start as i32 - REACH as i32, start as i32 + length as i32 + REACH as i32);
-    for row in run.row as i32 - REACH as i32..=run.row as i32 + REACH as i32 {
-        let Some(near) = overlapping(runs, index, row) else { continue };
-        let (from, to) = (first.max(near.start as i32), end.min(near.end as i32));
-        let count = (to - from).max(0) as usize;
-        let Some(pixels) = view.run(row as usize, from as usize, count) else { continue };
-        let Some(columns) = columns.get_mut((from - first) as usize..) else { continue };
-        for (column, &pixel) in columns.iter_mut().zip(pixels) {
-            *column += pixel as Tally + ONE;
-        }
-    }
+    tally(view, runs, index, start as i32 - REACH as i32, columns.get_mut(..length + SIDE - 1).unwrap_or(&mut []));
     let mut around = columns.iter().take(SIDE - 1).sum::<Tally>();
     let entering = columns.iter().skip(SIDE - 1);
     for (((detail, &pixel), &entering), &leaving) in out.iter_mut().zip(own).zip(entering).zip(&columns) {
         around += entering;
-        let (sum, count) = ((around & (ONE - 1)) as i32, (around / ONE) as i32);
-        *detail = (STEPS * (pixel as i32 * count - sum) / count.max(1)).clamp(-MAX, MAX) as i8;
+        let (sum, count) = ((around & (ONE - 1)) as i32, around / ONE);
+        let per_count = PER_COUNT.get(count as usize).map_or(0, |&per_count| per_count);
+        *detail = (((pixel as i32 * count as i32 - sum) * per_count + (1 << 15)) >> 16).clamp(-MAX, MAX) as u8;
         around -= leaving;
     }
-    out.get(..length).unwrap_or(&[])
+    out.get_mut(..length).unwrap_or(&mut [])
+}
+
+/// Valid pixels of each column from `first` on, summed over the rows around `runs[index]`.
+fn tally(view: &View<'_>, runs: &[Run], index: usize, first: i32, columns: &mut [Tally]) {
+    let Some(run) = runs.get(index) else { return };
+    let end = first + columns.len() as i32;
+    // Pixels of each row, and the column of the first.
+    let mut rows: [(&[u8], usize); SIDE] = [(&[], 0); SIDE];
+    for ((pixels, start), row) in rows.iter_mut().zip(run.row as i32 - REACH as i32..) {
+        let Some(near) = overlapping(runs, index, row) else { continue };
+        let (from, to) = (first.max(near.start as i32), end.min(near.end as i32));
+        *pixels = view.run(row as usize, from as usize, (to - from).max(0) as usize).unwrap_or(&[]);
+        *start = (from - first).max(0) as usize;
+    }
+    // The columns that every row has are summed at once, the others row by row.
+    let common = rows.iter().fold(0..columns.len(), |common, (pixels, start)| {
+        common.start.max(*start)..common.end.min(start + pixels.len())
+    });
+    let common = if common.is_empty() { 0..0 } else { common };
+    for (pixels, start) in rows {
+        let before = common.start.saturating_sub(start).min(pixels.len());
+        let behind = common.end.saturating_sub(start).min(pixels.len());
+        add(columns, start, &pixels[..before]);
+        add(columns, start + behind, &pixels[behind..]);
+    }
+    let [a, b, c, d, e] = rows.map(|(pixels, start)| pixels.get(common.start.wrapping_sub(start)..).unwrap_or(&[]));
+    for (((((column, &a), &b), &c), &d), &e) in columns[common].iter_mut().zip(a).zip(b).zip(c).zip(d).zip(e) {
+        *column = a as Tally + b as Tally + c as Tally + d as Tally + e as Tally + SIDE as Tally * ONE;
+    }
+}
+
+/// Adds pixels to the columns from `start` on.
+fn add(columns: &mut [Tally], start: usize, pixels: &[u8]) {
+    for (column, &pixel) in columns.iter_mut().skip(start).zip(pixels) {
+        *column += pixel as Tally + ONE;
+    }
 }
 
 /// The details of a whole picture of `size`: every row is one run from border to border.
@@ -110,14 +148,25 @@ impl Limit {
     }
 
     /// Takes details into account.
-    pub(super) fn add(&mut self, details: &[i8]) {
-        for detail in details {
-            self.sizes.add(detail.unsigned_abs());
+    pub(super) fn add(&mut self, details: &[u8]) {
+        for &detail in details {
+            self.sizes.add((detail as i8).unsigned_abs());
         }
     }
 
     /// The limit for the details taken into account.
-    pub(super) fn value(&self) -> i8 {
-        (LIMIT * self.sizes.median()).clamp(1.0, MAX as f32) as i8
+    pub(super) fn value(&self) -> u8 {
+        (LIMIT * self.sizes.median()).clamp(1.0, MAX as f32) as u8
+    }
+}
+
+/// Limits details to ±`limit`.
+pub(super) fn limit_to(limit: u8, details: &mut [u8]) {
+    let (fours, rest) = details.as_chunks_mut::<4>();
+    for four in fours {
+        *four = clamp_bytes(u32::from_le_bytes(*four), limit).to_le_bytes();
+    }
+    for detail in rest {
+        *detail = (*detail as i8).clamp(-(limit as i8), limit as i8) as u8;
     }
 }

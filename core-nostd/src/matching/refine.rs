@@ -12,10 +12,11 @@
 //! and a parabola has no covariance.
 
 use super::View;
-use super::detail::{CHUNK, details, rows};
 use super::histogram::Histogram;
 use super::search::Peak;
-use super::smooth::{inner, smooth_into, spline};
+use super::segment::{self, MID_GREY, Patch, RESIDUAL_STEPS, Radiometry, WEIGHT_STEPS};
+use super::smooth::{inner, smooth_into};
+use crate::math;
 use crate::rectify::Run;
 use nalgebra::{Matrix2, SMatrix, SVector};
 
@@ -52,8 +53,8 @@ pub struct SubPixel {
     pub agreement: f32,
 }
 
+/// Shift along columns and rows, turn, scale, gain and offset.
 const UNKNOWNS: usize = 6;
-const TRIANGLE: usize = UNKNOWNS * (UNKNOWNS + 1) / 2;
 /// Passes at most.
 const PASSES: usize = 7;
 /// The first passes take every other row only, until a step is below this, pixels.
@@ -73,10 +74,13 @@ const SIGMA_MIN: f32 = 0.5;
 const SYSTEMATIC_PX: f32 = 0.005;
 /// How far the solution may go from the whole-pixel peak, pixels.
 const REACH_PX: f32 = 1.5;
+/// Largest gain, and grey levels of offset, between two pictures of the same ground.
+const GAIN_MAX: f32 = 8.0;
+const OFFSET_MAX: f32 = 1024.0;
 /// Pixels around a patch pixel that have to be valid: one for the smoothing, one for the gradient.
 const BORDER: u16 = 2;
-/// Taken off the patch: gain and offset stay well apart in single precision.
-const MID_GREY: f32 = 128.0;
+/// How far turn and scale may move the position between the middle and the end of a segment, pixels.
+const BEND_PX: f32 = 0.05;
 
 type Normal = SMatrix<f32, UNKNOWNS, UNKNOWNS>;
 type Vector = SVector<f32, UNKNOWNS>;
@@ -101,13 +105,18 @@ pub fn refine(
     let mut every = 2;
     for _ in 0..PASSES {
         let sums = accumulate(&smooth, runs, every, reference, &state);
-        let normal = sums.normal(prior, state.half)?;
+        let normal = sums.normal(prior, &state)?;
         let right = sums.right(prior, &state);
         let normal = normal.cholesky().ok_or(RefineError::TooLittle)?;
         let step = normal.solve(&right);
         let went = state.step(&step, sums.sizes.median());
         let off = (state.shift.0 - peak.d_col as f32).abs().max((state.shift.1 - peak.d_row as f32).abs());
-        if off.is_nan() || off > REACH_PX || state.gain <= 0.0 {
+        if off.is_nan()
+            || off > REACH_PX
+            || state.gain <= 0.0
+            || state.gain > GAIN_MAX
+            || state.offset.abs() > OFFSET_MAX
+        {
             return Err(RefineError::Diverged);
         }
         if every == 1 {
@@ -127,7 +136,7 @@ pub fn refine(
         d_col: state.shift.0,
         d_row: state.shift.1,
         covariance: covariance.fixed_view::<2, 2>(0, 0) * inflation + floor,
-        agreement: sums.weight / sums.count as f32,
+        agreement: sums.weight() / sums.count as f32,
     })
 }
 
@@ -153,26 +162,29 @@ impl State {
     fn new(patch: &View<'_>, runs: &[Run], reference: &View<'_>, radius: u16, peak: &Peak) -> Option<Self> {
         let (cols, rows) = patch.size();
         let shifted = |at: u16, d: i16| u16::try_from(at as i32 + radius as i32 + d as i32).ok();
-        let gain = detail_gain(patch, runs, reference, peak, shifted)?;
-        let residuals = |sink: &mut dyn FnMut(f32)| {
-            for run in runs {
+        let gain = Some(peak.gain).filter(|&gain| gain > 0.0 && gain <= GAIN_MAX)?;
+        let gain_q8 = (256.0 * gain) as i32;
+        // Of every other row, like the first passes.
+        let residuals = |sink: &mut dyn FnMut(i32)| {
+            for run in runs.iter().step_by(2) {
                 let length = run.end.checked_sub(run.start)? as usize;
                 let own = patch.run(run.row as usize, run.start as usize, length)?;
                 let (row, start) = (shifted(run.row, peak.d_row)?, shifted(run.start, peak.d_col)?);
                 for (&own, &other) in own.iter().zip(reference.run(row as usize, start as usize, length)?) {
-                    sink(other as f32 - gain * (own as f32 - MID_GREY));
+                    sink(other as i32 - ((gain_q8 * (own as i32 - MID_GREY)) >> 8));
                 }
             }
             Some(())
         };
-        // Bins of 4 greys from −384 on hold what a gain of up to 4 can make.
+        // Bins of 8 greys from −1024 on hold what the largest gain can make.
         let mut differences = Histogram::new();
-        residuals(&mut |difference| differences.add((0.25 * (difference + 384.0)) as u8))?;
-        let offset = 4.0 * differences.median() - 384.0;
+        residuals(&mut |difference| differences.add(((difference + 1024) >> 3).clamp(0, 255) as u8))?;
+        let offset = 8.0 * differences.median() - 1024.0;
         let mut sizes = Histogram::new();
-        residuals(&mut |difference| sizes.add(size_bin(difference - offset)))?;
+        let whole = offset as i32;
+        residuals(&mut |difference| sizes.add((4 * (difference - whole).abs()).min(255) as u8))?;
         Some(State {
-            shift: (peak.d_col as f32, peak.d_row as f32),
+            shift: (peak.d_col as f32 + peak.vertex.0, peak.d_row as f32 + peak.vertex.1),
             turn: 0.0,
             scale: 0.0,
             gain,
@@ -186,17 +198,26 @@ impl State {
 
     /// Position in the searched reference of the patch pixel at (`x`, `y`) from the centre.
     fn reference_position(&self, x: f32, y: f32) -> (f32, f32) {
-        let (across, down) = self.per_column();
-        let (centre, shift) = (&self.centre, &self.shift);
+        let (across, down) = (1.0 + self.scale / self.half, self.turn / self.half);
+        let (centre, shift) = (&self.centre, self.read_shift());
         (
             across * x - down * y + shift.0 + centre.0 + self.radius,
             across * y + down * x + shift.1 + centre.1 + self.radius,
         )
     }
 
-    /// How the position goes on from one column of the patch to the next.
-    fn per_column(&self) -> (f32, f32) {
-        (1.0 + self.scale / self.half, self.turn / self.half)
+    /// The shift that the reference is read at: one that the spline's fractions hold exactly.
+    fn read_shift(&self) -> (f32, f32) {
+        let parts = segment::FRACTIONS as f32;
+        let held = |shift: f32| math::round(shift * parts) / parts;
+        (held(self.shift.0), held(self.shift.1))
+    }
+
+    /// Pixels a segment may have.
+    fn segment(&self) -> usize {
+        let bend = (self.turn.abs() + self.scale.abs()) / self.half;
+        let reach = |length: usize| 0.5 * length as f32 * bend <= BEND_PX;
+        [segment::LONGEST, segment::LONGEST / 2].into_iter().find(|&l| reach(l)).unwrap_or(segment::LONGEST / 4)
     }
 
     /// Takes a step of the solution; how far it went, pixels along each axis. The products gain x displacement are what
@@ -204,87 +225,95 @@ impl State {
     fn step(&mut self, step: &Vector, median_size: f32) -> f32 {
         let gain = self.gain + step[4];
         let ratio = self.gain / gain;
-        self.shift.0 += ratio * step[0];
-        self.shift.1 += ratio * step[1];
+        let (before, read) = (self.shift, self.read_shift());
+        self.shift = (read.0 + ratio * step[0], read.1 + ratio * step[1]);
         self.turn += ratio * step[2];
         self.scale += ratio * step[3];
         self.gain = gain;
         self.offset += step[5];
         self.sigma = sigma(median_size);
-        (ratio * step[0]).abs().max((ratio * step[1]).abs())
+        (self.shift.0 - before.0).abs().max((self.shift.1 - before.1).abs())
     }
-}
-
-/// Σ p r / Σ p² of the details at a shift: the gain of the reference over the patch.
-fn detail_gain(
-    patch: &View<'_>,
-    runs: &[Run],
-    reference: &View<'_>,
-    peak: &Peak,
-    shifted: impl Fn(u16, i16) -> Option<u16>,
-) -> Option<f32> {
-    let (mut products, mut squares) = (0i64, 0i64);
-    for (index, run) in runs.iter().enumerate() {
-        let (near, own) = rows(reference.size(), shifted(run.row, peak.d_row)?);
-        for start in (run.start..run.end).step_by(CHUNK) {
-            let (mut chunk, mut other) = ([0; CHUNK], [0; CHUNK]);
-            let p = details(patch, runs, index, start, &mut chunk);
-            let r = details(reference, &near, own, shifted(start, peak.d_col)?, &mut other);
-            for (&p, &r) in p.iter().zip(r) {
-                products += (p as i32 * r as i32) as i64;
-                squares += (p as i32 * p as i32) as i64;
-            }
-        }
-    }
-    (squares > 0 && products > 0).then(|| products as f32 / squares as f32)
-}
-
-/// Quarters of a grey: 64 greys are "large".
-#[inline(always)]
-fn size_bin(residual: f32) -> u8 {
-    (4.0 * residual.abs()) as u8
 }
 
 fn sigma(median_bin: f32) -> f32 {
     (SIGMA_PER_MEDIAN * 0.25 * median_bin).max(SIGMA_MIN)
 }
 
-/// Sums of one pass over the pixels.
+/// Sums of one pass over the pixels, in the units of [`segment::Sums`]. Turn and scale stand as the patch's own x and y
+/// do: t = x · row − y · column and s = x · column + y · row, where row and column are measured from the centre.
 struct Sums {
-    /// Lower triangle of Σ w j jᵀ, row by row, and Σ w j e.
-    jj: [f32; TRIANGLE],
-    je: [f32; UNKNOWNS],
-    weight: f32,
-    count: u32,
-    /// Σ w e² of the residuals against the pass before.
+    /// Lower triangle of the products of (x, y, t, s, p, 1), row by row.
+    products: [[f32; UNKNOWNS]; UNKNOWNS],
+    /// Products of the same with the residual.
+    residual: [f32; UNKNOWNS],
     squares: f32,
-    /// Σ s² and Σ s s(left neighbour) of the scores s = w e j of the two shifts: how far residuals are correlated.
     score: f32,
     neighbour: f32,
+    count: u32,
     sizes: Histogram,
 }
 
 impl Sums {
+    /// Adds a segment whose middle is at (`c`, `r`) from the patch's centre.
+    fn add(&mut self, sums: &segment::Sums, (c, r): (f32, f32), pixels: u32) {
+        let [xx, xy, yy, xp, yp, pp] = [sums.xx, sums.xy, sums.yy, sums.xp, sums.yp, sums.pp].map(|sum| sum as f32);
+        let [x, y, p, w] = [sums.x, sums.y, sums.p, sums.w].map(|sum| sum as f32);
+        let [xe, ye, pe, e] = [sums.xe, sums.ye, sums.pe, sums.e].map(|sum| sum as f32);
+        let (tx, ty, sx, sy) = (r * xx - c * xy, r * xy - c * yy, c * xx + r * xy, c * xy + r * yy);
+        let rows = [
+            [xx, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [xy, yy, 0.0, 0.0, 0.0, 0.0],
+            [tx, ty, r * tx - c * ty, 0.0, 0.0, 0.0],
+            [sx, sy, c * tx + r * ty, c * sx + r * sy, 0.0, 0.0],
+            [xp, yp, r * xp - c * yp, c * xp + r * yp, pp, 0.0],
+            [x, y, r * x - c * y, c * x + r * y, p, w],
+        ];
+        for (index, (own, add)) in self.products.iter_mut().zip(&rows).enumerate() {
+            for (own, add) in own.iter_mut().zip(add).take(index + 1) {
+                *own += add;
+            }
+        }
+        let residual = [xe, ye, r * xe - c * ye, c * xe + r * ye, pe, e];
+        for (own, add) in self.residual.iter_mut().zip(&residual) {
+            *own += add;
+        }
+        self.squares += sums.ee as f32;
+        self.score += sums.score as f32;
+        self.neighbour += sums.neighbour as f32;
+        self.count += pixels;
+    }
+
+    /// Σ w.
+    fn weight(&self) -> f32 {
+        self.products[5][5] / WEIGHT_STEPS as f32
+    }
+
+    /// Variance of a residual of weight 1, square grey levels.
     fn sigma2(&self) -> f32 {
+        let squares = self.squares / (RESIDUAL_STEPS * RESIDUAL_STEPS) as f32;
         // A perfect match must not claim certainty.
-        (self.squares / (self.weight - UNKNOWNS as f32).max(1.0)).max(SIGMA_MIN * SIGMA_MIN)
+        (squares / (self.weight() - UNKNOWNS as f32).max(1.0)).max(SIGMA_MIN * SIGMA_MIN)
+    }
+
+    /// Derivative of the residual by each unknown over what the products hold.
+    fn units(state: &State) -> [f32; UNKNOWNS] {
+        // Half a difference over two pixels; the reference's gradient is the patch's times the gain.
+        let gradient = 0.5 * state.gain;
+        [-gradient, -gradient, gradient / state.half, -gradient / state.half, 1.0, 1.0]
     }
 
     /// The normal matrix in units of the inverse variance, priors included.
-    fn normal(&self, prior: Prior, half: f32) -> Result<Normal, RefineError> {
-        if self.weight < 4.0 * UNKNOWNS as f32 {
+    fn normal(&self, prior: Prior, state: &State) -> Result<Normal, RefineError> {
+        if self.weight() < 4.0 * UNKNOWNS as f32 {
             return Err(RefineError::TooLittle);
         }
-        let per_variance = 1.0 / self.sigma2();
-        let mut normal = Normal::zeros();
-        let mut triangle = self.jj.iter();
-        for row in 0..UNKNOWNS {
-            for (col, sum) in (0..=row).zip(&mut triangle) {
-                normal[(row, col)] = sum * per_variance;
-                normal[(col, row)] = sum * per_variance;
-            }
-        }
-        let (turn, scale) = prior_px(prior, half);
+        let per_variance = 1.0 / (self.sigma2() * WEIGHT_STEPS as f32);
+        let units = Sums::units(state);
+        let mut normal = Normal::from_fn(|row, col| {
+            self.products[row.max(col)][row.min(col)] * (units[row] * units[col]) * per_variance
+        });
+        let (turn, scale) = prior_px(prior, state.half);
         normal[(2, 2)] += 1.0 / (turn * turn);
         normal[(3, 3)] += 1.0 / (scale * scale);
         Ok(normal)
@@ -292,7 +321,9 @@ impl Sums {
 
     /// The right-hand side; the priors pull turn and scale back to zero.
     fn right(&self, prior: Prior, state: &State) -> Vector {
-        let mut right = Vector::from(self.je) / self.sigma2();
+        let per_variance = 1.0 / (self.sigma2() * (WEIGHT_STEPS * RESIDUAL_STEPS) as f32);
+        let units = Sums::units(state);
+        let mut right = Vector::from_fn(|row, _| self.residual[row] * units[row] * per_variance);
         let (turn, scale) = prior_px(prior, state.half);
         right[2] -= state.turn / (turn * turn);
         right[3] -= state.scale / (scale * scale);
@@ -312,58 +343,34 @@ fn prior_px(prior: Prior, half: f32) -> (f32, f32) {
     ((prior.turn_rad * half).max(1e-3), (prior.scale * half).max(1e-3))
 }
 
-/// Residuals and derivatives of every pixel whose surroundings are valid, in `every` first, second... row, summed up.
+/// Sums over every pixel whose surroundings are valid, of the first and then every `every`th row.
 fn accumulate(smooth: &View<'_>, runs: &[Run], every: usize, reference: &View<'_>, state: &State) -> Sums {
     let mut sums = Sums {
-        jj: [0.0; TRIANGLE],
-        je: [0.0; UNKNOWNS],
-        weight: 0.0,
-        count: 0,
+        products: [[0.0; UNKNOWNS]; UNKNOWNS],
+        residual: [0.0; UNKNOWNS],
         squares: 0.0,
         score: 0.0,
         neighbour: 0.0,
+        count: 0,
         sizes: Histogram::new(),
     };
-    let half_gain = 0.5 * state.gain;
-    let per_half = 1.0 / state.half;
-    let per_column = state.per_column();
-    let per_outlier = 1.0 / (OUTLIER * state.sigma);
+    let radiometry = Radiometry::new(state.gain, state.offset, OUTLIER * state.sigma);
+    let longest = state.segment();
     for index in (0..runs.len()).step_by(every) {
         let Some((row, cols)) = inner(runs, index, BORDER) else { continue };
-        let line = |row: usize| smooth.run(row, 0, smooth.size().0 as usize);
-        let (Some(up), Some(here), Some(down)) = (line(row - 1), line(row), line(row + 1)) else { continue };
-        let y = row as f32 - state.centre.1;
-        let mut left = [0.0f32; 2];
-        let mut x = cols.start as f32 - state.centre.0 - 1.0;
-        let (mut u, mut v) = state.reference_position(x, y);
-        for col in cols.start as usize..cols.end as usize {
-            (x, u, v) = (x + 1.0, u + per_column.0, v + per_column.1);
-            let Some(value) = spline(reference, u, v) else { continue };
-            // Gradient of the reference, as the patch shows it.
-            let gx = half_gain * (here[col + 1] as f32 - here[col - 1] as f32);
-            let gy = half_gain * (down[col] as f32 - up[col] as f32);
-            let p = here[col] as f32 - MID_GREY;
-            let e = value - state.gain * p - state.offset;
-            let t = e * per_outlier;
-            let q = 1.0 / (1.0 + t * t);
-            let w = q * q;
-            let j = [-gx, -gy, (gx * y - gy * x) * per_half, -(gx * x + gy * y) * per_half, p, 1.0];
-            let mut triangle = sums.jj.iter_mut();
-            for (row, je) in sums.je.iter_mut().enumerate() {
-                let wj = w * j[row];
-                *je += wj * e;
-                for (&j, sum) in j[..=row].iter().zip(&mut triangle) {
-                    *sum += wj * j;
-                }
+        let mut start = cols.start as usize;
+        while start < cols.end as usize {
+            let length = longest.min(cols.end as usize - start);
+            let line = |row: usize| smooth.run(row, start - 1, length + 2);
+            let (Some(above), Some(own), Some(below)) = (line(row - 1), line(row), line(row + 1)) else { break };
+            let middle = (start as f32 + 0.5 * (length as f32 - 1.0) - state.centre.0, row as f32 - state.centre.1);
+            let (u, v) = state.reference_position(middle.0, middle.1);
+            let first = (u - 0.5 * (length as f32 - 1.0), v);
+            let patch = Patch { above, own, below };
+            if let Some(segment) = segment::sums(&patch, reference, first, &radiometry, &mut sums.sizes) {
+                sums.add(&segment, middle, length as u32);
             }
-            sums.weight += w;
-            sums.count += 1;
-            sums.squares += w * e * e;
-            sums.sizes.add(size_bin(e));
-            let score = [w * e * gx, w * e * gy];
-            sums.score += score[0] * score[0] + score[1] * score[1];
-            sums.neighbour += score[0] * left[0] + score[1] * left[1];
-            left = score;
+            start += length;
         }
     }
     sums

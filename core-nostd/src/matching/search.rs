@@ -2,10 +2,16 @@
 //!
 //! Gain and offset between patch and reference do not matter to it, so other radiometry and season cost little; the
 //! details (a pixel less the mean around it) keep changed ground from outweighing the rest. Details have no mean, so none
-//! is taken off. Sums of products are exact integers within a run of 64 pixels.
+//! is taken off. Sums of products are exact integers.
+//!
+//! The peak of details is one pixel wide, so no shift can be left out, but rows can: a first look over some hundred
+//! pixels ranks all the shifts, and the whole patch decides between its highest summits and climbs to the top of the
+//! best. At the shift that is right the look is at least two deviations above chance wherever the whole patch would be
+//! accepted, and a few of a hundred summits are higher by chance at most.
 
 use super::View;
-use super::detail::{CHUNK, Limit, details, rows};
+use super::detail::{CHUNK, Limit, details, limit_to, rows};
+use crate::dsp::{dot_and_energy, dot4};
 use crate::math;
 use crate::rectify::Run;
 
@@ -35,6 +41,10 @@ pub struct Peak {
     pub second: f32,
     /// Where that is, (columns, rows); the peak itself where there is none.
     pub second_at: (i16, i16),
+    /// Top of the parabolas through the score and its neighbours along both axes, pixels from the peak, −0.5 to 0.5.
+    pub vertex: (f32, f32),
+    /// Gain of the reference over the patch by their details there.
+    pub gain: f32,
     /// Whether the peak lies on the border of the search, so that a higher one may lie beyond.
     pub on_border: bool,
 }
@@ -42,7 +52,12 @@ pub struct Peak {
 /// Summits nearer than this to the peak belong to it: noise puts teeth on a hill, and texture that was averaged to the
 /// pixel correlates over two of them.
 const HILL_PX: i16 = 3;
-
+/// Pixels that the first look takes at least, where the patch has them.
+const LOOK_PX: usize = 350;
+/// Summits of the first look that the whole patch decides between.
+const SUMMITS: usize = 12;
+/// Steps to the top at most: a summit of the look is off by one or two.
+const CLIMB: usize = 4;
 /// Neighbouring shifts whose reference energies are summed together.
 const BLOCK: usize = 12;
 
@@ -50,7 +65,7 @@ const BLOCK: usize = 12;
 ///
 /// `patch` and `runs`: as the rectifier leaves them. `reference`: patch + 2 `radius` in both directions or larger; its
 /// centre is the zero of the shifts when it is exactly that. `bytes`: room for the details of the reference. `scores`:
-/// room for (2 `radius` + 1)² scores, row-major from the upper left shift.
+/// room for (2 `radius` + 1)² scores of the first look, row-major from the upper left shift.
 ///
 /// # Errors
 /// [`SearchError`].
@@ -68,144 +83,239 @@ pub fn search(
     if (reference_cols as usize) < cols as usize + side - 1 || (reference_rows as usize) < rows as usize + side - 1 {
         return Err(SearchError::ReferenceTooSmall);
     }
+    let mut valid = 0;
+    for run in runs {
+        let length = (run.end as usize).checked_sub(run.start as usize).ok_or(SearchError::Capacity)?;
+        patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
+        valid += length;
+    }
     let scores = scores.get_mut(..side * side).ok_or(SearchError::Capacity)?;
-    let others = details_into(reference, bytes).ok_or(SearchError::Capacity)?;
-    let own = products_into(patch, runs, &others, side, scores)?;
-    if own == 0 {
+    let every = (valid / LOOK_PX).max(1);
+    let details = Details {
+        patch,
+        runs,
+        limit: limit(patch, runs, every),
+        reference: details_into(reference, bytes).ok_or(SearchError::Capacity)?,
+    };
+    if !details.look(every, side, scores) {
         return Err(SearchError::Featureless);
     }
-    normalise(runs, &others, own as f32, side, scores);
-    peak(scores, radius).ok_or(SearchError::Capacity)
+    let mut room = [Place::default(); SUMMITS];
+    let found = summits(scores, side, &mut room);
+    details.decide(found);
+    details.climb(found, radius).ok_or(SearchError::Featureless)
+}
+
+/// A shift, from the upper left one on, and what the whole patch says about it.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    col: u16,
+    row: u16,
+    /// Σ p r, and Σ r² under the mask.
+    products: i32,
+    energy: i32,
+    score: f32,
+}
+
+impl Place {
+    /// Steps to another place, the larger of both axes.
+    fn apart(&self, other: &Place) -> u16 {
+        self.col.abs_diff(other.col).max(self.row.abs_diff(other.row))
+    }
+}
+
+/// Both pictures' details.
+struct Details<'a> {
+    patch: &'a View<'a>,
+    runs: &'a [Run],
+    limit: u8,
+    reference: View<'a>,
+}
+
+impl Details<'_> {
+    /// Details of the patch's runs, of the first and every `every`th: row, column of the first, their number, and the
+    /// details themselves with zeros up to a multiple of four.
+    fn patch(&self, every: usize, mut each: impl FnMut(usize, usize, usize, &[u8])) {
+        let mut chunk = [0; CHUNK];
+        for index in (0..self.runs.len()).step_by(every) {
+            let run = self.runs[index];
+            for start in (run.start..run.end).step_by(CHUNK) {
+                let own = details(self.patch, self.runs, index, start, &mut chunk);
+                limit_to(self.limit, own);
+                let length = own.len();
+                let padded = length.next_multiple_of(4);
+                chunk[length..padded].fill(0);
+                each(run.row as usize, start as usize, length, &chunk[..padded]);
+            }
+        }
+    }
+
+    /// Scores of every shift, `side` a row, over every `every`th run; false where the patch has no detail.
+    fn look(&self, every: usize, side: usize, scores: &mut [f32]) -> bool {
+        scores.fill(0.0);
+        let mut own_energy = 0;
+        self.patch(every, |row, start, _, own| {
+            own_energy += dot_and_energy(own, own).0;
+            for (row, scores) in (row..).zip(scores.chunks_exact_mut(side)) {
+                let others = self.reference.from(row, start);
+                for (at, scores) in (0..).step_by(4).zip(scores.chunks_mut(4)) {
+                    let sums = dot4(own, others.get(at..).unwrap_or(&[]));
+                    for (score, sum) in scores.iter_mut().zip(sums) {
+                        *score += sum as f32;
+                    }
+                }
+            }
+        });
+        self.normalise(every, own_energy, side, scores);
+        own_energy > 0
+    }
+
+    /// Divides the products of every shift by the root of both energies. The reference's under the mask follows from one
+    /// shift to the next by one pixel in and one out.
+    fn normalise(&self, every: usize, own: i32, side: usize, scores: &mut [f32]) {
+        let square = |r: u8| (r as i8 as i32 * r as i8 as i32) as u32;
+        for (row, line) in scores.chunks_exact_mut(side).enumerate() {
+            for (block, scores) in line.chunks_mut(BLOCK).enumerate() {
+                let mut energies = [0u32; BLOCK];
+                for run in self.runs.iter().step_by(every) {
+                    let (start, length) = (run.start as usize + BLOCK * block, (run.end - run.start) as usize);
+                    let Some(r) = self.reference.run(run.row as usize + row, start, length + scores.len() - 1) else {
+                        continue;
+                    };
+                    let (under, entering) = r.split_at(length);
+                    let mut energy = dot_and_energy(under, under).0 as u32;
+                    let mut steps = r.iter().zip(entering);
+                    for sum in energies.iter_mut().take(scores.len()) {
+                        *sum += energy;
+                        if let Some((&out, &next)) = steps.next() {
+                            energy = energy + square(next) - square(out);
+                        }
+                    }
+                }
+                for (score, &energy) in scores.iter_mut().zip(&energies) {
+                    *score = normalised(*score, own, energy as i32);
+                }
+            }
+        }
+    }
+
+    /// Fills in what the whole patch says about the places; its own Σ p².
+    fn decide(&self, places: &mut [Place]) -> i32 {
+        let mut own_energy = 0;
+        self.patch(1, |row, start, length, own| {
+            let own = &own[..length];
+            own_energy += dot_and_energy(own, own).0;
+            for place in places.iter_mut() {
+                let others = self.reference.from(row + place.row as usize, start + place.col as usize);
+                let (products, energy) = dot_and_energy(own, others);
+                place.products += products;
+                place.energy += energy;
+            }
+        });
+        for place in places {
+            place.score = normalised(place.products as f32, own_energy, place.energy);
+        }
+        own_energy
+    }
+
+    /// From the best of the places to the top.
+    fn climb(&self, places: &[Place], radius: u16) -> Option<Peak> {
+        let best = |a: Place, b: Place| if b.score > a.score { b } else { a };
+        let mut top = places.iter().copied().reduce(best)?;
+        let last = 2 * radius;
+        let mut own_energy = 0;
+        let mut around = [Place::default(); 9];
+        for _ in 0..CLIMB {
+            // The nine places around the top; where the search ends, the nearest of them.
+            let near = |at: u16, step: usize| (at + step as u16).saturating_sub(1).min(last);
+            around = core::array::from_fn(|i| Place {
+                col: near(top.col, i % 3),
+                row: near(top.row, i / 3),
+                ..Place::default()
+            });
+            own_energy = self.decide(&mut around);
+            let higher = around.into_iter().fold(top, best);
+            if higher.score <= top.score {
+                break;
+            }
+            top = higher;
+        }
+        let centred = |at: u16| at as i16 - radius as i16;
+        let others = places.iter().copied().filter(|place| place.apart(&top) >= HILL_PX as u16 && place.score > 0.0);
+        let second = others.reduce(best);
+        let parabola = |before: f32, after: f32| {
+            let bend = 2.0 * top.score - before - after;
+            if bend > 0.0 { (0.5 * (after - before) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+        };
+        Some(Peak {
+            d_col: centred(top.col),
+            d_row: centred(top.row),
+            score: top.score,
+            second: second.map_or(0.0, |second| second.score),
+            second_at: second.map_or((centred(top.col), centred(top.row)), |s| (centred(s.col), centred(s.row))),
+            vertex: (parabola(around[3].score, around[5].score), parabola(around[1].score, around[7].score)),
+            gain: if own_energy > 0 { top.products as f32 / own_energy as f32 } else { 0.0 },
+            on_border: [top.col, top.row].iter().any(|&at| at == 0 || at == last),
+        })
+    }
+}
+
+/// Products over the root of both energies.
+fn normalised(products: f32, own: i32, other: i32) -> f32 {
+    if own > 0 && other > 0 { products / (math::sqrt(own as f32) * math::sqrt(other as f32)) } else { 0.0 }
+}
+
+/// The limit for the details of a patch, by every `every`th of its runs.
+fn limit(patch: &View<'_>, runs: &[Run], every: usize) -> u8 {
+    let mut limit = Limit::new();
+    let mut chunk = [0; CHUNK];
+    for index in (0..runs.len()).step_by(every) {
+        for start in (runs[index].start..runs[index].end).step_by(CHUNK) {
+            limit.add(details(patch, runs, index, start, &mut chunk));
+        }
+    }
+    limit.value()
 }
 
 /// The limited details of a whole picture, as bytes of two's complement.
 fn details_into<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> Option<View<'b>> {
     let size = picture.size();
-    let bytes = bytes.get_mut(..size.0 as usize * size.1 as usize)?;
+    let count = size.0 as usize * size.1 as usize;
     let mut limit = Limit::new();
-    for (row, line) in (0..).zip(bytes.chunks_exact_mut(size.0.max(1) as usize)) {
+    for (row, line) in (0..).zip(bytes.get_mut(..count)?.chunks_exact_mut(size.0.max(1) as usize)) {
         let (near, own) = rows(size, row);
         let mut chunk = [0; CHUNK];
         for (start, bytes) in (0..).step_by(CHUNK).zip(line.chunks_mut(CHUNK)) {
             let details = details(picture, &near, own, start, &mut chunk);
-            limit.add(details);
-            for (byte, &detail) in bytes.iter_mut().zip(details) {
-                *byte = detail as u8;
+            if row % LIMIT_ROWS == 0 {
+                limit.add(details);
+            }
+            for (byte, &mut detail) in bytes.iter_mut().zip(details) {
+                *byte = detail;
             }
         }
     }
-    let limit = limit.value();
-    for byte in bytes.iter_mut() {
-        *byte = (*byte as i8).clamp(-limit, limit) as u8;
-    }
+    limit_to(limit.value(), bytes.get_mut(..count)?);
     View::new(bytes, size)
 }
 
-/// Σ p r of every shift into `scores`, `side` a row; the patch's own Σ p².
-fn products_into(
-    patch: &View<'_>,
-    runs: &[Run],
-    reference: &View<'_>,
-    side: usize,
-    scores: &mut [f32],
-) -> Result<u64, SearchError> {
-    let mut limit = Limit::new();
-    for (index, run) in runs.iter().enumerate() {
-        let length = (run.end as usize).checked_sub(run.start as usize).ok_or(SearchError::Capacity)?;
-        patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
-        let mut chunk = [0; CHUNK];
-        for start in (run.start..run.end).step_by(CHUNK) {
-            limit.add(details(patch, runs, index, start, &mut chunk));
-        }
-    }
-    let limit = limit.value();
-    scores.fill(0.0);
-    let mut own = 0u64;
-    for (index, run) in runs.iter().enumerate() {
-        for start in (run.start..run.end).step_by(CHUNK) {
-            let mut chunk = [0; CHUNK];
-            let length = details(patch, runs, index, start, &mut chunk).len();
-            let Some(chunk) = chunk.get_mut(..length) else { break };
-            for detail in chunk.iter_mut() {
-                *detail = (*detail).clamp(-limit, limit);
-                own += (*detail as i32 * *detail as i32) as u64;
-            }
-            for (row, scores) in (run.row as usize..).zip(scores.chunks_exact_mut(side)) {
-                if let Some(others) = reference.run(row, start as usize, length + side - 1) {
-                    add_products(chunk, others, scores);
-                }
-            }
-        }
-    }
-    Ok(own)
-}
+/// Every which row of the reference has a say in its limit.
+const LIMIT_ROWS: u16 = 3;
 
-/// Adds Σ p r of each shift along `others`, which holds one pixel less than both together. Four shifts at a time, so
-/// that every detail loaded serves four products; at most 64 x 127², which 32 bits hold.
-fn add_products(own: &[i8], others: &[u8], scores: &mut [f32]) {
-    let (fours, rest) = scores.as_chunks_mut::<4>();
-    let mut at = 0;
-    for scores in fours {
-        let mut sums = [0i32; 4];
-        for (&p, r) in own.iter().zip(others[at..].windows(4)) {
-            for (sum, &r) in sums.iter_mut().zip(r) {
-                *sum += p as i32 * (r as i8) as i32;
-            }
+/// The highest summits among the scores, as places, highest first.
+fn summits<'r>(scores: &[f32], side: usize, room: &'r mut [Place; SUMMITS]) -> &'r mut [Place] {
+    let mut count = 0;
+    for (index, &score) in scores.iter().enumerate() {
+        let full = count == SUMMITS;
+        if full && score <= room[SUMMITS - 1].score || !is_summit(scores, side, index) {
+            continue;
         }
-        for (score, sum) in scores.iter_mut().zip(sums) {
-            *score += sum as f32;
-        }
-        at += 4;
+        let at = room[..count].iter().position(|place| score > place.score).unwrap_or(count);
+        count += usize::from(!full);
+        room[at..count].rotate_right(1);
+        room[at] = Place { col: (index % side) as u16, row: (index / side) as u16, score, ..Place::default() };
     }
-    for score in rest {
-        let products = own.iter().zip(&others[at..]).map(|(&p, &r)| p as i32 * (r as i8) as i32);
-        *score += products.sum::<i32>() as f32;
-        at += 1;
-    }
-}
-
-/// Divides the products of every shift by the root of both energies. The reference's under the mask follows from one
-/// shift to the next by one pixel in and one out.
-fn normalise(runs: &[Run], reference: &View<'_>, own: f32, side: usize, scores: &mut [f32]) {
-    let square = |r: u8| (r as i8 as i32 * r as i8 as i32) as u32;
-    for (row, line) in scores.chunks_exact_mut(side).enumerate() {
-        for (block, scores) in line.chunks_mut(BLOCK).enumerate() {
-            let mut energies = [0u64; BLOCK];
-            for run in runs {
-                let (start, length) = (run.start as usize + BLOCK * block, (run.end - run.start) as usize);
-                let Some(r) = reference.run(run.row as usize + row, start, length + scores.len() - 1) else { continue };
-                let mut energy: u32 = r.iter().take(length).map(|&r| square(r)).sum();
-                for (shift, sum) in energies.iter_mut().take(scores.len()).enumerate() {
-                    *sum += energy as u64;
-                    if let (Some(&out), Some(&next)) = (r.get(shift), r.get(shift + length)) {
-                        energy = energy + square(next) - square(out);
-                    }
-                }
-            }
-            for (score, &energy) in scores.iter_mut().zip(&energies) {
-                *score = if energy > 0 { *score / math::sqrt(own * energy as f32) } else { 0.0 };
-            }
-        }
-    }
-}
-
-/// The peak among the scores.
-fn peak(scores: &[f32], radius: u16) -> Option<Peak> {
-    let side = 2 * radius as usize + 1;
-    let centred = |at: usize| at as i16 - radius as i16;
-    let at = |index: usize| (centred(index % side), centred(index / side));
-    let (best, &score) = scores.iter().enumerate().reduce(|best, next| if next.1 > best.1 { next } else { best })?;
-    let (d_col, d_row) = at(best);
-    let (mut second, mut second_at) = (0.0f32, (d_col, d_row));
-    for (index, &value) in scores.iter().enumerate() {
-        let (c, r) = at(index);
-        let apart = (c - d_col).abs().max((r - d_row).abs()) >= HILL_PX;
-        if apart && value > second && is_summit(scores, side, index) {
-            (second, second_at) = (value, (c, r));
-        }
-    }
-    let on_border = d_col.abs().max(d_row.abs()) == radius as i16;
-    Some(Peak { d_col, d_row, score, second, second_at, on_border })
+    &mut room[..count]
 }
 
 /// Whether no neighbour is higher. The flank of a broad hill is no second place, however high it is where the hill's
@@ -237,13 +347,16 @@ pub fn correlation(
         let Some(own) = patch.run(run.row as usize, run.start as usize, length) else { return 0.0 };
         let Some(others) = reference.run(row, start, length) else { return 0.0 };
         n += length as u64;
+        // At most 2^16 pixels: their sums fit 32 bits.
+        let mut sums = [0u32; 5];
         for (&own, &other) in own.iter().zip(others) {
             let (own, other) = (own as u32, other as u32);
-            p += own as u64;
-            r += other as u64;
-            pp += (own * own) as u64;
-            rr += (other * other) as u64;
-            pr += (own * other) as u64;
+            for (sum, add) in sums.iter_mut().zip([own, other, own * own, other * other, own * other]) {
+                *sum += add;
+            }
+        }
+        for (total, sum) in [&mut p, &mut r, &mut pp, &mut rr, &mut pr].into_iter().zip(sums) {
+            *total += sum as u64;
         }
     }
     // All products fit 64 bits unsigned up to 2³² pixels, the difference of the last two 63 and a sign.

@@ -147,7 +147,16 @@ fn the_same_ground_twice_is_ambiguous() {
 #[test]
 fn the_rule_names_its_doubt() {
     let rule = AcceptRule::default();
-    let good = Peak { d_col: 0, d_row: 0, score: 0.8, second: 0.3, second_at: (5, 5), on_border: false };
+    let good = Peak {
+        d_col: 0,
+        d_row: 0,
+        score: 0.8,
+        second: 0.3,
+        second_at: (5, 5),
+        vertex: (0.0, 0.0),
+        gain: 1.0,
+        on_border: false,
+    };
     assert_eq!(rule.peak(&good, 1000), Ok(()));
     assert_eq!(rule.peak(&good, 99), Err(Doubt::FewPixels));
     assert_eq!(rule.peak(&Peak { on_border: true, ..good }, 1000), Err(Doubt::OnBorder));
@@ -186,7 +195,16 @@ fn too_few_pixels_and_far_off_starts_are_refused() {
     let mut picture =
         |size| ground.picture(size, Placement { centre: (0.0, 0.0), ..Placement::default() }, 3.0, &mut random);
     let (patch, reference) = (picture(PATCH), picture(reference_size(PATCH)));
-    let start = |d_col, d_row| Peak { d_col, d_row, score: 0.9, second: 0.1, second_at: (5, 5), on_border: false };
+    let start = |d_col, d_row| Peak {
+        d_col,
+        d_row,
+        score: 0.9,
+        second: 0.1,
+        second_at: (5, 5),
+        vertex: (0.0, 0.0),
+        gain: 1.0,
+        on_border: false,
+    };
     let few: Vec<Run> = (4..8).map(|row| Run { row, start: 4, end: 10 }).collect();
     let refined = |runs: &[Run], at| refined(&patch, runs, &reference, &at, PRIOR);
     assert_eq!(refined(&few, start(0, 0)), Err(RefineError::TooLittle));
