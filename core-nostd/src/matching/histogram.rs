@@ -12,6 +12,11 @@ impl Histogram {
         Histogram { counts: [0; 256], total: 0 }
     }
 
+    /// Empty again.
+    pub(super) fn clear(&mut self) {
+        *self = Histogram::new();
+    }
+
     /// Counts one value.
     #[inline(always)]
     pub(super) fn add(&mut self, bin: u8) {

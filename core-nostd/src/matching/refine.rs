@@ -99,17 +99,19 @@ pub fn refine(
     prior: Prior,
     bytes: &mut [u8],
 ) -> Result<SubPixel, RefineError> {
-    let mut state = State::new(patch, runs, reference, radius, peak).ok_or(RefineError::TooLittle)?;
+    let mut sizes = Histogram::new();
+    let mut state = State::new(patch, runs, reference, radius, peak, &mut sizes).ok_or(RefineError::TooLittle)?;
     let smooth = smooth_into(patch, runs, bytes).ok_or(RefineError::TooLittle)?;
     let mut last = None;
     let mut every = 2;
     for _ in 0..PASSES {
-        let sums = accumulate(&smooth, runs, every, reference, &state);
+        sizes.clear();
+        let sums = accumulate(&smooth, runs, every, reference, &state, &mut sizes);
         let normal = sums.normal(prior, &state)?;
         let right = sums.right(prior, &state);
         let normal = normal.cholesky().ok_or(RefineError::TooLittle)?;
         let step = normal.solve(&right);
-        let went = state.step(&step, sums.sizes.median());
+        let went = state.step(&step, sizes.median());
         let off = (state.shift.0 - peak.d_col as f32).abs().max((state.shift.1 - peak.d_row as f32).abs());
         if off.is_nan()
             || off > REACH_PX
@@ -159,37 +161,43 @@ struct State {
 impl State {
     /// Starts at the whole-pixel peak. The gain is that of the details, which changed ground hardly has a part in, the
     /// offset the median difference under it.
-    fn new(patch: &View<'_>, runs: &[Run], reference: &View<'_>, radius: u16, peak: &Peak) -> Option<Self> {
+    fn new(
+        patch: &View<'_>,
+        runs: &[Run],
+        reference: &View<'_>,
+        radius: u16,
+        peak: &Peak,
+        histogram: &mut Histogram,
+    ) -> Option<Self> {
         let (cols, rows) = patch.size();
         let shifted = |at: u16, d: i16| u16::try_from(at as i32 + radius as i32 + d as i32).ok();
         let gain = Some(peak.gain).filter(|&gain| gain > 0.0 && gain <= GAIN_MAX)?;
         let gain_q8 = (256.0 * gain) as i32;
-        // Of every other row, like the first passes.
-        let residuals = |sink: &mut dyn FnMut(i32)| {
+        // Median over every other row, like the first passes, of a bin made of the difference.
+        let mut median = |bin: &dyn Fn(i32) -> i32| {
+            histogram.clear();
             for run in runs.iter().step_by(2) {
                 let length = run.end.checked_sub(run.start)? as usize;
                 let own = patch.run(run.row as usize, run.start as usize, length)?;
                 let (row, start) = (shifted(run.row, peak.d_row)?, shifted(run.start, peak.d_col)?);
                 for (&own, &other) in own.iter().zip(reference.run(row as usize, start as usize, length)?) {
-                    sink(other as i32 - ((gain_q8 * (own as i32 - MID_GREY)) >> 8));
+                    let difference = other as i32 - ((gain_q8 * (own as i32 - MID_GREY)) >> 8);
+                    histogram.add(bin(difference).clamp(0, 255) as u8);
                 }
             }
-            Some(())
+            Some(histogram.median())
         };
         // Bins of 8 greys from −1024 on hold what the largest gain can make.
-        let mut differences = Histogram::new();
-        residuals(&mut |difference| differences.add(((difference + 1024) >> 3).clamp(0, 255) as u8))?;
-        let offset = 8.0 * differences.median() - 1024.0;
-        let mut sizes = Histogram::new();
+        let offset = 8.0 * median(&|difference| (difference + 1024) >> 3)? - 1024.0;
         let whole = offset as i32;
-        residuals(&mut |difference| sizes.add((4 * (difference - whole).abs()).min(255) as u8))?;
+        let size = median(&|difference| 4 * (difference - whole).abs())?;
         Some(State {
             shift: (peak.d_col as f32 + peak.vertex.0, peak.d_row as f32 + peak.vertex.1),
             turn: 0.0,
             scale: 0.0,
             gain,
             offset,
-            sigma: sigma(sizes.median()),
+            sigma: sigma(size),
             centre: (0.5 * (cols as f32 - 1.0), 0.5 * (rows as f32 - 1.0)),
             half: 0.5 * cols.max(rows) as f32,
             radius: radius as f32,
@@ -251,7 +259,6 @@ struct Sums {
     score: f32,
     neighbour: f32,
     count: u32,
-    sizes: Histogram,
 }
 
 impl Sums {
@@ -343,8 +350,16 @@ fn prior_px(prior: Prior, half: f32) -> (f32, f32) {
     ((prior.turn_rad * half).max(1e-3), (prior.scale * half).max(1e-3))
 }
 
-/// Sums over every pixel whose surroundings are valid, of the first and then every `every`th row.
-fn accumulate(smooth: &View<'_>, runs: &[Run], every: usize, reference: &View<'_>, state: &State) -> Sums {
+/// Sums over every pixel whose surroundings are valid, of the first and then every `every`th row; `sizes` counts the sizes
+/// of the residuals.
+fn accumulate(
+    smooth: &View<'_>,
+    runs: &[Run],
+    every: usize,
+    reference: &View<'_>,
+    state: &State,
+    sizes: &mut Histogram,
+) -> Sums {
     let mut sums = Sums {
         products: [[0.0; UNKNOWNS]; UNKNOWNS],
         residual: [0.0; UNKNOWNS],
@@ -352,7 +367,6 @@ fn accumulate(smooth: &View<'_>, runs: &[Run], every: usize, reference: &View<'_
         score: 0.0,
         neighbour: 0.0,
         count: 0,
-        sizes: Histogram::new(),
     };
     let radiometry = Radiometry::new(state.gain, state.offset, OUTLIER * state.sigma);
     let longest = state.segment();
@@ -367,7 +381,7 @@ fn accumulate(smooth: &View<'_>, runs: &[Run], every: usize, reference: &View<'_
             let (u, v) = state.reference_position(middle.0, middle.1);
             let first = (u - 0.5 * (length as f32 - 1.0), v);
             let patch = Patch { above, own, below };
-            if let Some(segment) = segment::sums(&patch, reference, first, &radiometry, &mut sums.sizes) {
+            if let Some(segment) = segment::sums(&patch, reference, first, &radiometry, sizes) {
                 sums.add(&segment, middle, length as u32);
             }
             start += length;
