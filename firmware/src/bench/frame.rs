@@ -29,7 +29,7 @@ const MID_EXPOSURE: Micros = Micros(10_000_000);
 const ATTITUDE_US: u64 = 5_000;
 const RANGE_US: u64 = 20_000;
 
-/// One degree of latitude in metres, in the unit of the polynomial, 1e-2 degrees; longitude at 48°.
+/// Metres of 1e-2 degrees, the polynomial's unit, of latitude and at 48° of longitude.
 const NORTH_M: f32 = 1111.9;
 const EAST_M: f32 = 744.0;
 const CENTRE: Geographic = Geographic { lat_e7: 480_000_000, lon_e7: 160_000_000 };
