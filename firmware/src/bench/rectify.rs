@@ -3,7 +3,7 @@
 use super::poses::Pose;
 use super::region::{Stand, region};
 use core::hint::black_box;
-use heapless::Vec;
+use heapless::{Vec, VecView};
 use plumbline_core::budget::{REDUCED_MAX_AREA, REDUCED_MAX_COLS};
 use plumbline_core::camera::Camera;
 use plumbline_core::homography::FrameFromPatch;
@@ -125,10 +125,7 @@ pub fn run(
     for pose in Pose::all() {
         let situation = situation(&pose, height_m);
         region(stand, (case.name, "rectify"), pose, || {
-            let source = Source::new(pixels, reduction)?;
-            let size = (case.patch_px, case.patch_px);
-            let map = FrameFromPatch::new(situation.homography(&camera), &camera, (height_m, resolution_m), size);
-            rectify_into(&map, source, Sampling::choose(ratio, &reduction), patch, cell_sums, runs)
+            resample(case, &camera, &situation, (pixels, reduction), (patch, cell_sums, runs))
         })
         .map_err(CaseError::Rectify)?;
         if runs.is_empty() {
@@ -138,11 +135,29 @@ pub fn run(
     Ok(())
 }
 
-/// The reduction of a whole frame.
+/// The reduction of a whole frame. Not inlined, as [`resample`] is not, so that their size can be read from the image.
+#[inline(never)]
 fn reduce(reduction: Reduction, frame: &[u8], sums: &mut [u16], reduced: &mut [u8]) -> Result<(), CaseError> {
     let mut reducer = Reducer::new(reduction, (FRAME_PX, FRAME_PX));
     let mut rows = frame.chunks_exact(FRAME_PX as usize);
     rows.try_for_each(|row| reducer.take(row, sums, reduced)).map_err(CaseError::Reduce)
+}
+
+/// From the reduced frame to the patch.
+#[inline(never)]
+fn resample(
+    case: &Case,
+    camera: &Camera,
+    situation: &Situation,
+    (pixels, reduction): (&[u8], Reduction),
+    (patch, sums, runs): (&mut [u8], &mut [u32], &mut VecView<Run>),
+) -> Result<(), RectifyError> {
+    let (height_m, resolution_m) = case.height_resolution_m;
+    let size = (case.patch_px, case.patch_px);
+    let source = Source::new(pixels, reduction)?;
+    let map = FrameFromPatch::new(situation.homography(camera), camera, (height_m, resolution_m), size);
+    let sampling = Sampling::choose(camera.ratio(height_m, resolution_m), &reduction);
+    rectify_into(&map, source, sampling, patch, sums, runs)
 }
 
 /// What the map depends on; the rest does not matter here.

@@ -6,7 +6,7 @@ pub fn checks(pixels: &mut [u8], cols: usize, seed: u32) {
     for (row, line) in pixels.chunks_mut(cols).enumerate() {
         for (col, pixel) in line.iter_mut().enumerate() {
             let gradient = (col + row) / 8 % 160;
-            let check = ((col / 16 ^ row / 16) & 1) * 32;
+            let check = (((col / 16) ^ (row / 16)) & 1) * 32;
             let noise = hash(col as u32, row as u32, seed) >> 27;
             *pixel = (gradient + check) as u8 + noise as u8;
         }
@@ -44,9 +44,9 @@ fn smooth((col, row): (u32, u32), period: u32, seed: u32) -> f32 {
 /// 32 bits that look as if they had nothing to do with their arguments.
 pub fn hash(col: u32, row: u32, seed: u32) -> u32 {
     let mut bits = col.wrapping_mul(0x9e37_79b1) ^ row.wrapping_mul(0x85eb_ca77) ^ seed.wrapping_mul(0xc2b2_ae3d);
-    bits = (bits ^ bits >> 15).wrapping_mul(0x2c1b_3c6d);
-    bits = (bits ^ bits >> 12).wrapping_mul(0x297a_2d39);
-    bits ^ bits >> 15
+    bits = (bits ^ (bits >> 15)).wrapping_mul(0x2c1b_3c6d);
+    bits = (bits ^ (bits >> 12)).wrapping_mul(0x297a_2d39);
+    bits ^ (bits >> 15)
 }
 
 #[cfg(test)]

@@ -6,11 +6,11 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Class {
-    /// Moves, logic, additions, shifts, bit fields.
+    /// Moves, logic, additions, shifts.
     Alu,
     /// 32 and 64-bit multiplications, with or without accumulation.
     Mul,
-    /// Packed and saturating arithmetic, 16-bit products, extensions.
+    /// Packed and saturating arithmetic, 16-bit products, extensions, bit fields.
     Dsp,
     /// Integer divisions.
     Div,
@@ -159,8 +159,8 @@ fn branch_or_immediate(first: u16, second: u16) -> Class {
     match (second & 0x8000 != 0, is_system) {
         (true, true) => Class::Other,
         (true, false) => Class::Branch,
-        // SSAT and USAT, but none of the bit fields beside them.
-        _ if matches!(first & 0xffd0, 0xf300 | 0xf380) => Class::Dsp,
+        // Saturation and bit fields, which share the shifter's second cycle.
+        _ if matches!(first & 0xff90, 0xf300 | 0xf380) => Class::Dsp,
         _ => Class::Alu,
     }
 }

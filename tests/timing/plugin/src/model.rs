@@ -3,8 +3,8 @@
 //! *Floor*: two instructions a cycle, and 15 more for every VDIV, which blocks. Nothing can be faster.
 //!
 //! *Serial estimate*: one instruction at a time, and every result waited for as if the next instruction used it. The
-//! latencies are those of LLVM's scheduling model of the core (load 3, multiplication 2, floating point 3, fused
-//! multiply-add 6), of measurements for divisions (16 cycles and one of margin for VDIV and VSQRT), and of the
+//! latencies are those of LLVM's scheduling model of the core (load 3, multiplication and packed arithmetic 2, floating
+//! point 3, fused multiply-add 6), of measurements for divisions (16 cycles and one of margin for VDIV and VSQRT), and of the
 //! architecture for SDIV and UDIV (12 at most). To them come 1 cycle a taken branch, 8 a branch that goes another way
 //! than it did the last time, 4 a misaligned load, 2 a store of less than a word.
 //!

@@ -45,8 +45,8 @@ const KNOWN: &[(u16, u16, Class, u32)] = &[
     (0xeb01, 0x00c2, Alu, 0), // add.w r0, r1, r2, lsl #3
     (0xf241, 0x2034, Alu, 0), // movw r0, #4660
     (0xf2c1, 0x2034, Alu, 0), // movt r0, #4660
-    (0xf3c1, 0x00c3, Alu, 0), // ubfx r0, r1, #3, #4
-    (0xf361, 0x00c6, Alu, 0), // bfi r0, r1, #3, #4
+    (0xf3c1, 0x00c3, Dsp, 0), // ubfx r0, r1, #3, #4
+    (0xf361, 0x00c6, Dsp, 0), // bfi r0, r1, #3, #4
     (0xf381, 0x0008, Dsp, 0), // usat r0, #8, r1
     (0xf301, 0x0007, Dsp, 0), // ssat r0, #8, r1
     (0xf3a1, 0x0008, Dsp, 0), // usat16 r0, #8, r1
