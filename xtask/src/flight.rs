@@ -44,7 +44,8 @@ fn fly(link: &str, frames: usize) -> Result<PathBuf, Failure> {
     if link == "qemu" {
         command.arg("--firmware").arg(places::image("an500"));
     }
-    run(&mut command)?;
+    // Standard output may be for figures.
+    run(command.stdout(std::io::stderr()))?;
     Ok(folder)
 }
 

@@ -29,8 +29,8 @@ pub struct Case {
     pub height_resolution_m: (f32, f32),
     /// Side of the patch, pixels.
     pub patch_px: u16,
-    /// Reduced pixels that fit; the whole frame: it is resampled as it is.
-    pub capacity: usize,
+    /// Whether cells are averages of the reduced frame; else each is one bilinear reading of the frame as it is.
+    pub averages: bool,
 }
 
 /// The cases. 439.6 m and 5 m make 64 pixels of the whole footprint of 40°, a quarter of the resolution 256.
@@ -40,21 +40,21 @@ pub const CASES: [Case; 3] = [
         fov_deg: 40.0,
         height_resolution_m: (439.6, 5.0),
         patch_px: 64,
-        capacity: REDUCED_MAX_AREA,
+        averages: true,
     },
     Case {
         name: "rectify 512x512 to 35x35",
         fov_deg: 60.0,
         height_resolution_m: (150.0, 5.0),
         patch_px: 35,
-        capacity: REDUCED_MAX_AREA,
+        averages: true,
     },
     Case {
         name: "rectify 512x512 to 256x256",
         fov_deg: 40.0,
         height_resolution_m: (439.6, 1.25),
         patch_px: PATCH_PX,
-        capacity: FRAME_PX as usize * FRAME_PX as usize,
+        averages: false,
     },
 ];
 
@@ -112,10 +112,12 @@ pub fn run(
     let fov = Radians::from_degrees(black_box(case.fov_deg));
     let camera = Camera::new(size, (fov, fov), (0.0, 0.0), None).map_err(|_| CaseError::Camera)?;
     let (height_m, resolution_m) = case.height_resolution_m;
-    let ratio = camera.ratio(height_m, resolution_m);
-    let reduction = Reduction::choose(size, ratio, case.capacity).map_err(CaseError::Reduce)?;
+    // A patch pixel of one frame pixel asks for no reduction.
+    let (ratio, capacity) =
+        if case.averages { (camera.ratio(height_m, resolution_m), REDUCED_MAX_AREA) } else { (1.0, usize::MAX) };
+    let reduction = Reduction::choose(size, ratio, capacity).map_err(CaseError::Reduce)?;
     let Space { reduced, row_sums, cell_sums, runs } = space;
-    let pixels = if reduction.factor() > 1 {
+    let pixels = if case.averages {
         region(stand, (case.name, "reduce"), "any", || reduce(reduction, frame, row_sums, reduced))?;
         let (cols, rows) = reduction.size();
         &reduced[..cols as usize * rows as usize]
@@ -125,7 +127,7 @@ pub fn run(
     for pose in Pose::all() {
         let situation = situation(&pose, height_m);
         region(stand, (case.name, "rectify"), pose, || {
-            resample(case, &camera, &situation, (pixels, reduction), (patch, cell_sums, runs))
+            resample(case, &camera, &situation, (pixels, reduction, ratio), (patch, cell_sums, runs))
         })
         .map_err(CaseError::Rectify)?;
         if runs.is_empty() {
@@ -149,14 +151,14 @@ fn resample(
     case: &Case,
     camera: &Camera,
     situation: &Situation,
-    (pixels, reduction): (&[u8], Reduction),
+    (pixels, reduction, ratio): (&[u8], Reduction, f32),
     (patch, sums, runs): (&mut [u8], &mut [u32], &mut VecView<Run>),
 ) -> Result<(), RectifyError> {
     let (height_m, resolution_m) = case.height_resolution_m;
     let size = (case.patch_px, case.patch_px);
     let source = Source::new(pixels, reduction)?;
     let map = FrameFromPatch::new(situation.homography(camera), camera, (height_m, resolution_m), size);
-    let sampling = Sampling::choose(camera.ratio(height_m, resolution_m), &reduction);
+    let sampling = Sampling::choose(ratio, &reduction);
     rectify_into(&map, source, sampling, patch, sums, runs)
 }
 

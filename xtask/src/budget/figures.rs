@@ -108,8 +108,11 @@ pub fn of_workloads(workloads: &[Workload]) -> Vec<Figure> {
 pub fn failures(figures: &[Figure]) -> Vec<Failure> {
     let passed = figures.iter().filter(|figure| figure.fails()).map(|figure| {
         let Figure { workload, metric, value, limit } = figure;
-        let source = if *metric == INSTRUCTIONS { ", the table's and 0.5 %" } else { "" };
-        format!("{workload}: {metric}: {} needed, {} allowed{source}", number(*value), number(limit.unwrap_or(0.0)))
+        let (what, unit) = metric.split_once(", ").unwrap_or((*metric, ""));
+        let with_unit = |value: f64| format!("{} {unit}", number(value)).trim_end().to_owned();
+        let source = if *metric == INSTRUCTIONS { " by the table of exact counts" } else { "" };
+        let limit = with_unit(limit.unwrap_or(f64::NAN));
+        format!("{workload}: {what}: needs {}, the limit is {limit}{source}", with_unit(*value))
     });
     let absent =
         LIMITS.iter().filter(|limit| !figures.iter().any(|f| (f.workload.as_str(), f.metric) == (limit.0, limit.1)));
@@ -165,6 +168,8 @@ mod tests {
         let mut figures = at_the_limits();
         figures.retain(|figure| figure.metric != RAM);
         assert_eq!(failures(&figures), ["application: RAM, bytes: there is no such figure"]);
+        figures.push(Figure::new("application", RAM, 25_601.0));
+        assert_eq!(failures(&figures), ["application: RAM: needs 25601 bytes, the limit is 25600 bytes"]);
     }
 
     #[test]
