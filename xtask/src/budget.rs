@@ -57,7 +57,10 @@ impl Options {
 pub fn budget(arguments: &[String]) -> Result<ExitCode, Failure> {
     let options = Options::parse(arguments)?;
     let judged = match &options.against {
-        Some(revision) => compared(&options, revision),
+        Some(revision) => {
+            let commit = against::commit(revision)?;
+            compared(&options, revision, &commit)
+        }
         None => measured(&options),
     };
     Ok(judged.map_or_else(failed, |is_good| if is_good { ExitCode::SUCCESS } else { ExitCode::FAILURE }))
@@ -94,11 +97,10 @@ fn measured(options: &Options) -> Result<bool, Failure> {
 }
 
 /// Against another revision, with the same compiler; whether nothing has grown.
-fn compared(options: &Options, revision: &str) -> Result<bool, Failure> {
+fn compared(options: &Options, revision: &str, commit: &str) -> Result<bool, Failure> {
     set_up::emulator()?;
     let compiler = set_up::compiler()?;
-    build::images(&compiler)?;
-    let before = against::regions(revision, &compiler)?;
+    let before = against::regions((revision, commit), &compiler)?;
     let before = figures::of_workloads(&workloads::workloads(&before)?);
     let workloads = workloads::workloads(&bench::here(&compiler)?)?;
     let mut figures = figures::of_workloads(&workloads);

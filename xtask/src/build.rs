@@ -15,8 +15,7 @@ pub fn build() -> Result<Compiler, Failure> {
 /// Features of the emulated board's images.
 pub const AN500: &str = "an500,defmt";
 
-/// Builds all images.
-pub fn images(compiler: &Compiler) -> Result<(), Failure> {
+fn images(compiler: &Compiler) -> Result<(), Failure> {
     let mut cargo = cargo();
     cargo.args(["build", "--package", "plumbline-firmware", "--bins", "--features", AN500]);
     cargo.args(["--profile", places::PROFILE]);

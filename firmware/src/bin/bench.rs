@@ -1,5 +1,5 @@
 //! What a frame costs on the emulated board. `cargo xtask budget` runs it and reads what QEMU's plugin counted between
-//! the markers; the same image on silicon prints the cycles of each region itself.
+//! the markers. On the real board with this memory map, an MPS2 with AN500, it prints the cycles of each region itself.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]

@@ -10,12 +10,16 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Regions of `revision`, built in a folder of its own.
-pub fn regions(revision: &str, compiler: &Compiler) -> Result<Vec<Region>, Failure> {
+/// The commit that `revision` names.
+pub fn commit(revision: &str) -> Result<String, Failure> {
     let named = format!("{revision}^{{commit}}");
-    let commit = output(git().args(["rev-parse", "--verify", "--quiet", &named]))
-        .ok_or_else(|| format!("git knows no revision {revision:?}"))?;
-    let tree = Tree::new(&commit)?;
+    output(git().args(["rev-parse", "--verify", "--quiet", &named]))
+        .ok_or_else(|| format!("git knows no revision {revision:?}"))
+}
+
+/// Regions of a revision, built from its commit in a folder of its own.
+pub fn regions((revision, commit): (&str, &str), compiler: &Compiler) -> Result<Vec<Region>, Failure> {
+    let tree = Tree::new(commit)?;
     if !tree.0.join("firmware/src/bin/bench.rs").is_file() {
         return Err(format!("{revision} has no bench image: there is nothing to compare with"));
     }

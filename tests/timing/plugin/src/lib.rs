@@ -1,7 +1,7 @@
 //! A plugin for QEMU's Arm emulation that counts what marked regions of a program cost.
 //!
 //! A region begins at the instruction `DBG #1` and ends at `DBG #2`. Both do nothing on the architecture, so the same
-//! image runs on silicon. Inside a region instructions are counted by class ([`decode`]) and priced ([`model`]); reads
+//! code runs on silicon. Inside a region instructions are counted by class ([`decode`]) and priced ([`model`]); reads
 //! and writes of the external memory go through a data cache ([`cache`]). A line is written for every region, in the
 //! order in which they end ([`regions`]). Nothing depends on the host or on time: two runs write the same file.
 //!
