@@ -1,7 +1,7 @@
 //! `cargo xtask budget`: what a frame costs, beside what it may cost.
 //!
-//! The bench image runs in QEMU with a plugin that counts, region by region ([`bench`]); the worst pose of each workload
-//! ([`workloads`]) becomes figures with limits ([`figures`]). Instructions are held to the committed table
+//! The bench image runs in QEMU with a plugin that counts, region by region ([`mod@bench`]); the worst pose of each
+//! workload ([`workloads`]) becomes figures with limits ([`figures`]). Instructions are held to the committed table
 //! ([`expected`]) or to another revision ([`against`]); memory is read from the images ([`map`], [`memory`]).
 
 mod against;

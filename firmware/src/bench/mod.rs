@@ -7,7 +7,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`region`] | a marked piece of work, and what a board lends for it |
-//! | [`counter`] | the cycle counter, where there is a real one |
+//! | `counter` | the cycle counter, on a board that has one |
 //! | [`poses`] | headings, tilts and follow-up angles, to find the worst |
 //! | [`texture`] | pictures |
 //! | [`scenery`] | a frame as a tilted camera would take it of a tile |
