@@ -39,9 +39,12 @@ fn image(name: &str) -> Result<Vec<u8>, Failure> {
 /// Modules of the core whose functions and constants belong to the stage, and the bench's two functions that the compiler
 /// inlines them into. Both ways of mangling put a name's length before it.
 const MODULES: [(&str, &[&str]); 2] = [
-    ("14plumbline_core", &["6reduce", "7rectify", "10homography", "3dsp"]),
+    ("14plumbline_core", &["6reduce", "7rectify", "10homography", "3dsp", MAP]),
     ("18plumbline_firmware", &["5bench7rectify6reduce", "5bench7rectify8resample"]),
 ];
+
+/// The situation's map, which takes in the making of the homography.
+const MAP: &str = "8pipeline9situation9Situation10homography";
 
 /// Whether a symbol is the stage's. Numeric constants without a name and libm's functions are not counted.
 fn rectifies(symbol: &Symbol) -> bool {
@@ -62,6 +65,7 @@ mod tests {
         assert!(is("_ZN14plumbline_core7rectify12rectify_into17h0123456789abcdefE"));
         assert!(is("_RNvNtCs1_14plumbline_core7rectify12rectify_into"));
         assert!(is("_ZN18plumbline_firmware5bench7rectify8resample17h0123456789abcdefE"));
+        assert!(is("_ZN14plumbline_core8pipeline9situation9Situation10homography17h0123456789abcdefE"));
         assert!(!is("_ZN14plumbline_core8matching6locate17h0123456789abcdefE"));
         assert!(!is("_ZN18plumbline_firmware5bench7rectify3run17h0123456789abcdefE"));
         assert!(!is("memset"));
