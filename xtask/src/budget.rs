@@ -1,49 +1,144 @@
-//! What an image takes of flash and of RAM.
+//! `cargo xtask budget`: what a frame costs, beside what it may cost.
+//!
+//! The bench image runs in QEMU with a plugin that counts, region by region ([`mod@bench`]); the worst pose of each
+//! workload ([`workloads`]) becomes figures with limits ([`figures`]). Instructions are held to the committed table
+//! ([`expected`]) or to another revision ([`against`]); memory is read from the images ([`map`], [`memory`]).
 
-use super::elf::{self, Section};
-use super::flight::number;
-use super::{Failure, places};
-use serde_json::Value;
-use std::fs;
+mod against;
+mod bench;
+mod expected;
+mod figures;
+pub mod map;
+mod memory;
+mod tell;
+mod workloads;
 
-/// What static data and stack together may take, bytes.
-pub const RAM_LIMIT: u32 = 25 * 1024;
+use crate::{Failure, build, failed, set_up};
+use expected::Expected;
+use figures::Figure;
+use std::process::ExitCode;
 
-/// Where the emulated board's RAM begins.
-const RAM: std::ops::Range<u32> = 0x2000_0000..0x2040_0000;
-
-/// Prints the sections of an image, and what RAM a flight took in all.
-pub fn print(name: &str, report: Option<&Value>) -> Result<(), Failure> {
-    let path = places::image(name);
-    let file = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let sections = elf::sections(&file).map_err(|why| format!("{}: {why}", path.display()))?;
-    for section in sections.iter().filter(|section| section.size > 0) {
-        println!("{:16} {:#010x} {:8} bytes", section.name, section.address, section.size);
-    }
-    let (flash, ram) = totals(&sections);
-    println!("{:16} {:10} {flash:8} bytes", "flash", "");
-    println!("{:16} {:10} {ram:8} bytes of {RAM_LIMIT}, stack not included", "static RAM", "");
-    if let Some(bytes) = report.map(|report| number(report, "/ram_bytes")) {
-        println!("{:16} {:10} {bytes:8} bytes of {RAM_LIMIT}, with the stack's high-water mark in flight", "RAM", "");
-    }
-    Ok(())
+/// What was asked for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Options {
+    json: bool,
+    overwrite: bool,
+    against: Option<String>,
 }
 
-/// Bytes that the image takes of flash, and of RAM before it runs. First values of `.data` count in both.
-fn totals(sections: &[Section]) -> (u32, u32) {
-    let sum = |wanted: &dyn Fn(&&Section) -> bool| sections.iter().filter(wanted).map(|section| section.size).sum();
-    (sum(&|section| section.is_loaded), sum(&|section| RAM.contains(&section.address)))
+impl Options {
+    fn parse(arguments: &[String]) -> Result<Self, Failure> {
+        let mut options = Options::default();
+        let mut arguments = arguments.iter();
+        while let Some(argument) = arguments.next() {
+            match argument.as_str() {
+                "--json" => options.json = true,
+                "--overwrite" => options.overwrite = true,
+                "--against" => {
+                    let revision = arguments.next().filter(|revision| !revision.starts_with('-'));
+                    options.against = Some(revision.ok_or("--against needs a revision")?.clone());
+                }
+                unknown => {
+                    return Err(format!("budget knows no {unknown:?}; it knows --json, --overwrite and --against"));
+                }
+            }
+        }
+        if options.overwrite && options.against.is_some() {
+            return Err("--overwrite renews the table, which --against does not read: one of them at a time".into());
+        }
+        Ok(options)
+    }
+}
+
+/// Measures and judges: exit code 1 where a gate fails.
+///
+/// # Errors
+/// A sentence on what cannot be asked for.
+pub fn budget(arguments: &[String]) -> Result<ExitCode, Failure> {
+    let options = Options::parse(arguments)?;
+    let judged = match &options.against {
+        Some(revision) => {
+            let commit = against::commit(revision)?;
+            compared(&options, revision, &commit)
+        }
+        None => measured(&options),
+    };
+    Ok(judged.map_or_else(failed, |is_good| if is_good { ExitCode::SUCCESS } else { ExitCode::FAILURE }))
+}
+
+/// The working tree by itself; whether every gate holds.
+fn measured(options: &Options) -> Result<bool, Failure> {
+    set_up::emulator()?;
+    let compiler = build::build()?;
+    let workloads = workloads::workloads(&bench::here(&compiler)?)?;
+    let mut figures = figures::of_workloads(&workloads);
+    figures.extend(memory::figures()?);
+
+    let version = compiler.version()?;
+    if options.overwrite {
+        Expected::of(&version, &figures).write()?;
+    }
+    let expected = Expected::read()?;
+    let is_comparable = expected.compiler == version;
+    if is_comparable {
+        expected.limit(&mut figures);
+    } else {
+        eprintln!(
+            "the table of exact counts is of {}, this is {version}: its gate is left out, the others decide",
+            expected.compiler
+        );
+    }
+    let mut failures = figures::failures(&figures);
+    if is_comparable {
+        failures.extend(expected.missing(&figures));
+        expected.tell_falls(&figures);
+    }
+    finish(options, &workloads, &figures, &failures)
+}
+
+/// Against another revision, with the same compiler; whether nothing has grown.
+fn compared(options: &Options, revision: &str, commit: &str) -> Result<bool, Failure> {
+    set_up::emulator()?;
+    let compiler = set_up::compiler()?;
+    let before = against::regions((revision, commit), &compiler)?;
+    let before = figures::of_workloads(&workloads::workloads(&before)?);
+    let workloads = workloads::workloads(&bench::here(&compiler)?)?;
+    let mut figures = figures::of_workloads(&workloads);
+    against::limit(&mut figures, &before);
+    let failures = figures::grown(&figures, &before, revision);
+    finish(options, &workloads, &figures, &failures)
+}
+
+fn finish(
+    options: &Options,
+    workloads: &[workloads::Workload],
+    figures: &[Figure],
+    failures: &[Failure],
+) -> Result<bool, Failure> {
+    if options.json {
+        println!("{}", tell::json(figures));
+    } else {
+        print!("{}", tell::table(workloads, figures));
+    }
+    failures.iter().for_each(|sentence| eprintln!("{sentence}"));
+    Ok(failures.is_empty())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::totals;
-    use crate::elf::Section;
+    use super::Options;
+
+    fn parse(line: &str) -> Result<Options, String> {
+        Options::parse(&line.split_whitespace().map(str::to_owned).collect::<Vec<_>>())
+    }
 
     #[test]
-    fn first_values_count_in_flash_and_ram() {
-        let section = |address, size, is_loaded| Section { name: String::new(), address, size, is_loaded };
-        let sections = [section(0x400, 1000, true), section(0x2000_0000, 100, true), section(0x2000_0064, 10, false)];
-        assert_eq!(totals(&sections), (1100, 110));
+    fn options_are_read_and_others_refused() {
+        assert_eq!(parse(""), Ok(Options::default()));
+        let json = Options { json: true, against: Some("HEAD~1".into()), ..Options::default() };
+        assert_eq!(parse("--json --against HEAD~1"), Ok(json));
+        for line in ["--jsn", "--against", "--against --json", "--overwrite --against HEAD"] {
+            assert!(parse(line).is_err(), "{line}");
+        }
     }
 }

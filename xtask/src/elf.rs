@@ -15,31 +15,55 @@ pub struct Section {
     pub is_loaded: bool,
 }
 
+/// A function or an object by its name, as the compiler mangled it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Symbol {
+    /// Mangled.
+    pub name: String,
+    /// Bytes.
+    pub size: u32,
+}
+
 const SECTION_OCCUPIES_MEMORY: u32 = 2;
+const SYMBOL_TABLE: u32 = 2;
+const SYMBOL_BYTES: usize = 16;
 const NO_BITS: u32 = 8;
 const HEADER_BYTES: usize = 40;
 
 /// The sections of `file` that occupy memory, in the file's order.
 pub fn sections(file: &[u8]) -> Result<Vec<Section>, Failure> {
+    read(file, read_sections)
+}
+
+/// The functions and objects that `file` names.
+pub fn symbols(file: &[u8]) -> Result<Vec<Symbol>, Failure> {
+    read(file, read_symbols)
+}
+
+fn read<T>(file: &[u8], what: impl Fn(&[u8]) -> Option<T>) -> Result<T, Failure> {
     if file.get(..6) != Some(b"\x7fELF\x01\x01") {
         return Err("not a 32-bit little-endian ELF file".into());
     }
-    read(file).ok_or_else(|| "the ELF file is cut short".into())
+    what(file).ok_or_else(|| "the ELF file is cut short".into())
 }
 
-fn read(file: &[u8]) -> Option<Vec<Section>> {
+/// Headers of all sections, and which of them holds the sections' names.
+fn headers(file: &[u8]) -> Option<(Vec<&[u8]>, usize)> {
     let table = word(file, 32)? as usize;
     let [entry_size, count, names] = [46, 48, 50].map(|at| half(file, at).map(usize::from));
     let (entry_size, count) = (entry_size?, count?);
     let header = |n: usize| file.get(table.checked_add(n * entry_size)?..)?.get(..HEADER_BYTES);
-    let names = file.get(word(header(names?)?, 16)? as usize..)?;
+    Some(((0..count).map(header).collect::<Option<_>>()?, names?))
+}
+
+fn read_sections(file: &[u8]) -> Option<Vec<Section>> {
+    let (headers, names) = headers(file)?;
+    let names = file.get(word(headers.get(names)?, 16)? as usize..)?;
     let mut sections = Vec::new();
-    for n in 0..count {
-        let header = header(n)?;
+    for header in headers {
         if word(header, 8)? & SECTION_OCCUPIES_MEMORY != 0 {
-            let name = names.get(word(header, 0)? as usize..)?.split(|&byte| byte == 0).next()?;
             sections.push(Section {
-                name: String::from_utf8_lossy(name).into_owned(),
+                name: name(names, word(header, 0)?)?,
                 address: word(header, 12)?,
                 size: word(header, 20)?,
                 is_loaded: word(header, 4)? != NO_BITS,
@@ -47,6 +71,25 @@ fn read(file: &[u8]) -> Option<Vec<Section>> {
         }
     }
     Some(sections)
+}
+
+fn read_symbols(file: &[u8]) -> Option<Vec<Symbol>> {
+    let (headers, _) = headers(file)?;
+    let mut symbols = Vec::new();
+    for header in headers.iter().filter(|header| word(header, 4) == Some(SYMBOL_TABLE)) {
+        let names = file.get(word(headers.get(word(header, 24)? as usize)?, 16)? as usize..)?;
+        let table = file.get(word(header, 16)? as usize..)?.get(..word(header, 20)? as usize)?;
+        for symbol in table.chunks_exact(SYMBOL_BYTES) {
+            symbols.push(Symbol { name: name(names, word(symbol, 0)?)?, size: word(symbol, 8)? });
+        }
+    }
+    Some(symbols)
+}
+
+/// The string that begins at `at`.
+fn name(strings: &[u8], at: u32) -> Option<String> {
+    let bytes = strings.get(at as usize..)?.split(|&byte| byte == 0).next()?;
+    Some(String::from_utf8_lossy(bytes).into_owned())
 }
 
 fn word(bytes: &[u8], at: usize) -> Option<u32> {
@@ -59,7 +102,7 @@ fn half(bytes: &[u8], at: usize) -> Option<u16> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Section, sections};
+    use super::{Section, Symbol, sections, symbols};
 
     /// A file with a null section, `.bss` and the names.
     fn file() -> Vec<u8> {
@@ -79,6 +122,19 @@ mod tests {
     fn a_section_is_read_and_one_that_takes_no_memory_is_not() {
         let bss = Section { name: ".bss".into(), address: 0x2000_0000, size: 1234, is_loaded: false };
         assert_eq!(sections(&file()), Ok(vec![bss]));
+    }
+
+    #[test]
+    fn symbols_are_read_with_their_sizes() {
+        let mut file = file();
+        // The null section becomes a symbol table of one symbol behind all headers, with the names' section as strings.
+        let at = file.len();
+        for (offset, word) in [(4, 2u32), (16, at as u32), (20, 16), (24, 2)] {
+            file[64 + offset..64 + offset + 4].copy_from_slice(&word.to_le_bytes());
+        }
+        file.extend([6u32, 0x400, 120, 0].iter().flat_map(|word| word.to_le_bytes()));
+        assert_eq!(symbols(&file), Ok(vec![Symbol { name: ".names".into(), size: 120 }]));
+        assert!(symbols(&file[..file.len() - 1]).is_err());
     }
 
     #[test]

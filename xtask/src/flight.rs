@@ -12,28 +12,40 @@ const FRAMES: usize = 60;
 
 /// Flies both and compares; the emulated flight's report.
 pub fn flight() -> Result<Value, Failure> {
-    let in_process = fly("inproc")?;
-    let emulated = fly("qemu")?;
+    let in_process = fly("inproc", FRAMES)?;
+    let emulated = fly("qemu", FRAMES)?;
     let [ours, theirs] = [read(&in_process.join("fixes.csv"))?, read(&emulated.join("fixes.csv"))?];
     compare(&ours, &theirs)?;
-    let report = read(&emulated.join("report.json"))?;
+    report(&emulated)
+}
+
+/// Bytes of RAM that a short emulated flight takes, static data and the stack's high-water mark.
+pub fn ram_bytes(frames: usize) -> Result<u32, Failure> {
+    let report = report(&fly("qemu", frames)?)?;
+    Ok(number(&report, "/ram_bytes") as u32)
+}
+
+/// The report of an emulated flight, with the figures that it must have.
+fn report(folder: &Path) -> Result<Value, Failure> {
+    let report = read(&folder.join("report.json"))?;
     let report: Value = serde_json::from_str(&report).map_err(|error| format!("report.json is no JSON: {error}"))?;
     check(&report)?;
     Ok(report)
 }
 
 /// One flight; the folder it wrote.
-fn fly(link: &str) -> Result<PathBuf, Failure> {
+fn fly(link: &str, frames: usize) -> Result<PathBuf, Failure> {
     let folder = places::scratch().join(format!("flight-{link}"));
     // What an earlier run left there must not pass for this one's.
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut command = Command::new(places::plumbline());
-    command.args(["fly", "--link", link, "--frames", &FRAMES.to_string(), "--out"]).arg(&folder);
+    command.args(["fly", "--link", link, "--frames", &frames.to_string(), "--out"]).arg(&folder);
     if link == "qemu" {
         command.arg("--firmware").arg(places::image("an500"));
     }
-    run(&mut command)?;
+    // Standard output may be for figures.
+    run(command.stdout(std::io::stderr()))?;
     Ok(folder)
 }
 

@@ -1,4 +1,4 @@
-//! `cargo xtask VERB`: sets up what is missing, builds, flies, tests.
+//! `cargo xtask VERB`: sets up what is missing, builds, flies, tests, counts.
 
 mod budget;
 mod build;
@@ -24,6 +24,7 @@ fn main() -> ExitCode {
     let outcome = match verb.as_str() {
         "build" => none_left(&rest).map(|()| build::build().map_or_else(failed, |_| ExitCode::SUCCESS)),
         "fly" => Ok(fly::fly(&rest).unwrap_or_else(failed)),
+        "budget" => budget::budget(&rest),
         "test" => none_left(&rest).map(|()| test::test()),
         "" => Err(format!("cargo xtask needs a verb: {VERBS}")),
         unknown => Err(format!("cargo xtask knows no verb {unknown:?}; it knows {VERBS}")),
@@ -34,7 +35,8 @@ fn main() -> ExitCode {
     })
 }
 
-const VERBS: &str = "build (all images and the plumbline command), fly [options of plumbline fly], and test";
+const VERBS: &str = "build (all images and the plumbline command), fly [options of plumbline fly], budget [--json] \
+    [--overwrite] [--against REVISION], and test";
 
 fn none_left(rest: &[String]) -> Result<(), Failure> {
     rest.first().map_or(Ok(()), |extra| Err(format!("this verb takes no arguments, but got {extra:?}")))

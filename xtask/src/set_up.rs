@@ -30,6 +30,16 @@ impl Compiler {
         }
     }
 
+    /// What it calls itself.
+    pub fn version(&self) -> Result<String, Failure> {
+        let rustc = match self {
+            Compiler::Installed => env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()),
+            Compiler::FromSource { .. } => DEBIAN_RUSTC.into(),
+        };
+        output(Command::new(rustc).current_dir(places::root()).arg("--version"))
+            .ok_or_else(|| "the compiler does not tell its version".into())
+    }
+
     /// Whether clippy can check with it: clippy belongs to one version of the compiler.
     pub fn has_clippy(&self) -> bool {
         *self == Compiler::Installed

@@ -41,7 +41,7 @@ fn all(steps: &mut Steps) -> bool {
     steps.step("emulated flight equals the one in-process", || {
         flight::flight().map(|report| flown = Some(report)).into()
     });
-    steps.step("memory map", || budget::print("an500", flown.as_ref()).into());
+    steps.step("memory map", || budget::map::print("an500", flown.as_ref()).into());
     steps.step("documentation", || documentation().into());
     true
 }

@@ -1,0 +1,26 @@
+//! What a frame costs, stage by stage, and what the kernels cost by themselves.
+//!
+//! The image `src/bin/bench.rs` runs these cases on a board; each piece of work stands between the markers of
+//! [`region`]. The cases make their own pictures on board, from seeds, and everything is compiled on the host as well,
+//! where a test sees that they are what they pretend to be.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`region`] | a marked piece of work, and what a board lends for it |
+//! | `counter` | the cycle counter, on a board that has one |
+//! | [`poses`] | headings, tilts and follow-up angles, to find the worst |
+//! | [`texture`] | pictures |
+//! | [`scenery`] | a frame as a tilted camera would take it of a tile |
+//! | [`rectify`] | cases of the rectification alone |
+//! | [`frame`] | cases of the whole chain from edge to fix |
+//!
+//! A search of ±64 pixels to get the position back would be one more module beside [`frame`]: the core has none.
+
+#[cfg(all(target_os = "none", feature = "an500"))]
+pub mod counter;
+pub mod frame;
+pub mod poses;
+pub mod rectify;
+pub mod region;
+pub mod scenery;
+pub mod texture;

@@ -1,0 +1,101 @@
+//! What a frame costs on the emulated board. `cargo xtask budget` runs it and reads what QEMU's plugin counted between
+//! the markers. On the real board with this memory map, an MPS2 with AN500, it prints the cycles of each region itself.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() {}
+
+#[cfg(target_os = "none")]
+mod board {
+    use core::fmt::Arguments;
+    use cortex_m::Peripherals;
+    use cortex_m_rt::entry;
+    use plumbline_core::pipeline::Buffers;
+    use plumbline_firmware::an500;
+    use plumbline_firmware::bench::counter::Counter;
+    use plumbline_firmware::bench::poses::Pose;
+    use plumbline_firmware::bench::region::Stand;
+    use plumbline_firmware::bench::{frame, rectify, texture};
+    use plumbline_firmware::window;
+    use semihosting::eprintln;
+    use static_cell::ConstStaticCell;
+
+    static SPACE: ConstStaticCell<rectify::Space> = ConstStaticCell::new(rectify::Space::new());
+    static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
+
+    /// Room for the largest patch: the board's RAM above what the linker gives away, the upper half of what the flight
+    /// computer has as tightly coupled memory.
+    const PATCH: usize = 0x2001_0000;
+
+    struct Bench(Option<Counter>);
+
+    impl Stand for Bench {
+        fn tell(&mut self, line: Arguments<'_>) {
+            eprintln!("{line}");
+        }
+
+        fn cycles(&mut self) -> Option<u32> {
+            self.0.as_ref().map(Counter::now)
+        }
+    }
+
+    /// Memory of the board that nothing else uses.
+    ///
+    /// # Safety
+    /// Each address is given out once, and no other object lies there.
+    unsafe fn memory(address: usize, length: usize) -> &'static mut [u8] {
+        // SAFETY: plain memory, valid for any byte; the caller speaks for the rest.
+        unsafe { core::slice::from_raw_parts_mut(address as *mut u8, length) }
+    }
+
+    #[entry]
+    fn main() -> ! {
+        let counter = Peripherals::take().and_then(|mut core| Counter::start(&mut core.DCB, &mut core.DWT));
+        let mut bench = Bench(counter);
+        if bench.0.is_none() {
+            eprintln!("bench: this processor counts no cycles");
+        }
+        let area = |side: u16| usize::from(side) * usize::from(side);
+        // SAFETY: no simulator shares the window here, and the three pieces do not overlap.
+        let (frame, tile, patch) = unsafe {
+            (
+                memory(window::ADDRESS + window::FRAME, area(frame::FRAME_PX)),
+                memory(window::ADDRESS + window::TILE, area(frame::TILE_PX)),
+                memory(PATCH, area(rectify::PATCH_PX)),
+            )
+        };
+        an500::exit(rectifications(&mut bench, frame, patch) && frames(&mut bench, frame, tile))
+    }
+
+    fn rectifications(bench: &mut Bench, picture: &mut [u8], patch: &mut [u8]) -> bool {
+        texture::checks(picture, usize::from(rectify::FRAME_PX), 1);
+        let space = SPACE.take();
+        rectify::CASES.iter().all(|case| {
+            let done = rectify::run(case, bench, (picture, patch), space);
+            if let Err(why) = done {
+                eprintln!("bench: {} cannot run: {why:?}", case.name);
+            }
+            done.is_ok()
+        })
+    }
+
+    fn frames(bench: &mut Bench, picture: &mut [u8], tile: &mut [u8]) -> bool {
+        texture::ground(tile, usize::from(frame::TILE_PX), 1);
+        let buffers = BUFFERS.take();
+        let (mut accepted, mut poses) = (0, 0);
+        for pose in Pose::all() {
+            match frame::run(&pose, bench, (picture, tile), buffers) {
+                Err(why) => {
+                    eprintln!("bench: {pose} is refused: {why:?}");
+                    return false;
+                }
+                Ok(flown) => {
+                    poses += 1;
+                    accepted += u32::from(flown.outcome.fix.is_ok() && flown.error_px < 0.5);
+                }
+            }
+        }
+        eprintln!("bench: {accepted} of {poses} frames have a fix where they were taken");
+        true
+    }
+}
