@@ -135,7 +135,7 @@ pub fn dot_and_energy(own: &[u8], others: &[u8]) -> (i32, i32) {
     (dot, energy)
 }
 
-/// Limits each of four bytes of two's complement to ±`limit`, 0 to 127 (by saturating additions).
+/// Limits each of four bytes of two's complement to ±`limit`, 1 to 127 (by saturating additions).
 #[inline(always)]
 pub fn clamp_bytes(word: u32, limit: u8) -> u32 {
     #[cfg(feature = "dsp")]
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn bytes_are_limited_on_both_sides() {
-        for limit in [0, 1, 5, 126, 127] {
+        for limit in [1, 5, 126, 127] {
             for value in i8::MIN..=i8::MAX {
                 let word = clamp_bytes(u32::from_le_bytes([value as u8, 0, value as u8, 1]), limit).to_le_bytes();
                 let limit = limit as i8;

@@ -18,7 +18,7 @@
 
 pub mod budget;
 pub mod camera;
-#[allow(unsafe_code, reason = "single instructions on registers, which only assembly can name")]
+#[allow(unsafe_code, reason = "instructions that only assembly can name")]
 pub mod dsp;
 pub mod fix;
 pub mod frames;

@@ -39,6 +39,11 @@ pub fn floor(value: f32) -> f32 {
     libm::floorf(value)
 }
 
+/// Smallest integer not below `value`.
+pub fn ceil(value: f32) -> f32 {
+    libm::ceilf(value)
+}
+
 /// Natural logarithm.
 pub fn ln(value: f32) -> f32 {
     libm::logf(value)

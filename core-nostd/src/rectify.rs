@@ -9,6 +9,7 @@
 //! A cell is valid when all of its readings lie in the frame. Valid cells are returned as runs, which is what the
 //! matcher iterates over: a footprint is convex, so there is about one run a row.
 
+#[allow(unsafe_code, reason = "pixels are read without a check each where the ends of a line have been checked")]
 mod sampler;
 mod segment;
 
@@ -49,20 +50,25 @@ pub struct Sampling {
 
 /// Most readings along the side of a cell; 255 x 16 x 16 readings fit the sums with room.
 const SAMPLES_MAX: u16 = 16;
+/// Reduced pixels from one reading to the next at most. A reading blends two pixels along each axis, so closer ones only
+/// blur: the root mean square to the exact average is smallest between 1 and 1.35.
+const APART: f32 = 1.35;
 /// Position error allowed between segment ends, in pixels of the reduced frame, when a cell averages an area.
 const AREA_TOLERANCE_PX: f32 = 1.0 / 16.0;
 /// The same for plain bilinear resampling: half a grey level at the steepest edge an 8-bit picture can have.
 const BILINEAR_TOLERANCE_PX: f32 = 1.0 / 512.0;
 
 impl Sampling {
-    /// Enough readings that neighbours are at most one reduced pixel apart at nadir; one where the output is finer.
+    /// Enough readings that neighbours are at most 1.35 reduced pixels apart at nadir; one where the output is finer.
     pub fn choose(ratio: f32, reduction: &Reduction) -> Self {
         let apart = ratio / reduction.factor() as f32;
-        // A ratio a hair above a whole number does not need another reading.
-        let samples = crate::math::floor(apart + 0.95).clamp(1.0, SAMPLES_MAX as f32);
+        let samples = crate::math::ceil(apart / APART).clamp(1.0, SAMPLES_MAX as f32);
         Sampling { samples: samples as u16 }
     }
 }
+
+/// Binary places of the reciprocal that makes means.
+const MEAN_BITS: u32 = 32;
 
 /// Rectifies into `patch`, row-major, `map.size()` pixels, row 0 north. Pixels outside every run are 0.
 ///
@@ -91,7 +97,8 @@ pub fn rectify_into(
     let factor = source.reduction().factor() as f32;
     let tolerance = if averages { AREA_TOLERANCE_PX * factor } else { BILINEAR_TOLERANCE_PX };
     let line = segment::Line::plan(map, &source, sampling.samples, tolerance);
-    let per_cell = sampling.samples as u32 * sampling.samples as u32;
+    // A cell's mean without a division; rounded up, which a sum of 24 bits does not notice.
+    let per_cell = (1u64 << MEAN_BITS).div_ceil((sampling.samples * sampling.samples) as u64 * sampler::STEPS as u64);
     for (row, out) in patch.chunks_exact_mut(cols).enumerate() {
         sums.fill(0);
         for sub in 0..sampling.samples {
@@ -104,7 +111,7 @@ pub fn rectify_into(
 }
 
 /// Means of a row's sums, and its runs of valid cells.
-fn close_row(row: u16, per_cell: u32, sums: &[u32], out: &mut [u8], runs: &mut VecView<Run>) {
+fn close_row(row: u16, per_cell: u64, sums: &[u32], out: &mut [u8], runs: &mut VecView<Run>) {
     out.fill(0);
     let valid = |&sum: &u32| sum < segment::INVALID;
     let mut col = 0;
@@ -117,7 +124,7 @@ fn close_row(row: u16, per_cell: u32, sums: &[u32], out: &mut [u8], runs: &mut V
         }
         if let Some(pixels) = out.get_mut(first..col) {
             for (pixel, &sum) in pixels.iter_mut().zip(sums.iter().skip(first)) {
-                *pixel = ((sum + per_cell / 2) / per_cell) as u8;
+                *pixel = ((sum as u64 * per_cell + (1 << (MEAN_BITS - 1))) >> MEAN_BITS) as u8;
             }
         }
     }

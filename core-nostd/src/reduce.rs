@@ -68,7 +68,7 @@ pub struct Reducer {
     reduction: Reduction,
     frame: (u16, u16),
     row: u16,
-    /// ceil(2^24 / factor²): the mean of a box without a division.
+    /// ceil(2^24 / factor²): the mean of a box without a division, exact for every sum.
     reciprocal: u32,
 }
 
@@ -121,39 +121,57 @@ impl Reducer {
         if phase + 1 == factor {
             let half = (factor as u32 * factor as u32) / 2;
             for (mean, &sum) in line.iter_mut().zip(sums.iter()) {
-                *mean = (((sum as u32 + half) as u64 * self.reciprocal as u64) >> 24) as u8;
+                // 255.5 x 2^24 at most, and 2^16 for the reciprocal's rounding: below 2^32.
+                *mean = ((sum as u32 + half).wrapping_mul(self.reciprocal) >> 24) as u8;
             }
         }
         Ok(())
     }
 }
 
-/// Adds one row to the sums of its boxes. Monomorphic in the common factors, so that the inner loop is unrolled.
+/// Adds one row to the sums of its boxes.
 fn add_row(row: &[u8], factor: usize, sums: &mut [u16]) {
     match factor {
-        1 => add_boxes::<1>(row, sums),
-        2 => add_boxes::<2>(row, sums),
-        3 => add_boxes::<3>(row, sums),
-        4 => add_boxes::<4>(row, sums),
-        5 => add_boxes::<5>(row, sums),
-        6 => add_boxes::<6>(row, sums),
-        8 => add_boxes::<8>(row, sums),
-        _ => {
-            for (sum, pixels) in sums.iter_mut().zip(row.chunks_exact(factor)) {
-                *sum += pixels.iter().map(|&p| p as u16).sum::<u16>();
-            }
-        }
+        2 => add_pairs::<4>(row, sums, 2, |bytes| {
+            let word = u32::from_le_bytes(*bytes);
+            (word & 0x00ff_00ff) + ((word >> 8) & 0x00ff_00ff)
+        }),
+        4 => add_pairs::<8>(row, sums, 4, |bytes| {
+            let [a, b] = words(bytes);
+            add_bytes(a, 0) + (add_bytes(b, 0) << 16)
+        }),
+        6 => add_pairs::<12>(row, sums, 6, |bytes| {
+            let [a, b, c] = words(bytes);
+            add_bytes(a, add_bytes(b & 0xffff, 0)) + (add_bytes(c, add_bytes(b >> 16, 0)) << 16)
+        }),
+        8 => add_pairs::<16>(row, sums, 8, |bytes| {
+            let [a, b, c, d] = words(bytes);
+            add_bytes(a, add_bytes(b, 0)) + (add_bytes(c, add_bytes(d, 0)) << 16)
+        }),
+        _ => add_boxes(row, factor, sums),
     }
 }
 
-fn add_boxes<const FACTOR: usize>(row: &[u8], sums: &mut [u16]) {
-    let (boxes, _) = row.as_chunks::<FACTOR>();
-    for (sum, pixels) in sums.iter_mut().zip(boxes) {
-        let (fours, rest) = pixels.as_chunks::<4>();
-        let total = fours.iter().fold(*sum as u32, |total, &four| add_bytes(u32::from_le_bytes(four), total));
-        *sum = match *rest {
-            [a, b] => add_bytes(u16::from_le_bytes([a, b]) as u32, total),
-            _ => total + rest.iter().map(|&p| p as u32).sum::<u32>(),
-        } as u16;
+/// Two boxes at a time, whose sums of `BYTES` pixels `both` gives in the halves of a word.
+#[inline(always)]
+fn add_pairs<const BYTES: usize>(row: &[u8], sums: &mut [u16], factor: usize, both: impl Fn(&[u8; BYTES]) -> u32) {
+    let (pairs, last) = sums.as_chunks_mut::<2>();
+    let done = pairs.len() * BYTES;
+    for (pair, bytes) in pairs.iter_mut().zip(row.as_chunks::<BYTES>().0) {
+        let total = (pair[0] as u32 | (pair[1] as u32) << 16) + both(bytes);
+        *pair = [total as u16, (total >> 16) as u16];
     }
+    add_boxes(row.get(done..).unwrap_or(&[]), factor, last);
+}
+
+/// One box at a time, of any width.
+fn add_boxes(row: &[u8], factor: usize, sums: &mut [u16]) {
+    for (sum, pixels) in sums.iter_mut().zip(row.chunks_exact(factor)) {
+        *sum += pixels.iter().map(|&pixel| pixel as u16).sum::<u16>();
+    }
+}
+
+fn words<const BYTES: usize, const WORDS: usize>(bytes: &[u8; BYTES]) -> [u32; WORDS] {
+    const { assert!(BYTES == 4 * WORDS) };
+    core::array::from_fn(|i| u32::from_le_bytes([bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]]))
 }

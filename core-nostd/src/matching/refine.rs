@@ -12,10 +12,12 @@
 //! and a parabola has no covariance.
 
 use super::View;
+use super::detail::{CHUNK, details, rows};
 use super::histogram::Histogram;
 use super::search::Peak;
 use super::segment::{self, MID_GREY, Patch, RESIDUAL_STEPS, Radiometry, WEIGHT_STEPS};
 use super::smooth::{inner, smooth_into};
+use crate::dsp::dot_and_energy;
 use crate::math;
 use crate::rectify::Run;
 use nalgebra::{Matrix2, SMatrix, SVector};
@@ -171,7 +173,7 @@ impl State {
     ) -> Option<Self> {
         let (cols, rows) = patch.size();
         let shifted = |at: u16, d: i16| u16::try_from(at as i32 + radius as i32 + d as i32).ok();
-        let gain = Some(peak.gain).filter(|&gain| gain > 0.0 && gain <= GAIN_MAX)?;
+        let gain = detail_gain(patch, runs, reference, peak, shifted).filter(|&gain| gain <= GAIN_MAX)?;
         let gain_q8 = (256.0 * gain) as i32;
         // Median over every other row, like the first passes, of a bin made of the difference.
         let mut median = |bin: &dyn Fn(i32) -> i32| {
@@ -187,7 +189,7 @@ impl State {
             }
             Some(histogram.median())
         };
-        // Bins of 8 greys from −1024 on hold what the largest gain can make.
+        // Bins of 8 greys from −1024 on hold what a gain of 8 makes of all but the extremes.
         let offset = 8.0 * median(&|difference| (difference + 1024) >> 3)? - 1024.0;
         let whole = offset as i32;
         let size = median(&|difference| 4 * (difference - whole).abs())?;
@@ -246,6 +248,31 @@ impl State {
 
 fn sigma(median_bin: f32) -> f32 {
     (SIGMA_PER_MEDIAN * 0.25 * median_bin).max(SIGMA_MIN)
+}
+
+/// Σ p r / Σ p² of the details at a shift, in every third run: the gain of the reference over the patch. Not of limited
+/// details: still water limits those of a patch more than those of its surroundings.
+fn detail_gain(
+    patch: &View<'_>,
+    runs: &[Run],
+    reference: &View<'_>,
+    peak: &Peak,
+    shifted: impl Fn(u16, i16) -> Option<u16>,
+) -> Option<f32> {
+    let (mut products, mut squares) = (0i64, 0i64);
+    for index in (0..runs.len()).step_by(3) {
+        let run = runs[index];
+        let (near, own) = rows(reference.size(), shifted(run.row, peak.d_row)?);
+        for start in (run.start..run.end).step_by(CHUNK) {
+            let (mut chunk, mut other) = ([0; CHUNK], [0; CHUNK]);
+            let p = details(patch, runs, index, start, &mut chunk);
+            let r = details(reference, &near, own, shifted(start, peak.d_col)?, &mut other);
+            let (product, square) = dot_and_energy(&r[..p.len().min(r.len())], p);
+            products += product as i64;
+            squares += square as i64;
+        }
+    }
+    (squares > 0 && products > 0).then(|| products as f32 / squares as f32)
 }
 
 /// Sums of one pass over the pixels, in the units of [`segment::Sums`]. Turn and scale stand as the patch's own x and y
@@ -373,6 +400,7 @@ fn accumulate(
     for index in (0..runs.len()).step_by(every) {
         let Some((row, cols)) = inner(runs, index, BORDER) else { continue };
         let mut start = cols.start as usize;
+        let mut left = (0, 0);
         while start < cols.end as usize {
             let length = longest.min(cols.end as usize - start);
             let line = |row: usize| smooth.run(row, start - 1, length + 2);
@@ -381,7 +409,7 @@ fn accumulate(
             let (u, v) = state.reference_position(middle.0, middle.1);
             let first = (u - 0.5 * (length as f32 - 1.0), v);
             let patch = Patch { above, own, below };
-            if let Some(segment) = segment::sums(&patch, reference, first, &radiometry, sizes) {
+            if let Some(segment) = segment::sums(&patch, reference, first, &radiometry, sizes, &mut left) {
                 sums.add(&segment, middle, length as u32);
             }
             start += length;

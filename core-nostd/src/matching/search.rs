@@ -2,12 +2,12 @@
 //!
 //! Gain and offset between patch and reference do not matter to it, so other radiometry and season cost little; the
 //! details (a pixel less the mean around it) keep changed ground from outweighing the rest. Details have no mean, so none
-//! is taken off. Sums of products are exact integers.
+//! is taken off. Products are summed in integers.
 //!
 //! The peak of details is one pixel wide, so no shift can be left out, but rows can: a first look over some hundred
 //! pixels ranks all the shifts, and the whole patch decides between its highest summits and climbs to the top of the
-//! best. At the shift that is right the look is at least two deviations above chance wherever the whole patch would be
-//! accepted, and a few of a hundred summits are higher by chance at most.
+//! two best. A score that would just be accepted stands 4.5 deviations above chance; in a look over a fifth of the rows,
+//! the least there is, it still stands two above, where a few of a hundred summits stand by chance.
 
 use super::View;
 use super::detail::{CHUNK, Limit, details, limit_to, rows};
@@ -41,10 +41,9 @@ pub struct Peak {
     pub second: f32,
     /// Where that is, (columns, rows); the peak itself where there is none.
     pub second_at: (i16, i16),
-    /// Top of the parabolas through the score and its neighbours along both axes, pixels from the peak, −0.5 to 0.5.
+    /// Top of the parabolas through the score and its neighbours along both axes, pixels from the peak, −0.5 to 0.5; 0 on
+    /// the border.
     pub vertex: (f32, f32),
-    /// Gain of the reference over the patch by their details there.
-    pub gain: f32,
     /// Whether the peak lies on the border of the search, so that a higher one may lie beyond.
     pub on_border: bool,
 }
@@ -54,6 +53,8 @@ pub struct Peak {
 const HILL_PX: i16 = 3;
 /// Pixels that the first look takes at least, where the patch has them.
 const LOOK_PX: usize = 350;
+/// Every which run it takes at least.
+const LOOK_EVERY: usize = 5;
 /// Summits of the first look that the whole patch decides between.
 const SUMMITS: usize = 12;
 /// Steps to the top at most: a summit of the look is off by one or two.
@@ -78,9 +79,9 @@ pub fn search(
     scores: &mut [f32],
 ) -> Result<Peak, SearchError> {
     let side = 2 * radius as usize + 1;
-    let (cols, rows) = patch.size();
-    let (reference_cols, reference_rows) = reference.size();
-    if (reference_cols as usize) < cols as usize + side - 1 || (reference_rows as usize) < rows as usize + side - 1 {
+    let fits = |reference: u16, patch: u16| reference as usize >= patch as usize + side - 1;
+    let (own, other) = (patch.size(), reference.size());
+    if !fits(other.0, own.0) || !fits(other.1, own.1) {
         return Err(SearchError::ReferenceTooSmall);
     }
     let mut valid = 0;
@@ -90,19 +91,19 @@ pub fn search(
         valid += length;
     }
     let scores = scores.get_mut(..side * side).ok_or(SearchError::Capacity)?;
-    let every = (valid / LOOK_PX).max(1);
+    let every = (valid / LOOK_PX).clamp(1, LOOK_EVERY);
     let details = Details {
         patch,
         runs,
         limit: limit(patch, runs, every),
         reference: details_into(reference, bytes).ok_or(SearchError::Capacity)?,
     };
-    if !details.look(every, side, scores) {
-        return Err(SearchError::Featureless);
-    }
+    details.look(every, side, scores);
     let mut room = [Place::default(); SUMMITS];
     let found = summits(scores, side, &mut room);
-    details.decide(found);
+    if details.decide(found) == 0 {
+        return Err(SearchError::Featureless);
+    }
     details.climb(found, radius).ok_or(SearchError::Featureless)
 }
 
@@ -112,8 +113,8 @@ struct Place {
     col: u16,
     row: u16,
     /// Σ p r, and Σ r² under the mask.
-    products: i32,
-    energy: i32,
+    products: i64,
+    energy: i64,
     score: f32,
 }
 
@@ -150,12 +151,12 @@ impl Details<'_> {
         }
     }
 
-    /// Scores of every shift, `side` a row, over every `every`th run; false where the patch has no detail.
-    fn look(&self, every: usize, side: usize, scores: &mut [f32]) -> bool {
+    /// Scores of every shift, `side` a row, over every `every`th run.
+    fn look(&self, every: usize, side: usize, scores: &mut [f32]) {
         scores.fill(0.0);
         let mut own_energy = 0;
         self.patch(every, |row, start, _, own| {
-            own_energy += dot_and_energy(own, own).0;
+            own_energy += dot_and_energy(own, own).0 as i64;
             for (row, scores) in (row..).zip(scores.chunks_exact_mut(side)) {
                 let others = self.reference.from(row, start);
                 for (at, scores) in (0..).step_by(4).zip(scores.chunks_mut(4)) {
@@ -167,49 +168,48 @@ impl Details<'_> {
             }
         });
         self.normalise(every, own_energy, side, scores);
-        own_energy > 0
     }
 
     /// Divides the products of every shift by the root of both energies. The reference's under the mask follows from one
     /// shift to the next by one pixel in and one out.
-    fn normalise(&self, every: usize, own: i32, side: usize, scores: &mut [f32]) {
-        let square = |r: u8| (r as i8 as i32 * r as i8 as i32) as u32;
+    fn normalise(&self, every: usize, own: i64, side: usize, scores: &mut [f32]) {
+        let square = |r: u8| r as i8 as i32 * r as i8 as i32;
         for (row, line) in scores.chunks_exact_mut(side).enumerate() {
             for (block, scores) in line.chunks_mut(BLOCK).enumerate() {
-                let mut energies = [0u32; BLOCK];
+                let mut energies = [0i64; BLOCK];
                 for run in self.runs.iter().step_by(every) {
                     let (start, length) = (run.start as usize + BLOCK * block, (run.end - run.start) as usize);
                     let Some(r) = self.reference.run(run.row as usize + row, start, length + scores.len() - 1) else {
                         continue;
                     };
                     let (under, entering) = r.split_at(length);
-                    let mut energy = dot_and_energy(under, under).0 as u32;
+                    let mut energy = dot_and_energy(under, under).0;
                     let mut steps = r.iter().zip(entering);
                     for sum in energies.iter_mut().take(scores.len()) {
-                        *sum += energy;
+                        *sum += energy as i64;
                         if let Some((&out, &next)) = steps.next() {
                             energy = energy + square(next) - square(out);
                         }
                     }
                 }
                 for (score, &energy) in scores.iter_mut().zip(&energies) {
-                    *score = normalised(*score, own, energy as i32);
+                    *score = normalised(*score, own, energy);
                 }
             }
         }
     }
 
     /// Fills in what the whole patch says about the places; its own Σ p².
-    fn decide(&self, places: &mut [Place]) -> i32 {
+    fn decide(&self, places: &mut [Place]) -> i64 {
         let mut own_energy = 0;
         self.patch(1, |row, start, length, own| {
             let own = &own[..length];
-            own_energy += dot_and_energy(own, own).0;
+            own_energy += dot_and_energy(own, own).0 as i64;
             for place in places.iter_mut() {
                 let others = self.reference.from(row + place.row as usize, start + place.col as usize);
                 let (products, energy) = dot_and_energy(own, others);
-                place.products += products;
-                place.energy += energy;
+                place.products += products as i64;
+                place.energy += energy as i64;
             }
         });
         for place in places {
@@ -218,50 +218,62 @@ impl Details<'_> {
         own_energy
     }
 
-    /// From the best of the places to the top.
+    /// From the two best of the places to their tops. The second one stays away from the first: a row of trees whose
+    /// other summit the look put a pixel aside would seem to lead.
     fn climb(&self, places: &[Place], radius: u16) -> Option<Peak> {
-        let best = |a: Place, b: Place| if b.score > a.score { b } else { a };
-        let mut top = places.iter().copied().reduce(best)?;
         let last = 2 * radius;
-        let mut own_energy = 0;
-        let mut around = [Place::default(); 9];
+        let mut top = places.iter().copied().reduce(better)?;
+        let apart = |top: &Place, place: &Place| place.apart(top) >= HILL_PX as u16 && place.score > 0.0;
+        let mut second = places.iter().copied().filter(|place| apart(&top, place)).reduce(better);
+        let mut around = [Place::default(); 2 * NEAR];
         for _ in 0..CLIMB {
-            // The nine places around the top; where the search ends, the nearest of them.
-            let near = |at: u16, step: usize| (at + step as u16).saturating_sub(1).min(last);
-            around = core::array::from_fn(|i| Place {
-                col: near(top.col, i % 3),
-                row: near(top.row, i / 3),
-                ..Place::default()
-            });
-            own_energy = self.decide(&mut around);
-            let higher = around.into_iter().fold(top, best);
-            if higher.score <= top.score {
+            let near = |place: Place, i: usize| {
+                // Where the search ends, the nearest of them.
+                let step = |at: u16, step: usize| (at + step as u16).saturating_sub(1).min(last);
+                Place { col: step(place.col, i % 3), row: step(place.row, i / 3), ..Place::default() }
+            };
+            around = core::array::from_fn(|i| near(if i < NEAR { top } else { second.unwrap_or(top) }, i % NEAR));
+            self.decide(&mut around);
+            let (of_top, of_second) = around.split_at(NEAR);
+            let higher = of_top.iter().copied().fold(top, better);
+            let beside = second
+                .map(|second| of_second.iter().copied().filter(|place| apart(&higher, place)).fold(second, better));
+            let settled = higher.score <= top.score && beside.map(|p| p.score) <= second.map(|p| p.score);
+            (top, second) = (higher, beside.filter(|place| apart(&higher, place)));
+            if settled {
                 break;
             }
-            top = higher;
         }
-        let centred = |at: u16| at as i16 - radius as i16;
-        let others = places.iter().copied().filter(|place| place.apart(&top) >= HILL_PX as u16 && place.score > 0.0);
-        let second = others.reduce(best);
+        let centred = |place: Place| (place.col as i16 - radius as i16, place.row as i16 - radius as i16);
+        let (d_col, d_row) = centred(top);
+        let on_border = [top.col, top.row].iter().any(|&at| at == 0 || at == last);
+        // Only around the top itself do neighbours tell where between pixels it is.
+        let whole = on_border || around[NEAR / 2].apart(&top) > 0;
         let parabola = |before: f32, after: f32| {
             let bend = 2.0 * top.score - before - after;
-            if bend > 0.0 { (0.5 * (after - before) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+            if bend > 0.0 && !whole { (0.5 * (after - before) / bend).clamp(-0.5, 0.5) } else { 0.0 }
         };
         Some(Peak {
-            d_col: centred(top.col),
-            d_row: centred(top.row),
+            d_col,
+            d_row,
             score: top.score,
             second: second.map_or(0.0, |second| second.score),
-            second_at: second.map_or((centred(top.col), centred(top.row)), |s| (centred(s.col), centred(s.row))),
+            second_at: second.map_or((d_col, d_row), centred),
             vertex: (parabola(around[3].score, around[5].score), parabola(around[1].score, around[7].score)),
-            gain: if own_energy > 0 { top.products as f32 / own_energy as f32 } else { 0.0 },
-            on_border: [top.col, top.row].iter().any(|&at| at == 0 || at == last),
+            on_border,
         })
     }
 }
 
+/// A place and its eight neighbours.
+const NEAR: usize = 9;
+
+fn better(a: Place, b: Place) -> Place {
+    if b.score > a.score { b } else { a }
+}
+
 /// Products over the root of both energies.
-fn normalised(products: f32, own: i32, other: i32) -> f32 {
+fn normalised(products: f32, own: i64, other: i64) -> f32 {
     if own > 0 && other > 0 { products / (math::sqrt(own as f32) * math::sqrt(other as f32)) } else { 0.0 }
 }
 

@@ -8,7 +8,7 @@ use super::histogram::Histogram;
 pub(super) use super::smooth::FRACTIONS;
 use super::smooth::weights;
 
-/// Pixels of the longest segment: 32-bit sums hold 16.
+/// Pixels of the longest segment; 32-bit sums hold twice as many.
 pub(super) const LONGEST: usize = 16;
 /// Taps of the spline beyond the pixels of a segment.
 const TAPS: usize = 4;
@@ -83,6 +83,9 @@ pub(super) struct Sums {
     pub(super) neighbour: i64,
 }
 
+/// w e (x, y) of a pixel.
+pub(super) type Score = (i32, i32);
+
 /// Three rows of the patch around a segment, from one pixel before it to one behind.
 pub(super) struct Patch<'a> {
     pub(super) above: &'a [u8],
@@ -91,19 +94,19 @@ pub(super) struct Patch<'a> {
 }
 
 /// Adds the pixels of a segment up, whose first one lies at (`u`, `v`) of the reference; `None` where that leaves it.
-/// `sizes` counts the sizes of the residuals, in quarters of a grey level.
+/// `sizes` counts the sizes of the residuals, in quarters of a grey level; `left`: the score of the pixel before.
 pub(super) fn sums(
     patch: &Patch<'_>,
     reference: &View<'_>,
     (u, v): (f32, f32),
     radiometry: &Radiometry,
     sizes: &mut Histogram,
+    left: &mut Score,
 ) -> Option<Sums> {
     let length = patch.own.len().checked_sub(2)?;
     let mut greys = [0; LONGEST];
     let greys = read(reference, (u, v), greys.get_mut(..length)?)?;
     let mut sums = Sums::default();
-    let mut left = (0, 0);
     let rows = patch.own.windows(3).zip(patch.above.get(1..)?).zip(patch.below.get(1..)?);
     for (((own, &above), &below), &grey) in rows.zip(&*greys) {
         let (x, y) = (own[2] as i32 - own[0] as i32, below as i32 - above as i32);
@@ -129,11 +132,10 @@ pub(super) fn sums(
         let (xe, ye) = (wx * e, wy * e);
         sums.xe += xe;
         sums.ye += ye;
-        // Fifteen bits of each: their products and sums fit again.
-        let (sx, sy) = (xe >> 12, ye >> 12);
-        sums.score += (sx * sx + sy * sy) as i64;
-        sums.neighbour += (sx * left.0 + sy * left.1) as i64;
-        left = (sx, sy);
+        let (sx, sy) = (xe as i64, ye as i64);
+        sums.score += sx * sx + sy * sy;
+        sums.neighbour += sx * left.0 as i64 + sy * left.1 as i64;
+        *left = (xe, ye);
     }
     Some(sums)
 }

@@ -93,7 +93,7 @@ mod tests {
         }
     }
 
-    /// The spline's four weights, to half a step; sum and first moment exact.
+    /// The spline's four weights, to two steps of 256; sum and first moment exact.
     #[test]
     fn weights_are_the_splines() {
         for fraction in 0..FRACTIONS {

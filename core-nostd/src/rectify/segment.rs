@@ -1,13 +1,14 @@
 //! One line of readings across a patch, in segments between exactly computed positions.
 
-use super::sampler::Source;
+use super::sampler::{Position, STEPS, Source};
 use crate::homography::FrameFromPatch;
 use fixed::types::I16F16;
 
 /// Added to a cell's sum by a reading outside the frame; no sum of 256 valid readings reaches it.
-pub(super) const INVALID: u32 = 1 << 20;
-/// Longest segment, in readings, as a power of two.
-const LONGEST_LOG2: u32 = 5;
+pub(super) const INVALID: u32 = 1 << 24;
+const _: () = assert!(256 * 255 * STEPS < INVALID);
+/// Longest segment, in cells.
+const LONGEST: usize = 32;
 /// Positions beyond this are not stepped between: two of them must lie within Q16 of each other. The frame ends long
 /// before.
 const FAR_PX: f32 = 16_000.0;
@@ -16,12 +17,12 @@ const FAR_PX: f32 = 16_000.0;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
     samples: u16,
-    /// Readings a segment, as a power of two: steps are shifts, not divisions.
-    length_log2: u32,
+    /// Cells a segment; `None` where even one bends too much, near the horizon.
+    cells: Option<usize>,
 }
 
 impl Line {
-    /// The longest segment of 1, 2, 4 ... 32 readings whose linear interpolation stays within `tolerance_px` of the
+    /// The longest segment of 1, 2, 4 ... 32 cells whose linear interpolation stays within `tolerance_px` of the
     /// frame.
     ///
     /// Between the ends of a segment of length L the error is at most L²/8 max|x''|. The second difference over a
@@ -53,87 +54,70 @@ impl Line {
             }
         }
         let safety = if map.is_distorted() { 2.0 } else { 1.0 };
-        let mut length_log2 = LONGEST_LOG2;
-        while length_log2 > 0 {
-            let cells = (1u32 << length_log2) as f32 / samples as f32;
-            if safety * curvature * cells * cells <= 8.0 * tolerance_px {
-                break;
-            }
-            length_log2 -= 1;
-        }
-        Line { samples, length_log2 }
+        let bends = |cells: usize| safety * curvature * (cells * cells) as f32 > 8.0 * tolerance_px;
+        let cells = core::iter::successors(Some(LONGEST), |cells| Some(cells / 2));
+        let cells = cells.take_while(|&cells| cells > 0).find(|&cells| !bends(cells));
+        Line { samples, cells }
     }
 
     /// Adds the readings of the line at patch row `row` to the cells' `sums`; a reading outside the frame adds
     /// [`INVALID`].
     pub(super) fn accumulate(&self, map: &FrameFromPatch<'_>, source: &Source<'_>, row: f32, sums: &mut [u32]) {
-        let samples = self.samples as usize;
-        let readings = sums.len() * samples;
-        let step = 1.0 / self.samples as f32;
+        let apart = 1.0 / self.samples as f32;
         let position = |reading: usize| {
-            let (col, row) = map.frame_position((reading as f32 + 0.5) * step - 0.5, row)?;
+            let (col, row) = map.frame_position((reading as f32 + 0.5) * apart - 0.5, row)?;
             let (col, row) = (source.reduction().reduced(col), source.reduction().reduced(row));
             // A cast is one instruction, the crate's own conversion a hundred.
             let q16 = |px: f32| I16F16::from_bits((px * 65536.0) as i32);
             (col.abs() < FAR_PX && row.abs() < FAR_PX).then(|| (q16(col), q16(row)))
         };
-        let length = 1 << self.length_log2;
-        let mut first = 0;
+        let Some(cells) = self.cells else {
+            for (reading, cell) in (0..sums.len() * self.samples as usize).map(|r| (r, r / self.samples as usize)) {
+                add(source, position(reading), &mut sums[cell]);
+            }
+            return;
+        };
         let mut start = position(0);
-        while first < readings {
+        let mut first = 0;
+        for sums in sums.chunks_mut(cells) {
             // The last segment may end beyond the patch: the geometry goes on there.
-            let end = position(first + length);
-            let taken = length.min(readings - first);
+            first += cells * self.samples as usize;
+            let end = position(first);
             match (start, end) {
-                (Some(a), Some(b)) => {
-                    let step = ((b.0 - a.0) >> self.length_log2, (b.1 - a.1) >> self.length_log2);
-                    let segment = Segment { at: a, step, ends_inside: source.holds(a) && source.holds(b) };
-                    segment.accumulate(source, first, taken, samples, sums);
-                }
-                _ => mark(sums, first, taken, samples),
+                (Some(a), Some(b)) => self.between(source, a, b, cells, sums),
+                _ => sums.iter_mut().for_each(|sum| *sum = sum.saturating_add(INVALID)),
             }
             start = end;
-            first += length;
         }
     }
-}
 
-/// A stretch of readings at even steps.
-struct Segment {
-    at: (I16F16, I16F16),
-    step: (I16F16, I16F16),
-    /// Both ends can be read, so everything between can: the steps are rounded down, which leaves every position
-    /// between the ends but for less than a reading's 2^-11 of a pixel.
-    ends_inside: bool,
-}
-
-impl Segment {
-    /// Adds readings `first..first + count` to their cells.
-    fn accumulate(&self, source: &Source<'_>, first: usize, count: usize, samples: usize, sums: &mut [u32]) {
-        let (mut col, mut row) = self.at;
-        let mut left = samples - first % samples;
-        let mut cells = sums.iter_mut().skip(first / samples);
-        let Some(mut cell) = cells.next() else { return };
-        for _ in 0..count {
-            if left == 0 {
-                left = samples;
-                let Some(next) = cells.next() else { return };
-                cell = next;
+    /// Adds the readings of a segment of `cells`, the first of them at `a`; the next segment's first is at `b`.
+    fn between(&self, source: &Source<'_>, a: Position, b: Position, cells: usize, sums: &mut [u32]) {
+        let readings = cells as i32 * self.samples as i32;
+        let step = |a: I16F16, b: I16F16| I16F16::from_bits((b - a).to_bits() / readings);
+        let step = (step(a.0, b.0), step(a.1, b.1));
+        let inside = match self.samples {
+            1 => source.add_readings::<1>(a, step, sums),
+            2 => source.add_readings::<2>(a, step, sums),
+            3 => source.add_readings::<3>(a, step, sums),
+            4 => source.add_readings::<4>(a, step, sums),
+            _ => false,
+        };
+        if inside {
+            return;
+        }
+        let mut at = a;
+        for sum in sums {
+            for _ in 0..self.samples {
+                add(source, Some(at), sum);
+                at = (at.0 + step.0, at.1 + step.1);
             }
-            let readable = self.ends_inside || source.holds((col, row));
-            *cell += if readable { source.bilinear(col, row) } else { INVALID };
-            left -= 1;
-            col += self.step.0;
-            row += self.step.1;
         }
     }
 }
 
-/// Marks the cells of readings `first..first + length` as invalid.
-fn mark(sums: &mut [u32], first: usize, length: usize, samples: usize) {
-    for reading in first..first + length {
-        if let Some(sum) = sums.get_mut(reading / samples) {
-            *sum += INVALID;
-        }
-    }
+/// Adds the reading at a position to a cell's sum, [`INVALID`] where there is none.
+fn add(source: &Source<'_>, at: Option<Position>, sum: &mut u32) {
+    let reading = at.filter(|&at| source.holds(at)).map_or(INVALID, |at| source.reading(at));
+    *sum = sum.saturating_add(reading);
 }
