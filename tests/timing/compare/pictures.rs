@@ -48,7 +48,8 @@ pub fn vienna() -> Result<Option<Grey>, Failure> {
 pub fn smooth((cols, rows): (u16, u16)) -> Grey {
     let grey = |row: u16, col: u16| {
         let wave = |&(length, direction, height): &(f64, f64, f64)| {
-            height * (TAU / length * (f64::from(col) * f64::cos(direction) + f64::from(row) * f64::sin(direction))).sin()
+            height
+                * (TAU / length * (f64::from(col) * f64::cos(direction) + f64::from(row) * f64::sin(direction))).sin()
         };
         (128.0 + WAVES.iter().map(wave).sum::<f64>()).round().clamp(0.0, 255.0) as u8
     };

@@ -4,9 +4,9 @@ use super::run::{Comparison, Outcome, Row};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// Shift on the smooth picture beyond which kernels do not mean the same place, frame pixels. Another convention of pixel
-/// centres would be half a pixel, of the full-size picture half a cell.
-const SHIFT_PX: f64 = 0.15;
+/// Shift on the smooth picture beyond which kernels do not mean the same place, frame pixels: half of what another
+/// convention of pixel centres would do.
+const SHIFT_PX: f64 = 0.25;
 
 /// Something that must hold.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,18 +73,21 @@ pub fn gates(comparison: &Comparison) -> Vec<Gate> {
 /// One line a kernel, one block a picture and size, one column an attitude.
 pub fn table(comparison: &Comparison) -> String {
     let mut text = format!(
-        "The core's kernels beside OpenCV {} on one thread of this machine, same frames, one run.\n\
-         Errors: root mean square in grey levels against the exact area average (the frame as piecewise constant pixels,\n\
-         cut by each cell's projected outline, in f64), over the cells that all of the core's kernels give.\n\
-         Times: shortest of this run, from the frame to the patch; ratio: over OpenCV warp + INTER_AREA at the same attitude.\n\
-         The largest over attitudes is told. remap's positions are made beforehand. The core runs its portable code, compiled\n\
-         for any machine of this architecture; OpenCV chooses among vector units as it runs.\n",
+        "\
+The core's kernels beside OpenCV {} on one thread of this machine, same frames, one run.
+Errors: root mean square in grey levels against the exact area average (the frame as piecewise constant pixels, cut by
+each cell's projected outline, in f64), over the cells that all of the core's kernels give. On the smooth picture:
+how far the patch is shifted against that average, frame pixels. Largest: of any cell, grey levels.
+Times: the shortest of this run, from the frame to the patch; ratio: over OpenCV warp + INTER_AREA at the same attitude;
+of both the largest over attitudes. remap's positions are made beforehand. The core runs its portable code, compiled for
+any machine of this architecture; OpenCV chooses its vector unit as it runs.
+",
         comparison.version
     );
     if comparison.area_is_linear {
         let _ = writeln!(text, "OpenCV's warp by INTER_AREA gave the pixels of INTER_LINEAR: it averages nothing.");
     }
-    for group in groups(comparison).into_iter().filter(|group| group.iter().all(|outcome| !outcome.is_smooth)) {
+    for group in groups(comparison) {
         block(&mut text, group);
     }
     let gates = gates(comparison);
@@ -109,25 +112,38 @@ fn block(text: &mut String, group: &[Outcome]) {
         first.pose.pitch_deg,
         first.pose.roll_deg,
         first.ground.fov_deg,
-        group.iter().filter_map(|o| o.rows.first()).map(|row| row.score.cells.to_string()).collect::<Vec<_>>().join(", ")
+        group
+            .iter()
+            .filter_map(|o| o.rows.first())
+            .map(|row| row.score.cells.to_string())
+            .collect::<Vec<_>>()
+            .join(", ")
     );
-    let _ = write!(text, "{:30}", "  RMS at heading");
+    let what = if first.is_smooth { "  shift at heading" } else { "  RMS at heading" };
+    let _ = write!(text, "{what:30}");
     for outcome in group {
         let camera = if outcome.pose.is_followed { "f" } else { "" };
         let _ = write!(text, " {:>7}", format!("{}{camera}", outcome.pose.heading_deg));
     }
     let followed = if group.iter().any(|outcome| outcome.pose.is_followed) { "  (f: the camera follows)" } else { "" };
-    let _ = writeln!(text, " {:>8} {:>8} {:>7}{followed}", "largest", "µs", "ratio");
+    let times = if first.is_smooth { String::new() } else { format!(" {:>8} {:>7}", "µs", "ratio") };
+    let _ = writeln!(text, " {:>8}{times}{followed}", "largest");
     for (i, row) in first.rows.iter().enumerate() {
         let _ = write!(text, "  {:28}", row.kernel);
         let rows = || group.iter().filter_map(|outcome| outcome.rows.get(i).map(|row| (outcome, row)));
         for (_, row) in rows() {
-            let _ = write!(text, " {:7.2}", row.score.rms);
+            let _ = match row.shift_px {
+                Some(shift) => write!(text, " {shift:7.3}"),
+                None => write!(text, " {:7.2}", row.score.rms),
+            };
         }
-        let worst = largest(rows().map(|(_, row)| row.score.worst));
-        let micros = largest(rows().map(|(_, row)| row.seconds)) * 1e6;
-        let ratio = largest(rows().map(|(outcome, row)| outcome.time_ratio(row)));
-        let _ = writeln!(text, " {worst:8.1} {micros:8.0} {ratio:7.2}");
+        let _ = write!(text, " {:8.1}", largest(rows().map(|(_, row)| row.score.worst)));
+        if !first.is_smooth {
+            let micros = largest(rows().map(|(_, row)| row.seconds)) * 1e6;
+            let ratio = largest(rows().map(|(outcome, row)| outcome.time_ratio(row)));
+            let _ = write!(text, " {micros:8.0} {ratio:7.2}");
+        }
+        let _ = writeln!(text);
     }
 }
 
@@ -155,11 +171,8 @@ pub fn json(comparison: &Comparison, skipped: &[&str]) -> String {
             "time_ratio": if outcome.is_smooth { Value::Null } else { json!(outcome.time_ratio(row)) },
         })
     };
-    let rows: Vec<Value> =
-        comparison.outcomes.iter().flat_map(|o| o.rows.iter().map(move |r| row(o, r))).collect();
-    let gate = |gate: &Gate| {
-        json!({"name": gate.name, "value": gate.value, "limit": gate.must, "goal": gate.goal, "holds": gate.holds()})
-    };
+    let rows: Vec<Value> = comparison.outcomes.iter().flat_map(|o| o.rows.iter().map(move |r| row(o, r))).collect();
+    let gate = |gate: &Gate| json!({"name": gate.name, "value": gate.value, "limit": gate.must, "goal": gate.goal, "holds": gate.holds()});
     let gates: Vec<Value> = gates(comparison).iter().map(gate).collect();
     let opencv = json!({"version": comparison.version, "area_is_linear": comparison.area_is_linear});
     format!("{:#}", json!({"opencv": opencv, "skipped": skipped, "rows": rows, "gates": gates}))
