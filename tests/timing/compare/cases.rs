@@ -1,8 +1,10 @@
 //! Which frames, sizes and attitudes.
 
+use super::matched::{self, Reference};
 use super::pictures::{self, SIDE};
 use super::view::{Ground, Pose};
 use super::{Failure, Grey};
+use plumbline_core::budget::PATCH_MAX_PX;
 use plumbline_firmware::bench::rectify::CASES;
 
 /// A frame and what it is resampled to, at several attitudes.
@@ -18,8 +20,21 @@ pub struct Case {
     pub poses: Vec<Pose>,
     /// Limits on it; none where it is only told.
     pub limits: Option<Limits>,
-    /// Whether it is there to see that all mean the same place; else it is scored and timed.
-    pub is_smooth: bool,
+    /// What it is there for.
+    pub purpose: Purpose,
+    /// Where the patch must be found, for matching.
+    pub reference: Option<Reference>,
+}
+
+/// What a case is there for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// Error and time.
+    Timed,
+    /// A picture without detail, to see that all mean the same place.
+    Smooth,
+    /// Matching error.
+    Matched,
 }
 
 /// What a case must reach, and what is wished for: `(must, goal)`.
@@ -33,6 +48,8 @@ pub struct Limits {
 
 /// The texture's name.
 pub const PROTOTYPE: &str = "prototype texture";
+/// The made-up ground's.
+pub const LAND: &str = "made-up ground";
 /// The orthophoto's.
 pub const VIENNA: &str = "Vienna";
 /// The smooth picture's.
@@ -56,26 +73,37 @@ const fn pose(heading_deg: f64, is_followed: bool) -> Pose {
 /// # Errors
 /// A sentence on real data that cannot be used.
 pub fn all() -> Result<(Vec<Case>, Vec<&'static str>), Failure> {
-    let mut named = vec![(PROTOTYPE, pictures::prototype(), Some((1.0, 0.6)))];
-    let mut skipped = Vec::new();
-    match pictures::vienna()? {
-        Some(frame) => named.push((VIENNA, frame, Some((0.7, 0.4)))),
-        None => skipped.push(VIENNA),
+    let vienna = pictures::vienna()?;
+    let skipped = if vienna.is_none() { vec![VIENNA] } else { Vec::new() };
+    let mut shown = vec![(PROTOTYPE, pictures::prototype(), Some((1.0, 0.6)))];
+    shown.extend(vienna.as_ref().map(|land| (VIENNA, pictures::middle(land), Some((0.7, 0.4)))));
+    shown.push((SMOOTH, pictures::smooth((SIDE, SIDE)), None));
+    let mut lands = vec![(LAND, pictures::land())];
+    lands.extend(vienna.map(|land| (VIENNA, land)));
+
+    let mut cases = Vec::new();
+    for case in CASES {
+        let ground = Ground {
+            fov_deg: case.fov_deg.into(),
+            height_m: case.height_resolution_m.0.into(),
+            resolution_m: case.height_resolution_m.1.into(),
+            cells: (case.patch_px, case.patch_px),
+        };
+        for (picture, frame, rms) in &shown {
+            cases.push(Case {
+                picture,
+                frame: frame.clone(),
+                ground,
+                poses: POSES.to_vec(),
+                limits: rms.filter(|_| case.patch_px == LIMITED_CELLS).map(|rms| Limits { rms, time: TIME }),
+                purpose: if *picture == SMOOTH { Purpose::Smooth } else { Purpose::Timed },
+                reference: None,
+            });
+        }
+        // What is too large for the board is not matched there.
+        for (picture, land) in lands.iter().filter(|_| usize::from(case.patch_px) <= PATCH_MAX_PX) {
+            cases.extend(matched::cases(picture, land, (SIDE, SIDE), ground, &POSES)?);
+        }
     }
-    named.push((SMOOTH, pictures::smooth((SIDE, SIDE)), None));
-    let grounds = CASES.map(|case| Ground {
-        fov_deg: case.fov_deg.into(),
-        height_m: case.height_resolution_m.0.into(),
-        resolution_m: case.height_resolution_m.1.into(),
-        cells: (case.patch_px, case.patch_px),
-    });
-    let case = |(picture, frame, rms): &(&'static str, Grey, Option<_>), ground: Ground| Case {
-        picture,
-        frame: frame.clone(),
-        ground,
-        poses: POSES.to_vec(),
-        limits: rms.filter(|_| ground.cells.0 == LIMITED_CELLS).map(|rms| Limits { rms, time: TIME }),
-        is_smooth: *picture == SMOOTH,
-    };
-    Ok((grounds.iter().flat_map(|&ground| named.iter().map(move |named| case(named, ground))).collect(), skipped))
+    Ok((cases, skipped))
 }

@@ -5,7 +5,8 @@
 //! (`exact-VIEW.f64`, little-endian, NaN where a cell is not wholly in the frame).
 
 use clap::Parser;
-use plumbline_tests::compare::cases::{self, Case};
+use clap::error::ErrorKind;
+use plumbline_tests::compare::cases::{self, Case, Purpose};
 use plumbline_tests::compare::theirs::Script;
 use plumbline_tests::compare::view::{Ground, Pose, View};
 use plumbline_tests::compare::{Failure, pictures, run, tell};
@@ -54,7 +55,19 @@ struct Options {
 }
 
 fn main() -> ExitCode {
-    let options = Options::parse();
+    let options = match Options::try_parse() {
+        Ok(options) => options,
+        Err(error) if error.kind() == ErrorKind::DisplayHelp => {
+            let _ = error.print();
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            // What is wrong, without the usage lines.
+            let text = error.render().to_string();
+            eprintln!("{}", text.lines().next().map_or("", |line| line.strip_prefix("error: ").unwrap_or(line)));
+            return ExitCode::from(2);
+        }
+    };
     let (cases, skipped) = match prepare(&options) {
         Ok(prepared) => prepared,
         Err(sentence) => {
@@ -92,7 +105,15 @@ fn prepare(options: &Options) -> Result<(Vec<Case>, Vec<&'static str>), Failure>
         is_followed: options.followed,
     };
     View::new(frame.size, ground, pose)?;
-    let case = Case { picture: "picture", frame, ground, poses: vec![pose], limits: None, is_smooth: false };
+    let case = Case {
+        picture: "picture",
+        frame,
+        ground,
+        poses: vec![pose],
+        limits: None,
+        purpose: Purpose::Timed,
+        reference: None,
+    };
     Ok((vec![case], Vec::new()))
 }
 

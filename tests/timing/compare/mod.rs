@@ -5,6 +5,7 @@
 //! | [`pictures`] | what the frames show |
 //! | [`view`] | a camera over level ground: for the core, for the oracle, and as one 3 x 3 matrix for others |
 //! | [`cases`] | which frames, sizes and attitudes |
+//! | [`matched`] | frames of known ground, to see what a kernel costs the matching |
 //! | [`ours`] | every call of the core's kernels |
 //! | [`theirs`] | OpenCV's part, done by `tests/timing/compare.py` |
 //! | [`score`] | a patch against the exact average |
@@ -16,6 +17,7 @@
 //! `f64`. Times are minima over repetitions in this run, and only their ratios are judged.
 
 pub mod cases;
+pub mod matched;
 pub mod ours;
 pub mod pictures;
 pub mod run;

@@ -5,7 +5,7 @@ use super::{Failure, Grey};
 use heapless::Vec as Runs;
 use plumbline_core::budget::{PATCH_MAX_PX, REDUCED_MAX_AREA};
 use plumbline_core::rectify::{Run, Sampling, Source, rectify_into};
-use plumbline_core::reduce::{Reducer, Reduction};
+use plumbline_core::reduce::{ReduceError, Reducer, Reduction};
 
 /// A way to use them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,10 +34,20 @@ impl Way {
         }
     }
 
-    /// Whether the view can be rectified this way: on board a patch has its largest size.
+    /// Whether the view can be rectified this way: on board, patch and reduced frame have their largest sizes.
     pub fn suits(self, view: &View) -> bool {
         let (cols, rows) = view.ground().cells;
-        self != Way::OnBoard || usize::from(cols.max(rows)) <= PATCH_MAX_PX
+        let fits = usize::from(cols.max(rows)) <= PATCH_MAX_PX;
+        fits && self.reduction(view).is_ok() || self != Way::OnBoard
+    }
+
+    fn reduction(self, view: &View) -> Result<Reduction, ReduceError> {
+        let (wished, capacity) = match self {
+            Way::OnBoard => (view.ratio(), REDUCED_MAX_AREA),
+            Way::Plenty => (view.ratio(), usize::MAX),
+            Way::Whole | Way::OneReading => (1.0, usize::MAX),
+        };
+        Reduction::choose(view.frame_size(), wished, capacity)
     }
 }
 
@@ -88,13 +98,8 @@ impl<'a> Kernel<'a> {
     pub fn rectify(&mut self, frame: &Grey) -> Result<(), Failure> {
         let size = self.view.frame_size();
         let ratio = self.view.ratio();
-        let (wished, capacity) = match self.way {
-            Way::OnBoard => (ratio, REDUCED_MAX_AREA),
-            Way::Plenty => (ratio, usize::MAX),
-            Way::Whole | Way::OneReading => (1.0, usize::MAX),
-        };
         let refused = |why: &dyn std::fmt::Debug| format!("{}: refused, {why:?}", self.way.name());
-        let reduction = Reduction::choose(size, wished, capacity).map_err(|why| refused(&why))?;
+        let reduction = self.way.reduction(self.view).map_err(|why| refused(&why))?;
         let mut reducer = Reducer::new(reduction, size);
         let pixels = if reduction.factor() == 1 && self.way != Way::OnBoard {
             // Nothing to average, and the frame is at hand: the rectifier reads it itself.

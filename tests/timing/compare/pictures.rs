@@ -3,13 +3,15 @@
 use super::{Failure, Grey};
 use plumbline_firmware::bench::texture;
 use plumbline_survey::data::shared_data;
-use plumbline_survey::picture::read_grey;
+use plumbline_survey::picture::{Picture, read_grey};
 use std::f64::consts::TAU;
 use std::path::Path;
 
 /// Side of the cases' frames, pixels.
 pub const SIDE: u16 = 512;
-/// Of the texture's noise.
+/// Side of the made-up ground, pixels.
+const LAND_SIDE: usize = 1667;
+/// Of textures.
 const SEED: u32 = 1;
 /// The orthophoto, in the folder of the real data.
 const VIENNA: &str = "images/vienna_ortho_2023_30cm.tif";
@@ -24,11 +26,18 @@ pub fn prototype() -> Grey {
     Grey { pixels, size: (SIDE, SIDE) }
 }
 
-/// The middle of the orthophoto of Vienna, 0.3 m a pixel, as if a camera had taken it. `Ok(None)` without the real data.
+/// Made-up ground, as large as the orthophoto.
+pub fn land() -> Picture {
+    let mut pixels = vec![0; LAND_SIDE * LAND_SIDE];
+    texture::ground(&mut pixels, LAND_SIDE, SEED);
+    Picture { cols: LAND_SIDE, rows: LAND_SIDE, pixels }
+}
+
+/// The orthophoto of Vienna, 0.3 m a pixel. `Ok(None)` without the real data.
 ///
 /// # Errors
 /// A sentence on a file that is there and is no such picture.
-pub fn vienna() -> Result<Option<Grey>, Failure> {
+pub fn vienna() -> Result<Option<Picture>, Failure> {
     let Some(path) = shared_data().map(|data| data.join(VIENNA)).filter(|path| path.exists()) else {
         return Ok(None);
     };
@@ -37,10 +46,16 @@ pub fn vienna() -> Result<Option<Grey>, Failure> {
     if picture.cols < side || picture.rows < side {
         return Err(format!("{} has fewer than {SIDE} x {SIDE} pixels", path.display()));
     }
+    Ok(Some(picture))
+}
+
+/// The middle of a picture, as if a camera had taken it.
+pub fn middle(picture: &Picture) -> Grey {
+    let side = usize::from(SIDE);
     let (left, top) = ((picture.cols - side) / 2, (picture.rows - side) / 2);
     let rows = picture.pixels.chunks_exact(picture.cols).skip(top).take(side);
     let pixels = rows.flat_map(|row| row[left..left + side].iter().copied()).collect();
-    Ok(Some(Grey { pixels, size: (SIDE, SIDE) }))
+    Grey { pixels, size: (SIDE, SIDE) }
 }
 
 /// A picture without detail: three waves of 120 px and more, rounded. On it all kernels must agree, and do not if they

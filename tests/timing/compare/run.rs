@@ -1,11 +1,13 @@
 //! All of it, in rounds that take turns: what slows the machine for a while slows both.
 
-use super::cases::{Case, Limits};
+use super::cases::{Case, Limits, Purpose};
 use super::ours::{Kernel, Way};
 use super::score::{Score, score, shift_px};
 use super::theirs::{Answer, Script, Task};
 use super::view::{Ground, Pose, View};
 use super::{Failure, Grey};
+use plumbline_sim::still::runs_of;
+use plumbline_survey::picture::Picture;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -25,9 +27,14 @@ pub struct Row {
     pub score: Score,
     /// Shift against it, frame pixels: on the smooth picture only.
     pub shift_px: Option<f64>,
+    /// Distance of its match from the truth, cells: for matching only.
+    pub match_px: Option<f64>,
     /// Shortest time, seconds.
     pub seconds: f64,
 }
+
+/// The exact area average itself, as the last row where there is matching.
+pub const EXACT: &str = "exact area average";
 
 /// All kernels on one view.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,8 +49,8 @@ pub struct Outcome {
     pub pose: Pose,
     /// What it must reach.
     pub limits: Option<Limits>,
-    /// Whether it is the picture without detail.
-    pub is_smooth: bool,
+    /// What it is there for.
+    pub purpose: Purpose,
     /// The core's kernels, then OpenCV's, of which the first is the rival.
     pub rows: Vec<Row>,
 }
@@ -87,7 +94,7 @@ pub fn run(cases: &[Case], script: &Script) -> Result<Comparison, Failure> {
             views.push((case, pose, View::new(case.frame.size, case.ground, pose)?));
         }
     }
-    let seconds = |case: &Case| if case.is_smooth { 0.0 } else { SECONDS };
+    let seconds = |case: &Case| if case.purpose == Purpose::Timed { SECONDS } else { 0.0 };
     let tasks: Vec<Task<'_>> =
         views.iter().map(|(case, _, view)| Task { frame: &case.frame, view, seconds: seconds(case) }).collect();
     let mut ours: Vec<Vec<Timed<'_>>> = views.iter().map(|(_, _, view)| Timed::all(view)).collect();
@@ -100,23 +107,31 @@ pub fn run(cases: &[Case], script: &Script) -> Result<Comparison, Failure> {
         let patches: Vec<_> = ours[i].iter().map(|timed| (timed, timed.kernel.patch())).collect();
         // The same cells for all: those that every one of the core's kernels gives.
         let counted: Vec<bool> = (0..exact.len()).map(|n| patches.iter().all(|(_, p)| p.is_valid[n])).collect();
+        let runs = runs_of(&mask(&counted, &exact, case.ground.cells));
+        let is_smooth = case.purpose == Purpose::Smooth;
         let row = |kernel: &str, is_ours: bool, pixels: &[u8], seconds: f64| Row {
             kernel: kernel.to_owned(),
             is_ours,
             score: score(pixels, &exact, &counted),
-            shift_px: case.is_smooth.then(|| shift_px(pixels, &exact, &counted, view)).flatten(),
+            shift_px: is_smooth.then(|| shift_px(pixels, &exact, &counted, view)).flatten(),
+            match_px: case.reference.as_ref().map(|r| r.error_px(pixels, &runs, case.ground.cells)),
             seconds,
         };
         let core = patches.iter().map(|(timed, patch)| row(timed.way.name(), true, &patch.pixels, timed.seconds));
         let theirs = answer.kernels.iter().zip(&answer.patches[i]).zip(&their_seconds[i]);
-        let rows = core.chain(theirs.map(|((name, pixels), least)| row(name, false, pixels, *least))).collect();
+        let theirs = theirs.map(|((name, pixels), least)| row(name, false, pixels, *least));
+        let mut rows: Vec<Row> = core.chain(theirs).collect();
+        if case.purpose == Purpose::Matched {
+            let rounded: Vec<u8> = exact.iter().map(|value| value.unwrap_or(0.0).round() as u8).collect();
+            rows.push(row(EXACT, false, &rounded, f64::NAN));
+        }
         outcomes.push(Outcome {
             picture: case.picture,
             frame: case.frame.size,
             ground: case.ground,
             pose: *pose,
             limits: case.limits,
-            is_smooth: case.is_smooth,
+            purpose: case.purpose,
             rows,
         });
     }
@@ -139,28 +154,38 @@ impl<'a> Timed<'a> {
     }
 }
 
-/// Ours and theirs in turn; OpenCV's last answer, and its shortest times.
+/// Ours and theirs in turn; OpenCV's first answer, and its shortest times.
 fn rounds(
     ours: &mut [Vec<Timed<'_>>],
     tasks: &[Task<'_>],
     script: &Script,
 ) -> Result<(Answer, Vec<Vec<f64>>), Failure> {
-    let mut their_seconds: Vec<Vec<f64>> = Vec::new();
+    let mut least: Vec<Vec<f64>> = Vec::new();
     let mut answer = None;
-    for _ in 0..ROUNDS {
-        for (kernels, task) in ours.iter_mut().zip(tasks) {
-            for timed in kernels {
-                timed.seconds = timed.seconds.min(shortest(&mut timed.kernel, task.frame, task.seconds)?);
+    for round in 0..ROUNDS {
+        // What is not timed is done once.
+        let at_work: Vec<usize> = (0..tasks.len()).filter(|&i| round == 0 || tasks[i].seconds > 0.0).collect();
+        for &i in &at_work {
+            for timed in &mut ours[i] {
+                timed.seconds = timed.seconds.min(shortest(&mut timed.kernel, tasks[i].frame, tasks[i].seconds)?);
             }
         }
-        let next = script.run(tasks)?;
-        their_seconds.resize(tasks.len(), vec![f64::INFINITY; next.kernels.len()]);
-        for (least, next) in their_seconds.iter_mut().flatten().zip(next.seconds.iter().flatten()) {
-            *least = least.min(*next);
+        let next = script.run(&at_work.iter().map(|&i| tasks[i]).collect::<Vec<_>>())?;
+        least.resize(tasks.len(), vec![f64::INFINITY; next.kernels.len()]);
+        for (&i, next) in at_work.iter().zip(&next.seconds) {
+            least[i].iter_mut().zip(next).for_each(|(least, next)| *least = least.min(*next));
         }
-        answer = Some(next);
+        // The first round has every patch.
+        answer.get_or_insert(next);
     }
-    Ok((answer.ok_or("no rounds")?, their_seconds))
+    Ok((answer.ok_or("no rounds")?, least))
+}
+
+/// The cells that are compared, 255 each.
+fn mask(counted: &[bool], exact: &[Option<f64>], (cols, rows): (u16, u16)) -> Picture {
+    let is_compared = counted.iter().zip(exact).map(|(&counted, exact)| counted && exact.is_some());
+    let pixels = is_compared.map(|is_compared| if is_compared { 255 } else { 0 }).collect();
+    Picture { cols: cols.into(), rows: rows.into(), pixels }
 }
 
 /// Shortest time from a frame's first row to its patch, repeated for so long.

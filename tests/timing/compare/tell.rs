@@ -1,6 +1,7 @@
 //! The table that people read, its JSON, and what must hold.
 
-use super::run::{Comparison, Outcome, Row};
+use super::cases::Purpose;
+use super::run::{Comparison, EXACT, Outcome, Row};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -35,7 +36,7 @@ fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
 
 /// Outcomes that differ in attitude only.
 fn groups(comparison: &Comparison) -> Vec<&[Outcome]> {
-    comparison.outcomes.chunk_by(|a, b| a.picture == b.picture && a.ground == b.ground).collect()
+    comparison.outcomes.chunk_by(|a, b| (a.picture, a.ground, a.purpose) == (b.picture, b.ground, b.purpose)).collect()
 }
 
 fn title(outcome: &Outcome) -> String {
@@ -61,7 +62,7 @@ pub fn gates(comparison: &Comparison) -> Vec<Gate> {
             gates.push(gate("RMS, grey levels", of(|_, row| row.score.rms), limits.rms));
             gates.push(gate("time over OpenCV warp + INTER_AREA", of(Outcome::time_ratio), limits.time));
         }
-        if first.is_smooth {
+        if first.purpose == Purpose::Smooth {
             let shifts = group.iter().flat_map(|outcome| &outcome.rows).map(|row| row.shift_px.unwrap_or(f64::NAN));
             let name = format!("{}: largest shift of a kernel, frame pixels", title(first));
             gates.push(Gate { name, value: largest(shifts), must: SHIFT_PX, goal: None });
@@ -77,7 +78,8 @@ pub fn table(comparison: &Comparison) -> String {
 The core's kernels beside OpenCV {} on one thread of this machine, same frames, one run.
 Errors: root mean square in grey levels against the exact area average (the frame as piecewise constant pixels, cut by
 each cell's projected outline, in f64), over the cells that all of the core's kernels give. On the smooth picture:
-how far the patch is shifted against that average, frame pixels. Largest: of any cell, grey levels.
+how far the patch is shifted against that average, frame pixels. Largest: of any cell, grey levels. Matching: root mean
+square of the distance from the truth, and its excess over what the exact average itself leaves.
 Times: the shortest of this run, from the frame to the patch; ratio: over OpenCV warp + INTER_AREA at the same attitude;
 of both the largest over attitudes. remap's positions are made beforehand. The core runs its portable code, compiled for
 any machine of this architecture; OpenCV chooses its vector unit as it runs.
@@ -88,7 +90,10 @@ any machine of this architecture; OpenCV chooses its vector unit as it runs.
         let _ = writeln!(text, "OpenCV's warp by INTER_AREA gave the pixels of INTER_LINEAR: it averages nothing.");
     }
     for group in groups(comparison) {
-        block(&mut text, group);
+        match group.first().map(|outcome| outcome.purpose) {
+            Some(Purpose::Matched) => matching(&mut text, group),
+            _ => block(&mut text, group),
+        }
     }
     let gates = gates(comparison);
     let width = gates.iter().map(|gate| gate.name.len()).max().unwrap_or(0);
@@ -119,14 +124,15 @@ fn block(text: &mut String, group: &[Outcome]) {
             .collect::<Vec<_>>()
             .join(", ")
     );
-    let what = if first.is_smooth { "  shift at heading" } else { "  RMS at heading" };
+    let is_smooth = first.purpose == Purpose::Smooth;
+    let what = if is_smooth { "  shift at heading" } else { "  RMS at heading" };
     let _ = write!(text, "{what:30}");
     for outcome in group {
         let camera = if outcome.pose.is_followed { "f" } else { "" };
         let _ = write!(text, " {:>7}", format!("{}{camera}", outcome.pose.heading_deg));
     }
     let followed = if group.iter().any(|outcome| outcome.pose.is_followed) { "  (f: the camera follows)" } else { "" };
-    let times = if first.is_smooth { String::new() } else { format!(" {:>8} {:>7}", "µs", "ratio") };
+    let times = if is_smooth { String::new() } else { format!(" {:>8} {:>7}", "µs", "ratio") };
     let _ = writeln!(text, " {:>8}{times}{followed}", "largest");
     for (i, row) in first.rows.iter().enumerate() {
         let _ = write!(text, "  {:28}", row.kernel);
@@ -138,7 +144,7 @@ fn block(text: &mut String, group: &[Outcome]) {
             };
         }
         let _ = write!(text, " {:8.1}", largest(rows().map(|(_, row)| row.score.worst)));
-        if !first.is_smooth {
+        if !is_smooth {
             let micros = largest(rows().map(|(_, row)| row.seconds)) * 1e6;
             let ratio = largest(rows().map(|(outcome, row)| outcome.time_ratio(row)));
             let _ = write!(text, " {micros:8.0} {ratio:7.2}");
@@ -147,9 +153,27 @@ fn block(text: &mut String, group: &[Outcome]) {
     }
 }
 
+/// A block of matching errors: one line a kernel, over all frames.
+fn matching(text: &mut String, group: &[Outcome]) {
+    let Some(first) = group.first() else { return };
+    let rms = |values: &dyn Fn(&Row) -> f64, kernel: &str| {
+        let rows = group.iter().filter_map(|outcome| outcome.rows.iter().find(|row| row.kernel == kernel));
+        let (sum, count) = rows.map(values).fold((0.0, 0), |(sum, count), value| (sum + value * value, count + 1));
+        (sum / f64::from(count)).sqrt()
+    };
+    let off = |kernel: &str| rms(&|row| row.match_px.unwrap_or(f64::NAN), kernel);
+    let _ = writeln!(text, "\n{}: matched to its own area averages, {} frames", title(first), group.len());
+    let _ = writeln!(text, "{:30} {:>9} {:>9} {:>9}", "  patch pixels", "error", "excess", "RMS grey");
+    for row in &first.rows {
+        let (error, grey) = (off(&row.kernel), rms(&|row| row.score.rms, &row.kernel));
+        let _ = writeln!(text, "  {:28} {error:9.4} {:9.4} {grey:9.2}", row.kernel, error - off(EXACT));
+    }
+}
+
 /// Everything, as one document.
 pub fn json(comparison: &Comparison, skipped: &[&str]) -> String {
     let row = |outcome: &Outcome, row: &Row| {
+        let is_timed = outcome.purpose == Purpose::Timed;
         json!({
             "picture": outcome.picture,
             "frame": [outcome.frame.0, outcome.frame.1],
@@ -166,9 +190,9 @@ pub fn json(comparison: &Comparison, skipped: &[&str]) -> String {
             "largest": row.score.worst,
             "cells_compared": row.score.cells,
             "shift_px": row.shift_px,
-            // Once, without repetition, on the smooth picture: no time to be told.
-            "time_us": if outcome.is_smooth { Value::Null } else { json!(row.seconds * 1e6) },
-            "time_ratio": if outcome.is_smooth { Value::Null } else { json!(outcome.time_ratio(row)) },
+            "match_px": row.match_px,
+            "time_us": if is_timed { json!(row.seconds * 1e6) } else { Value::Null },
+            "time_ratio": if is_timed { json!(outcome.time_ratio(row)) } else { Value::Null },
         })
     };
     let rows: Vec<Value> = comparison.outcomes.iter().flat_map(|o| o.rows.iter().map(move |r| row(o, r))).collect();

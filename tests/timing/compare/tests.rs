@@ -1,7 +1,7 @@
 //! The comparison's own arithmetic: the exact average against brute force and a closed form, the matrix that others get
 //! against the core's map, scores, and what is told of them. OpenCV itself is not needed.
 
-use plumbline_tests::compare::cases::Limits;
+use plumbline_tests::compare::cases::{Limits, Purpose};
 use plumbline_tests::compare::ours::{Kernel, Way};
 use plumbline_tests::compare::run::{Comparison, Outcome, Row};
 use plumbline_tests::compare::score::{Score, score, shift_px};
@@ -195,6 +195,7 @@ fn comparison(rms: f64, seconds: f64) -> Comparison {
         is_ours,
         score: Score { rms, worst: 3.0, cells: 9 },
         shift_px: None,
+        match_px: None,
         seconds,
     };
     let outcome = Outcome {
@@ -203,7 +204,7 @@ fn comparison(rms: f64, seconds: f64) -> Comparison {
         ground: GROUND,
         pose: TILTED,
         limits: Some(Limits { rms: (1.0, 0.6), time: (1.0, 0.33) }),
-        is_smooth: false,
+        purpose: Purpose::Timed,
         rows: vec![row("ours", true, rms, seconds), row("theirs", false, 0.3, 1.0)],
     };
     Comparison { version: "5".into(), area_is_linear: true, outcomes: vec![outcome] }
@@ -216,7 +217,7 @@ fn limits_are_held_and_numbers_that_are_none_fail() {
     assert_eq!(held(1.1, 1.5), [false, false]);
     assert_eq!(held(f64::NAN, f64::NAN), [false, false]);
     let mut smooth = comparison(0.5, 0.5);
-    smooth.outcomes[0].is_smooth = true;
+    smooth.outcomes[0].purpose = Purpose::Smooth;
     smooth.outcomes[0].limits = None;
     assert_eq!(tell::gates(&smooth).len(), 1);
     assert!(!tell::gates(&smooth)[0].holds(), "no shift could be told");

@@ -19,7 +19,7 @@ pub struct Script {
 }
 
 /// A frame to be rectified.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Task<'a> {
     /// Pixels.
     pub frame: &'a Grey,
