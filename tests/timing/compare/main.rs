@@ -14,7 +14,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, Parser)]
-#[command(name = "cargo xtask compare", about = "The core's kernels beside OpenCV's: error and time")]
+#[command(
+    name = "cargo xtask compare",
+    about = "The core's kernels beside OpenCV's: error and time",
+    override_usage = "cargo xtask compare [OPTIONS]"
+)]
 struct Options {
     /// One JSON document instead of the table
     #[arg(long)]
@@ -64,7 +68,9 @@ fn main() -> ExitCode {
         Err(error) => {
             // What is wrong, without the usage lines.
             let text = error.render().to_string();
-            eprintln!("{}", text.lines().next().map_or("", |line| line.strip_prefix("error: ").unwrap_or(line)));
+            let lines = text.lines().map(str::trim).take_while(|line| !line.is_empty() && !line.starts_with("Usage"));
+            let sentence = lines.collect::<Vec<_>>().join(" ");
+            eprintln!("{}", sentence.strip_prefix("error: ").unwrap_or(&sentence));
             return ExitCode::from(2);
         }
     };
