@@ -1,4 +1,7 @@
-//! What every test target shares: the golden values.
+//! What every test target shares, the golden values; and the comparison of kernels, which is a program as well.
+
+#[path = "timing/compare/mod.rs"]
+pub mod compare;
 
 /// The golden values of paper 003 (rectification), JSON.
 pub const GOLDEN_003: &str = include_str!("vectors/golden_003.json");

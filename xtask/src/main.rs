@@ -1,7 +1,8 @@
-//! `cargo xtask VERB`: sets up what is missing, builds, flies, tests, counts.
+//! `cargo xtask VERB`: sets up what is missing, builds, flies, tests, counts, compares.
 
 mod budget;
 mod build;
+mod compare;
 mod elf;
 mod flight;
 mod fly;
@@ -25,6 +26,7 @@ fn main() -> ExitCode {
         "build" => none_left(&rest).map(|()| build::build().map_or_else(failed, |_| ExitCode::SUCCESS)),
         "fly" => Ok(fly::fly(&rest).unwrap_or_else(failed)),
         "budget" => budget::budget(&rest),
+        "compare" => compare::compare(&rest),
         "test" => none_left(&rest).map(|()| test::test()),
         "" => Err(format!("cargo xtask needs a verb: {VERBS}")),
         unknown => Err(format!("cargo xtask knows no verb {unknown:?}; it knows {VERBS}")),
@@ -36,7 +38,7 @@ fn main() -> ExitCode {
 }
 
 const VERBS: &str = "build (all images and the plumbline command), fly [options of plumbline fly], budget [--json] \
-    [--overwrite] [--against REVISION], and test";
+    [--overwrite] [--against REVISION], compare [--json] [--frame PICTURE ...], and test";
 
 fn none_left(rest: &[String]) -> Result<(), Failure> {
     rest.first().map_or(Ok(()), |extra| Err(format!("this verb takes no arguments, but got {extra:?}")))

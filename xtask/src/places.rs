@@ -28,7 +28,12 @@ pub fn image(name: &str) -> PathBuf {
 
 /// The command.
 pub fn plumbline() -> PathBuf {
-    target().join("release").join(format!("plumbline{}", env::consts::EXE_SUFFIX))
+    release("plumbline")
+}
+
+/// A program of the host, built in release.
+pub fn release(name: &str) -> PathBuf {
+    target().join("release").join(format!("{name}{}", env::consts::EXE_SUFFIX))
 }
 
 /// Where tests leave what they made.
