@@ -143,8 +143,8 @@ fn scores_are_the_correlation_of_the_details() {
             let patch = ground.picture(PATCH, placement, 3.0, &mut random);
             let reference = ground.picture(reference_size(PATCH), Placement::default(), 3.0, &mut random);
             let valid: usize = runs.iter().map(|run| usize::from(run.end - run.start)).sum();
-            let looked: Vec<Run> = runs.iter().copied().step_by(valid / 350).collect();
-            let own = details(&patch, &runs, valid / 350);
+            let looked: Vec<Run> = runs.iter().copied().step_by((valid / 220).min(5)).collect();
+            let own = details(&patch, &runs, (valid / 220).min(5));
             let others = details(&reference, &all_valid(reference.size), 3);
             let score = |runs: &[Run], shift| {
                 let (p, r) = pairs(&own, runs, &others, shift);

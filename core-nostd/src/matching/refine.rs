@@ -59,10 +59,13 @@ pub struct SubPixel {
 const UNKNOWNS: usize = 6;
 /// Passes at most.
 const PASSES: usize = 7;
-/// The first passes take every other row only, until a step is below this, pixels.
+/// The first passes take part of the rows only, until a step is below this, pixels.
 const NEAR_PX: f32 = 0.1;
+/// Pixels they take at least, where the patch has them, and every which row at least.
+const COARSE_PX: usize = 300;
+const COARSE_EVERY: usize = 4;
 /// A step below this ends the passes, pixels.
-const SETTLED_PX: f32 = 0.01;
+const SETTLED_PX: f32 = 0.02;
 /// Residual, in sigmas, at which a pixel's weight has fallen to a quarter.
 const OUTLIER: f32 = 2.5;
 /// Sigma of a normal distribution over the median of its absolute values.
@@ -105,7 +108,8 @@ pub fn refine(
     let mut state = State::new(patch, runs, reference, radius, peak, &mut sizes).ok_or(RefineError::TooLittle)?;
     let smooth = smooth_into(patch, runs, bytes).ok_or(RefineError::TooLittle)?;
     let mut last = None;
-    let mut every = 2;
+    let valid: usize = runs.iter().map(|run| run.end.saturating_sub(run.start) as usize).sum();
+    let mut every = (valid / COARSE_PX).clamp(2, COARSE_EVERY);
     for _ in 0..PASSES {
         sizes.clear();
         let sums = accumulate(&smooth, runs, every, reference, &state, &mut sizes);

@@ -10,7 +10,7 @@
 //! the least there is, it still stands two above, where a few of a hundred summits stand by chance.
 
 use super::View;
-use super::detail::{CHUNK, Limit, details, limit_to, rows};
+use super::detail::{CHUNK, Limit, details, limit_to, row_details};
 use crate::dsp::{dot_and_energy, dot4};
 use crate::math;
 use crate::rectify::Run;
@@ -52,7 +52,7 @@ pub struct Peak {
 /// pixel correlates over two of them.
 const HILL_PX: i16 = 3;
 /// Pixels that the first look takes at least, where the patch has them.
-const LOOK_PX: usize = 350;
+const LOOK_PX: usize = 220;
 /// Every which run it takes at least.
 const LOOK_EVERY: usize = 5;
 /// Summits of the first look that the whole patch decides between.
@@ -60,7 +60,7 @@ const SUMMITS: usize = 12;
 /// Steps to the top at most: a summit of the look is off by one or two.
 const CLIMB: usize = 4;
 /// Neighbouring shifts whose reference energies are summed together.
-const BLOCK: usize = 12;
+const BLOCK: usize = 24;
 
 /// The peak of the scores of every shift within ±`radius`.
 ///
@@ -292,27 +292,21 @@ fn limit(patch: &View<'_>, runs: &[Run], every: usize) -> u8 {
 /// The limited details of a whole picture, as bytes of two's complement.
 fn details_into<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> Option<View<'b>> {
     let size = picture.size();
-    let count = size.0 as usize * size.1 as usize;
+    let stride = size.0 as usize;
+    let bytes = bytes.get_mut(..stride * size.1 as usize)?;
     let mut limit = Limit::new();
-    for (row, line) in (0..).zip(bytes.get_mut(..count)?.chunks_exact_mut(size.0.max(1) as usize)) {
-        let (near, own) = rows(size, row);
-        let mut chunk = [0; CHUNK];
-        for (start, bytes) in (0..).step_by(CHUNK).zip(line.chunks_mut(CHUNK)) {
-            let details = details(picture, &near, own, start, &mut chunk);
-            if row % LIMIT_ROWS == 0 {
-                limit.add(details);
-            }
-            for (byte, &mut detail) in bytes.iter_mut().zip(details) {
-                *byte = detail;
-            }
+    for (row, line) in (0..).zip(bytes.chunks_exact_mut(stride.max(1))) {
+        row_details(picture, row, line);
+        if row % LIMIT_ROWS == 0 {
+            limit.add(line);
         }
     }
-    limit_to(limit.value(), bytes.get_mut(..count)?);
+    limit_to(limit.value(), bytes);
     View::new(bytes, size)
 }
 
 /// Every which row of the reference has a say in its limit.
-const LIMIT_ROWS: u16 = 3;
+const LIMIT_ROWS: usize = 3;
 
 /// The highest summits among the scores, as places, highest first.
 fn summits<'r>(scores: &[f32], side: usize, room: &'r mut [Place; SUMMITS]) -> &'r mut [Place] {
