@@ -23,6 +23,50 @@ pub fn add_bytes(word: u32, sum: u32) -> u32 {
     }
 }
 
+/// Adds the pixels of pairs of boxes, 6 wide each, to two sums a word (the first in the lower half); as many pairs as
+/// both have. Sums that pass 2^16 are the caller's fault.
+#[inline(always)]
+pub fn add_sixes(row: &[u8], sums: &mut [[u16; 2]]) {
+    let pairs = sums.len().min(row.len() / 12);
+    #[cfg(feature = "dsp")]
+    if pairs > 0 {
+        // SAFETY: each turn reads 12 bytes of `row` and changes one pair of `sums`, as long as both have them.
+        unsafe {
+            core::arch::asm!(
+                "2:",
+                "ldr {a}, [{row}], #12",
+                "ldr {b}, [{row}, #-8]",
+                "ldr {sum}, [{sums}]",
+                "usada8 {sum}, {a}, {zero}, {sum}",
+                "uxth {a}, {b}",
+                "lsr {b}, {b}, #16",
+                "usada8 {sum}, {a}, {zero}, {sum}",
+                "ldr {a}, [{row}, #-4]",
+                "usad8 {b}, {b}, {zero}",
+                "usada8 {b}, {a}, {zero}, {b}",
+                "subs {n}, #1",
+                "add {sum}, {sum}, {b}, lsl #16",
+                "str {sum}, [{sums}], #4",
+                "bne 2b",
+                row = inout(reg) row.as_ptr() => _,
+                sums = inout(reg) sums.as_mut_ptr() => _,
+                n = inout(reg) pairs => _,
+                zero = in(reg) 0u32,
+                a = out(reg) _,
+                b = out(reg) _,
+                sum = out(reg) _,
+                options(nostack),
+            );
+        }
+    }
+    #[cfg(not(feature = "dsp"))]
+    for (pair, boxes) in sums.iter_mut().zip(row.chunks_exact(12)).take(pairs) {
+        for (sum, pixels) in pair.iter_mut().zip(boxes.chunks_exact(6)) {
+            *sum = sum.wrapping_add(pixels.iter().map(|&pixel| pixel as u16).sum());
+        }
+    }
+}
+
 /// Σ `own[i] others[i + k]` for k = 0 to 3, both as bytes of two's complement, others beyond the end as 0. At most 2^16
 /// bytes.
 ///
@@ -171,6 +215,15 @@ mod tests {
     #[test]
     fn four_bytes_are_added() {
         assert_eq!(add_bytes(u32::from_le_bytes([1, 200, 255, 127]), 10), 10 + 1 + 200 + 255 + 127);
+    }
+
+    #[test]
+    fn boxes_of_six_are_summed_in_pairs() {
+        let row: [u8; 30] = core::array::from_fn(|i| (i * 9) as u8);
+        let sum = |from: usize| row[from..from + 6].iter().map(|&p| p as u16).sum::<u16>();
+        let mut sums = [[1, 2], [3, 4], [5, 6]];
+        add_sixes(&row, &mut sums);
+        assert_eq!(sums, [[1 + sum(0), 2 + sum(6)], [3 + sum(12), 4 + sum(18)], [5, 6]], "no half pair");
     }
 
     #[test]

@@ -111,6 +111,8 @@ impl<'a> FrameFromPatch<'a> {
 
     /// Frame (col, row) of patch (col, row), fractions allowed; `None` beyond the horizon guard and where the lens
     /// model folds back.
+    // Called from few places, a few times a row: not worth its size at each of them.
+    #[inline(never)]
     pub fn frame_position(&self, col: f32, row: f32) -> Option<(f32, f32)> {
         let (m, n) = frames::centred(col, row, self.size.0, self.size.1);
         let (m, n) = self.homography.ideal(m * self.scale.0, n * self.scale.1)?;

@@ -5,7 +5,7 @@
 //! be averaged over `factor` x `factor` boxes without knowing where it was taken from: what is kept is an ordinary,
 //! smaller frame, and nothing that depends on attitude has run.
 
-use crate::dsp::add_bytes;
+use crate::dsp::{add_bytes, add_sixes};
 
 /// Why a row was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,10 +140,12 @@ fn add_row(row: &[u8], factor: usize, sums: &mut [u16]) {
             let [a, b] = words(bytes);
             add_bytes(a, 0) + (add_bytes(b, 0) << 16)
         }),
-        6 => add_pairs::<12>(row, sums, 6, |bytes| {
-            let [a, b, c] = words(bytes);
-            add_bytes(a, add_bytes(b & 0xffff, 0)) + (add_bytes(c, add_bytes(b >> 16, 0)) << 16)
-        }),
+        6 => {
+            let (pairs, last) = sums.as_chunks_mut::<2>();
+            let done = 12 * pairs.len();
+            add_sixes(row, pairs);
+            add_boxes(row.get(done..).unwrap_or(&[]), factor, last);
+        }
         8 => add_pairs::<16>(row, sums, 8, |bytes| {
             let [a, b, c, d] = words(bytes);
             add_bytes(a, add_bytes(b, 0)) + (add_bytes(c, add_bytes(d, 0)) << 16)

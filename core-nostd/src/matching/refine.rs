@@ -65,7 +65,7 @@ const NEAR_PX: f32 = 0.1;
 const COARSE_PX: usize = 300;
 const COARSE_EVERY: usize = 4;
 /// A step below this ends the passes, pixels.
-const SETTLED_PX: f32 = 0.02;
+const SETTLED_PX: f32 = 0.01;
 /// Residual, in sigmas, at which a pixel's weight has fallen to a quarter.
 const OUTLIER: f32 = 2.5;
 /// Sigma of a normal distribution over the median of its absolute values.

@@ -225,25 +225,39 @@ impl Details<'_> {
         let mut top = places.iter().copied().reduce(better)?;
         let apart = |top: &Place, place: &Place| place.apart(top) >= HILL_PX as u16 && place.score > 0.0;
         let mut second = places.iter().copied().filter(|place| apart(&top, place)).reduce(better);
-        let mut around = [Place::default(); 2 * NEAR];
+        // Where the search ends, the nearest place stands for one beyond.
+        let around = |place: Place| {
+            let step = |at: u16, step: usize| (at + step as u16).saturating_sub(1).min(last);
+            core::array::from_fn::<_, NEAR, _>(|i| Place {
+                col: step(place.col, i % 3),
+                row: step(place.row, i / 3),
+                ..Place::default()
+            })
+        };
+        let mut near = [[Place::default(); NEAR]; 2];
+        let mut moved = (true, second.is_some());
         for _ in 0..CLIMB {
-            let near = |place: Place, i: usize| {
-                // Where the search ends, the nearest of them.
-                let step = |at: u16, step: usize| (at + step as u16).saturating_sub(1).min(last);
-                Place { col: step(place.col, i % 3), row: step(place.row, i / 3), ..Place::default() }
+            let asked = match moved {
+                (true, true) => near.as_mut_slice(),
+                (true, false) => &mut near[..1],
+                (false, true) => &mut near[1..],
+                (false, false) => break,
             };
-            around = core::array::from_fn(|i| near(if i < NEAR { top } else { second.unwrap_or(top) }, i % NEAR));
-            self.decide(&mut around);
-            let (of_top, of_second) = around.split_at(NEAR);
-            let higher = of_top.iter().copied().fold(top, better);
-            let beside = second
-                .map(|second| of_second.iter().copied().filter(|place| apart(&higher, place)).fold(second, better));
-            let settled = higher.score <= top.score && beside.map(|p| p.score) <= second.map(|p| p.score);
-            (top, second) = (higher, beside.filter(|place| apart(&higher, place)));
-            if settled {
-                break;
+            if moved.0 {
+                asked[0] = around(top);
             }
+            if let (true, Some(second), Some(last)) = (moved.1, second, asked.last_mut()) {
+                *last = around(second);
+            }
+            self.decide(asked.as_flattened_mut());
+            let higher = near[0].iter().copied().fold(top, better);
+            let beside =
+                second.map(|second| near[1].iter().copied().filter(|p| apart(&higher, p)).fold(second, better));
+            let beside = beside.filter(|place| apart(&higher, place));
+            moved = (higher.apart(&top) > 0, beside.zip(second).is_some_and(|(now, before)| now.apart(&before) > 0));
+            (top, second) = (higher, beside);
         }
+        let around = &near[0];
         let centred = |place: Place| (place.col as i16 - radius as i16, place.row as i16 - radius as i16);
         let (d_col, d_row) = centred(top);
         let on_border = [top.col, top.row].iter().any(|&at| at == 0 || at == last);

@@ -82,7 +82,6 @@ impl<'a> Source<'a> {
         match (self.side(&path, count as i64), samples) {
             (Side::Inside, 1) => self.add_along::<1, true>(path, samples, sums),
             (Side::Inside, 2) => self.add_along::<2, true>(path, samples, sums),
-            (Side::Inside, 3) => self.add_along::<3, true>(path, samples, sums),
             (Side::Inside, _) => self.add_along::<0, true>(path, samples, sums),
             (Side::Outside, _) => sums.iter_mut().for_each(|sum| *sum = sum.saturating_add(INVALID)),
             (Side::Across, _) if sums.len() <= FEW => self.add_along::<0, false>(path, samples, sums),
