@@ -64,8 +64,7 @@ pub fn locate(
 ) -> Result<Located, SearchError> {
     let peak = search(patch, runs, reference, radius, bytes, scores)?;
     let refined = refine(patch, runs, reference, radius, &peak, prior, bytes);
-    let valid = runs.iter().map(|run| run.end.saturating_sub(run.start) as u32).sum();
-    let accepted = rule.peak(&peak, valid).map_err(Rejection::Doubt).and_then(|()| {
+    let accepted = rule.peak(&peak, valid(runs) as u32).map_err(Rejection::Doubt).and_then(|()| {
         let solution = refined.map_err(Rejection::Refine)?;
         rule.solution(&solution).map_err(Rejection::Doubt)?;
         Ok(solution)
@@ -73,6 +72,11 @@ pub fn locate(
     let score = |at| correlation(patch, runs, reference, radius, at);
     let second = if peak.second > 0.0 { score(peak.second_at) } else { 0.0 };
     Ok(Located { peak, scores: [score((peak.d_col, peak.d_row)), second], refined, accepted })
+}
+
+/// Valid pixels of a patch.
+fn valid(runs: &[Run]) -> usize {
+    runs.iter().map(|run| run.end.saturating_sub(run.start) as usize).sum()
 }
 
 /// A grey picture, or a window of one, as the matcher reads it.

@@ -9,8 +9,8 @@
 //! two best. A score that would just be accepted stands 4.5 deviations above chance; in a look over a fifth of the rows,
 //! the least there is, it still stands two above, where a few of a hundred summits stand by chance.
 
-use super::View;
 use super::detail::{CHUNK, Limit, details, limit_to, row_details};
+use super::{View, valid};
 use crate::dsp::{dot_and_energy, dot4};
 use crate::math;
 use crate::rectify::Run;
@@ -84,14 +84,12 @@ pub fn search(
     if !fits(other.0, own.0) || !fits(other.1, own.1) {
         return Err(SearchError::ReferenceTooSmall);
     }
-    let mut valid = 0;
     for run in runs {
         let length = (run.end as usize).checked_sub(run.start as usize).ok_or(SearchError::Capacity)?;
         patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
-        valid += length;
     }
     let scores = scores.get_mut(..side * side).ok_or(SearchError::Capacity)?;
-    let every = (valid / LOOK_PX).clamp(1, LOOK_EVERY);
+    let every = (valid(runs) / LOOK_PX).clamp(1, LOOK_EVERY);
     let details = Details {
         patch,
         runs,
