@@ -129,36 +129,41 @@ impl Reducer {
     }
 }
 
-/// Adds one row to the sums of its boxes: in the common factors two at a time, and one by one what is left.
+/// Adds one row to the sums of its boxes.
 fn add_row(row: &[u8], factor: usize, sums: &mut [u16]) {
-    let (pairs, last) = sums.as_chunks_mut::<2>();
-    let done = 2 * factor * pairs.len();
     match factor {
-        2 => add_pairs::<4>(row, pairs, |bytes| {
+        2 => add_pairs::<4>(row, sums, 2, |bytes| {
             let word = u32::from_le_bytes(*bytes);
             (word & 0x00ff_00ff) + ((word >> 8) & 0x00ff_00ff)
         }),
-        4 => add_pairs::<8>(row, pairs, |bytes| {
+        4 => add_pairs::<8>(row, sums, 4, |bytes| {
             let [a, b] = words(bytes);
             add_bytes(a, 0) + (add_bytes(b, 0) << 16)
         }),
-        6 => add_sixes(row, pairs),
-        8 => add_pairs::<16>(row, pairs, |bytes| {
+        6 => {
+            let (pairs, last) = sums.as_chunks_mut::<2>();
+            let done = 12 * pairs.len();
+            add_sixes(row, pairs);
+            add_boxes(row.get(done..).unwrap_or(&[]), factor, last);
+        }
+        8 => add_pairs::<16>(row, sums, 8, |bytes| {
             let [a, b, c, d] = words(bytes);
             add_bytes(a, add_bytes(b, 0)) + (add_bytes(c, add_bytes(d, 0)) << 16)
         }),
-        _ => add_boxes(row, factor, pairs.as_flattened_mut()),
+        _ => add_boxes(row, factor, sums),
     }
-    add_boxes(row.get(done..).unwrap_or(&[]), factor, last);
 }
 
-/// Adds what `both` makes of the `BYTES` pixels of two boxes: their sums in the halves of a word.
+/// Two boxes at a time, whose sums of `BYTES` pixels `both` gives in the halves of a word.
 #[inline(always)]
-fn add_pairs<const BYTES: usize>(row: &[u8], pairs: &mut [[u16; 2]], both: impl Fn(&[u8; BYTES]) -> u32) {
+fn add_pairs<const BYTES: usize>(row: &[u8], sums: &mut [u16], factor: usize, both: impl Fn(&[u8; BYTES]) -> u32) {
+    let (pairs, last) = sums.as_chunks_mut::<2>();
+    let done = pairs.len() * BYTES;
     for (pair, bytes) in pairs.iter_mut().zip(row.as_chunks::<BYTES>().0) {
         let total = (pair[0] as u32 | (pair[1] as u32) << 16) + both(bytes);
         *pair = [total as u16, (total >> 16) as u16];
     }
+    add_boxes(row.get(done..).unwrap_or(&[]), factor, last);
 }
 
 /// One box at a time, of any width.
