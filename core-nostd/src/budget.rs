@@ -13,11 +13,9 @@ pub const PAPER_CLOCK_HZ: u32 = 167_000_000;
 pub const PATCH_MAX_PX: usize = 64;
 /// Pixels of the largest patch.
 pub const PATCH_MAX_AREA: usize = PATCH_MAX_PX * PATCH_MAX_PX;
-/// Pixels of the reduced frame that fits on board, the largest buffer: 512 x 512 reduced 6 x 6 needs 85 x 85, 752 x 480
-/// reduced 8 x 8 needs 94 x 60, 1280 x 960 reduced 14 x 14 needs 91 x 68.
-pub const REDUCED_MAX_AREA: usize = 7225;
-/// Columns of the reduced frame at most.
-pub const REDUCED_MAX_COLS: usize = 256;
+/// Bytes of frame memory that a board should have: sums of boxes of 2 x 2 of a frame of 512 x 512 are 132,096, of 4 x 4
+/// of 752 x 480 45,600 and of 1280 x 960 154,560. The frame itself, which is not kept, would be up to 1.2 MB.
+pub const FRAME_MEMORY_BYTES: usize = 45_600;
 /// Largest search radius on board, pixels of the reference.
 pub const SEARCH_MAX_PX: usize = 10;
 /// Correlation scores of the largest search.
@@ -26,6 +24,6 @@ pub const SCORES_MAX: usize = (2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1);
 pub const RUNS_MAX: usize = PATCH_MAX_PX + 16;
 
 const _: () = assert!(
-    REDUCED_MAX_AREA + PATCH_MAX_AREA + 4 * SCORES_MAX + 6 * RUNS_MAX < PAPER_MEMORY_BYTES,
+    PATCH_MAX_AREA + 4 * SCORES_MAX + 6 * RUNS_MAX < PAPER_MEMORY_BYTES,
     "the image buffers alone pass the paper's 25 KB"
 );

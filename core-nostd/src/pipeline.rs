@@ -10,15 +10,13 @@ mod settings;
 mod situation;
 mod streams;
 
-use crate::budget::{
-    PATCH_MAX_AREA, PATCH_MAX_PX, REDUCED_MAX_AREA, REDUCED_MAX_COLS, RUNS_MAX, SCORES_MAX, SEARCH_MAX_PX,
-};
+use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, RUNS_MAX, SCORES_MAX, SEARCH_MAX_PX};
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::FrameFromPatch;
 use crate::matching::refine::Prior;
 use crate::matching::search::Peak;
 use crate::matching::{View, locate};
-use crate::rectify::{Run, Sampling, Source, rectify_into};
+use crate::rectify::{Node, Run, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
 use heapless::Vec;
@@ -55,19 +53,17 @@ pub struct Pipeline<'t> {
     reducer: Option<Reducer>,
     patch_size: (u16, u16),
     buffers: &'t mut Buffers,
+    frame_memory: &'t mut [u8],
 }
 
-/// The image buffers, two thirds of what the whole application needs. They belong to the caller, who can put them where
-/// the board has room and need not carry them over a stack.
+/// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
+/// board has room and need not carry them over a stack.
 #[derive(Debug)]
 pub struct Buffers {
-    reduced: [u8; REDUCED_MAX_AREA],
     patch: [u8; PATCH_MAX_AREA],
     runs: Vec<Run, RUNS_MAX>,
-    /// While a frame arrives.
-    row_sums: [u16; REDUCED_MAX_COLS],
-    /// While it is rectified.
-    cell_sums: [u32; PATCH_MAX_PX],
+    /// While a frame is rectified.
+    nodes: [Node; 2 * (PATCH_MAX_PX + 1)],
     /// While it is matched.
     scores: [f32; SCORES_MAX],
 }
@@ -76,11 +72,9 @@ impl Buffers {
     /// All zeros: costs no space in an image.
     pub const fn new() -> Self {
         Buffers {
-            reduced: [0; REDUCED_MAX_AREA],
             patch: [0; PATCH_MAX_AREA],
             runs: Vec::new(),
-            row_sums: [0; REDUCED_MAX_COLS],
-            cell_sums: [0; PATCH_MAX_PX],
+            nodes: [Node::NOWHERE; 2 * (PATCH_MAX_PX + 1)],
             scores: [0.0; SCORES_MAX],
         }
     }
@@ -93,13 +87,24 @@ impl Default for Buffers {
 }
 
 impl<'t> Pipeline<'t> {
-    /// Settings and reference for one flight.
+    /// Settings and reference for one flight. `frame_memory` stands for the camera's frame, of which it holds what the
+    /// rectifier needs, [`FRAME_MEMORY_BYTES`] or whatever the board has; between rectification and the next frame it
+    /// serves the matcher.
     ///
     /// # Errors
     /// [`SettingsError`] where the settings do not fit this build or each other.
-    pub fn new(settings: Settings, tile: Tile<'t>, buffers: &'t mut Buffers) -> Result<Self, SettingsError> {
+    pub fn new(
+        settings: Settings,
+        tile: Tile<'t>,
+        buffers: &'t mut Buffers,
+        frame_memory: &'t mut [u8],
+    ) -> Result<Self, SettingsError> {
         settings.check()?;
-        Ok(Pipeline { settings, tile, streams: Streams::new(), reducer: None, patch_size: (0, 0), buffers })
+        if frame_memory.len() < DETAILS_MAX {
+            return Err(SettingsError::FrameMemory);
+        }
+        let (streams, patch_size) = (Streams::new(), (0, 0));
+        Ok(Pipeline { settings, tile, streams, reducer: None, patch_size, buffers, frame_memory })
     }
 
     /// The settings at work.
@@ -123,22 +128,24 @@ impl<'t> Pipeline<'t> {
         let camera = &self.settings.camera;
         let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0);
         let frame = (camera.cols(), camera.rows());
-        let reduction = Reduction::choose(frame, ratio, REDUCED_MAX_AREA).map_err(|_| Refusal::FrameTooLarge)?;
-        if reduction.size().0 as usize > REDUCED_MAX_COLS {
-            return Err(Refusal::FrameTooLarge);
-        }
+        let capacity = self.frame_memory.len();
+        let reduction = Reduction::choose(frame, ratio, capacity).map_err(|_| Refusal::FrameTooLarge)?;
         self.reducer = Some(Reducer::new(reduction, frame));
         Ok(())
     }
 
-    /// The next row of the frame.
+    /// Rows that [`Pipeline::rows`] expects next; 0 where no frame is arriving.
+    pub fn rows_wanted(&self) -> u16 {
+        self.reducer.as_ref().map_or(0, Reducer::rows_wanted)
+    }
+
+    /// The next [`Pipeline::rows_wanted`] rows of the frame, one behind the other, or several times that.
     ///
     /// # Errors
-    /// [`Refusal::BadFrame`] for a row of another length, one too many, or without [`Pipeline::begin_frame`].
-    pub fn row(&mut self, row: &[u8]) -> Result<(), Refusal> {
+    /// [`Refusal::BadFrame`] for another number of pixels, rows too many, or without [`Pipeline::begin_frame`].
+    pub fn rows(&mut self, rows: &[u8]) -> Result<(), Refusal> {
         let reducer = self.reducer.as_mut().ok_or(Refusal::BadFrame)?;
-        let Buffers { row_sums, reduced, .. } = &mut *self.buffers;
-        reducer.take(row, row_sums, reduced).map_err(|_| Refusal::BadFrame)
+        reducer.take(rows, self.frame_memory).map_err(|_| Refusal::BadFrame)
     }
 
     /// Rectifies the frame that has arrived for `situation`.
@@ -150,16 +157,14 @@ impl<'t> Pipeline<'t> {
         let reduction = reducer.reduction();
         let camera = &self.settings.camera;
         let resolution = self.tile.ground_resolution().0;
-        let pixels = reduction.size().0 as usize * reduction.size().1 as usize;
-        let Buffers { reduced, patch, runs, cell_sums, .. } = &mut *self.buffers;
-        let source =
-            reduced.get(..pixels).and_then(|pixels| Source::new(pixels, reduction).ok()).ok_or(Refusal::BadFrame)?;
+        let Buffers { patch, runs, nodes, .. } = &mut *self.buffers;
+        let kept = self.frame_memory.get(..reduction.bytes()).ok_or(Refusal::BadFrame)?;
+        let source = Source::new(kept, reduction).map_err(|_| Refusal::BadFrame)?;
         let size = situation.patch_size(camera, resolution).ok_or(Refusal::NoFootprint)?;
         let map = FrameFromPatch::new(situation.homography(camera), camera, (situation.height_m, resolution), size);
-        let sampling = Sampling::choose(camera.ratio(situation.height_m, resolution), &reduction);
-        rectify_into(&map, source, sampling, patch, cell_sums, runs).map_err(|_| Refusal::NoFootprint)?;
+        rectify_into(&map, source, patch, nodes, runs).map_err(|_| Refusal::NoFootprint)?;
         self.patch_size = size;
-        // From here on the reduced frame's buffer is free.
+        // From here on the frame's memory is free.
         self.reducer = None;
         if runs.is_empty() { Err(Refusal::NoFootprint) } else { Ok(()) }
     }
@@ -172,8 +177,7 @@ impl<'t> Pipeline<'t> {
     pub fn register(&mut self, situation: &Situation) -> Result<Outcome, Refusal> {
         let radius = self.settings.search_px;
         let (cols, rows) = self.patch_size;
-        // The reduced frame has served: its buffer takes the window's details.
-        let Buffers { reduced, patch, runs, scores, .. } = &mut *self.buffers;
+        let Buffers { patch, runs, scores, .. } = &mut *self.buffers;
         let patch = View::new(patch, self.patch_size).ok_or(Refusal::NoFootprint)?;
         // The window whose centre is nearest to the prediction: its corner is a whole pixel.
         let predicted = self.tile.pixel(situation.prediction.local);
@@ -190,8 +194,9 @@ impl<'t> Pipeline<'t> {
 
         let prior =
             Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
-        let located = locate(&patch, runs, &window, radius, (prior, &self.settings.accept), (reduced, scores))
-            .map_err(|_| Refusal::Featureless)?;
+        let located =
+            locate(&patch, runs, &window, radius, (prior, &self.settings.accept), (self.frame_memory, scores))
+                .map_err(|_| Refusal::Featureless)?;
         let footprint = Footprint::of(runs, self.patch_size);
         let uncertainty = Uncertainty { tilt_rad: situation.sigma_tilt_rad, height_m: situation.sigma_height_m };
         let fixed = |s| fix(&self.tile, centre, &s, &footprint, situation.height_m, uncertainty);
@@ -214,7 +219,6 @@ impl<'t> Pipeline<'t> {
 }
 
 const _: () = assert!((2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1) == SCORES_MAX);
-const _: () = assert!(
-    (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) * (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) <= REDUCED_MAX_AREA,
-    "the search window's copy does not fit the reduced frame's buffer"
-);
+/// Details of the largest search window.
+const DETAILS_MAX: usize = (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) * (PATCH_MAX_PX + 2 * SEARCH_MAX_PX);
+const _: () = assert!(DETAILS_MAX <= FRAME_MEMORY_BYTES, "the search window's details do not fit the frame's memory");

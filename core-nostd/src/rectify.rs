@@ -10,14 +10,17 @@
 //! A cell is valid when all of its readings lie in the frame. Valid cells are returned as runs, which is what the
 //! matcher iterates over: a footprint is convex, so there is about one run a row.
 
+#[allow(unsafe_code, reason = "sums are read without a check each where the ends of a border have been checked")]
+mod area;
+mod nodes;
 #[allow(unsafe_code, reason = "pixels are read without a check each where the ends of a line have been checked")]
 mod sampler;
 mod segment;
 
+pub use crate::dsp::Node;
 use crate::homography::FrameFromPatch;
 use crate::reduce::Reduction;
 use heapless::VecView;
-pub use sampler::Source;
 
 /// A horizontal run of valid pixels of a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,40 +44,39 @@ pub enum RectifyError {
     Size,
 }
 
-/// How a patch is sampled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Sampling {
-    /// Readings along each side of a cell.
-    pub samples: u16,
-}
-
-/// Most readings along the side of a cell; 255 x 16 x 16 readings fit the sums with room.
-const SAMPLES_MAX: u16 = 16;
-/// Reduced pixels from one reading to the next at most. A reading blends two pixels along each axis, so closer ones only
-/// blur: the root mean square to the exact average is smallest between 1 and 1.35.
-const APART: f32 = 1.35;
-/// Position error allowed between segment ends, in pixels of the reduced frame, when a cell averages an area.
-const AREA_TOLERANCE_PX: f32 = 1.0 / 16.0;
-/// The same for plain bilinear resampling: half a grey level at the steepest edge an 8-bit picture can have.
+/// Position error allowed between segment ends: half a grey level at the steepest edge an 8-bit picture can have.
 const BILINEAR_TOLERANCE_PX: f32 = 1.0 / 512.0;
-
-impl Sampling {
-    /// Enough readings that neighbours are at most 1.35 reduced pixels apart at nadir; one where the output is finer.
-    pub fn choose(ratio: f32, reduction: &Reduction) -> Self {
-        let apart = ratio / reduction.factor() as f32;
-        let samples = crate::math::ceil(apart / APART).clamp(1.0, SAMPLES_MAX as f32);
-        Sampling { samples: samples as u16 }
-    }
-}
 
 /// Binary places of the reciprocal that makes means.
 const MEAN_BITS: u32 = 32;
 
+/// What a [`Reduction`] has kept of a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<'a>(Kept<'a>);
+
+#[derive(Clone, Copy, Debug)]
+enum Kept<'a> {
+    Sums(area::Table<'a>),
+    Pixels(sampler::Frame<'a>),
+}
+
+impl<'a> Source<'a> {
+    /// `kept`: exactly [`Reduction::bytes`].
+    ///
+    /// # Errors
+    /// [`RectifyError::Size`] for another number of bytes or a frame of less than 2 x 2.
+    pub fn new(kept: &'a [u8], reduction: Reduction) -> Result<Self, RectifyError> {
+        Ok(Source(match area::Table::new(kept, reduction) {
+            Some(table) => Kept::Sums(table),
+            None if reduction.is_boxes() => return Err(RectifyError::Size),
+            None => Kept::Pixels(sampler::Frame::new(kept, reduction)?),
+        }))
+    }
+}
+
 /// Rectifies into `patch`, row-major, `map.size()` pixels, row 0 north. Pixels outside every run are 0.
 ///
-/// `sums`: scratch of at least one entry a patch column. `runs` is cleared and filled; rows whose runs no longer fit
-/// count as invalid.
+/// `runs` is cleared and filled; rows whose runs no longer fit count as invalid.
 ///
 /// # Errors
 /// [`RectifyError`] when buffers and sizes do not belong together. A patch without a single valid pixel is not an
@@ -82,30 +84,28 @@ const MEAN_BITS: u32 = 32;
 pub fn rectify_into(
     map: &FrameFromPatch<'_>,
     source: Source<'_>,
-    sampling: Sampling,
     patch: &mut [u8],
-    sums: &mut [u32],
+    nodes: &mut [Node],
     runs: &mut VecView<Run>,
 ) -> Result<(), RectifyError> {
     let (cols, rows) = (map.size().0 as usize, map.size().1 as usize);
     runs.clear();
-    if cols == 0 || rows == 0 || !(1..=SAMPLES_MAX).contains(&sampling.samples) {
+    if cols == 0 || rows == 0 {
         return Err(RectifyError::Capacity);
     }
     let patch = patch.get_mut(..cols * rows).ok_or(RectifyError::Capacity)?;
+    let frame = match source.0 {
+        Kept::Sums(table) => return area::rectify(map, table, patch, nodes, runs),
+        Kept::Pixels(frame) => frame,
+    };
+    let mut sums = [0u32; 4096];
     let sums = sums.get_mut(..cols).ok_or(RectifyError::Capacity)?;
-    let averages = sampling.samples > 1 || source.reduction().factor() > 1;
-    let factor = source.reduction().factor() as f32;
-    let tolerance = if averages { AREA_TOLERANCE_PX * factor } else { BILINEAR_TOLERANCE_PX };
-    let line = segment::Line::plan(map, &source, sampling.samples, tolerance);
+    let line = segment::Line::plan(map, &frame, 1, BILINEAR_TOLERANCE_PX);
     // A cell's mean without a division; rounded up, which a sum of 24 bits does not notice.
-    let per_cell = (1u64 << MEAN_BITS).div_ceil((sampling.samples * sampling.samples) as u64 * sampler::STEPS as u64);
+    let per_cell = (1u64 << MEAN_BITS).div_ceil(sampler::STEPS as u64);
     for (row, out) in patch.chunks_exact_mut(cols).enumerate() {
         sums.fill(0);
-        for sub in 0..sampling.samples {
-            let at = row as f32 + (sub as f32 + 0.5) / sampling.samples as f32 - 0.5;
-            line.accumulate(map, &source, at, sums);
-        }
+        line.accumulate(map, &frame, row as f32, sums);
         close_row(row as u16, per_cell, sums, out, runs);
     }
     Ok(())

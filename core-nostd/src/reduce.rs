@@ -1,82 +1,118 @@
-//! Box averages of the frame's rows as they arrive.
+//! What is kept of a frame's rows as they arrive.
 //!
-//! The pose at mid-exposure exists only after the next attitude sample and its latency, often when rows already
-//! arrive, and a whole frame does not fit the memory. But a rectified pixel spans many frame pixels, so the frame can
-//! be averaged over `factor` x `factor` boxes without knowing where it was taken from: what is kept is an ordinary,
-//! smaller frame, and nothing that depends on attitude has run.
+//! The pose at mid-exposure exists only after the next attitude sample and its latency, often when rows already arrive.
+//! But a rectified pixel spans many frame pixels, so the frame can be averaged over `factor` x `factor` boxes without
+//! knowing where it was taken from: nothing that depends on attitude has run.
+//!
+//! What is kept is, for every row of boxes, the sum of all boxes left of each border between two. The rectifier integrates
+//! along the borders of its cells (module `rectify`), and such a sum is one reading where the boxes would be many. Only
+//! where a patch pixel spans less than two frame pixels are the pixels themselves kept, for bilinear readings.
 
-use crate::dsp::{add_bytes, add_sixes};
+use crate::dsp::{prefix_fours, prefix_pairs};
 
-/// Why a row was refused.
+/// Why rows were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ReduceError {
-    /// The reduced frame does not fit the buffers given.
+    /// What is kept does not fit the memory given.
     Capacity,
-    /// A row of another length than the frame's, or one row too many.
+    /// Rows of another length or number than expected, or too many.
     Size,
 }
 
-/// How far a frame is reduced, and where a frame pixel lies in the result.
+/// What is kept of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reduction {
+    /// Frame pixels a side of a box; 0 where the pixels themselves are kept.
     factor: u16,
-    /// Boxes across and along. Where `factor` does not divide the frame the last columns and rows are left out.
+    /// Boxes, or pixels, across and along. Where `factor` does not divide the frame the last columns and rows are left
+    /// out.
     size: (u16, u16),
 }
 
-/// Frame pixels a reduced pixel should span at most, as a share of a patch pixel: four boxes a patch pixel keep the
-/// area average true to 1/8 of its width.
-const BOXES_PER_PATCH_PX: f32 = 4.0;
-/// Largest factor: 16-bit sums hold 255 x 16 x 16.
-const FACTOR_MAX: u16 = 16;
+/// Patch pixels that span fewer frame pixels than this are read from the frame itself.
+const AVERAGED_FROM: f32 = 2.0;
+/// Boxes a patch pixel spans at least: from here on what a box hides at the border of a cell costs less than a grey level
+/// over the texture of ground.
+const BOXES_PER_PATCH_PX: f32 = 3.0;
+/// Powers of two: the mean of a box is a shift.
+const FACTORS: [u16; 7] = [1, 2, 4, 8, 16, 32, 64];
+/// What is taken off every box, so that sums over a row of 256 of them stay within 16 bits.
+pub(crate) const MID_GREY: i32 = 128;
 
 impl Reduction {
-    /// The reduction for a frame whose patch pixels span `ratio` frame pixels, in at most `capacity` reduced pixels:
-    /// the largest factor with four boxes a patch pixel; a larger one only if the memory asks for it.
+    /// The frame as it is, for bilinear readings.
+    pub fn none(frame: (u16, u16)) -> Self {
+        Reduction { factor: 0, size: frame }
+    }
+
+    /// What is kept of a frame whose patch pixels span `ratio` frame pixels, in at most `capacity` bytes. Below 2 the
+    /// frame itself where it fits; else the largest boxes of which a patch pixel spans three and a half, larger ones
+    /// only if the memory asks for it.
     ///
     /// # Errors
-    /// [`ReduceError::Capacity`] when not even 16 x 16 boxes fit.
+    /// [`ReduceError::Capacity`] when not even boxes of 64 x 64 fit, or no two of them the frame.
     pub fn choose(frame: (u16, u16), ratio: f32, capacity: usize) -> Result<Self, ReduceError> {
-        let wished = ((ratio / BOXES_PER_PATCH_PX) as u16).clamp(1, FACTOR_MAX);
-        (wished..=FACTOR_MAX)
+        let whole = Reduction::none(frame);
+        let fits = |r: &Reduction| r.size.0 >= 2 && r.size.1 >= 2 && r.bytes() <= capacity;
+        if ratio < AVERAGED_FROM && fits(&whole) {
+            return Ok(whole);
+        }
+        let wished = FACTORS.into_iter().rev().find(|&factor| factor as f32 * BOXES_PER_PATCH_PX <= ratio);
+        FACTORS
+            .into_iter()
+            .filter(|&factor| factor >= wished.unwrap_or(1))
             .map(|factor| Reduction { factor, size: (frame.0 / factor, frame.1 / factor) })
-            .find(|r| r.size.0 >= 2 && r.size.1 >= 2 && r.size.0 as usize * r.size.1 as usize <= capacity)
+            .find(fits)
             .ok_or(ReduceError::Capacity)
     }
 
-    /// Frame pixels a side of a box.
+    /// Frame pixels a side of a box, or of what else is kept.
     pub fn factor(&self) -> u16 {
-        self.factor
+        self.factor.max(1)
     }
 
-    /// Reduced frame, (cols, rows).
+    /// Whether sums of boxes are kept, not pixels.
+    pub fn is_boxes(&self) -> bool {
+        self.factor > 0
+    }
+
+    /// Boxes or pixels, (cols, rows).
     pub fn size(&self) -> (u16, u16) {
         self.size
     }
 
-    /// Reduced position of a frame position, either axis: boxes and pixels both have their centres at integers.
-    pub fn reduced(&self, frame_px: f32) -> f32 {
-        (frame_px - 0.5 * (self.factor as f32 - 1.0)) / self.factor as f32
+    /// Bytes of a row of what is kept. Of sums, two bytes each: one that is not used, so that those made two at a time are
+    /// words of the memory, the 0 of the first border, and one for each box.
+    pub fn stride(&self) -> usize {
+        let cols = self.size.0 as usize;
+        if self.is_boxes() { 2 * (cols + 2) } else { cols }
+    }
+
+    /// Bytes of all that is kept.
+    pub fn bytes(&self) -> usize {
+        self.stride() * self.size.1 as usize
+    }
+
+    /// Places that a sum is shifted right so that those of the longest row fit 16 bits: none up to 256 boxes.
+    pub fn shift(&self) -> u32 {
+        self.size.0.div_ceil(256).next_power_of_two().trailing_zeros()
     }
 }
 
-/// Sums rows into boxes. The caller keeps the reduced frame and one row of sums.
+/// Keeps what is to be kept of a frame's rows. The memory is the caller's.
 #[derive(Debug)]
 pub struct Reducer {
     reduction: Reduction,
     frame: (u16, u16),
     row: u16,
-    /// ceil(2^24 / factor²): the mean of a box without a division, exact for every sum.
-    reciprocal: u32,
 }
 
 impl Reducer {
     /// Starts a frame of (`cols`, `rows`).
     pub fn new(reduction: Reduction, frame: (u16, u16)) -> Self {
-        let area = reduction.factor as u32 * reduction.factor as u32;
-        Reducer { reduction, frame, row: 0, reciprocal: (1u32 << 24).div_ceil(area) }
+        Reducer { reduction, frame, row: 0 }
     }
 
     /// The reduction at work.
@@ -89,91 +125,80 @@ impl Reducer {
         self.row
     }
 
+    /// Rows that [`Reducer::take`] expects next at least: those of a row of boxes, or what is left of the frame; 0 after
+    /// it.
+    pub fn rows_wanted(&self) -> u16 {
+        self.reduction.factor().min(self.frame.1.saturating_sub(self.row))
+    }
+
     /// Whether every row of the frame has arrived.
     pub fn is_complete(&self) -> bool {
         self.row == self.frame.1
     }
 
-    /// Takes the next row. `sums`: at least one entry a box column; `reduced`: row-major, at least
-    /// [`Reduction::size`] pixels. Means are rounded to nearest.
+    /// Takes the next [`Reducer::rows_wanted`] rows, one behind the other, or several times that, up to the whole frame.
+    /// `kept`: at least [`Reduction::bytes`].
+    ///
+    /// Of boxes, entry `i` + 1 of a row is the sum of (mean − 128) over the boxes left of border `i`, shifted right by
+    /// [`Reduction::shift`] and rounded down, little-endian.
     ///
     /// # Errors
-    /// [`ReduceError::Size`] for a row of another length or after the last one, [`ReduceError::Capacity`] for buffers
-    /// too small.
-    pub fn take(&mut self, row: &[u8], sums: &mut [u16], reduced: &mut [u8]) -> Result<(), ReduceError> {
-        if row.len() != self.frame.0 as usize || self.is_complete() {
-            return Err(ReduceError::Size);
-        }
-        let (cols, rows) = (self.reduction.size.0 as usize, self.reduction.size.1 as usize);
-        let factor = self.reduction.factor;
-        let box_row = (self.row / factor) as usize;
-        let phase = self.row % factor;
-        self.row += 1;
-        if box_row >= rows {
-            return Ok(());
-        }
-        let sums = sums.get_mut(..cols).ok_or(ReduceError::Capacity)?;
-        let line = reduced.get_mut(box_row * cols..(box_row + 1) * cols).ok_or(ReduceError::Capacity)?;
-        if phase == 0 {
-            sums.fill(0);
-        }
-        add_row(row, factor as usize, sums);
-        if phase + 1 == factor {
-            let half = (factor as u32 * factor as u32) / 2;
-            for (mean, &sum) in line.iter_mut().zip(sums.iter()) {
-                // 255.5 x 2^24 at most, and 2^16 for the reciprocal's rounding: below 2^32.
-                *mean = ((sum as u32 + half).wrapping_mul(self.reciprocal) >> 24) as u8;
+    /// [`ReduceError::Size`] for another number of pixels or after the last row, [`ReduceError::Capacity`] for too
+    /// little memory; what was taken before stays taken.
+    pub fn take(&mut self, rows: &[u8], kept: &mut [u8]) -> Result<(), ReduceError> {
+        let mut rows = rows;
+        loop {
+            let wanted = self.rows_wanted();
+            let (next, rest) =
+                rows.split_at_checked(self.frame.0 as usize * wanted as usize).ok_or(ReduceError::Size)?;
+            if next.is_empty() {
+                return Err(ReduceError::Size);
             }
+            if wanted == self.reduction.factor() {
+                self.keep(next, kept)?;
+            }
+            self.row += wanted;
+            rows = rest;
+            if rows.is_empty() {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Keeps a row of boxes, or of pixels.
+    fn keep(&self, rows: &[u8], kept: &mut [u8]) -> Result<(), ReduceError> {
+        let stride = self.reduction.stride();
+        let first = (self.row / self.reduction.factor()) as usize * stride;
+        let line = kept.get_mut(first..first + stride).ok_or(ReduceError::Capacity)?;
+        if self.reduction.is_boxes() {
+            let (ahead, sums) = line.as_chunks_mut::<2>().0.split_at_mut(2);
+            ahead.fill([0; 2]);
+            prefix(rows, self.frame.0 as usize, self.reduction, sums);
+        } else {
+            line.copy_from_slice(rows);
         }
         Ok(())
     }
 }
 
-/// Adds one row to the sums of its boxes.
-fn add_row(row: &[u8], factor: usize, sums: &mut [u16]) {
-    match factor {
-        2 => add_pairs::<4>(row, sums, 2, |bytes| {
-            let word = u32::from_le_bytes(*bytes);
-            (word & 0x00ff_00ff) + ((word >> 8) & 0x00ff_00ff)
-        }),
-        4 => add_pairs::<8>(row, sums, 4, |bytes| {
-            let [a, b] = words(bytes);
-            add_bytes(a, 0) + (add_bytes(b, 0) << 16)
-        }),
-        6 => {
-            let (pairs, last) = sums.as_chunks_mut::<2>();
-            let done = 12 * pairs.len();
-            add_sixes(row, pairs);
-            add_boxes(row.get(done..).unwrap_or(&[]), factor, last);
+/// Sums of the boxes of one row, up to and with each.
+fn prefix(rows: &[u8], cols: usize, reduction: Reduction, sums: &mut [[u8; 2]]) {
+    let factor = reduction.factor() as usize;
+    let line = |nth: usize| rows.get(nth * cols..(nth + 1) * cols).unwrap_or(&[]);
+    match (factor, reduction.shift()) {
+        (2, 0) => prefix_pairs([line(0), line(1)], sums),
+        (4, 0) => prefix_fours([line(0), line(1), line(2), line(3)], sums),
+        (_, shift) => {
+            let shift = shift + 2 * factor.trailing_zeros();
+            let mut total = 0i32;
+            for (first, sum) in (0..).step_by(factor).zip(sums) {
+                for nth in 0..factor {
+                    let pixels = line(nth).get(first..first + factor).unwrap_or(&[]);
+                    total += pixels.iter().map(|&pixel| pixel as i32 - MID_GREY).sum::<i32>();
+                }
+                // A row of 65,536 pixels, 64 high, stays below 2^30.
+                *sum = ((total >> shift) as i16).to_le_bytes();
+            }
         }
-        8 => add_pairs::<16>(row, sums, 8, |bytes| {
-            let [a, b, c, d] = words(bytes);
-            add_bytes(a, add_bytes(b, 0)) + (add_bytes(c, add_bytes(d, 0)) << 16)
-        }),
-        _ => add_boxes(row, factor, sums),
     }
-}
-
-/// Two boxes at a time, whose sums of `BYTES` pixels `both` gives in the halves of a word.
-#[inline(always)]
-fn add_pairs<const BYTES: usize>(row: &[u8], sums: &mut [u16], factor: usize, both: impl Fn(&[u8; BYTES]) -> u32) {
-    let (pairs, last) = sums.as_chunks_mut::<2>();
-    let done = pairs.len() * BYTES;
-    for (pair, bytes) in pairs.iter_mut().zip(row.as_chunks::<BYTES>().0) {
-        let total = (pair[0] as u32 | (pair[1] as u32) << 16) + both(bytes);
-        *pair = [total as u16, (total >> 16) as u16];
-    }
-    add_boxes(row.get(done..).unwrap_or(&[]), factor, last);
-}
-
-/// One box at a time, of any width.
-fn add_boxes(row: &[u8], factor: usize, sums: &mut [u16]) {
-    for (sum, pixels) in sums.iter_mut().zip(row.chunks_exact(factor)) {
-        *sum += pixels.iter().map(|&pixel| pixel as u16).sum::<u16>();
-    }
-}
-
-fn words<const BYTES: usize, const WORDS: usize>(bytes: &[u8; BYTES]) -> [u32; WORDS] {
-    const { assert!(BYTES == 4 * WORDS) };
-    core::array::from_fn(|i| u32::from_le_bytes([bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]]))
 }

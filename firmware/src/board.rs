@@ -14,14 +14,14 @@ pub struct FrameStart {
     pub size: (u16, u16),
 }
 
-/// What the front end has to say to a request for a row.
+/// What the front end has to say to a request for rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Row<'a> {
-    /// The next row's pixels.
+pub enum Rows<'a> {
+    /// The next rows' pixels, one row behind the other.
     Pixels(&'a [u8]),
-    /// All rows have been read.
+    /// Not so many rows are left.
     End,
-    /// The row was overwritten before it was read.
+    /// A row was overwritten before it was read.
     Overrun,
 }
 
@@ -30,8 +30,8 @@ pub enum Row<'a> {
 pub trait FrontEnd {
     /// Waits for the next exposure to end.
     async fn frame(&mut self) -> FrameStart;
-    /// Waits for the frame's next row.
-    async fn row(&mut self) -> Row<'_>;
+    /// Waits for the frame's next `count` rows, a small part of its ring.
+    async fn rows(&mut self, count: u16) -> Rows<'_>;
 }
 
 /// Where received bytes come from.

@@ -5,6 +5,8 @@
 //! it sets [`TIMER`] and whatever happens in the step (bytes on the link up to [`RECEIVED_TOTAL`], an edge, a frame),
 //! writes [`STEP`] and rings the doorbell; the firmware works until it is idle, writes [`STEP_DONE`] and answers.
 
+use plumbline_core::budget::FRAME_MEMORY_BYTES;
+
 /// Size of the whole window.
 pub const SIZE: usize = 16 << 20;
 /// Where an `mps2-an500` sees it.
@@ -55,5 +57,10 @@ pub const MISSION: usize = 0x1000;
 pub const FRAME: usize = 0x1_0000;
 /// The tile, row-major: the read-only part that stands for flash.
 pub const TILE: usize = 0x80_0000;
+/// The frame's memory: what the firmware keeps of it, which the simulator never touches. It stands for on-chip RAM behind
+/// the data cache.
+pub const FRAME_MEMORY: usize = 0x7d_0000;
 /// Most pixels of a frame and of a tile.
-pub const AREA_MAX: usize = 0x7f_0000;
+pub const AREA_MAX: usize = 0x7c_0000;
+const _: () = assert!(FRAME + AREA_MAX <= FRAME_MEMORY && FRAME_MEMORY + FRAME_MEMORY_BYTES <= TILE);
+const _: () = assert!(TILE + AREA_MAX <= SIZE);

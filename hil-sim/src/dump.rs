@@ -5,6 +5,7 @@
 
 use crate::fly::{Flight, FrameRecord};
 use crate::stage::Stage;
+use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::matching::View;
 use plumbline_core::pipeline::{Buffers, FollowUpMode, Pipeline, Prediction, Situation};
 use plumbline_core::tile::Local;
@@ -65,13 +66,13 @@ fn rectified_again(stage: &Stage, report: &FrameReport, frame: &Picture) -> Opti
     let [height_m, heading, pitch, roll, follow_up] = report.situation?;
     let attitude = Attitude { heading: Radians(heading), pitch: Radians(pitch), roll: Radians(roll) };
     let mut buffers = Box::new(Buffers::new());
-    let mut pipeline = Pipeline::new(settings, mission.tile(&stage.flash.tile).ok()?, &mut buffers).ok()?;
+    let mut frame_memory = vec![0; FRAME_MEMORY_BYTES];
+    let tile = mission.tile(&stage.flash.tile).ok()?;
+    let mut pipeline = Pipeline::new(settings, tile, &mut buffers, &mut frame_memory).ok()?;
     // The reduction follows from the range; the one at mid-exposure stands for the newest one then.
     pipeline.streams.slant(Micros(0), Metres(height_m / attitude.cos_tilt())).ok()?;
     pipeline.begin_frame().ok()?;
-    for row in frame.pixels.chunks_exact(frame.cols) {
-        pipeline.row(row).ok()?;
-    }
+    pipeline.rows(&frame.pixels).ok()?;
     pipeline
         .rectify(&Situation {
             mid_exposure_at: Micros(report.mid_exposure_us),

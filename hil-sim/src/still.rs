@@ -3,7 +3,7 @@
 use heapless::Vec as FixedVec;
 use plumbline_core::camera::Camera;
 use plumbline_core::homography::{FrameFromPatch, Homography};
-use plumbline_core::rectify::{Run, Sampling, Source, rectify_into};
+use plumbline_core::rectify::{Node, Run, Source, rectify_into};
 use plumbline_core::reduce::{Reducer, Reduction};
 use plumbline_survey::error::InputError;
 use plumbline_survey::picture::Picture;
@@ -51,7 +51,7 @@ pub struct Target {
     pub size: Option<(usize, usize)>,
 }
 
-/// Rectifies `frame` by the core: rows reduced one by one as on board, though only as far as the resolution suggests,
+/// Rectifies `frame` by the core: rows reduced as on board, though only as far as the resolution suggests,
 /// memory being plenty here.
 ///
 /// # Errors
@@ -85,18 +85,18 @@ pub fn rectify(camera: &Camera, frame: &Picture, homography: Homography, target:
     let ratio = camera.ratio(height_m, resolution_m);
     let size = (camera.cols(), camera.rows());
     let reduction = Reduction::choose(size, ratio, usize::MAX).map_err(|_| internal("it is too small"))?;
-    let mut reducer = Reducer::new(reduction, size);
-    let mut sums = vec![0; reduction.size().0 as usize];
-    let mut reduced = vec![0; reduction.size().0 as usize * reduction.size().1 as usize];
-    for row in frame.pixels.chunks_exact(frame.cols) {
-        reducer.take(row, &mut sums, &mut reduced).map_err(|_| internal("its rows do not fit"))?;
+    let mut table = vec![0; if reduction.is_boxes() { reduction.bytes() } else { 0 }];
+    if reduction.is_boxes() {
+        let taken = Reducer::new(reduction, size).take(&frame.pixels, &mut table);
+        taken.map_err(|_| internal("its rows do not fit"))?;
     }
-    let source = Source::new(&reduced, reduction).map_err(|_| internal("it is too small"))?;
+    let kept = if reduction.is_boxes() { &table } else { &frame.pixels };
+    let source = Source::new(kept, reduction).map_err(|_| internal("it is too small"))?;
     let map = FrameFromPatch::new(homography, camera, (height_m, resolution_m), (cols as u16, rows as u16));
-    let sampling = Sampling::choose(ratio, &reduction);
     let mut pixels = vec![0; cols * rows];
     let mut runs = Box::new(FixedVec::<Run, RUNS_MAX>::new());
-    rectify_into(&map, source, sampling, &mut pixels, &mut vec![0; cols], runs.as_mut())
+    let mut nodes = vec![Node::NOWHERE; 2 * (cols + 1)];
+    rectify_into(&map, source, &mut pixels, &mut nodes, runs.as_mut())
         .map_err(|_| internal("its buffers do not fit"))?;
     Ok(Patch { picture: Picture { cols, rows, pixels }, runs: runs.iter().copied().collect() })
 }

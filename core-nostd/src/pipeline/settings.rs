@@ -42,6 +42,8 @@ pub enum SettingsError {
     Sigma,
     /// Eq. 7 was asked for with unequal fields of view per pixel.
     NotIsotropic,
+    /// The frame memory is too small for a search.
+    FrameMemory,
 }
 
 /// Settings of a flight.

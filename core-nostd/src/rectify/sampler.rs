@@ -6,7 +6,7 @@ use fixed::types::I16F16;
 
 /// A frame as the rectifier reads it: the pixels left by a [`Reduction`] (of factor 1 for the frame itself).
 #[derive(Clone, Copy, Debug)]
-pub struct Source<'a> {
+pub struct Frame<'a> {
     pixels: &'a [u8],
     reduction: Reduction,
 }
@@ -28,7 +28,7 @@ pub(super) const STEPS: u32 = 256;
 /// grey level of exact at the steepest edge. Those along columns have twelve.
 const ROUND: i32 = 1 << 7;
 
-impl<'a> Source<'a> {
+impl<'a> Frame<'a> {
     /// Row-major `pixels`, exactly as many as `reduction` leaves.
     ///
     /// # Errors
@@ -38,7 +38,7 @@ impl<'a> Source<'a> {
         if cols < 2 || rows < 2 || pixels.len() != cols as usize * rows as usize {
             return Err(RectifyError::Size);
         }
-        Ok(Source { pixels, reduction })
+        Ok(Frame { pixels, reduction })
     }
 
     /// What the frame was reduced by.
@@ -54,7 +54,7 @@ impl<'a> Source<'a> {
         col >= 0 && row >= 0 && col <= last(cols) && row <= last(rows)
     }
 
-    /// The reading at (`col`, `row`), in [`STEPS`]. The caller has checked the position against [`Source::holds`]; outside
+    /// The reading at (`col`, `row`), in [`STEPS`]. The caller has checked the position against [`Frame::holds`]; outside
     /// it the nearest pixels are read, never memory beyond them.
     pub(super) fn reading(&self, (col, row): Position) -> u32 {
         let (cols, rows) = self.reduction.size();
@@ -75,7 +75,7 @@ impl<'a> Source<'a> {
 
     /// Adds `samples` readings to each cell's sum along `path`, in [`STEPS`]; [`INVALID`] for one outside the frame.
     ///
-    /// The same bits as [`Source::reading`]. Where the path lies inside the frame, about 22 instructions a reading; where
+    /// The same bits as [`Frame::reading`]. Where the path lies inside the frame, about 22 instructions a reading; where
     /// it crosses the border it is halved until that is a matter of a few cells.
     pub(super) fn add_readings(&self, path: Path, samples: u16, sums: &mut [u32]) {
         let count = sums.len() * samples as usize;
@@ -118,7 +118,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Adds `N` readings a cell, or `samples` where `N` is 0; `INSIDE` where [`Source::side`] has said so.
+    /// Adds `N` readings a cell, or `samples` where `N` is 0; `INSIDE` where [`Frame::side`] has said so.
     #[inline(always)]
     fn add_along<const N: usize, const INSIDE: bool>(&self, path: Path, samples: u16, sums: &mut [u32]) {
         let (cols, rows) = self.reduction.size();

@@ -1,6 +1,6 @@
 //! One line of readings across a patch, in segments between exactly computed positions.
 
-use super::sampler::{INVALID, Path, Source};
+use super::sampler::{Frame, INVALID, Path};
 use crate::homography::FrameFromPatch;
 use fixed::types::I16F16;
 
@@ -21,7 +21,7 @@ impl Line {
     /// Through both ends and the middle of a segment of length L a parabola is off by at most L³/(72√3) max|x'''|. The
     /// third difference over a stretch is L³ x''' itself; it is taken along the borders and the middle of the patch,
     /// where a homography has its extremes, and doubled where a lens distortion may peak in between.
-    pub(super) fn plan(map: &FrameFromPatch<'_>, source: &Source<'_>, samples: u16, tolerance_px: f32) -> Self {
+    pub(super) fn plan(map: &FrameFromPatch<'_>, source: &Frame<'_>, samples: u16, tolerance_px: f32) -> Self {
         const PROBES: usize = 8;
         const PER_THIRD: f32 = 1.0 / 124.7;
         let (cols, rows) = map.size();
@@ -55,10 +55,10 @@ impl Line {
 
     /// Adds the readings of the line at patch row `row` to the cells' `sums`; a reading outside the frame adds
     /// [`INVALID`].
-    pub(super) fn accumulate(&self, map: &FrameFromPatch<'_>, source: &Source<'_>, row: f32, sums: &mut [u32]) {
+    pub(super) fn accumulate(&self, map: &FrameFromPatch<'_>, source: &Frame<'_>, row: f32, sums: &mut [u32]) {
         let apart = 1.0 / self.samples as f32;
         let per_factor = 1.0 / source.reduction().factor() as f32;
-        let offset = source.reduction().reduced(0.0);
+        let offset = -0.5 * (source.reduction().factor() as f32 - 1.0) * per_factor;
         let position = |reading: f32| {
             let (col, row) = map.frame_position((reading + 0.5) * apart - 0.5, row)?;
             Some((col * per_factor + offset, row * per_factor + offset))

@@ -2,7 +2,7 @@
 //! the steps of the simulator. See [`crate::window`] for the registers.
 
 use super::{INSTRUCTIONS_PER_COUNT, psram, stack, time_driver, uart};
-use crate::board::{FrameStart, FrontEnd, Gauge, Reader, Row, Timer, Writer};
+use crate::board::{FrameStart, FrontEnd, Gauge, Reader, Rows, Timer, Writer};
 use crate::window as at;
 use core::cell::Cell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -91,26 +91,27 @@ impl FrontEnd for Camera {
         incoming.start
     }
 
-    async fn row(&mut self) -> Row<'_> {
-        let Some(incoming) = &self.frame else { return Row::End };
+    async fn rows(&mut self, count: u16) -> Rows<'_> {
+        let Some(incoming) = &self.frame else { return Rows::End };
         let (cols, rows) = (incoming.start.size.0 as usize, incoming.start.size.1 as u32);
-        if self.row >= rows {
-            return Row::End;
+        let (first, end) = (self.row, self.row + count as u32);
+        if end > rows {
+            return Rows::End;
         }
         let row_time_ns = register(at::ROW_TIME_NS) as u64;
         let arrives_us = |row: u32| incoming.since.as_micros() + (row as u64 * row_time_ns).div_ceil(1000);
         // Row r is whole when r + 1 row times have passed, and overwritten a ring later.
-        embassy_time::Timer::at(Instant::from_micros(arrives_us(self.row + 1))).await;
-        if Instant::now().as_micros() > arrives_us(self.row + 1 + register(at::RING_ROWS)) {
+        embassy_time::Timer::at(Instant::from_micros(arrives_us(end))).await;
+        if Instant::now().as_micros() > arrives_us(first + 1 + register(at::RING_ROWS)) {
             self.desk.overruns.set(self.desk.overruns.get() + 1);
-            return Row::Overrun;
+            return Rows::Overrun;
         }
-        let offset = at::FRAME + self.row as usize * cols;
-        self.row += 1;
+        let offset = at::FRAME + first as usize * cols;
+        self.row = end;
         // SAFETY: the simulator changes the frame only between steps, and the application does not keep rows.
-        match unsafe { psram::bytes(offset, cols) } {
-            Some(pixels) => Row::Pixels(pixels),
-            None => Row::End,
+        match unsafe { psram::bytes(offset, count as usize * cols) } {
+            Some(pixels) => Rows::Pixels(pixels),
+            None => Rows::End,
         }
     }
 }

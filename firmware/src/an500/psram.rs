@@ -4,9 +4,10 @@
 //! The simulator writes while the firmware waits for the doorbell, and only then: the lockstep is what makes plain
 //! slices sound. Words that both sides use are read and written as volatile.
 
-use crate::window::{ADDRESS, SIZE};
+use crate::window::{ADDRESS, FRAME_MEMORY, SIZE};
 use core::ptr::{read_volatile, write_volatile};
 use core::sync::atomic::{Ordering, compiler_fence};
+use plumbline_core::budget::FRAME_MEMORY_BYTES;
 
 /// The word at `offset`; `None` outside the window or off a word's boundary.
 pub fn word(offset: usize) -> Option<u32> {
@@ -40,8 +41,18 @@ pub unsafe fn bytes(offset: usize, length: usize) -> Option<&'static [u8]> {
     if offset < FLOOR || end > SIZE {
         return None;
     }
-    // SAFETY: inside the PSRAM; the firmware writes below `FLOOR` only, and the caller speaks for the simulator.
+    // SAFETY: inside the PSRAM; the firmware writes below `FLOOR` and in the frame's memory only, and the caller speaks for the simulator.
     Some(unsafe { core::slice::from_raw_parts((ADDRESS + offset) as *const u8, length) })
+}
+
+/// The frame's memory.
+///
+/// # Safety
+/// Called once.
+pub unsafe fn frame_memory() -> &'static mut [u8] {
+    // SAFETY: plain memory inside the window that the simulator never touches and no other slice covers; the caller makes
+    // it the only one.
+    unsafe { core::slice::from_raw_parts_mut((ADDRESS + FRAME_MEMORY) as *mut u8, FRAME_MEMORY_BYTES) }
 }
 
 /// Where the control words end.

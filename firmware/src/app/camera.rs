@@ -1,7 +1,7 @@
 //! A frame from its shutter edges to its fix.
 
 use super::{App, FrameOut, Out};
-use crate::board::{FrameStart, FrontEnd, Gauge, Row, Timer};
+use crate::board::{FrameStart, FrontEnd, Gauge, Rows, Timer};
 use crate::wire::telemetry::FrameReport;
 use plumbline_core::pipeline::{Outcome, Refusal, Situation};
 use plumbline_core::units::Micros;
@@ -74,8 +74,8 @@ impl Work {
         self.outcome(&outcome?)
     }
 
-    /// Rows as they arrive, each averaged into its boxes at once. A frame of another size is refused before its first
-    /// row is touched.
+    /// Rows as they arrive, summed as soon as those of a row of boxes are there. A frame of another size is refused before
+    /// its first row is touched.
     async fn rows(
         &mut self,
         app: &App<'_>,
@@ -94,15 +94,19 @@ impl Work {
             begun?;
         }
         loop {
-            match front_end.row().await {
-                Row::Pixels(pixels) => {
+            let wanted = app.pipeline.borrow().rows_wanted();
+            if wanted == 0 {
+                return Ok(());
+            }
+            match front_end.rows(wanted).await {
+                Rows::Pixels(pixels) => {
                     let pipeline = &mut *app.pipeline.borrow_mut();
-                    let (taken, cost) = gauge.measured(|| pipeline.row(pixels));
+                    let (taken, cost) = gauge.measured(|| pipeline.rows(pixels));
                     self.out.report.instructions[0] += cost;
                     taken?;
                 }
-                Row::End => return Ok(()),
-                Row::Overrun => return Err(Refusal::Overrun),
+                Rows::End => return Err(Refusal::BadFrame),
+                Rows::Overrun => return Err(Refusal::Overrun),
             }
         }
     }

@@ -51,7 +51,7 @@ pub fn run(
     pose: &Pose,
     stand: &mut impl Stand,
     (frame, tile): (&mut [u8], &[u8]),
-    buffers: &mut Buffers,
+    (buffers, frame_memory): (&mut Buffers, &mut [u8]),
 ) -> Result<Flown, Refusal> {
     let fov = Radians::from_degrees(black_box(FOV_DEG));
     let scene = Scene {
@@ -66,13 +66,12 @@ pub fn run(
     let camera = Camera::new((FRAME_PX, FRAME_PX), (fov, fov), (0.0, 0.0), None).map_err(|_| Refusal::NoFootprint)?;
     let reference = Tile::new(tile, (TILE_PX, TILE_PX), Metres(RESOLUTION_M), georeference())
         .map_err(|_| Refusal::OutsideReference)?;
-    let mut pipeline = Pipeline::new(settings(camera, pose), reference, buffers).map_err(|_| Refusal::NoFootprint)?;
+    let mut pipeline =
+        Pipeline::new(settings(camera, pose), reference, buffers, frame_memory).map_err(|_| Refusal::NoFootprint)?;
     feed(&mut pipeline, pose);
 
     region(stand, (NAME, "begin"), pose, || pipeline.begin_frame())?;
-    region(stand, (NAME, "rows"), pose, || {
-        frame.chunks_exact(FRAME_PX as usize).try_for_each(|row| pipeline.row(row))
-    })?;
+    region(stand, (NAME, "rows"), pose, || pipeline.rows(frame))?;
     let situation = region(stand, (NAME, "situate"), pose, || pipeline.situate(MID_EXPOSURE))?;
     let situation = situation.ok_or(Refusal::NoAttitude)?;
     region(stand, (NAME, "rectify"), pose, || pipeline.rectify(&situation))?;

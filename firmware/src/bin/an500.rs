@@ -60,7 +60,10 @@ mod board {
         let pixels = unsafe { psram::bytes(at::TILE, area) }.ok_or(MissionError::Tile)?;
         let settings = mission.settings()?;
         let tile = mission.tile(pixels)?;
-        let pipeline = Pipeline::new(settings, tile, BUFFERS.take()).map_err(|_| MissionError::Settings)?;
+        // SAFETY: `boot` runs once.
+        let frame_memory = unsafe { psram::frame_memory() };
+        let pipeline =
+            Pipeline::new(settings, tile, BUFFERS.take(), frame_memory).map_err(|_| MissionError::Settings)?;
         Ok(APP.uninit().write(App::new(pipeline, mission.send_patches)))
     }
 

@@ -10,6 +10,7 @@ mod board {
     use core::fmt::Arguments;
     use cortex_m::Peripherals;
     use cortex_m_rt::entry;
+    use plumbline_core::budget::FRAME_MEMORY_BYTES;
     use plumbline_core::pipeline::Buffers;
     use plumbline_firmware::an500;
     use plumbline_firmware::bench::counter::Counter;
@@ -56,22 +57,24 @@ mod board {
             eprintln!("bench: this processor counts no cycles");
         }
         let area = |side: u16| usize::from(side) * usize::from(side);
-        // SAFETY: no simulator shares the window here, and the three pieces do not overlap.
-        let (frame, tile, patch) = unsafe {
+        // SAFETY: no simulator shares the window here, and the pieces do not overlap.
+        let (frame, frame_memory, tile, patch) = unsafe {
             (
                 memory(window::ADDRESS + window::FRAME, area(frame::FRAME_PX)),
+                memory(window::ADDRESS + window::FRAME_MEMORY, FRAME_MEMORY_BYTES),
                 memory(window::ADDRESS + window::TILE, area(frame::TILE_PX)),
                 memory(PATCH, area(rectify::PATCH_PX)),
             )
         };
-        an500::exit(rectifications(&mut bench, frame, patch) && frames(&mut bench, frame, tile))
+        let done = rectifications(&mut bench, frame, patch, frame_memory);
+        an500::exit(done && frames(&mut bench, frame, tile, frame_memory))
     }
 
-    fn rectifications(bench: &mut Bench, picture: &mut [u8], patch: &mut [u8]) -> bool {
+    fn rectifications(bench: &mut Bench, picture: &mut [u8], patch: &mut [u8], frame_memory: &mut [u8]) -> bool {
         texture::checks(picture, usize::from(rectify::FRAME_PX), 1);
         let space = SPACE.take();
         rectify::CASES.iter().all(|case| {
-            let done = rectify::run(case, bench, (picture, patch), space);
+            let done = rectify::run(case, bench, (picture, patch, frame_memory), space);
             if let Err(why) = done {
                 eprintln!("bench: {} cannot run: {why:?}", case.name);
             }
@@ -79,12 +82,12 @@ mod board {
         })
     }
 
-    fn frames(bench: &mut Bench, picture: &mut [u8], tile: &mut [u8]) -> bool {
+    fn frames(bench: &mut Bench, picture: &mut [u8], tile: &mut [u8], frame_memory: &mut [u8]) -> bool {
         texture::ground(tile, usize::from(frame::TILE_PX), 1);
         let buffers = BUFFERS.take();
         let (mut accepted, mut poses) = (0, 0);
         for pose in Pose::all() {
-            match frame::run(&pose, bench, (picture, tile), buffers) {
+            match frame::run(&pose, bench, (picture, tile), (buffers, frame_memory)) {
                 Err(why) => {
                     eprintln!("bench: {pose} is refused: {why:?}");
                     return false;

@@ -2,11 +2,12 @@
 
 use super::{Event, Flash, Link, LinkError};
 use embassy_executor::raw::{Executor, TaskStorage};
+use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::pipeline::Pipeline;
 use plumbline_core::stamp::Exposure;
 use plumbline_core::units::Ticks;
 use plumbline_firmware::app::{App, beat, camera, receive, transmit};
-use plumbline_firmware::board::{FrameStart, FrontEnd, Gauge, Reader, Row, Timer, Writer};
+use plumbline_firmware::board::{FrameStart, FrontEnd, Gauge, Reader, Rows, Timer, Writer};
 use plumbline_firmware::mission::Mission;
 use plumbline_firmware::run::{self, Pending};
 use plumbline_survey::error::InputError;
@@ -67,7 +68,7 @@ impl InProcess {
         let mission = Mission::decode(&flash.encoded()?).map_err(refuse)?;
         let settings = mission.settings().map_err(refuse)?;
         let tile = mission.tile(Box::leak(flash.tile.clone().into_boxed_slice())).map_err(refuse)?;
-        let pipeline = Pipeline::new(settings, tile, Box::leak(Box::default()))
+        let pipeline = Pipeline::new(settings, tile, Box::leak(Box::default()), vec![0; FRAME_MEMORY_BYTES].leak())
             .map_err(|error| InputError::new(format!("the firmware refuses these settings: {error:?}")))?;
         let app: &'static App<'static> = Box::leak(Box::new(App::new(pipeline, mission.send_patches)));
         let pending: &'static Pending = Box::leak(Box::default());
@@ -170,13 +171,13 @@ impl FrontEnd for Camera {
         start
     }
 
-    async fn row(&mut self) -> Row<'_> {
+    async fn rows(&mut self, count: u16) -> Rows<'_> {
         let cols = self.size.0 as usize;
         let from = self.row * cols;
-        self.row += 1;
-        match self.pixels.get(from..from + cols) {
-            Some(pixels) if cols > 0 => Row::Pixels(pixels),
-            _ => Row::End,
+        self.row += count as usize;
+        match self.pixels.get(from..self.row * cols) {
+            Some(pixels) if cols > 0 => Rows::Pixels(pixels),
+            _ => Rows::End,
         }
     }
 }

@@ -1,0 +1,106 @@
+//! Exact area averages of cells by integrals along their borders.
+//!
+//! The integral of the boxes over a cell is, by Green's theorem, ∮ F dy around it, where F(x, y) is the sum of the row of
+//! boxes at y up to x: the table that the reducer has made. Two neighbours share a border, so each is integrated once.
+//! A border is cut where it passes from one row of boxes to the next, and F is read at the middle of each piece. What is
+//! rounded is the node, to 1/256 of a box, and F between the borders of a box; a picture of one grey comes out exactly.
+//!
+//! Readings spread over the cell would have to be four times as many, and would still blur by the pixel that each of
+//! them blends.
+
+use super::nodes::Lines;
+use super::{RectifyError, Run};
+use crate::dsp::{Node, border_integrals, cell_means};
+use crate::homography::FrameFromPatch;
+use crate::reduce::Reduction;
+use core::ops::Range;
+use heapless::VecView;
+
+/// The table as the integrals read it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Table<'a> {
+    /// Exactly [`Reduction::bytes`].
+    sums: &'a [u8],
+    reduction: Reduction,
+}
+
+impl<'a> Table<'a> {
+    /// `None` where `reduction` does not leave sums, or another number of them.
+    pub(super) fn new(sums: &'a [u8], reduction: Reduction) -> Option<Self> {
+        (reduction.is_boxes() && sums.len() == reduction.bytes()).then_some(Table { sums, reduction })
+    }
+
+    /// Integrates from each node of `inside` to the next.
+    fn across(&self, nodes: &mut [Node], inside: &Range<usize>) {
+        if let Some(nodes @ [_, _, ..]) = nodes.get_mut(inside.clone()) {
+            let (sums, stride) = (self.sums.as_ptr(), self.reduction.stride());
+            // SAFETY: nodes inside lie in the table; the last one has no next one.
+            unsafe { border_integrals::<0>(sums, stride, nodes.as_mut_ptr(), 1, nodes.len() - 1) }
+        }
+    }
+
+    /// Integrates from the nodes of the line that begins at `upper` to those of the line at `lower`, where both are
+    /// inside.
+    fn down(&self, nodes: &mut [Node], (upper, lower): (usize, usize), inside: &Range<usize>) {
+        let is_there = |first: usize| first + inside.end <= nodes.len();
+        if is_there(upper) && is_there(lower) {
+            let (sums, stride) = (self.sums.as_ptr(), self.reduction.stride());
+            let further = lower as isize - upper as isize;
+            // SAFETY: nodes inside lie in the table, and those of both lines in `nodes`.
+            unsafe {
+                let first = nodes.as_mut_ptr().add(upper + inside.start);
+                border_integrals::<1>(sums, stride, first, further, inside.len());
+            }
+        }
+    }
+}
+
+/// Bit that no cell's area has, Q15 of the area of a box: 256 boxes.
+const AREA_MAX: u32 = 256 << 15;
+
+/// Rectifies into `patch`, row-major, `map.size()` pixels, row 0 north: each the average over its cell. Pixels outside
+/// every run are 0; a cell is valid when it lies wholly in the frame. `nodes`: scratch.
+///
+/// # Errors
+/// [`RectifyError::Capacity`] for fewer than two nodes a patch column and two more.
+pub(super) fn rectify(
+    map: &FrameFromPatch<'_>,
+    table: Table<'_>,
+    patch: &mut [u8],
+    nodes: &mut [Node],
+    runs: &mut VecView<Run>,
+) -> Result<(), RectifyError> {
+    let (cols, rows) = (map.size().0 as usize, map.size().1);
+    let nodes = nodes.get_mut(..2 * (cols + 1)).ok_or(RectifyError::Capacity)?;
+    let (mut upper, mut lower) = (0, cols + 1);
+    let lines = Lines::plan(map, table.reduction);
+    let shift = table.reduction.shift();
+    let line = |row: u16, first: usize, nodes: &mut [Node]| {
+        let nodes = nodes.get_mut(first..first + cols + 1).unwrap_or(&mut []);
+        let inside = lines.nodes(map, row, nodes);
+        table.across(nodes, &inside);
+        inside
+    };
+    let mut above = line(0, upper, nodes);
+    for (row, out) in (0..rows).zip(patch.chunks_exact_mut(cols)) {
+        let below = line(row + 1, lower, nodes);
+        let both = above.start.max(below.start)..above.end.min(below.end);
+        out.fill(0);
+        // One cell fewer than nodes.
+        if both.len() > 1 {
+            table.down(nodes, (upper, lower), &both);
+            let part = |first: usize| nodes.get(first + both.start..first + both.end).unwrap_or(&[]);
+            let cells = both.start..both.end - 1;
+            let means = out.get_mut(cells.clone()).unwrap_or(&mut []);
+            let sound = cell_means(part(upper), part(lower), shift, means) < AREA_MAX;
+            let run = Run { row, start: cells.start as u16, end: cells.end as u16 };
+            // Invalid pixels are 0 without exception.
+            if !sound || runs.push(run).is_err() {
+                out.fill(0);
+            }
+        }
+        core::mem::swap(&mut upper, &mut lower);
+        above = below;
+    }
+    Ok(())
+}

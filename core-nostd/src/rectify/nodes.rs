@@ -1,0 +1,178 @@
+//! The corners of a patch's cells in the frame.
+
+use crate::dsp::Node;
+use crate::homography::FrameFromPatch;
+use crate::reduce::Reduction;
+use core::ops::Range;
+
+impl Node {
+    /// One that is nowhere.
+    pub const NOWHERE: Node = Node { at: [0; 2], integrals: [0; 2] };
+}
+
+/// Shortest stretch of a line of nodes between two that are computed exactly, in cells.
+const SHORTEST: u16 = 2;
+/// Position error allowed between them, frame pixels.
+const TOLERANCE_PX: f32 = 1.0 / 16.0;
+/// Positions beyond this and steps above that, in boxes, are not held by the numbers below.
+const FAR: f32 = 8_000.0;
+const STEP_MAX: f32 = 60.0;
+/// What truncated steps of the longest stretch may add up to, boxes.
+const STRAY: f32 = 1.0 / 16.0;
+
+/// How the lines of nodes of a patch are cut: the same for all of them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lines {
+    reduction: Reduction,
+    /// Cells a stretch; `None` where even the shortest strays too far, near the horizon.
+    cells: Option<u16>,
+}
+
+impl Lines {
+    /// The fewest stretches of equal length whose parabolas stay within a sixteenth of a frame pixel.
+    ///
+    /// Through both ends and the middle of a stretch of length L a parabola is off by at most L³/(72√3) max|x'''|. The
+    /// third difference over a probe is L³ x''' itself; it is taken along the borders and the middle of the patch, where
+    /// a homography has its extremes, and doubled where a lens distortion may peak in between.
+    pub(super) fn plan(map: &FrameFromPatch<'_>, reduction: Reduction) -> Self {
+        const PROBES: usize = 8;
+        const PER_THIRD: f32 = 1.0 / 124.7;
+        let (cols, rows) = map.size();
+        let probe = cols as f32 / PROBES as f32;
+        let factor = reduction.factor() as f32;
+        let (frame_cols, frame_rows) = (reduction.size().0 as f32 * factor, reduction.size().1 as f32 * factor);
+        let mut third = 0.0f32;
+        for row in 0..=4 {
+            let row = row as f32 * 0.25 * rows as f32 - 0.5;
+            let at: [_; PROBES + 1] = core::array::from_fn(|i| map.frame_position(i as f32 * probe - 0.5, row));
+            for four in at.windows(4) {
+                let &[Some(a), Some(b), Some(c), Some(d)] = four else { continue };
+                // What lies wholly off the frame is never read.
+                let outside = |a: f32, d: f32, limit: f32| (a < 0.0 && d < 0.0) || (a > limit && d > limit);
+                if outside(a.0, d.0, frame_cols) || outside(a.1, d.1, frame_rows) {
+                    continue;
+                }
+                let difference = |a: f32, b: f32, c: f32, d: f32| (d - a - 3.0 * (c - b)).abs();
+                third = third.max(difference(a.0, b.0, c.0, d.0)).max(difference(a.1, b.1, c.1, d.1));
+            }
+        }
+        let third = third * if map.is_distorted() { 2.0 } else { 1.0 };
+        let strays = |cells: u16| {
+            let probes = cells as f32 / probe;
+            PER_THIRD * third * probes * probes * probes > TOLERANCE_PX
+        };
+        let lengths = (1..=cols).map(|count| cols.div_ceil(count)).take_while(|&cells| cells >= SHORTEST);
+        Lines { reduction, cells: lengths.into_iter().find(|&cells| !strays(cells)) }
+    }
+
+    /// The nodes above patch row `row`, from the left border of the first cell to the right one of the last; which of them
+    /// lie in the frame. The frame is convex, so they are neighbours; where a distortion bends the line out of it and in
+    /// again, they end where it leaves.
+    pub(super) fn nodes(&self, map: &FrameFromPatch<'_>, row: u16, nodes: &mut [Node]) -> Range<usize> {
+        let per_factor = 1.0 / self.reduction.factor() as f32;
+        let position = |col: f32| {
+            let (x, y) = map.frame_position(col - 0.5, row as f32 - 0.5)?;
+            Some(((x + 0.5) * per_factor, (y + 0.5) * per_factor))
+        };
+        let (cols, rows) = self.reduction.size();
+        let limit = ((cols as u32) << 16, (rows as u32) << 16);
+        let mut inside = 0..0;
+        let set = |inside: &mut Range<usize>, index: usize, node: &mut Node, x: i32, y: i32| {
+            // As unsigned numbers, negative ones are large.
+            if (x as u32) < limit.0 && (y as u32) < limit.1 {
+                node.at = [x >> 8, y >> 8];
+                join(inside, index..index + 1);
+            }
+        };
+        let Some(cells) = self.cells else {
+            for (index, node) in nodes.iter_mut().enumerate() {
+                if let Some((x, y)) = position(index as f32).filter(|p| p.0.abs() < FAR && p.1.abs() < FAR) {
+                    set(&mut inside, index, node, (x * 65536.0) as i32, (y * 65536.0) as i32);
+                }
+            }
+            return inside;
+        };
+        let length = cells as f32;
+        let mut first = 0;
+        let mut start = position(0.0);
+        for nodes in nodes.chunks_mut(cells as usize) {
+            // The last stretch may end beyond the patch: the geometry goes on there.
+            let middle = position(first as f32 + 0.5 * length);
+            let end = position(first as f32 + length);
+            let ways = start.zip(middle).zip(end).and_then(|((a, m), b)| {
+                let x = Way::through([a.0, m.0, b.0], length, cols as f32)?;
+                Some((x, Way::through([a.1, m.1, b.1], length, rows as f32)?))
+            });
+            match ways {
+                Some((mut x, mut y)) if x.is_inside && y.is_inside => {
+                    for node in nodes.iter_mut() {
+                        node.at = [x.next() >> 8, y.next() >> 8];
+                    }
+                    join(&mut inside, first..first + nodes.len());
+                }
+                Some((mut x, mut y)) => {
+                    for (index, node) in (first..).zip(nodes) {
+                        set(&mut inside, index, node, x.next(), y.next());
+                    }
+                }
+                None => {}
+            }
+            first += cells as usize;
+            start = end;
+        }
+        inside
+    }
+}
+
+/// Adds neighbours behind those that are inside.
+fn join(inside: &mut Range<usize>, more: Range<usize>) {
+    if inside.start == inside.end {
+        *inside = more;
+    } else if inside.end == more.start {
+        inside.end = more.end;
+    }
+}
+
+/// Coordinates at equal steps along a parabola: Q16 of a box, the step and its growth in Q24.
+struct Way {
+    at: i32,
+    step: i32,
+    growth: i32,
+    /// Whether all of them lie in the frame.
+    is_inside: bool,
+}
+
+impl Way {
+    /// From the first of three coordinates through the second, after `steps` at the third. `None` where any of it is so
+    /// far away that numbers do not hold it; the frame, of 0 to `limit`, ends long before.
+    fn through([start, middle, end]: [f32; 3], steps: f32, limit: f32) -> Option<Way> {
+        let per = 1.0 / steps;
+        let growth = 4.0 * (start - 2.0 * middle + end) * (per * per);
+        let step = (4.0 * middle - 3.0 * start - end) * per + 0.5 * growth;
+        let near = start.abs() < FAR && middle.abs() < FAR && end.abs() < FAR;
+        let slow = step.abs() < STEP_MAX && (step + steps * growth).abs() < STEP_MAX;
+        if !(near && slow) {
+            return None;
+        }
+        // A parabola strays from its chord by an eighth of its growth over all steps; truncation takes less than the rest.
+        let stray = 0.125 * (growth * steps * steps).abs() + STRAY;
+        let (least, most) = if start < end { (start, end) } else { (end, start) };
+        // A cast is one instruction, the crate's own conversion a hundred.
+        let q24 = |boxes: f32| (boxes * 16_777_216.0) as i32;
+        Some(Way {
+            at: (start * 65536.0) as i32,
+            step: q24(step),
+            growth: q24(growth),
+            is_inside: least >= stray && most + stray < limit,
+        })
+    }
+
+    /// The coordinate, and one step on.
+    #[inline(always)]
+    fn next(&mut self) -> i32 {
+        let at = self.at;
+        self.at += self.step >> 8;
+        self.step += self.growth;
+        at
+    }
+}
