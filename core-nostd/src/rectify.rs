@@ -11,6 +11,9 @@
 //! matcher iterates over: a footprint is convex, so there is about one run a row.
 
 #[allow(unsafe_code, reason = "pixels are read without a check each where the ends of a line have been checked")]
+#[allow(unsafe_code, reason = "pixels are read without a check each where a stretch of positions has been checked")]
+mod bilinear;
+#[allow(unsafe_code, reason = "pixels are read without a check each where the ends of a line have been checked")]
 mod sampler;
 mod segment;
 
@@ -56,8 +59,6 @@ const SAMPLES_MAX: u16 = 16;
 const APART: f32 = 1.35;
 /// Position error allowed between segment ends, in pixels of the reduced frame, when a cell averages an area.
 const AREA_TOLERANCE_PX: f32 = 1.0 / 16.0;
-/// The same for plain bilinear resampling: half a grey level at the steepest edge an 8-bit picture can have.
-const BILINEAR_TOLERANCE_PX: f32 = 1.0 / 512.0;
 
 impl Sampling {
     /// Enough readings that neighbours are at most 1.35 reduced pixels apart at nadir; one where the output is finer.
@@ -94,9 +95,10 @@ pub fn rectify_into(
     }
     let patch = patch.get_mut(..cols * rows).ok_or(RectifyError::Capacity)?;
     let sums = sums.get_mut(..cols).ok_or(RectifyError::Capacity)?;
-    let averages = sampling.samples > 1 || source.reduction().factor() > 1;
-    let factor = source.reduction().factor() as f32;
-    let tolerance = if averages { AREA_TOLERANCE_PX * factor } else { BILINEAR_TOLERANCE_PX };
+    if sampling.samples == 1 && source.reduction().factor() == 1 {
+        return bilinear::rectify(map, &source, patch, runs);
+    }
+    let tolerance = AREA_TOLERANCE_PX * source.reduction().factor() as f32;
     let line = segment::Line::plan(map, &source, sampling.samples, tolerance);
     // A cell's mean without a division; rounded up, which a sum of 24 bits does not notice.
     let per_cell = (1u64 << MEAN_BITS).div_ceil((sampling.samples * sampling.samples) as u64 * sampler::STEPS as u64);

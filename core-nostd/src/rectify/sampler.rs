@@ -46,6 +46,11 @@ impl<'a> Source<'a> {
         &self.reduction
     }
 
+    /// Row-major.
+    pub(super) fn pixels(&self) -> &'a [u8] {
+        self.pixels
+    }
+
     /// Whether the position can be read: from the centre of the first pixel to that of the last.
     #[inline(always)]
     pub(super) fn holds(&self, (col, row): Position) -> bool {
