@@ -161,15 +161,15 @@ impl Linear {
 
     /// `from`..`to` without the columns at which it is negative.
     pub(crate) fn narrow(self, (from, to): (f32, f32)) -> (f32, f32) {
+        let (is_from, is_to) = (self.at(from) >= 0.0, self.at(to) >= 0.0);
+        if is_from && is_to {
+            return (from, to);
+        }
         let root = -self.first / self.growth;
-        if self.growth > 0.0 {
-            (from.max(root), to)
-        } else if self.growth < 0.0 {
-            (from, to.min(root))
-        } else if self.first >= 0.0 {
-            (from, to)
-        } else {
-            (f32::INFINITY, f32::NEG_INFINITY)
+        match (is_from, is_to) {
+            (true, _) => (from, to.min(root)),
+            (_, true) => (from.max(root), to),
+            _ => (f32::INFINITY, f32::NEG_INFINITY),
         }
     }
 }
@@ -200,6 +200,7 @@ impl AlongRow {
     /// spare, within 0 to `last`; the first above the last where there is none.
     ///
     /// The borders of the frame are straight lines in the patch as well.
+    #[inline(never)]
     pub(crate) fn inside(&self, size: (u16, u16), margin_px: f32, last: f32) -> (f32, f32) {
         let guard = Linear { first: self.depth.first - DEN_MIN, growth: self.depth.growth };
         let mut columns = guard.narrow((0.0, last));

@@ -13,9 +13,9 @@ use heapless::VecView;
 
 /// How far a position may be off the exact one, frame pixels: less than a grey level at the steepest edge that an 8-bit
 /// picture can have.
-const TOLERANCE_PX: f32 = 1.0 / 300.0;
+const TOLERANCE_PX: f32 = 1.0 / 280.0;
 /// The part of it that is taken by two readings that share a step: as much to one side as to the other.
-const PAIR_TOLERANCE_PX: f32 = 1.0 / 400.0;
+const PAIR_TOLERANCE_PX: f32 = 1.0 / 350.0;
 /// Cells nearer to the border than this are tested one by one: more than the tolerance, rounding and [`GUARD`].
 const MARGIN_PX: f32 = 1.0 / 64.0;
 /// How far a stretch's ends must lie inside, Q16: more than what its steps lose by truncation, one a reading.
@@ -113,7 +113,7 @@ enum Way<'a> {
 type Position = [i32; 2];
 
 impl Way<'_> {
-    #[inline(never)]
+    #[inline(always)]
     fn position(&self, col: f32) -> Option<Position> {
         let (x, y) = match self {
             Way::Straight(along) => along.position(col)?,
@@ -151,7 +151,8 @@ impl Line<'_> {
             Way::Straight(along) => {
                 let size = self.source.reduction().size();
                 let inside = |margin_px| whole(along.inside(size, margin_px, cols as f32 - 1.0));
-                (inside(-MARGIN_PX), inside(MARGIN_PX))
+                let sure = inside(MARGIN_PX);
+                (if sure == (0, cols) { sure } else { inside(-MARGIN_PX) }, sure)
             }
             Way::Bent(..) => ((0, cols), (0, cols)),
         };
@@ -231,16 +232,12 @@ impl Line<'_> {
         }
         let (first, stride) = (self.source.pixels().as_ptr(), self.source.reduction().size().0);
         let Some(out) = self.out.get_mut(col..col + count) else { return };
-        if self.plan.shares_steps {
-            // SAFETY: `stays` has checked every position; `Source` has as many pixels as its size says.
-            unsafe { blend_along(first, stride, stretch, out.as_chunks_mut().0) }
-        } else {
-            let ([mut x, mut y], [mut dx, mut dy]) = (stretch.at, stretch.step);
-            for pixel in out {
-                // SAFETY: the same.
-                *pixel = unsafe { blend_at(first, stride, x, y) };
-                (x, y) = (x + (dx >> 8), y + (dy >> 8));
-                (dx, dy) = (dx.wrapping_add(stretch.growth[0]), dy.wrapping_add(stretch.growth[1]));
+        // SAFETY: `stays` has checked every position; `Source` has as many pixels as its size says.
+        unsafe {
+            if self.plan.shares_steps {
+                blend_along(first, stride, stretch, out.as_chunks_mut().0);
+            } else {
+                blend_steeply(first, stride, stretch, out);
             }
         }
     }
@@ -275,6 +272,21 @@ impl Line<'_> {
             }
             _ => self.runs.push(Run { row: self.row, start, end }).is_ok(),
         }
+    }
+}
+
+/// As [`blend_along`] for a map that bends too much for that: the steps grow after every reading.
+///
+/// # Safety
+/// The same.
+#[inline(never)]
+unsafe fn blend_steeply(pixels: *const u8, stride: u16, stretch: &Stretch, out: &mut [u8]) {
+    let ([mut x, mut y], [mut dx, mut dy]) = (stretch.at, stretch.step);
+    for pixel in out {
+        // SAFETY: as the caller says.
+        *pixel = unsafe { blend_at(pixels, stride, x, y) };
+        (x, y) = (x.wrapping_add(dx >> 8), y.wrapping_add(dy >> 8));
+        (dx, dy) = (dx.wrapping_add(stretch.growth[0]), dy.wrapping_add(stretch.growth[1]));
     }
 }
 
