@@ -8,8 +8,8 @@ use plumbline_sim::oracle::Distortion;
 const BARREL: Distortion = Distortion { k1: -0.075, k2: 0.0, k3: 0.0, p1: 0.001, p2: -0.0005 };
 
 /// On noise, whose edges are as steep as edges can be: weights of eight bits along rows are half a grey level off at most,
-/// positions of 1/280 px and 1e-3 px of single precision less than 1.2 along both axes, and it is rounded. What a run
-/// holds lies in the frame, and patches are of all widths, so that words begin anywhere in a row.
+/// positions 1/280 px and 1e-3 px of single precision off along both axes another 2.3, and it is rounded. What a run holds
+/// lies in the frame, and patches are of all widths, so that words begin anywhere in a row.
 #[test]
 fn readings_are_those_of_exact_positions() {
     let limit = 0.5 + 2.0 * 255.0 * (1.0 / 280.0 + 1e-3) + ROUNDING_DN;
