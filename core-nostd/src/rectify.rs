@@ -10,7 +10,6 @@
 //! A cell is valid when all of its readings lie in the frame. Valid cells are returned as runs, which is what the
 //! matcher iterates over: a footprint is convex, so there is about one run a row.
 
-#[allow(unsafe_code, reason = "pixels are read without a check each where the ends of a line have been checked")]
 #[allow(unsafe_code, reason = "pixels are read without a check each where a stretch of positions has been checked")]
 mod bilinear;
 #[allow(unsafe_code, reason = "pixels are read without a check each where the ends of a line have been checked")]
