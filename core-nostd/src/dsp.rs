@@ -101,9 +101,16 @@ pub fn prefix_pairs([a, b]: [&[u8]; 2], sums: &mut [[u8; 2]]) {
         }
         (done, base as i16)
     };
-    let mut total = last;
+    if done < boxes {
+        prefix_pairs_from(done, last, [a, b], &mut sums[..boxes]);
+    }
+}
+
+/// [`prefix_pairs`] from box `done` on, where the sum so far is `total`.
+#[inline(never)]
+fn prefix_pairs_from(done: usize, mut total: i16, [a, b]: [&[u8]; 2], sums: &mut [[u8; 2]]) {
     let pairs = a.as_chunks::<2>().0.iter().zip(b.as_chunks::<2>().0);
-    for (sum, (a, b)) in sums.iter_mut().zip(pairs).take(boxes).skip(done) {
+    for (sum, (a, b)) in sums.iter_mut().zip(pairs).skip(done) {
         let column = |i: usize| (a[i] as i16 + b[i] as i16) >> 1;
         total = total.wrapping_add(((column(0) + column(1) + 1) >> 1) - 128);
         *sum = total.to_le_bytes();
@@ -164,10 +171,18 @@ pub fn prefix_fours(rows: [&[u8]; 4], sums: &mut [[u8; 2]]) {
         }
         (done, total)
     };
-    let mut total = last;
-    for (index, sum) in sums.iter_mut().enumerate().take(boxes).skip(done) {
+    if done < boxes {
+        prefix_fours_from(done, last, rows, &mut sums[..boxes]);
+    }
+}
+
+/// [`prefix_fours`] from box `done` on, where the sum so far is `total`.
+#[inline(never)]
+fn prefix_fours_from(done: usize, mut total: i32, rows: [&[u8]; 4], sums: &mut [[u8; 2]]) {
+    for (index, sum) in sums.iter_mut().enumerate().skip(done) {
         for row in rows {
-            total += row[4 * index..4 * index + 4].iter().map(|&pixel| pixel as i32 - 128).sum::<i32>();
+            let pixels = row.iter().skip(4 * index).take(4);
+            total += pixels.map(|&pixel| pixel as i32 - 128).sum::<i32>();
         }
         *sum = ((total >> 4) as i16).to_le_bytes();
     }
@@ -596,6 +611,142 @@ pub fn clamp_bytes(word: u32, limit: u8) -> u32 {
         let limit = limit as i8;
         u32::from_le_bytes(word.to_le_bytes().map(|byte| (byte as i8).clamp(-limit, limit) as u8))
     }
+}
+
+/// A stretch of positions in a picture, Q16 of a pixel: column and row. Two readings share a step of Q24 / 2^24 pixels
+/// each; then the steps grow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stretch {
+    /// Where the first reading is.
+    pub at: [i32; 2],
+    /// From one reading to the next.
+    pub step: [i32; 2],
+    /// What two readings add to the step.
+    pub growth: [i32; 2],
+}
+
+/// Taken from both halves of a word of blended rows, so that they have a sign: 127.5 greys in 1/256. The half that is left
+/// over rounds to the nearest.
+const MIDDLE: u32 = 0x7f80_7f80;
+
+/// The bilinear reading of four pixels, `[top left, top right, bottom left, bottom right]` from the lowest byte up, rounded
+/// to the nearest grey level. `right` in 1/256, `down` in 1/65536, both up to 1.
+#[inline(always)]
+pub fn blend(four: u32, right: u32, down: u32) -> u8 {
+    // Both rows at once, in the halves of a word; a negative top takes 1/256 grey from the bottom.
+    let (lefts, rights) = (four & 0x00ff_00ff, (four >> 8) & 0x00ff_00ff);
+    let rows = rights.wrapping_sub(lefts).wrapping_mul(right).wrapping_add((lefts << 8).wrapping_sub(MIDDLE));
+    let difference = (rows as i16 as i32 - (rows >> 16) as i16 as i32) as u32;
+    ((rows << 16).wrapping_sub(difference.wrapping_mul(down)) >> 24) as u8 ^ 0x80
+}
+
+/// [`blend`]ed readings along `stretch`, four a turn, of a picture at `pixels` with rows of `stride`.
+///
+/// 20.75 instructions a reading: weights are the positions' own bits, both rows are blended at once, and four results
+/// leave in a word.
+///
+/// # Safety
+/// Every position has a column and a row that are not negative, and their four pixels belong to the picture. `stride` is
+/// below 2^15. Steps do not leave an i32.
+#[inline(always)]
+pub unsafe fn blend_along(pixels: *const u8, stride: u16, stretch: &Stretch, out: &mut [[u8; 4]]) {
+    let ([x, y], [dx, dy]) = (stretch.at, stretch.step);
+    #[cfg(feature = "dsp")]
+    if !out.is_empty() {
+        // One reading, its byte on top of the result: r0, r1 the position, r2, r3 the step, r4 one in both halves, r5 the
+        // stride, r8 the first pixel, r10 what makes rows signed; r6, r7 and lr are scratch.
+        macro_rules! reading {
+            ($result:literal) => {
+                concat!(
+                    "smlatb lr, r1, r5, r8\n",
+                    "add lr, lr, r0, lsr #16\n",
+                    "ldrh r6, [lr, r5]\n",
+                    "ldrh lr, [lr]\n",
+                    "ubfx r7, r0, #8, #8\n",
+                    "add r0, r0, r2, asr #8\n",
+                    "orr lr, lr, r6, lsl #16\n",
+                    "uxtb16 r6, lr, ror #8\n",
+                    "uxtb16 lr, lr\n",
+                    "sub r6, r6, lr\n",
+                    "add lr, r10, lr, lsl #8\n",
+                    "mla lr, r6, r7, lr\n",
+                    "uxth r7, r1\n",
+                    "add r1, r1, r3, asr #8\n",
+                    "smusd r6, lr, r4\n",
+                    "lsl lr, lr, #16\n",
+                    "mls ",
+                    $result,
+                    ", r6, r7, lr"
+                )
+            };
+        }
+        // SAFETY: the positions' pixels are the picture's, as the caller says; each turn writes one word of `out`, as
+        // long as there is one. What is pushed is popped; r6 and r7 are the compiler's own again before the end.
+        unsafe {
+            core::arch::asm!(
+                "push {{r6, r7, r11, r12, lr}}",
+                "2:",
+                reading!("r11"),
+                reading!("r12"),
+                "ldrd r6, r7, [sp, #12]",
+                "add r2, r2, r6",
+                "add r3, r3, r7",
+                reading!("lr"),
+                "pkhtb r11, lr, r11, asr #16",
+                reading!("lr"),
+                "pkhtb r12, lr, r12, asr #16",
+                "ldrd r6, r7, [sp, #12]",
+                "add r2, r2, r6",
+                "add r3, r3, r7",
+                "and r12, r12, #0xff00ff00",
+                "uxtab16 r12, r12, r11, ror #8",
+                "ldr lr, [sp, #8]",
+                "eor r12, r12, #0x80808080",
+                "str r12, [r9], #4",
+                "cmp r9, lr",
+                "bne 2b",
+                "pop {{r6, r7, r11, r12, lr}}",
+                inout("r0") x => _,
+                inout("r1") y => _,
+                inout("r2") dx => _,
+                inout("r3") dy => _,
+                in("r4") 0x0001_0001,
+                in("r5") stride as u32,
+                in("r8") pixels,
+                inout("r9") out.as_mut_ptr() => _,
+                in("r10") MIDDLE.wrapping_neg(),
+                inout("r11") out.as_mut_ptr_range().end => _,
+                inout("r12") stretch.growth[0] => _,
+                inout("lr") stretch.growth[1] => _,
+            );
+        }
+    }
+    #[cfg(not(feature = "dsp"))]
+    {
+        let ((mut x, mut y), (mut dx, mut dy)) = ((x, y), (dx, dy));
+        for pair in out.as_flattened_mut().as_chunks_mut::<2>().0 {
+            for pixel in pair {
+                // SAFETY: as the caller says.
+                *pixel = unsafe { blend_at(pixels, stride, x, y) };
+                (x, y) = (x.wrapping_add(dx >> 8), y.wrapping_add(dy >> 8));
+            }
+            (dx, dy) = (dx.wrapping_add(stretch.growth[0]), dy.wrapping_add(stretch.growth[1]));
+        }
+    }
+}
+
+/// One reading at (`x`, `y`), Q16.
+///
+/// # Safety
+/// As [`blend_along`].
+#[inline(always)]
+pub unsafe fn blend_at(pixels: *const u8, stride: u16, x: i32, y: i32) -> u8 {
+    // SAFETY: as the caller says.
+    let (top, bottom) = unsafe {
+        let first = pixels.add((y >> 16) as usize * stride as usize + (x >> 16) as usize);
+        (first.cast::<u16>().read_unaligned(), first.add(stride as usize).cast::<u16>().read_unaligned())
+    };
+    blend(u16::from_le(top) as u32 | (u16::from_le(bottom) as u32) << 16, (x as u32 >> 8) & 0xff, y as u32 & 0xffff)
 }
 
 #[cfg(test)]

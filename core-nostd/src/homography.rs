@@ -122,4 +122,93 @@ impl<'a> FrameFromPatch<'a> {
         let (m, n) = self.camera.distorted(m, n);
         Some(frames::pixel(m, n, self.camera.cols(), self.camera.rows()))
     }
+    /// The same along the row `row`, where it is a homography and nothing else; `None` with lens distortion.
+    pub(crate) fn along_row(&self, row: f32) -> Option<AlongRow> {
+        if self.is_distorted() {
+            return None;
+        }
+        let (m, n) = frames::centred(0.0, row, self.size.0, self.size.1);
+        let (m, n, across) = (m * self.scale.0, n * self.scale.1, self.scale.0);
+        let linear = |c: &[f32; 3]| Linear { first: c[0] * m + c[1] * n + c[2], growth: c[0] * across };
+        let depth = linear(&self.homography.den);
+        let (right, ahead) = (linear(&self.homography.m), linear(&self.homography.n));
+        let (m, n) = self.camera.distorted(0.0, 0.0);
+        let (col, row) = frames::pixel(m, n, self.camera.cols(), self.camera.rows());
+        Some(AlongRow { depth, col: depth.times(col).plus(right), row: depth.times(row).plus(ahead.times(-1.0)) })
+    }
+}
+
+/// A linear function of the column.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Linear {
+    first: f32,
+    growth: f32,
+}
+
+impl Linear {
+    /// Its value at `col`.
+    pub(crate) fn at(self, col: f32) -> f32 {
+        self.first + col * self.growth
+    }
+
+    pub(crate) fn times(self, factor: f32) -> Self {
+        Linear { first: self.first * factor, growth: self.growth * factor }
+    }
+
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Linear { first: self.first + other.first, growth: self.growth + other.growth }
+    }
+
+    /// `from`..`to` without the columns at which it is negative.
+    pub(crate) fn narrow(self, (from, to): (f32, f32)) -> (f32, f32) {
+        let (is_from, is_to) = (self.at(from) >= 0.0, self.at(to) >= 0.0);
+        if is_from && is_to {
+            return (from, to);
+        }
+        let root = -self.first / self.growth;
+        match (is_from, is_to) {
+            (true, _) => (from, to.min(root)),
+            (_, true) => (from.max(root), to),
+            _ => (f32::INFINITY, f32::NEG_INFINITY),
+        }
+    }
+}
+
+/// Frame positions along a row of a patch: quotients of linear functions of the column.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AlongRow {
+    /// Denominator.
+    depth: Linear,
+    /// Frame column times depth.
+    col: Linear,
+    /// Frame row times depth.
+    row: Linear,
+}
+
+impl AlongRow {
+    /// Frame (col, row) at patch column `col`; `None` beyond the horizon guard.
+    pub(crate) fn position(&self, col: f32) -> Option<(f32, f32)> {
+        let depth = self.depth.at(col);
+        if depth.is_nan() || depth < DEN_MIN {
+            return None;
+        }
+        let reciprocal = 1.0 / depth;
+        Some((self.col.at(col) * reciprocal, self.row.at(col) * reciprocal))
+    }
+
+    /// First and last column, fractions, whose positions lie in the frame of `size` (cols, rows) with `margin_px` to
+    /// spare, within 0 to `last`; the first above the last where there is none.
+    ///
+    /// The borders of the frame are straight lines in the patch as well.
+    #[inline(never)]
+    pub(crate) fn inside(&self, size: (u16, u16), margin_px: f32, last: f32) -> (f32, f32) {
+        let guard = Linear { first: self.depth.first - DEN_MIN, growth: self.depth.growth };
+        let mut columns = guard.narrow((0.0, last));
+        for (axis, count) in [(self.col, size.0), (self.row, size.1)] {
+            columns = axis.plus(self.depth.times(-margin_px)).narrow(columns);
+            let end = self.depth.times(count as f32 - 1.0 - margin_px);
+            columns = end.plus(axis.times(-1.0)).narrow(columns);
+        }
+        columns
+    }
 }

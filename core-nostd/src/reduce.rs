@@ -188,17 +188,23 @@ fn prefix(rows: &[u8], cols: usize, reduction: Reduction, sums: &mut [[u8; 2]]) 
     match (factor, reduction.shift()) {
         (2, 0) => prefix_pairs([line(0), line(1)], sums),
         (4, 0) => prefix_fours([line(0), line(1), line(2), line(3)], sums),
-        (_, shift) => {
-            let shift = shift + 2 * factor.trailing_zeros();
-            let mut total = 0i32;
-            for (first, sum) in (0..).step_by(factor).zip(sums) {
-                for nth in 0..factor {
-                    let pixels = line(nth).get(first..first + factor).unwrap_or(&[]);
-                    total += pixels.iter().map(|&pixel| pixel as i32 - MID_GREY).sum::<i32>();
-                }
-                // A row of 65,536 pixels, 64 high, stays below 2^30.
-                *sum = ((total >> shift) as i16).to_le_bytes();
+        _ => prefix_any(rows, cols, reduction, sums),
+    }
+}
+
+/// [`prefix`] of boxes of any size, rounded down at the end.
+#[inline(never)]
+fn prefix_any(rows: &[u8], cols: usize, reduction: Reduction, sums: &mut [[u8; 2]]) {
+    let factor = reduction.factor() as usize;
+    let shift = reduction.shift() + 2 * factor.trailing_zeros();
+    let mut total = 0i32;
+    for (first, sum) in (0..).step_by(factor).zip(sums) {
+        for line in rows.chunks_exact(cols) {
+            for pixel in line.iter().skip(first).take(factor) {
+                total += *pixel as i32 - MID_GREY;
             }
         }
+        // A row of 65,536 pixels, 64 high, stays below 2^30.
+        *sum = ((total >> shift) as i16).to_le_bytes();
     }
 }

@@ -4,6 +4,8 @@
 //! off by at most the kernel's own tolerance: 1/512 px when a cell is one reading of the frame itself, 1/16 px of the
 //! reduced frame when it is an average.
 
+#[path = "kernels/bilinear.rs"]
+mod bilinear;
 #[path = "kernels/positions.rs"]
 mod positions;
 #[path = "kernels/reducer.rs"]

@@ -1,5 +1,7 @@
 //! The corners of a patch's cells in the frame.
 
+use super::bends::Bends;
+use super::way::Way;
 use crate::dsp::Node;
 use crate::homography::FrameFromPatch;
 use crate::reduce::Reduction;
@@ -30,39 +32,14 @@ pub(super) struct Lines {
 
 impl Lines {
     /// The fewest stretches of equal length whose parabolas stay within a sixteenth of a frame pixel.
-    ///
-    /// Through both ends and the middle of a stretch of length L a parabola is off by at most L³/(72√3) max|x'''|. The
-    /// third difference over a probe is L³ x''' itself; it is taken along the borders and the middle of the patch, where
-    /// a homography has its extremes, and doubled where a lens distortion may peak in between.
     pub(super) fn plan(map: &FrameFromPatch<'_>, reduction: Reduction) -> Self {
-        const PROBES: usize = 8;
-        const PER_THIRD: f32 = 1.0 / 124.7;
-        let (cols, rows) = map.size();
-        let probe = cols as f32 / PROBES as f32;
-        let factor = reduction.factor() as f32;
-        let (frame_cols, frame_rows) = (reduction.size().0 as f32 * factor, reduction.size().1 as f32 * factor);
-        let mut third = 0.0f32;
-        for row in 0..=4 {
-            let row = row as f32 * 0.25 * rows as f32 - 0.5;
-            let at: [_; PROBES + 1] = core::array::from_fn(|i| map.frame_position(i as f32 * probe - 0.5, row));
-            for four in at.windows(4) {
-                let &[Some(a), Some(b), Some(c), Some(d)] = four else { continue };
-                // What lies wholly off the frame is never read.
-                let outside = |a: f32, d: f32, limit: f32| (a < 0.0 && d < 0.0) || (a > limit && d > limit);
-                if outside(a.0, d.0, frame_cols) || outside(a.1, d.1, frame_rows) {
-                    continue;
-                }
-                let difference = |a: f32, b: f32, c: f32, d: f32| (d - a - 3.0 * (c - b)).abs();
-                third = third.max(difference(a.0, b.0, c.0, d.0)).max(difference(a.1, b.1, c.1, d.1));
-            }
+        let (cols, size, factor) = (map.size().0, reduction.size(), reduction.factor() as f32);
+        let bends = Bends::new(map, (size.0 as f32 * factor, size.1 as f32 * factor));
+        let mut cells = cols;
+        while cells >= SHORTEST && bends.strays(cells as f32) > TOLERANCE_PX {
+            cells /= 2;
         }
-        let third = third * if map.is_distorted() { 2.0 } else { 1.0 };
-        let strays = |cells: u16| {
-            let probes = cells as f32 / probe;
-            PER_THIRD * third * probes * probes * probes > TOLERANCE_PX
-        };
-        let lengths = (1..=cols).map(|count| cols.div_ceil(count)).take_while(|&cells| cells >= SHORTEST);
-        Lines { reduction, cells: lengths.into_iter().find(|&cells| !strays(cells)) }
+        Lines { reduction, cells: (cells >= SHORTEST).then_some(cells) }
     }
 
     /// The nodes above patch row `row`, from the left border of the first cell to the right one of the last; which of them
@@ -70,8 +47,9 @@ impl Lines {
     /// again, they end where it leaves.
     pub(super) fn nodes(&self, map: &FrameFromPatch<'_>, row: u16, nodes: &mut [Node]) -> Range<usize> {
         let per_factor = 1.0 / self.reduction.factor() as f32;
+        let line = Way::along(map, row as f32 - 0.5);
         let position = |col: f32| {
-            let (x, y) = map.frame_position(col - 0.5, row as f32 - 0.5)?;
+            let (x, y) = line.position(col - 0.5)?;
             Some(((x + 0.5) * per_factor, (y + 0.5) * per_factor))
         };
         let (cols, rows) = self.reduction.size();
@@ -100,8 +78,8 @@ impl Lines {
             let middle = position(first as f32 + 0.5 * length);
             let end = position(first as f32 + length);
             let ways = start.zip(middle).zip(end).and_then(|((a, m), b)| {
-                let x = Way::through([a.0, m.0, b.0], length, cols as f32)?;
-                Some((x, Way::through([a.1, m.1, b.1], length, rows as f32)?))
+                let x = Axis::through([a.0, m.0, b.0], length, cols as f32)?;
+                Some((x, Axis::through([a.1, m.1, b.1], length, rows as f32)?))
             });
             match ways {
                 Some((mut x, mut y)) if x.is_inside && y.is_inside => {
@@ -134,7 +112,7 @@ fn join(inside: &mut Range<usize>, more: Range<usize>) {
 }
 
 /// Coordinates at equal steps along a parabola: Q16 of a box, the step and its growth in Q24.
-struct Way {
+struct Axis {
     at: i32,
     step: i32,
     growth: i32,
@@ -142,10 +120,11 @@ struct Way {
     is_inside: bool,
 }
 
-impl Way {
+impl Axis {
     /// From the first of three coordinates through the second, after `steps` at the third. `None` where any of it is so
     /// far away that numbers do not hold it; the frame, of 0 to `limit`, ends long before.
-    fn through([start, middle, end]: [f32; 3], steps: f32, limit: f32) -> Option<Way> {
+    #[inline(never)]
+    fn through([start, middle, end]: [f32; 3], steps: f32, limit: f32) -> Option<Axis> {
         let per = 1.0 / steps;
         let growth = 4.0 * (start - 2.0 * middle + end) * (per * per);
         let step = (4.0 * middle - 3.0 * start - end) * per + 0.5 * growth;
@@ -159,7 +138,7 @@ impl Way {
         let (least, most) = if start < end { (start, end) } else { (end, start) };
         // A cast is one instruction, the crate's own conversion a hundred.
         let q24 = |boxes: f32| (boxes * 16_777_216.0) as i32;
-        Some(Way {
+        Some(Axis {
             at: (start * 65536.0) as i32,
             step: q24(step),
             growth: q24(growth),

@@ -84,13 +84,14 @@ pub fn run(
     let fov = Radians::from_degrees(black_box(case.fov_deg));
     let camera = Camera::new(size, (fov, fov), (0.0, 0.0), None).map_err(|_| CaseError::Camera)?;
     let (height_m, resolution_m) = case.height_resolution_m;
-    let reduction = Reduction::choose(
-        size,
-        camera.ratio(height_m, resolution_m),
-        plumbline_core::budget::FRAME_MEMORY_BYTES.max(if case.patch_px > 100 { 262144 } else { 0 }),
-    )
-    .map_err(CaseError::Reduce)?;
-    // The frame as it is needs no copy of it.
+    let ratio = camera.ratio(height_m, resolution_m);
+    // A frame that is read as it is need not fit: it stands where it is, without a copy.
+    let reduction = if case.patch_px == PATCH_PX {
+        Ok(Reduction::none(size))
+    } else {
+        Reduction::choose(size, ratio, memory.len())
+    };
+    let reduction = reduction.map_err(CaseError::Reduce)?;
     let kept = if reduction.is_boxes() {
         region(stand, (case.name, "reduce"), "any", || reduce(reduction, frame, memory))?;
         memory.get(..reduction.bytes()).ok_or(CaseError::Reduce(ReduceError::Capacity))?
