@@ -16,7 +16,7 @@ use crate::budget::{
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::FrameFromPatch;
 use crate::matching::refine::Prior;
-use crate::matching::search::Peak;
+use crate::matching::search::{Peak, room};
 use crate::matching::{View, locate};
 use crate::rectify::{Run, Sampling, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
@@ -69,7 +69,7 @@ pub struct Buffers {
     /// While it is rectified.
     cell_sums: [u32; PATCH_MAX_PX],
     /// While it is matched.
-    scores: [f32; SCORES_MAX],
+    scores: [i16; SCORES_MAX],
 }
 
 impl Buffers {
@@ -81,7 +81,7 @@ impl Buffers {
             runs: Vec::new(),
             row_sums: [0; REDUCED_MAX_COLS],
             cell_sums: [0; PATCH_MAX_PX],
-            scores: [0.0; SCORES_MAX],
+            scores: [0; SCORES_MAX],
         }
     }
 }
@@ -215,6 +215,6 @@ impl<'t> Pipeline<'t> {
 
 const _: () = assert!((2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1) == SCORES_MAX);
 const _: () = assert!(
-    (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) * (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) <= REDUCED_MAX_AREA,
+    room(((PATCH_MAX_PX + 2 * SEARCH_MAX_PX) as u16, (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) as u16)) <= REDUCED_MAX_AREA,
     "the search window's copy does not fit the reduced frame's buffer"
 );
