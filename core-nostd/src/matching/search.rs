@@ -53,9 +53,9 @@ pub struct Peak {
 /// pixel correlates over two of them.
 const HILL_PX: i16 = 3;
 /// Pixels that the first look takes at least, where the patch has them.
-const LOOK_PX: usize = 500;
+const LOOK_PX: usize = 330;
 /// Every which run it takes at least.
-const LOOK_EVERY: usize = 4;
+const LOOK_EVERY: usize = 3;
 /// Summits of the first look that the whole patch decides between.
 const SUMMITS: usize = 6;
 /// Steps to the top at most: a summit of the look is off by one or two.
@@ -337,7 +337,7 @@ fn details_of<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> View<'b> {
     let mut limit = Limit::new();
     let rows = (0..size.1).map(|row| Run { row, start: 0, end: size.0 });
     sweep(picture, rows, |piece, details| {
-        if piece.row as usize % LIMIT_ROWS == 0 {
+        if (piece.row as usize).is_multiple_of(LIMIT_ROWS) {
             limit.add(details);
         }
         if let Some(room) = bytes.get_mut(piece.row as usize * stride + piece.start as usize..) {

@@ -63,6 +63,7 @@ pub(super) fn sweep(view: &View<'_>, runs: impl Iterator<Item = Run> + Clone, mu
             ring.0[Ring::slot(first + SIDE - before)] = ring.0[Ring::slot(first)];
         }
         let mut next = first + 1;
+        let mut out = [0u32; STRIP / 4];
         for run in runs.clone() {
             while next <= run.row as usize + REACH {
                 take(&mut ring, next);
@@ -70,7 +71,6 @@ pub(super) fn sweep(view: &View<'_>, runs: impl Iterator<Item = Run> + Clone, mu
             }
             let Some(piece) = piece(&run, strip as u16) else { continue };
             let (from, to) = (piece.start as usize - strip, piece.end as usize - strip);
-            let mut out = [0u32; STRIP / 4];
             let words = from / 4..to.div_ceil(4);
             let bytes = details(&ring.0, Ring::slot(run.row as usize), words.start, &mut out[words.clone()]);
             each(piece, &mut bytes[from - 4 * words.start..to - 4 * words.start]);
