@@ -24,6 +24,6 @@ pub const SCORES_MAX: usize = (2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1);
 pub const RUNS_MAX: usize = PATCH_MAX_PX + 16;
 
 const _: () = assert!(
-    PATCH_MAX_AREA + 4 * SCORES_MAX + 6 * RUNS_MAX < PAPER_MEMORY_BYTES,
+    PATCH_MAX_AREA + 2 * SCORES_MAX + 6 * RUNS_MAX < PAPER_MEMORY_BYTES,
     "the image buffers alone pass the paper's 25 KB"
 );

@@ -7,10 +7,12 @@
 mod detail;
 mod histogram;
 pub mod judge;
+mod look;
 pub mod refine;
 pub mod search;
 mod segment;
 mod smooth;
+mod surroundings;
 
 use crate::rectify::Run;
 use judge::{AcceptRule, Doubt};
@@ -50,7 +52,7 @@ pub enum Rejection {
 
 /// Searches `patch` in `reference` within ±`radius` around its centre, refines the peak and judges it.
 ///
-/// `bytes`: room for as many as the reference has pixels, `scores`: for (2 `radius` + 1)²; both are working space.
+/// `bytes`: [`search::room`] or more, `scores`: room for (2 `radius` + 1)²; both are working space.
 ///
 /// # Errors
 /// [`SearchError`] where nothing could be searched.
@@ -60,7 +62,7 @@ pub fn locate(
     reference: &View<'_>,
     radius: u16,
     (prior, rule): (Prior, &AcceptRule),
-    (bytes, scores): (&mut [u8], &mut [f32]),
+    (bytes, scores): (&mut [u8], &mut [i16]),
 ) -> Result<Located, SearchError> {
     let peak = search(patch, runs, reference, radius, bytes, scores)?;
     let refined = refine(patch, runs, reference, radius, &peak, prior, bytes);

@@ -14,7 +14,7 @@ use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, RUNS_MAX, 
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::FrameFromPatch;
 use crate::matching::refine::Prior;
-use crate::matching::search::Peak;
+use crate::matching::search::{Peak, room};
 use crate::matching::{View, locate};
 use crate::rectify::{Node, Run, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
@@ -65,7 +65,7 @@ pub struct Buffers {
     /// While a frame is rectified.
     nodes: [Node; 2 * (PATCH_MAX_PX + 1)],
     /// While it is matched.
-    scores: [f32; SCORES_MAX],
+    scores: [i16; SCORES_MAX],
 }
 
 impl Buffers {
@@ -75,7 +75,7 @@ impl Buffers {
             patch: [0; PATCH_MAX_AREA],
             runs: Vec::new(),
             nodes: [Node::NOWHERE; 2 * (PATCH_MAX_PX + 1)],
-            scores: [0.0; SCORES_MAX],
+            scores: [0; SCORES_MAX],
         }
     }
 }
@@ -100,7 +100,7 @@ impl<'t> Pipeline<'t> {
         frame_memory: &'t mut [u8],
     ) -> Result<Self, SettingsError> {
         settings.check()?;
-        if frame_memory.len() < DETAILS_MAX {
+        if frame_memory.len() < SEARCH_BYTES {
             return Err(SettingsError::FrameMemory);
         }
         let (streams, patch_size) = (Streams::new(), (0, 0));
@@ -219,6 +219,7 @@ impl<'t> Pipeline<'t> {
 }
 
 const _: () = assert!((2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1) == SCORES_MAX);
-/// Details of the largest search window.
-const DETAILS_MAX: usize = (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) * (PATCH_MAX_PX + 2 * SEARCH_MAX_PX);
-const _: () = assert!(DETAILS_MAX <= FRAME_MEMORY_BYTES, "the search window's details do not fit the frame's memory");
+/// Working bytes of the largest search.
+const SEARCH_BYTES: usize =
+    room(((PATCH_MAX_PX + 2 * SEARCH_MAX_PX) as u16, (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) as u16));
+const _: () = assert!(SEARCH_BYTES <= FRAME_MEMORY_BYTES, "the largest search does not fit the frame's memory");

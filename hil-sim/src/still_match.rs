@@ -2,7 +2,7 @@
 
 use plumbline_core::matching::judge::AcceptRule;
 use plumbline_core::matching::refine::Prior;
-use plumbline_core::matching::search::SearchError;
+use plumbline_core::matching::search::{SearchError, room};
 use plumbline_core::matching::{View, locate};
 use plumbline_core::pipeline::Refusal;
 use plumbline_core::rectify::Run;
@@ -54,8 +54,8 @@ pub fn find(patch: &Picture, runs: &[Run], reference: &Picture, radius: u16) -> 
 
     let view = View::new(&patch.pixels, size(patch)).ok_or_else(|| InputError::new("the patch is empty"))?;
     let side = 2 * radius as usize + 1;
-    let mut scores = vec![0.0; side * side];
-    let mut bytes = vec![0; window_size.0 as usize * window_size.1 as usize];
+    let mut scores = vec![0; side * side];
+    let mut bytes = vec![0; room(window_size)];
     let rule = (PRIOR, &AcceptRule::default());
     let located =
         locate(&view, runs, &window, radius, rule, (&mut bytes, &mut scores)).map_err(|error| match error {

@@ -3,7 +3,7 @@
 use super::ground::Ground;
 use plumbline_core::matching::judge::AcceptRule;
 use plumbline_core::matching::refine::Prior;
-use plumbline_core::matching::search::{SearchError, correlation};
+use plumbline_core::matching::search::{SearchError, correlation, room};
 use plumbline_core::matching::{Located, View, locate};
 use plumbline_core::rectify::Run;
 use plumbline_sim::still::runs_of;
@@ -90,7 +90,7 @@ pub fn register(
 ) -> Result<Registered, SearchError> {
     let pair = Pair::cut(a, b, expected_m, part, i32::from(radius));
     let side = 2 * usize::from(radius) + 1;
-    let (mut bytes, mut scores) = (vec![0; pair.reference.pixels.len()], vec![0.0; side * side]);
+    let (mut bytes, mut scores) = (vec![0; room(pair.reference.size)], vec![0; side * side]);
     let rule = (PRIOR, &AcceptRule::default());
     let (patch, reference) = (view(&pair.patch), view(&pair.reference));
     let located = locate(&patch, &pair.runs, &reference, radius, rule, (&mut bytes, &mut scores))?;

@@ -9,7 +9,6 @@ use super::View;
 use super::histogram::Histogram;
 use crate::dsp::clamp_bytes;
 use crate::rectify::Run;
-use core::ops::Range;
 
 /// Pixels to each side that make the surroundings.
 const REACH: u16 = 2;
@@ -107,67 +106,6 @@ fn add(columns: &mut [Tally], start: usize, pixels: &[u8]) {
     }
 }
 
-/// The details of a row of a picture that is valid from border to border, into `out`.
-pub(super) fn row_details(picture: &View<'_>, row: usize, out: &mut [u8]) {
-    let (cols, rows) = (picture.size().0 as usize, picture.size().1 as usize);
-    let reach = REACH as usize;
-    let first = row.saturating_sub(reach);
-    let count = (row + reach + 1).min(rows) - first;
-    let Some(own) = picture.run(row, 0, cols) else { return };
-    for (start, out) in (0usize..).step_by(CHUNK).zip(out.chunks_mut(CHUNK)) {
-        // Sums of the columns from REACH before the chunk to REACH behind it; outside the picture 0.
-        let mut columns = [0u16; COLUMNS];
-        let from = start.saturating_sub(reach);
-        let to = (start + out.len() + reach).min(cols);
-        // A row outside the picture stands for nothing.
-        let part = |nth: usize| match picture.run(first + nth, from, to - from) {
-            Some(pixels) if nth < count => pixels,
-            _ => &ZEROS[..to - from],
-        };
-        sum_columns([part(0), part(1), part(2), part(3), part(4)], &mut columns[from + reach - start..]);
-        let mut around: i32 = columns[..SIDE - 1].iter().map(|&column| column as i32).sum();
-        let length = out.len();
-        let mut step = |cols: Range<usize>, wide: usize| {
-            let (pixels, per_count) = ((wide * count) as i32, PER_COUNT.get(wide * count).map_or(0, |&per| per));
-            let five = columns[cols.start..cols.end + SIDE - 1].windows(SIDE);
-            for ((detail, &pixel), five) in out[cols.clone()].iter_mut().zip(&own[start..][cols]).zip(five) {
-                around += five[SIDE - 1] as i32;
-                *detail = detail_of(pixel as i32 * pixels - around, per_count);
-                around -= five[0] as i32;
-            }
-        };
-        // Near the borders of the picture fewer columns are around.
-        let wide = |col: usize| (col + reach + 1).min(cols) - col.saturating_sub(reach);
-        let inner = reach.saturating_sub(start).min(length);
-        let end = cols.saturating_sub(reach + start).clamp(inner, length);
-        (0..inner).for_each(|col| step(col..col + 1, wide(start + col)));
-        step(inner..end, SIDE);
-        (end..length).for_each(|col| step(col..col + 1, wide(start + col)));
-    }
-}
-
-/// Sums of five rows column by column; four columns at a time, two in a word.
-fn sum_columns(rows: [&[u8]; SIDE], columns: &mut [u16]) {
-    const EVEN: u32 = 0x00ff_00ff;
-    let [a, b, c, d, e] = rows.map(|row| row.as_chunks::<4>());
-    let (fours, _) = columns.as_chunks_mut::<4>();
-    let words = a.0.iter().zip(b.0).zip(c.0).zip(d.0).zip(e.0);
-    for (four, ((((a, b), c), d), e)) in fours.iter_mut().zip(words) {
-        let words = [a, b, c, d, e].map(|bytes| u32::from_le_bytes(*bytes));
-        let even = words.iter().fold(0, |sum, word| sum + (word & EVEN));
-        let odd = words.iter().fold(0, |sum, word| sum + ((word >> 8) & EVEN));
-        *four = [even as u16, odd as u16, (even >> 16) as u16, (odd >> 16) as u16];
-    }
-    let done = 4 * a.0.len();
-    let rest = a.1.iter().zip(b.1).zip(c.1).zip(d.1).zip(e.1);
-    for (column, ((((&a, &b), &c), &d), &e)) in columns.iter_mut().skip(done).zip(rest) {
-        *column = a as u16 + b as u16 + c as u16 + d as u16 + e as u16;
-    }
-}
-
-/// Stands for rows outside a picture.
-static ZEROS: [u8; COLUMNS] = [0; COLUMNS];
-
 /// `difference` x `per_count` of [`PER_COUNT`], rounded to nearest.
 #[inline(always)]
 fn detail_of(difference: i32, per_count: i32) -> u8 {
@@ -224,7 +162,7 @@ impl Limit {
 
     /// The limit for the details taken into account.
     pub(super) fn value(&self) -> u8 {
-        (LIMIT * self.sizes.median()).clamp(1.0, MAX as f32) as u8
+        (LIMIT * self.sizes.median()).clamp(2.0, MAX as f32) as u8
     }
 }
 

@@ -4,14 +4,15 @@
 //! details (a pixel less the mean around it) keep changed ground from outweighing the rest. Details have no mean, so none
 //! is taken off. Products are summed in integers.
 //!
-//! The peak of details is one pixel wide, so no shift can be left out, but rows can: a first look over some hundred
-//! pixels ranks all the shifts, and the whole patch decides between its highest summits and climbs to the top of the
-//! two best. A score that would just be accepted stands 4.5 deviations above chance; in a look over a fifth of the rows,
-//! the least there is, it still stands two above, where a few of a hundred summits stand by chance.
+//! The peak of details is one pixel wide, so no shift can be left out, but digits can: a first look (module `look`) with
+//! one digit of every detail ranks all the shifts, and the whole patch decides between its highest summits and climbs to
+//! the top of the two best.
 
-use super::detail::{CHUNK, Limit, details, limit_to, row_details};
+use super::detail::{Limit, limit_to};
+use super::look::Look;
+use super::surroundings::{pieces, sweep};
 use super::{View, valid};
-use crate::dsp::{dot_and_energy, dot4};
+use crate::dsp::{STRIP, dot_and_energy, dot_and_energy_padded, moments};
 use crate::math;
 use crate::rectify::Run;
 
@@ -52,31 +53,45 @@ pub struct Peak {
 /// pixel correlates over two of them.
 const HILL_PX: i16 = 3;
 /// Pixels that the first look takes at least, where the patch has them.
-const LOOK_PX: usize = 220;
+const LOOK_PX: usize = 330;
 /// Every which run it takes at least.
-const LOOK_EVERY: usize = 5;
+const LOOK_EVERY: usize = 3;
 /// Summits of the first look that the whole patch decides between.
-const SUMMITS: usize = 12;
+const SUMMITS: usize = 6;
 /// Steps to the top at most: a summit of the look is off by one or two.
-const CLIMB: usize = 4;
-/// Neighbouring shifts whose reference energies are summed together.
-const BLOCK: usize = 24;
+const CLIMB: usize = 5;
+/// Every which row of the reference, and of the patch, has a say in its limit.
+const LIMIT_ROWS: usize = 4;
+/// Bytes behind the reference's details that may be read.
+const SLACK: usize = 24;
+
+/// Bytes that a search in a reference of `size` needs. Where the patch's details fit in too, with three more a row, they
+/// are made only once.
+pub const fn room(size: (u16, u16)) -> usize {
+    stride(size) * size.1 as usize + SLACK + 3
+}
+
+/// From one row of details to the next.
+const fn stride(size: (u16, u16)) -> usize {
+    (size.0 as usize).next_multiple_of(4)
+}
 
 /// The peak of the scores of every shift within ±`radius`.
 ///
 /// `patch` and `runs`: as the rectifier leaves them. `reference`: patch + 2 `radius` in both directions or larger; its
-/// centre is the zero of the shifts when it is exactly that. `bytes`: room for the details of the reference. `scores`:
-/// room for (2 `radius` + 1)² scores of the first look, row-major from the upper left shift.
+/// centre is the zero of the shifts when it is exactly that. `bytes`: [`room`] for the reference's details, better
+/// more. `scores`: room for (2 `radius` + 1)² scores of the first look, row-major from the upper left shift.
 ///
 /// # Errors
 /// [`SearchError`].
+#[inline(never)]
 pub fn search(
     patch: &View<'_>,
     runs: &[Run],
     reference: &View<'_>,
     radius: u16,
     bytes: &mut [u8],
-    scores: &mut [f32],
+    scores: &mut [i16],
 ) -> Result<Peak, SearchError> {
     let side = 2 * radius as usize + 1;
     let fits = |reference: u16, patch: u16| reference as usize >= patch as usize + side - 1;
@@ -89,20 +104,21 @@ pub fn search(
         patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
     }
     let scores = scores.get_mut(..side * side).ok_or(SearchError::Capacity)?;
-    let every = (valid(runs) / LOOK_PX).clamp(1, LOOK_EVERY);
-    let details = Details {
-        patch,
-        runs,
-        limit: limit(patch, runs, every),
-        reference: details_into(reference, bytes).ok_or(SearchError::Capacity)?,
-    };
-    details.look(every, side, scores);
+    let skipped = bytes.as_ptr().align_offset(4);
+    let (others, own) = bytes
+        .get_mut(skipped..)
+        .and_then(|bytes| bytes.split_at_mut_checked(room(other) - 3))
+        .ok_or(SearchError::Capacity)?;
+    let reference = details_of(reference, others);
+    let own = Own::new(patch, runs, own);
+    let details = Details { own, reference };
+    details.look((valid(runs) / LOOK_PX).clamp(1, LOOK_EVERY), side, scores);
     let mut room = [Place::default(); SUMMITS];
     let found = summits(scores, side, &mut room);
     if details.decide(found) == 0 {
         return Err(SearchError::Featureless);
     }
-    details.climb(found, radius).ok_or(SearchError::Featureless)
+    details.climb(found, radius, scores).ok_or(SearchError::Featureless)
 }
 
 /// A shift, from the upper left one on, and what the whole patch says about it.
@@ -110,6 +126,8 @@ pub fn search(
 struct Place {
     col: u16,
     row: u16,
+    /// From the reference's first pixel to the one under the patch's.
+    offset: usize,
     /// Σ p r, and Σ r² under the mask.
     products: i64,
     energy: i64,
@@ -123,89 +141,109 @@ impl Place {
     }
 }
 
-/// Both pictures' details.
-struct Details<'a> {
+/// The patch's details.
+struct Own<'a> {
     patch: &'a View<'a>,
     runs: &'a [Run],
     limit: u8,
+    /// The limited details of every piece, with zeros up to a multiple of four, where there is room for them.
+    kept: Option<&'a [u8]>,
+}
+
+impl<'a> Own<'a> {
+    fn new(patch: &'a View<'a>, runs: &'a [Run], room: &'a mut [u8]) -> Self {
+        let mut limit = Limit::new();
+        let mut count = 0;
+        let mut add = |piece: &[u8]| {
+            if count % LIMIT_ROWS == 0 {
+                limit.add(piece);
+            }
+            count += 1;
+        };
+        let needed: usize = pieces(patch, runs).map(|piece| padded(&piece)).sum();
+        let Some(room) = room.get_mut(..needed) else {
+            sweep(patch, runs.iter().copied(), |_, details| add(details));
+            return Own { patch, runs, limit: limit.value(), kept: None };
+        };
+        let mut at = 0;
+        sweep(patch, runs.iter().copied(), |piece, details| {
+            add(details);
+            if let Some(kept) = room.get_mut(at..at + padded(&piece)) {
+                put(details, kept);
+                at += kept.len();
+            }
+        });
+        let limit = limit.value();
+        limit_to(limit, room);
+        Own { patch, runs, limit, kept: Some(room) }
+    }
+
+    /// The limited details of every `every`th piece.
+    fn each(&self, every: usize, mut each: impl FnMut(Run, &[u8])) {
+        if let Some(mut kept) = self.kept {
+            for (index, piece) in pieces(self.patch, self.runs).enumerate() {
+                let Some((details, rest)) = kept.split_at_checked(padded(&piece)) else { return };
+                kept = rest;
+                if index % every == 0 {
+                    each(piece, details);
+                }
+            }
+            return;
+        }
+        let mut index = 0;
+        sweep(self.patch, self.runs.iter().copied(), |piece, details| {
+            if index % every == 0 {
+                let mut room = [0; STRIP];
+                let room = &mut room[..padded(&piece).min(STRIP)];
+                limit_to(self.limit, details);
+                put(details, room);
+                each(piece, room);
+            }
+            index += 1;
+        });
+    }
+}
+
+/// Bytes of a piece's details.
+fn padded(piece: &Run) -> usize {
+    ((piece.end - piece.start) as usize).next_multiple_of(4)
+}
+
+/// Copies details into their room, zeros behind them.
+fn put(details: &[u8], room: &mut [u8]) {
+    let (own, rest) = room.split_at_mut(details.len().min(room.len()));
+    own.copy_from_slice(&details[..own.len()]);
+    rest.fill(0);
+}
+
+/// Both pictures' details.
+struct Details<'a> {
+    own: Own<'a>,
     reference: View<'a>,
 }
 
 impl Details<'_> {
-    /// Details of the patch's runs, of the first and every `every`th: row, column of the first, their number, and the
-    /// details themselves with zeros up to a multiple of four.
-    fn patch(&self, every: usize, mut each: impl FnMut(usize, usize, usize, &[u8])) {
-        let mut chunk = [0; CHUNK];
-        for index in (0..self.runs.len()).step_by(every) {
-            let run = self.runs[index];
-            for start in (run.start..run.end).step_by(CHUNK) {
-                let own = details(self.patch, self.runs, index, start, &mut chunk);
-                limit_to(self.limit, own);
-                let length = own.len();
-                let padded = length.next_multiple_of(4);
-                chunk[length..padded].fill(0);
-                each(run.row as usize, start as usize, length, &chunk[..padded]);
-            }
-        }
-    }
-
-    /// Scores of every shift, `side` a row, over every `every`th run.
-    fn look(&self, every: usize, side: usize, scores: &mut [f32]) {
-        scores.fill(0.0);
-        let mut own_energy = 0;
-        self.patch(every, |row, start, _, own| {
-            own_energy += dot_and_energy(own, own).0 as i64;
-            for (row, scores) in (row..).zip(scores.chunks_exact_mut(side)) {
-                let others = self.reference.from(row, start);
-                for (at, scores) in (0..).step_by(4).zip(scores.chunks_mut(4)) {
-                    let sums = dot4(own, others.get(at..).unwrap_or(&[]));
-                    for (score, sum) in scores.iter_mut().zip(sums) {
-                        *score += sum as f32;
-                    }
-                }
-            }
-        });
-        self.normalise(every, own_energy, side, scores);
-    }
-
-    /// Divides the products of every shift by the root of both energies. The reference's under the mask follows from one
-    /// shift to the next by one pixel in and one out.
-    fn normalise(&self, every: usize, own: i64, side: usize, scores: &mut [f32]) {
-        let square = |r: u8| r as i8 as i32 * r as i8 as i32;
-        for (row, line) in scores.chunks_exact_mut(side).enumerate() {
-            for (block, scores) in line.chunks_mut(BLOCK).enumerate() {
-                let mut energies = [0i64; BLOCK];
-                for run in self.runs.iter().step_by(every) {
-                    let (start, length) = (run.start as usize + BLOCK * block, (run.end - run.start) as usize);
-                    let Some(r) = self.reference.run(run.row as usize + row, start, length + scores.len() - 1) else {
-                        continue;
-                    };
-                    let (under, entering) = r.split_at(length);
-                    let mut energy = dot_and_energy(under, under).0;
-                    let mut steps = r.iter().zip(entering);
-                    for sum in energies.iter_mut().take(scores.len()) {
-                        *sum += energy as i64;
-                        if let Some((&out, &next)) = steps.next() {
-                            energy = energy + square(next) - square(out);
-                        }
-                    }
-                }
-                for (score, &energy) in scores.iter_mut().zip(&energies) {
-                    *score = normalised(*score, own, energy);
-                }
-            }
-        }
+    /// Scores of every shift, `side` a row, over every `every`th piece. Kept apart: it needs a kilobyte of stack.
+    #[inline(never)]
+    fn look(&self, every: usize, side: usize, scores: &mut [i16]) {
+        let mut look = Look::new(&self.reference, self.own.limit, side, scores);
+        self.own.each(every, |piece, details| look.add(piece, details));
+        look.flush();
     }
 
     /// Fills in what the whole patch says about the places; its own Σ p².
     fn decide(&self, places: &mut [Place]) -> i64 {
         let mut own_energy = 0;
-        self.patch(1, |row, start, length, own| {
-            let own = &own[..length];
+        for place in places.iter_mut() {
+            place.offset = place.row as usize * self.reference.stride + place.col as usize;
+        }
+        self.own.each(1, |piece, own| {
+            let length = (piece.end - piece.start) as usize;
             own_energy += dot_and_energy(own, own).0 as i64;
+            let base = piece.row as usize * self.reference.stride + piece.start as usize;
             for place in places.iter_mut() {
-                let others = self.reference.from(row + place.row as usize, start + place.col as usize);
-                let (products, energy) = dot_and_energy(own, others);
+                let others = self.reference.pixels.get(base + place.offset..).unwrap_or(&[]);
+                let (products, energy) = dot_and_energy_padded(own, others, length);
                 place.products += products as i64;
                 place.energy += energy as i64;
             }
@@ -218,21 +256,22 @@ impl Details<'_> {
 
     /// From the two best of the places to their tops. The second one stays away from the first: a row of trees whose
     /// other summit the look put a pixel aside would seem to lead.
-    fn climb(&self, places: &[Place], radius: u16) -> Option<Peak> {
+    fn climb(&self, places: &[Place], radius: u16, scores: &[i16]) -> Option<Peak> {
         let last = 2 * radius;
         let mut top = places.iter().copied().reduce(better)?;
         let apart = |top: &Place, place: &Place| place.apart(top) >= HILL_PX as u16 && place.score > 0.0;
         let mut second = places.iter().copied().filter(|place| apart(&top, place)).reduce(better);
-        // Where the search ends, the nearest place stands for one beyond.
+        // The places beside one, and of those across its corners the one that the look holds highest. Where the search ends,
+        // the nearest place stands for one beyond.
         let around = |place: Place| {
-            let step = |at: u16, step: usize| (at + step as u16).saturating_sub(1).min(last);
-            core::array::from_fn::<_, NEAR, _>(|i| Place {
-                col: step(place.col, i % 3),
-                row: step(place.row, i / 3),
-                ..Place::default()
-            })
+            let step = |at: u16, step: u16| (at + step).saturating_sub(1).min(last);
+            let beside = |(cols, rows)| (step(place.col, cols), step(place.row, rows));
+            let look = |&(col, row): &(u16, u16)| scores.get(row as usize * (last as usize + 1) + col as usize);
+            let corner = [(0, 0), (2, 0), (0, 2), (2, 2)].map(beside).into_iter().max_by_key(look).unwrap_or_default();
+            let [left, right, above, below] = [(0, 1), (2, 1), (1, 0), (1, 2)].map(beside);
+            [left, right, above, below, corner].map(|(col, row)| Place { col, row, ..Place::default() })
         };
-        let mut near = [[Place::default(); NEAR]; 2];
+        let mut near = [[Place::default(); 5]; 2];
         let mut moved = (true, second.is_some());
         for _ in 0..CLIMB {
             let asked = match moved {
@@ -254,13 +293,18 @@ impl Details<'_> {
             let beside = beside.filter(|place| apart(&higher, place));
             moved = (higher.apart(&top) > 0, beside.zip(second).is_some_and(|(now, before)| now.apart(&before) > 0));
             (top, second) = (higher, beside);
+            if let Some(overtaken) = second.as_mut().filter(|second| second.score > top.score) {
+                core::mem::swap(&mut top, overtaken);
+                near.swap(0, 1);
+                moved = (moved.1, moved.0);
+            }
         }
         let around = &near[0];
         let centred = |place: Place| (place.col as i16 - radius as i16, place.row as i16 - radius as i16);
         let (d_col, d_row) = centred(top);
         let on_border = [top.col, top.row].iter().any(|&at| at == 0 || at == last);
         // Only around the top itself do neighbours tell where between pixels it is.
-        let whole = on_border || around[NEAR / 2].apart(&top) > 0;
+        let whole = on_border || moved.0;
         let parabola = |before: f32, after: f32| {
             let bend = 2.0 * top.score - before - after;
             if bend > 0.0 && !whole { (0.5 * (after - before) / bend).clamp(-0.5, 0.5) } else { 0.0 }
@@ -271,14 +315,11 @@ impl Details<'_> {
             score: top.score,
             second: second.map_or(0.0, |second| second.score),
             second_at: second.map_or((d_col, d_row), centred),
-            vertex: (parabola(around[3].score, around[5].score), parabola(around[1].score, around[7].score)),
+            vertex: (parabola(around[0].score, around[1].score), parabola(around[2].score, around[3].score)),
             on_border,
         })
     }
 }
-
-/// A place and its eight neighbours.
-const NEAR: usize = 9;
 
 fn better(a: Place, b: Place) -> Place {
     if b.score > a.score { b } else { a }
@@ -289,56 +330,47 @@ fn normalised(products: f32, own: i64, other: i64) -> f32 {
     if own > 0 && other > 0 { products / (math::sqrt(own as f32) * math::sqrt(other as f32)) } else { 0.0 }
 }
 
-/// The limit for the details of a patch, by every `every`th of its runs.
-fn limit(patch: &View<'_>, runs: &[Run], every: usize) -> u8 {
-    let mut limit = Limit::new();
-    let mut chunk = [0; CHUNK];
-    for index in (0..runs.len()).step_by(every) {
-        for start in (runs[index].start..runs[index].end).step_by(CHUNK) {
-            limit.add(details(patch, runs, index, start, &mut chunk));
-        }
-    }
-    limit.value()
-}
-
-/// The limited details of a whole picture, as bytes of two's complement.
-fn details_into<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> Option<View<'b>> {
+/// The limited details of a picture that is valid from border to border, rows aligned to four.
+fn details_of<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> View<'b> {
     let size = picture.size();
-    let stride = size.0 as usize;
-    let bytes = bytes.get_mut(..stride * size.1 as usize)?;
+    let stride = stride(size);
     let mut limit = Limit::new();
-    for (row, line) in (0..).zip(bytes.chunks_exact_mut(stride.max(1))) {
-        row_details(picture, row, line);
-        if row % LIMIT_ROWS == 0 {
-            limit.add(line);
+    let rows = (0..size.1).map(|row| Run { row, start: 0, end: size.0 });
+    sweep(picture, rows, |piece, details| {
+        if (piece.row as usize).is_multiple_of(LIMIT_ROWS) {
+            limit.add(details);
         }
-    }
+        if let Some(room) = bytes.get_mut(piece.row as usize * stride + piece.start as usize..) {
+            put(details, &mut room[..details.len()]);
+        }
+    });
     limit_to(limit.value(), bytes);
-    View::new(bytes, size)
+    View { pixels: bytes, size, stride }
 }
-
-/// Every which row of the reference has a say in its limit.
-const LIMIT_ROWS: usize = 3;
 
 /// The highest summits among the scores, as places, highest first.
-fn summits<'r>(scores: &[f32], side: usize, room: &'r mut [Place; SUMMITS]) -> &'r mut [Place] {
+fn summits<'r>(scores: &[i16], side: usize, room: &'r mut [Place; SUMMITS]) -> &'r mut [Place] {
     let mut count = 0;
-    for (index, &score) in scores.iter().enumerate() {
-        let full = count == SUMMITS;
-        if full && score <= room[SUMMITS - 1].score || !is_summit(scores, side, index) {
-            continue;
+    let mut lowest = None;
+    for (row, line) in scores.chunks_exact(side).enumerate() {
+        for (col, &score) in line.iter().enumerate() {
+            if lowest.is_some_and(|lowest| score <= lowest) || !is_summit(scores, side, row * side + col) {
+                continue;
+            }
+            let own = score as f32;
+            let at = room[..count].iter().position(|place| own > place.score).unwrap_or(count);
+            count = (count + 1).min(SUMMITS);
+            room[at..count].rotate_right(1);
+            room[at] = Place { col: col as u16, row: row as u16, score: own, ..Place::default() };
+            lowest = (count == SUMMITS).then_some(room[SUMMITS - 1].score as i16);
         }
-        let at = room[..count].iter().position(|place| score > place.score).unwrap_or(count);
-        count += usize::from(!full);
-        room[at..count].rotate_right(1);
-        room[at] = Place { col: (index % side) as u16, row: (index / side) as u16, score, ..Place::default() };
     }
     &mut room[..count]
 }
 
 /// Whether no neighbour is higher. The flank of a broad hill is no second place, however high it is where the hill's
 /// own ring ends.
-fn is_summit(scores: &[f32], side: usize, index: usize) -> bool {
+fn is_summit(scores: &[i16], side: usize, index: usize) -> bool {
     let (col, row) = (index % side, index / side);
     let (left, right) = (col.saturating_sub(1), (col + 1).min(side - 1));
     let rows = row.saturating_sub(1)..=(row + 1).min(side - 1);
@@ -366,13 +398,7 @@ pub fn correlation(
         let Some(others) = reference.run(row, start, length) else { return 0.0 };
         n += length as u64;
         // At most 2^16 pixels: their sums fit 32 bits.
-        let mut sums = [0u32; 5];
-        for (&own, &other) in own.iter().zip(others) {
-            let (own, other) = (own as u32, other as u32);
-            for (sum, add) in sums.iter_mut().zip([own, other, own * own, other * other, own * other]) {
-                *sum += add;
-            }
-        }
+        let sums = moments(own, others);
         for (total, sum) in [&mut p, &mut r, &mut pp, &mut rr, &mut pr].into_iter().zip(sums) {
             *total += sum as u64;
         }

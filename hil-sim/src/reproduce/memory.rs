@@ -14,7 +14,7 @@ use std::mem::size_of;
 
 /// The pipeline's buffers less the matching's scores. Only the length of the list of runs is as wide as the machine,
 /// which is 4 bytes fewer on board.
-const PICTURES: usize = size_of::<Buffers>() - size_of::<[f32; SCORES_MAX]>();
+const PICTURES: usize = size_of::<Buffers>() - size_of::<[i16; SCORES_MAX]>();
 
 /// Bytes of working memory.
 pub fn working_set(kernel: Kernel) -> usize {

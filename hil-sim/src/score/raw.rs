@@ -7,7 +7,7 @@ use crate::stage::Stage;
 use crate::still::{Target, rectify};
 use plumbline_core::homography::Homography;
 use plumbline_core::matching::View;
-use plumbline_core::matching::search::search;
+use plumbline_core::matching::search::{room, search};
 use plumbline_core::tilt::EquivalentTilt;
 use plumbline_firmware::wire::telemetry::FrameReport;
 use plumbline_survey::picture::Picture;
@@ -46,8 +46,8 @@ pub fn match_raw(stage: &Stage, truth: &TrueState, pixels: &[u8], report: Option
     let corner = [(around[0] - half(window_size.0)).round(), (around[1] - half(window_size.1)).round()];
     let window = tile.window(corner[0] as i32, corner[1] as i32, window_size)?;
     let view = View::new(&patch.picture.pixels, (patch.picture.cols as u16, patch.picture.rows as u16))?;
-    let mut scores = vec![0.0; (2 * radius as usize + 1).pow(2)];
-    let mut bytes = vec![0; usize::from(window_size.0) * usize::from(window_size.1)];
+    let mut scores = vec![0; (2 * radius as usize + 1).pow(2)];
+    let mut bytes = vec![0; room(window_size)];
     let peak = search(&view, &patch.runs, &window, radius, &mut bytes, &mut scores).ok()?;
     let truth = tile_pixel(true_m);
     Some(RawMatch {

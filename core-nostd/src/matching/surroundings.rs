@@ -1,0 +1,91 @@
+//! Details of whole pictures, row by row.
+//!
+//! Every pixel has 5 x 5 around it: beyond the end of a run its last pixel goes on, beyond the first and the last row that
+//! row. Over true matches this correlates as well as the mean of those pixels that are valid, and no pixel needs a count
+//! of its own: four come out of one turn of packed sums.
+
+use super::View;
+use crate::dsp::{SIDE, STRIP, WIDTH, details};
+use crate::rectify::Run;
+
+/// Rows around one, as they come, each from two columns before the strip on.
+#[repr(align(4))]
+struct Ring([[u8; WIDTH]; SIDE]);
+
+impl Ring {
+    fn slot(row: usize) -> usize {
+        row % SIDE
+    }
+
+    /// Lays `pixels` from `start` on into a row; its last pixel goes on behind them, and before them the first one where
+    /// they are the row's first.
+    fn lay(&mut self, row: usize, strip: usize, start: usize, pixels: &[u8], leads: bool) {
+        let line = &mut self.0[Self::slot(row)];
+        let (Some(&first), Some(&last)) = (pixels.first(), pixels.last()) else { return };
+        let at = |col: usize| (col + REACH).saturating_sub(strip).min(WIDTH);
+        let (from, to) = (at(start), at(start + pixels.len()));
+        if leads {
+            line[..from].fill(first);
+        }
+        let skipped = strip.saturating_sub(start + REACH);
+        if let Some(pixels) = pixels.get(skipped..skipped + to - from) {
+            line[from..to].copy_from_slice(pixels);
+        }
+        line[to..].fill(last);
+    }
+}
+
+/// Pixels to each side that make the surroundings.
+const REACH: usize = SIDE / 2;
+
+/// Details of `runs`, sorted by row, piece by piece of at most [`STRIP`] pixels, as bytes of two's complement not limited
+/// yet.
+pub(super) fn sweep(view: &View<'_>, runs: impl Iterator<Item = Run> + Clone, mut each: impl FnMut(Run, &mut [u8])) {
+    let Some(first) = runs.clone().next() else { return };
+    for strip in (0..view.size().0 as usize).step_by(STRIP) {
+        let mut ring = Ring([[0; WIDTH]; SIDE]);
+        let mut ahead = runs.clone().peekable();
+        let mut take = |ring: &mut Ring, row: usize| {
+            let mut leads = true;
+            while let Some(run) = ahead.next_if(|run| run.row as usize == row) {
+                let length = run.end.saturating_sub(run.start) as usize;
+                let pixels = view.run(row, run.start as usize, length).unwrap_or(&[]);
+                ring.lay(row, strip, run.start as usize, pixels, leads);
+                leads = false;
+            }
+            if leads {
+                ring.0[Ring::slot(row)] = ring.0[Ring::slot(row + SIDE - 1)];
+            }
+        };
+        let first = first.row as usize;
+        take(&mut ring, first);
+        for before in 1..=REACH {
+            ring.0[Ring::slot(first + SIDE - before)] = ring.0[Ring::slot(first)];
+        }
+        let mut next = first + 1;
+        let mut out = [0u32; STRIP / 4];
+        for run in runs.clone() {
+            while next <= run.row as usize + REACH {
+                take(&mut ring, next);
+                next += 1;
+            }
+            let Some(piece) = piece(&run, strip as u16) else { continue };
+            let (from, to) = (piece.start as usize - strip, piece.end as usize - strip);
+            let words = from / 4..to.div_ceil(4);
+            let bytes = details(&ring.0, Ring::slot(run.row as usize), words.start, &mut out[words.clone()]);
+            each(piece, &mut bytes[from - 4 * words.start..to - 4 * words.start]);
+        }
+    }
+}
+
+/// The pieces that [`sweep`] makes of `runs`.
+pub(super) fn pieces(view: &View<'_>, runs: &[Run]) -> impl Iterator<Item = Run> {
+    let strips = (0..view.size().0).step_by(STRIP);
+    strips.flat_map(move |strip| runs.iter().filter_map(move |run| piece(run, strip)))
+}
+
+/// The part of a run that lies in a strip.
+fn piece(run: &Run, strip: u16) -> Option<Run> {
+    let (start, end) = (run.start.max(strip), run.end.min(strip.saturating_add(STRIP as u16)));
+    (start < end).then_some(Run { row: run.row, start, end })
+}
