@@ -11,6 +11,8 @@ pub mod refine;
 pub mod search;
 mod segment;
 mod smooth;
+mod state;
+mod sums;
 
 use crate::rectify::Run;
 use judge::{AcceptRule, Doubt};

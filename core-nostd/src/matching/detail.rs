@@ -174,17 +174,6 @@ fn detail_of(difference: i32, per_count: i32) -> u8 {
     ((difference * per_count + (1 << 15)) >> 16).clamp(-MAX, MAX) as u8
 }
 
-/// The details of a whole picture of `size`: every row is one run from border to border.
-pub(super) fn rows((cols, rows): (u16, u16), row: u16) -> ([Run; SIDE], usize) {
-    // The rows around `row` that exist, and which of them `row` is.
-    let first = row.saturating_sub(REACH).min(rows.saturating_sub(SIDE as u16));
-    let mut near = [Run { row: 0, start: 0, end: cols }; SIDE];
-    for (row, near) in (first..).zip(&mut near) {
-        near.row = row;
-    }
-    (near, (row - first) as usize)
-}
-
 /// The run of `row` that overlaps `runs[index]` most; `runs` are sorted by row.
 pub(super) fn overlapping(runs: &[Run], index: usize, row: i32) -> Option<Run> {
     let run = *runs.get(index)?;
