@@ -8,7 +8,7 @@
 //! No `std`, no allocation, no hardware, no clock: data in, data out, buffers belong to the caller. The modules stand
 //! in the order of the flow, and each uses only what stands before it:
 //!
-//! [`units`] [`math`] [`frames`] [`budget`] → [`camera`] → [`stamp`] → [`pose`] → [`tilt`] → [`homography`] →
+//! [`units`] [`lanes`] [`math`] [`frames`] [`budget`] → [`camera`] → [`stamp`] → [`pose`] → [`tilt`] → [`homography`] →
 //! [`reduce`] → [`rectify`] → [`matching`] (search, refine, judge) → [`tile`] → [`fix`] → [`pipeline`].
 //!
 //! All arithmetic is IEEE single precision or integer, every transcendental function goes through [`math`]: host,
@@ -23,6 +23,8 @@ pub mod dsp;
 pub mod fix;
 pub mod frames;
 pub mod homography;
+#[allow(unsafe_code, reason = "instructions that only assembly can name")]
+pub mod lanes;
 pub mod matching;
 pub mod math;
 pub mod pipeline;

@@ -12,7 +12,8 @@ pub mod refine;
 pub mod search;
 mod segment;
 mod smooth;
-mod surroundings;
+mod state;
+mod sums;
 
 use crate::rectify::Run;
 use judge::{AcceptRule, Doubt};

@@ -1,145 +1,104 @@
 //! Detail: what a picture shows beyond the mean of its surroundings.
 //!
-//! The difference of a pixel to the mean of the valid pixels in the 5 x 5 around it. Fields, shadows of clouds and other
-//! slow changes vanish in it, a new field keeps its border only, and neighbouring pixels hardly correlate any more: the
-//! correlation of two details has a sharp peak. Over the default scene with 10 % changed ground the correlation of the
-//! greys themselves has its peak at a wrong place in 6 % of the frames, that of the details in none.
+//! The difference of a pixel to the mean of the 5 x 5 around it. Fields, shadows of clouds and other slow changes vanish
+//! in it, a new field keeps its border only, and neighbouring pixels hardly correlate any more: the correlation of two
+//! details has a sharp peak. Over the default scene with 10 % changed ground the correlation of the greys themselves has
+//! its peak at a wrong place in 6 % of the frames, that of the details in none.
+//!
+//! Every pixel has 5 x 5 around it: beyond the end of a run its last pixel goes on, beyond the first and the last row that
+//! row. Over true matches this correlates as well as the mean of those pixels that are valid, and no pixel needs a count
+//! of its own: four come out of one turn of packed sums.
 
 use super::View;
 use super::histogram::Histogram;
-use crate::dsp::clamp_bytes;
+use crate::dsp::{SIDE, STRIP, WIDTH, clamp_bytes, details};
 use crate::rectify::Run;
 
-/// Pixels to each side that make the surroundings.
-const REACH: u16 = 2;
-/// Columns and rows of the surroundings.
-const SIDE: usize = 2 * REACH as usize + 1;
-/// Steps of a detail per grey level: bland ground differs by less than a grey.
-const STEPS: i32 = 4;
-/// Largest detail: 32 greys.
+/// Largest detail.
 const MAX: i32 = i8::MAX as i32;
 /// Details beyond this many medians of their size are limited to it: it says "different", not "how different".
 const LIMIT: f32 = 2.0;
 
-/// Details that are made at a time, a multiple of four.
-pub(super) const CHUNK: usize = 64;
-/// Columns whose surroundings they see.
-const COLUMNS: usize = CHUNK + SIDE - 1;
+/// Rows around one, as they come, each from two columns before the strip on.
+#[repr(align(4))]
+struct Ring([[u8; WIDTH]; SIDE]);
 
-/// A sum of pixels in the lower half, their number in the upper one: one addition for both.
-type Tally = u32;
-
-const ONE: Tally = 1 << 16;
-
-/// [`STEPS`] over the number of pixels in the surroundings, Q16.
-static PER_COUNT: [i32; SIDE * SIDE + 1] = {
-    let mut table = [0; SIDE * SIDE + 1];
-    let mut count = 1;
-    while count < table.len() {
-        table[count] = ((STEPS << 16) + count as i32 / 2) / count as i32;
-        count += 1;
+impl Ring {
+    fn slot(row: usize) -> usize {
+        row % SIDE
     }
-    table
-};
 
-/// The details of `runs[index]` from column `start` on, up to the run's end or the buffer's, as bytes of two's
-/// complement, rounded to nearest. Empty where the run leaves the view.
-///
-/// Of a row with several runs, the surroundings are the one that overlaps the run most.
-pub(super) fn details<'o>(
-    view: &View<'_>,
-    runs: &[Run],
-    index: usize,
-    start: u16,
-    out: &'o mut [u8; CHUNK],
-) -> &'o mut [u8] {
-    let Some(&run) = runs.get(index) else { return &mut [] };
-    let length = (run.end.saturating_sub(start) as usize).min(CHUNK);
-    let Some(own) = view.run(run.row as usize, start as usize, length) else { return &mut [] };
-    let mut columns = [0 as Tally; COLUMNS];
-    tally(view, runs, index, start as i32 - REACH as i32, columns.get_mut(..length + SIDE - 1).unwrap_or(&mut []));
-    let mut around = columns.iter().take(SIDE - 1).sum::<Tally>();
-    let entering = columns.iter().skip(SIDE - 1);
-    for (((detail, &pixel), &entering), &leaving) in out.iter_mut().zip(own).zip(entering).zip(&columns) {
-        around += entering;
-        let (sum, count) = ((around & (ONE - 1)) as i32, around / ONE);
-        let per_count = PER_COUNT.get(count as usize).map_or(0, |&per_count| per_count);
-        *detail = detail_of(pixel as i32 * count as i32 - sum, per_count);
-        around -= leaving;
-    }
-    out.get_mut(..length).unwrap_or(&mut [])
-}
-
-/// Valid pixels of each column from `first` on, summed over the rows around `runs[index]`.
-fn tally(view: &View<'_>, runs: &[Run], index: usize, first: i32, columns: &mut [Tally]) {
-    let Some(run) = runs.get(index) else { return };
-    let end = first + columns.len() as i32;
-    // Pixels of each row, and the column of the first.
-    let mut rows: [(&[u8], usize); SIDE] = [(&[], 0); SIDE];
-    for ((pixels, start), row) in rows.iter_mut().zip(run.row as i32 - REACH as i32..) {
-        let Some(near) = overlapping(runs, index, row) else { continue };
-        let (from, to) = (first.max(near.start as i32), end.min(near.end as i32));
-        *pixels = view.run(row as usize, from as usize, (to - from).max(0) as usize).unwrap_or(&[]);
-        *start = (from - first).max(0) as usize;
-    }
-    // The columns that every row has are summed at once, the others row by row.
-    let common = rows.iter().fold(0..columns.len(), |common, (pixels, start)| {
-        common.start.max(*start)..common.end.min(start + pixels.len())
-    });
-    let common = if common.is_empty() { 0..0 } else { common };
-    for (pixels, start) in rows {
-        let before = common.start.saturating_sub(start).min(pixels.len());
-        let behind = common.end.saturating_sub(start).min(pixels.len());
-        add(columns, start, &pixels[..before]);
-        add(columns, start + behind, &pixels[behind..]);
-    }
-    let [a, b, c, d, e] = rows.map(|(pixels, start)| pixels.get(common.start.wrapping_sub(start)..).unwrap_or(&[]));
-    for (((((column, &a), &b), &c), &d), &e) in columns[common].iter_mut().zip(a).zip(b).zip(c).zip(d).zip(e) {
-        *column = a as Tally + b as Tally + c as Tally + d as Tally + e as Tally + SIDE as Tally * ONE;
+    /// Lays `pixels` from `start` on into a row; its last pixel goes on behind them, and before them the first one where
+    /// they are the row's first.
+    fn lay(&mut self, row: usize, strip: usize, start: usize, pixels: &[u8], leads: bool) {
+        let line = &mut self.0[Self::slot(row)];
+        let (Some(&first), Some(&last)) = (pixels.first(), pixels.last()) else { return };
+        let at = |col: usize| (col + REACH).saturating_sub(strip).min(WIDTH);
+        let (from, to) = (at(start), at(start + pixels.len()));
+        if leads {
+            line[..from].fill(first);
+        }
+        let skipped = strip.saturating_sub(start + REACH);
+        if let Some(pixels) = pixels.get(skipped..skipped + to - from) {
+            line[from..to].copy_from_slice(pixels);
+        }
+        line[to..].fill(last);
     }
 }
 
-/// Adds pixels to the columns from `start` on.
-fn add(columns: &mut [Tally], start: usize, pixels: &[u8]) {
-    for (column, &pixel) in columns.iter_mut().skip(start).zip(pixels) {
-        *column += pixel as Tally + ONE;
+/// Pixels to each side that make the surroundings.
+const REACH: usize = SIDE / 2;
+
+/// Details of `runs`, sorted by row, piece by piece of at most [`STRIP`] pixels, as bytes of two's complement not limited
+/// yet.
+pub(super) fn sweep(view: &View<'_>, runs: impl Iterator<Item = Run> + Clone, mut each: impl FnMut(Run, &mut [u8])) {
+    let Some(first) = runs.clone().next() else { return };
+    for strip in (0..view.size().0 as usize).step_by(STRIP) {
+        let mut ring = Ring([[0; WIDTH]; SIDE]);
+        let mut ahead = runs.clone().peekable();
+        let mut take = |ring: &mut Ring, row: usize| {
+            let mut leads = true;
+            while let Some(run) = ahead.next_if(|run| run.row as usize == row) {
+                let length = run.end.saturating_sub(run.start) as usize;
+                let pixels = view.run(row, run.start as usize, length).unwrap_or(&[]);
+                ring.lay(row, strip, run.start as usize, pixels, leads);
+                leads = false;
+            }
+            if leads {
+                ring.0[Ring::slot(row)] = ring.0[Ring::slot(row + SIDE - 1)];
+            }
+        };
+        let first = first.row as usize;
+        take(&mut ring, first);
+        for before in 1..=REACH {
+            ring.0[Ring::slot(first + SIDE - before)] = ring.0[Ring::slot(first)];
+        }
+        let mut next = first + 1;
+        let mut out = [0u32; STRIP / 4];
+        for run in runs.clone() {
+            while next <= run.row as usize + REACH {
+                take(&mut ring, next);
+                next += 1;
+            }
+            let Some(piece) = piece(&run, strip as u16) else { continue };
+            let (from, to) = (piece.start as usize - strip, piece.end as usize - strip);
+            let words = from / 4..to.div_ceil(4);
+            let bytes = details(&ring.0, Ring::slot(run.row as usize), words.start, &mut out[words.clone()]);
+            each(piece, &mut bytes[from - 4 * words.start..to - 4 * words.start]);
+        }
     }
 }
 
-/// `difference` x `per_count` of [`PER_COUNT`], rounded to nearest.
-#[inline(always)]
-fn detail_of(difference: i32, per_count: i32) -> u8 {
-    ((difference * per_count + (1 << 15)) >> 16).clamp(-MAX, MAX) as u8
+/// The pieces that [`sweep`] makes of `runs`.
+pub(super) fn pieces(view: &View<'_>, runs: &[Run]) -> impl Iterator<Item = Run> {
+    let strips = (0..view.size().0).step_by(STRIP);
+    strips.flat_map(move |strip| runs.iter().filter_map(move |run| piece(run, strip)))
 }
 
-/// The details of a whole picture of `size`: every row is one run from border to border.
-pub(super) fn rows((cols, rows): (u16, u16), row: u16) -> ([Run; SIDE], usize) {
-    // The rows around `row` that exist, and which of them `row` is.
-    let first = row.saturating_sub(REACH).min(rows.saturating_sub(SIDE as u16));
-    let mut near = [Run { row: 0, start: 0, end: cols }; SIDE];
-    for (row, near) in (first..).zip(&mut near) {
-        near.row = row;
-    }
-    (near, (row - first) as usize)
-}
-
-/// The run of `row` that overlaps `runs[index]` most; `runs` are sorted by row.
-pub(super) fn overlapping(runs: &[Run], index: usize, row: i32) -> Option<Run> {
-    let run = *runs.get(index)?;
-    let overlap = |other: &Run| other.end.min(run.end).saturating_sub(other.start.max(run.start));
-    let best = |best: Option<Run>, other: &Run| match best {
-        Some(best) if overlap(&best) >= overlap(other) => Some(best),
-        _ => (overlap(other) > 0).then_some(*other),
-    };
-    let distance = |other: &&Run| (other.row as i32).abs_diff(run.row as i32);
-    let wanted = row.abs_diff(run.row as i32);
-    let take = |other: &&Run| distance(other) <= wanted;
-    let of_row = |other: &&Run| other.row as i32 == row;
-    if row < run.row as i32 {
-        runs[..index].iter().rev().take_while(take).filter(of_row).fold(None, best)
-    } else {
-        runs[index..].iter().take_while(take).filter(of_row).fold(None, best)
-    }
+/// The part of a run that lies in a strip.
+fn piece(run: &Run, strip: u16) -> Option<Run> {
+    let (start, end) = (run.start.max(strip), run.end.min(strip.saturating_add(STRIP as u16)));
+    (start < end).then_some(Run { row: run.row, start, end })
 }
 
 /// The size beyond which details are limited.

@@ -26,17 +26,31 @@ impl Histogram {
 
     /// Where half of the values lie below, in bins: bin k reaches from k to k + 1. 0 when nothing was counted.
     pub(super) fn median(&self) -> f32 {
-        let half = 0.5 * self.total as f32;
-        let mut below = 0.0;
-        for (bin, &count) in self.counts.iter().enumerate() {
-            let count = count as f32;
-            if count > 0.0 && below + count >= half {
-                return bin as f32 + (half - below) / count;
-            }
-            below += count;
-        }
-        0.0
+        self.quantile(0.5)
     }
+
+    /// Where `part` of the values lie below, in bins.
+    pub(super) fn quantile(&self, part: f32) -> f32 {
+        quantile(self.counts.iter().copied(), part * self.total as f32)
+    }
+
+    /// The median of sizes, where bin 255 - k counts the values of bin k with the other sign.
+    pub(super) fn folded_median(&self) -> f32 {
+        let sizes = self.counts.iter().zip(self.counts.iter().rev()).take(128).map(|(a, b)| a + b);
+        quantile(sizes, 0.5 * self.total as f32)
+    }
+}
+
+/// Where `wanted` of the counted values lie below, in bins; 0 when nothing was counted.
+fn quantile(counts: impl Iterator<Item = u32>, wanted: f32) -> f32 {
+    let (mut below, whole) = (0, wanted as u32);
+    for (bin, count) in counts.enumerate() {
+        if count > 0 && below + count >= whole && (below + count) as f32 >= wanted {
+            return bin as f32 + (wanted - below as f32) / count as f32;
+        }
+        below += count;
+    }
+    0.0
 }
 
 #[cfg(test)]

@@ -8,9 +8,8 @@
 //! one digit of every detail ranks all the shifts, and the whole patch decides between its highest summits and climbs to
 //! the top of the two best.
 
-use super::detail::{Limit, limit_to};
+use super::detail::{Limit, limit_to, pieces, sweep};
 use super::look::Look;
-use super::surroundings::{pieces, sweep};
 use super::{View, valid};
 use crate::dsp::{STRIP, dot_and_energy, dot_and_energy_padded, moments};
 use crate::math;

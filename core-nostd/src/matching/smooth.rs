@@ -6,7 +6,6 @@
 //! an interpolation has to weigh 4 x 4 pixels anyway.
 
 use super::View;
-use super::detail::overlapping;
 use crate::rectify::Run;
 use core::ops::Range;
 
@@ -36,6 +35,11 @@ pub(super) fn smooth_into<'b>(patch: &View<'_>, runs: &[Run], pixels: &'b mut [u
 /// Row and columns of `runs[index]` whose neighbours up to `reach` pixels away are valid too; `None` where there are
 /// none.
 pub(super) fn inner(runs: &[Run], index: usize, reach: u16) -> Option<(usize, Range<u16>)> {
+    if let Some(stack) = stack(runs, index, reach as usize) {
+        let start = stack.iter().map(|run| run.start).max()? + reach;
+        let end = stack.iter().map(|run| run.end).min()?.checked_sub(reach)?;
+        return (start < end).then_some((stack.get(reach as usize)?.row as usize, start..end));
+    }
     let run = runs.get(index)?;
     let (mut start, mut end) = (run.start, run.end);
     let row = run.row as i32;
@@ -45,6 +49,17 @@ pub(super) fn inner(runs: &[Run], index: usize, reach: u16) -> Option<(usize, Ra
     }
     let (start, end) = (start + reach, end.checked_sub(reach)?);
     (start < end).then_some((run.row as usize, start..end))
+}
+
+/// `runs[index]` and the `reach` runs before and behind it, where those are the only ones of the rows around it.
+fn stack(runs: &[Run], index: usize, reach: usize) -> Option<&[Run]> {
+    let first = index.checked_sub(reach)?;
+    let stack = runs.get(first..=index + reach)?;
+    let before = first.checked_sub(1).and_then(|before| runs.get(before));
+    let rows = before.into_iter().chain(stack).chain(runs.get(index + reach + 1));
+    let one_each = rows.clone().zip(rows.skip(1)).all(|(a, b)| a.row < b.row);
+    let (top, bottom) = (stack.first()?.row as usize, stack.last()?.row as usize);
+    (one_each && bottom - top == 2 * reach).then_some(stack)
 }
 
 /// Parts of a pixel at which the spline is read.
@@ -59,6 +74,25 @@ pub(super) fn weights(fraction: i32) -> [i32; 4] {
     let (first, last) = (sixth(FRACTIONS - fraction), sixth(fraction));
     let third = fraction + first - 2 * last;
     [first, FRACTIONS - first - third - last, third, last]
+}
+
+/// The run of `row` that overlaps `runs[index]` most; `runs` are sorted by row.
+fn overlapping(runs: &[Run], index: usize, row: i32) -> Option<Run> {
+    let run = *runs.get(index)?;
+    let overlap = |other: &Run| other.end.min(run.end).saturating_sub(other.start.max(run.start));
+    let best = |best: Option<Run>, other: &Run| match best {
+        Some(best) if overlap(&best) >= overlap(other) => Some(best),
+        _ => (overlap(other) > 0).then_some(*other),
+    };
+    let distance = |other: &&Run| (other.row as i32).abs_diff(run.row as i32);
+    let wanted = row.abs_diff(run.row as i32);
+    let take = |other: &&Run| distance(other) <= wanted;
+    let of_row = |other: &&Run| other.row as i32 == row;
+    if row < run.row as i32 {
+        runs[..index].iter().rev().take_while(take).filter(of_row).fold(None, best)
+    } else {
+        runs[index..].iter().take_while(take).filter(of_row).fold(None, best)
+    }
 }
 
 #[cfg(test)]
