@@ -160,6 +160,7 @@ impl Linear {
     }
 
     /// `from`..`to` without the columns at which it is negative.
+    #[inline(never)]
     pub(crate) fn narrow(self, (from, to): (f32, f32)) -> (f32, f32) {
         let (is_from, is_to) = (self.at(from) >= 0.0, self.at(to) >= 0.0);
         if is_from && is_to {

@@ -8,7 +8,7 @@
 //! along the borders of its cells (module `rectify`), and such a sum is one reading where the boxes would be many. Only
 //! where a patch pixel spans less than two frame pixels are the pixels themselves kept, for bilinear readings.
 
-use crate::dsp::{prefix_fours, prefix_pairs};
+use crate::dsp::{opaque, prefix_fours, prefix_pairs};
 
 /// Why rows were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -187,21 +187,26 @@ fn prefix(rows: &[u8], cols: usize, reduction: Reduction, sums: &mut [[u8; 2]]) 
     let line = |nth: usize| rows.get(nth * cols..(nth + 1) * cols).unwrap_or(&[]);
     match (factor, reduction.shift()) {
         (2, 0) => prefix_pairs([line(0), line(1)], sums),
-        (4, 0) => prefix_fours([line(0), line(1), line(2), line(3)], sums),
-        _ => prefix_any(rows, cols, reduction, sums),
+        (4, 0) => {
+            let begun = prefix_fours([line(0), line(1), line(2), line(3)], sums);
+            prefix_from(begun, rows, cols, reduction, sums);
+        }
+        _ => prefix_from((0, 0), rows, cols, reduction, sums),
     }
 }
 
-/// [`prefix`] of boxes of any size, rounded down at the end.
+/// [`prefix`] of boxes of any size from box `done` on, where the sum of pixels so far is `total`; rounded down at the end.
 #[inline(never)]
-fn prefix_any(rows: &[u8], cols: usize, reduction: Reduction, sums: &mut [[u8; 2]]) {
+fn prefix_from((done, mut total): (usize, i32), rows: &[u8], cols: usize, reduction: Reduction, sums: &mut [[u8; 2]]) {
     let factor = reduction.factor() as usize;
     let shift = reduction.shift() + 2 * factor.trailing_zeros();
-    let mut total = 0i32;
-    for (first, sum) in (0..).step_by(factor).zip(sums) {
+    for (index, sum) in sums.iter_mut().enumerate().skip(done) {
         for line in rows.chunks_exact(cols) {
-            for pixel in line.iter().skip(first).take(factor) {
-                total += *pixel as i32 - MID_GREY;
+            let mut pixels = line.iter().skip(index * factor);
+            let mut left = factor;
+            while left > 0 {
+                total += pixels.next().map_or(0, |&pixel| pixel as i32 - MID_GREY);
+                left = opaque(left - 1);
             }
         }
         // A row of 65,536 pixels, 64 high, stays below 2^30.

@@ -9,7 +9,7 @@
 use super::bends::Bends;
 use super::way::Way;
 use super::{RectifyError, Run};
-use crate::dsp::{Stretch, blend, blend_along, blend_at};
+use crate::dsp::{Stretch, blend, blend_along, blend_at, opaque};
 use crate::homography::FrameFromPatch;
 use crate::reduce::Reduction;
 use heapless::VecView;
@@ -260,11 +260,17 @@ impl Line<'_> {
 #[inline(never)]
 unsafe fn blend_steeply(pixels: *const u8, stride: u16, stretch: &Stretch, out: &mut [u8]) {
     let ([mut x, mut y], [mut dx, mut dy]) = (stretch.at, stretch.step);
-    for pixel in out {
+    let mut out = out.iter_mut();
+    let mut left = out.len();
+    while left > 0 {
         // SAFETY: as the caller says.
-        *pixel = unsafe { blend_at(pixels, stride, x, y) };
+        let blended = unsafe { blend_at(pixels, stride, x, y) };
+        if let Some(pixel) = out.next() {
+            *pixel = blended;
+        }
         (x, y) = (x.wrapping_add(dx >> 8), y.wrapping_add(dy >> 8));
         (dx, dy) = (dx.wrapping_add(stretch.growth[0]), dy.wrapping_add(stretch.growth[1]));
+        left = opaque(left - 1);
     }
 }
 

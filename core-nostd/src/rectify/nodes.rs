@@ -14,8 +14,8 @@ impl Node {
 
 /// Shortest stretch of a line of nodes between two that are computed exactly, in cells.
 const SHORTEST: u16 = 2;
-/// Position error allowed between them, frame pixels.
-const TOLERANCE_PX: f32 = 1.0 / 16.0;
+/// Position error allowed between them, boxes.
+const TOLERANCE: f32 = 1.0 / 16.0;
 /// Positions beyond this and steps above that, in boxes, are not held by the numbers below.
 const FAR: f32 = 8_000.0;
 const STEP_MAX: f32 = 60.0;
@@ -31,15 +31,15 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// The fewest stretches of equal length whose parabolas stay within a sixteenth of a frame pixel.
+    /// The fewest stretches of equal length whose parabolas stay within a sixteenth of a box.
     pub(super) fn plan(map: &FrameFromPatch<'_>, reduction: Reduction) -> Self {
         let (cols, size, factor) = (map.size().0, reduction.size(), reduction.factor() as f32);
         let bends = Bends::new(map, (size.0 as f32 * factor, size.1 as f32 * factor));
-        let mut cells = cols;
-        while cells >= SHORTEST && bends.strays(cells as f32) > TOLERANCE_PX {
-            cells /= 2;
-        }
-        Lines { reduction, cells: (cells >= SHORTEST).then_some(cells) }
+        // There is one node more than cells.
+        let nodes = cols.saturating_add(1);
+        let lengths = (1..=nodes).map(|count| nodes.div_ceil(count)).take_while(|&cells| cells >= SHORTEST);
+        let near = |&cells: &u16| bends.strays(cells as f32) <= TOLERANCE * factor;
+        Lines { reduction, cells: lengths.into_iter().find(near) }
     }
 
     /// The nodes above patch row `row`, from the left border of the first cell to the right one of the last; which of them
@@ -50,64 +50,51 @@ impl Lines {
         let line = Way::along(map, row as f32 - 0.5);
         let position = |col: f32| {
             let (x, y) = line.position(col - 0.5)?;
-            Some(((x + 0.5) * per_factor, (y + 0.5) * per_factor))
+            Some([(x + 0.5) * per_factor, (y + 0.5) * per_factor])
         };
-        let (cols, rows) = self.reduction.size();
-        let limit = ((cols as u32) << 16, (rows as u32) << 16);
+        // Without stretches each node is the start of one that has no length.
+        let (cells, length) = self.cells.map_or((1, 0.0), |cells| (cells as usize, cells as f32));
         let mut inside = 0..0;
-        let set = |inside: &mut Range<usize>, index: usize, node: &mut Node, x: i32, y: i32| {
-            // As unsigned numbers, negative ones are large.
-            if (x as u32) < limit.0 && (y as u32) < limit.1 {
-                node.at = [x >> 8, y >> 8];
-                join(inside, index..index + 1);
-            }
-        };
-        let Some(cells) = self.cells else {
-            for (index, node) in nodes.iter_mut().enumerate() {
-                if let Some((x, y)) = position(index as f32).filter(|p| p.0.abs() < FAR && p.1.abs() < FAR) {
-                    set(&mut inside, index, node, (x * 65536.0) as i32, (y * 65536.0) as i32);
-                }
-            }
-            return inside;
-        };
-        let length = cells as f32;
-        let mut first = 0;
         let mut start = position(0.0);
-        for nodes in nodes.chunks_mut(cells as usize) {
+        for (index, nodes) in nodes.chunks_mut(cells).enumerate() {
+            let first = (index * cells) as f32;
             // The last stretch may end beyond the patch: the geometry goes on there.
-            let middle = position(first as f32 + 0.5 * length);
-            let end = position(first as f32 + length);
-            let ways = start.zip(middle).zip(end).and_then(|((a, m), b)| {
-                let x = Axis::through([a.0, m.0, b.0], length, cols as f32)?;
-                Some((x, Axis::through([a.1, m.1, b.1], length, rows as f32)?))
-            });
-            match ways {
-                Some((mut x, mut y)) if x.is_inside && y.is_inside => {
-                    for node in nodes.iter_mut() {
-                        node.at = [x.next() >> 8, y.next() >> 8];
-                    }
-                    join(&mut inside, first..first + nodes.len());
-                }
-                Some((mut x, mut y)) => {
-                    for (index, node) in (first..).zip(nodes) {
-                        set(&mut inside, index, node, x.next(), y.next());
-                    }
-                }
-                None => {}
+            let middle = position(first + 0.5 * length);
+            let end = position(first + length);
+            let own = match start.zip(middle).zip(end) {
+                Some(((start, middle), end)) => self.follow([start, middle, end], length, nodes),
+                None => 0..0,
+            };
+            let own = index * cells + own.start..index * cells + own.end;
+            if inside.is_empty() {
+                inside = own;
+            } else if inside.end == own.start {
+                inside.end = own.end;
             }
-            first += cells as usize;
-            start = end;
+            start = if length > 0.0 { end } else { position(first + 1.0) };
         }
         inside
     }
-}
 
-/// Adds neighbours behind those that are inside.
-fn join(inside: &mut Range<usize>, more: Range<usize>) {
-    if inside.start == inside.end {
-        *inside = more;
-    } else if inside.end == more.start {
-        inside.end = more.end;
+    /// The nodes of a stretch from the first of three positions on, where the second is half of `length` and the third all
+    /// of it further, in boxes; which of them lie in the frame.
+    #[inline(never)]
+    fn follow(&self, [start, middle, end]: [[f32; 2]; 3], length: f32, nodes: &mut [Node]) -> Range<usize> {
+        let (cols, rows) = self.reduction.size();
+        let x = Axis::through([start[0], middle[0], end[0]], length, cols as f32);
+        let y = Axis::through([start[1], middle[1], end[1]], length, rows as f32);
+        let Some((mut x, mut y)) = x.zip(y) else { return 0..0 };
+        for node in nodes.iter_mut() {
+            node.at = [x.next() >> 8, y.next() >> 8];
+        }
+        if x.is_inside && y.is_inside {
+            return 0..nodes.len();
+        }
+        // As unsigned numbers, negative ones are large.
+        let is_inside =
+            |node: &Node| (node.at[0] as u32) < (cols as u32) << 8 && (node.at[1] as u32) < (rows as u32) << 8;
+        let first = nodes.iter().take_while(|node| !is_inside(node)).count();
+        first..first + nodes.iter().skip(first).take_while(|node| is_inside(node)).count()
     }
 }
 
@@ -125,7 +112,7 @@ impl Axis {
     /// far away that numbers do not hold it; the frame, of 0 to `limit`, ends long before.
     #[inline(never)]
     fn through([start, middle, end]: [f32; 3], steps: f32, limit: f32) -> Option<Axis> {
-        let per = 1.0 / steps;
+        let per = if steps > 0.0 { 1.0 / steps } else { 0.0 };
         let growth = 4.0 * (start - 2.0 * middle + end) * (per * per);
         let step = (4.0 * middle - 3.0 * start - end) * per + 0.5 * growth;
         let near = start.abs() < FAR && middle.abs() < FAR && end.abs() < FAR;

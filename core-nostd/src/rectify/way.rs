@@ -18,7 +18,8 @@ impl<'a> Way<'a> {
     }
 
     /// Frame (col, row) of patch column `col`; `None` beyond the horizon guard and where the lens model folds back.
-    #[inline(always)]
+    // A few times a row, from many places.
+    #[inline(never)]
     pub(super) fn position(&self, col: f32) -> Option<(f32, f32)> {
         match self {
             Way::Straight(along) => along.position(col),
