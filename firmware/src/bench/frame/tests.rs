@@ -36,7 +36,8 @@ fn frames_of_the_bench_are_matched_where_they_were_taken() {
     let mut memory = vec![0; FRAME_MEMORY_BYTES];
     // Some of every tilt, of a camera that follows and of one that does not.
     for pose in Pose::all().step_by(7) {
-        let flown = run(&pose, &mut listener, (&mut frame, &tile), (&mut buffers, &mut memory)).expect("no stage refuses");
+        let flown =
+            run(&pose, &mut listener, (&mut frame, &tile), (&mut buffers, &mut memory)).expect("no stage refuses");
         assert!(flown.outcome.fix.is_ok(), "{pose}: {:?}", flown.outcome);
         assert!(flown.error_px < 0.25, "{pose}: {} px off", flown.error_px);
     }
