@@ -410,7 +410,7 @@ pub fn cell_means(upper: &[Node], lower: &[Node], shift: u32, means: &mut [u8]) 
                 "add {a}, {a}, {e}, lsl #7",
                 "add {lower}, {lower}, #16",
                 "add {a}, {a}, {e}, lsr #1",
-                "udiv {a}, {a}, {e}",
+                "sdiv {a}, {a}, {e}",
                 "usat {a}, #8, {a}",
                 "subs {n}, {n}, #1",
                 "strb {a}, [{means}], #1",
@@ -443,7 +443,8 @@ pub fn cell_means(upper: &[Node], lower: &[Node], shift: u32, means: &mut [u8]) 
         let around = right.wrapping_sub(c.integrals[0]).wrapping_sub(a.integrals[1]);
         // Rounded to nearest; the boxes are 128 grey levels brighter.
         let total = (around << shift).wrapping_add(area << 7).wrapping_add(area >> 1);
-        *mean = (total / area).min(255) as u8;
+        // A black cell may come out a trifle below black.
+        *mean = (total as i32).wrapping_div(area as i32).clamp(0, 255) as u8;
     }
     areas
 }

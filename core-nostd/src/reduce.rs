@@ -48,8 +48,8 @@ impl Reduction {
     }
 
     /// What is kept of a frame whose patch pixels span `ratio` frame pixels, in at most `capacity` bytes. Below 2 the
-    /// frame itself where it fits; else the largest boxes of which a patch pixel spans three and a half, larger ones
-    /// only if the memory asks for it.
+    /// frame itself where it fits; else the largest boxes of which a patch pixel spans three, larger ones only if the
+    /// memory asks for it.
     ///
     /// # Errors
     /// [`ReduceError::Capacity`] when not even boxes of 64 x 64 fit, or no two of them the frame.

@@ -4,7 +4,7 @@
 use heapless::Vec as Runs;
 use plumbline_core::camera::{Camera, Distortion};
 use plumbline_core::homography::{FrameFromPatch, Homography};
-use plumbline_core::rectify::{RectifyError, Run, Sampling, Source, rectify_into};
+use plumbline_core::rectify::{Node, RectifyError, Run, Source, rectify_into};
 use plumbline_core::reduce::{Reducer, Reduction};
 use plumbline_core::tilt::{Attitude, camera_from_local};
 use plumbline_core::units::Radians;
@@ -90,28 +90,33 @@ impl Scene {
         FrameFromPatch::new(self.homography, &self.camera, ground, (self.grid.cols as u16, self.grid.rows as u16))
     }
 
-    /// The frame reduced by `factor`, as the board does it.
+    /// What the board keeps of the frame: sums of boxes of `factor`, a power of two, or for 0 the frame.
     pub fn reduce(&self, frame: &[u8], factor: u16) -> (Vec<u8>, Reduction) {
         let size = (self.camera.cols(), self.camera.rows());
-        let reduction = Reduction::choose(size, 4.0 * f32::from(factor), usize::MAX).expect("it fits");
-        assert_eq!(reduction.factor(), factor);
+        let reduction = match factor {
+            0 => Reduction::none(size),
+            _ => Reduction::choose(size, 3.0 * f32::from(factor), usize::MAX).expect("it fits"),
+        };
+        assert_eq!((reduction.is_boxes(), reduction.factor()), (factor > 0, factor.max(1)));
         let mut reducer = Reducer::new(reduction, size);
-        let (cols, rows) = (usize::from(reduction.size().0), usize::from(reduction.size().1));
-        let (mut sums, mut reduced) = (vec![0; cols], vec![0; cols * rows]);
-        for row in frame.chunks_exact(size.0.into()) {
-            reducer.take(row, &mut sums, &mut reduced).expect("a row of the frame");
+        let mut kept = vec![0xAA; reduction.bytes()];
+        let mut rows = frame;
+        while !rows.is_empty() {
+            let (next, rest) = rows.split_at(usize::from(size.0) * usize::from(reducer.rows_wanted()));
+            reducer.take(next, &mut kept).expect("rows of the frame");
+            rows = rest;
         }
         assert!(reducer.is_complete());
-        (reduced, reduction)
+        (kept, reduction)
     }
 
-    /// The core's patch of an already reduced frame.
-    pub fn rectify(&self, reduced: &[u8], reduction: Reduction, sampling: Sampling) -> Result<Patch, RectifyError> {
+    /// The core's patch of what was kept.
+    pub fn rectify(&self, kept: &[u8], reduction: Reduction) -> Result<Patch, RectifyError> {
         let mut pixels = vec![0xAA; self.grid.cols * self.grid.rows];
-        let mut sums = vec![0xAAAA_AAAA; self.grid.cols];
+        let mut nodes = vec![Node { at: [-1; 2], integrals: [0xAAAA_AAAA; 2] }; 2 * (self.grid.cols + 1)];
         let mut runs: Runs<Run, RUNS> = Runs::new();
-        let source = Source::new(reduced, reduction)?;
-        rectify_into(&self.map(), source, sampling, &mut pixels, &mut sums, &mut runs)?;
+        let source = Source::new(kept, reduction)?;
+        rectify_into(&self.map(), source, &mut pixels, &mut nodes, &mut runs)?;
         let mut valid = vec![false; pixels.len()];
         for run in &runs {
             let first = usize::from(run.row) * self.grid.cols;
@@ -140,57 +145,55 @@ impl Scene {
         Some(oracle::pixel_from_frame(&self.judge, p.m, p.n))
     }
 
-    /// Frame positions of the `samples` x `samples` readings of the cell (`col`, `row`).
-    pub fn readings(&self, col: usize, row: usize, samples: u16) -> Vec<Option<(f64, f64)>> {
-        let offset = |i: u16| (f64::from(i) + 0.5) / f64::from(samples) - 0.5;
-        let pairs = (0..samples).flat_map(|i| (0..samples).map(move |j| (i, j)));
-        pairs.map(|(i, j)| self.position(col as f64 + offset(j), row as f64 + offset(i))).collect()
+    /// Frame positions of a cell's corners, clockwise from the top left; of the cell's centre where the frame is kept.
+    pub fn reach(&self, col: usize, row: usize, reduction: &Reduction) -> Vec<Option<(f64, f64)>> {
+        let at = |(right, down): (f64, f64)| self.position(col as f64 + right, row as f64 + down);
+        if reduction.is_boxes() {
+            [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(at).to_vec()
+        } else {
+            vec![at((0.0, 0.0))]
+        }
     }
 
-    /// How far inside the outermost reduced pixel centres the worst reading of a cell lies, frame pixels; negative
-    /// outside, −∞ behind the camera.
-    pub fn clearance(&self, col: usize, row: usize, samples: u16, reduction: &Reduction) -> f64 {
-        clearance(&self.readings(col, row, samples), reduction)
-    }
-
-    /// Mean of the same readings in `f64`, bilinear in the reduced frame, for each third row of cells; `None` in the
-    /// others and where a reading lies outside.
-    pub fn same_readings(&self, reduced: &[u8], reduction: &Reduction, samples: u16) -> Vec<Option<f64>> {
-        let cells = (0..self.grid.rows).flat_map(|row| (0..self.grid.cols).map(move |col| (col, row)));
-        let mean = |(col, row)| {
-            if row % 3 != 1 {
-                return None;
-            }
-            let readings = self.readings(col, row, samples);
-            let sum = readings.iter().flatten().map(|&p| bilinear(reduced, reduction, p)).sum::<f64>();
-            (clearance(&readings, reduction) >= 0.0).then_some(sum / readings.len() as f64)
+    /// How far inside what is kept a cell lies, frame pixels: its corners within the outermost boxes' edges, or its reading
+    /// within the outermost pixels' centres. Negative outside, −∞ behind the camera.
+    pub fn clearance(&self, col: usize, row: usize, reduction: &Reduction) -> f64 {
+        let factor = f64::from(reduction.factor());
+        let edge = if reduction.is_boxes() { 0.5 } else { 0.0 };
+        let inside = |x: f64, count: u16| (x + edge).min(factor * f64::from(count) - 1.0 + edge - x);
+        let of = |p: &Option<(f64, f64)>| {
+            let clear =
+                p.map_or(f64::NEG_INFINITY, |(c, r)| inside(c, reduction.size().0).min(inside(r, reduction.size().1)));
+            if clear.is_nan() { f64::NEG_INFINITY } else { clear }
         };
-        cells.map(mean).collect()
+        self.reach(col, row, reduction).iter().map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The bilinear readings of a kept frame in `f64`, for each third row of cells; `None` in the others and where a
+    /// reading lies outside.
+    pub fn same_readings(&self, frame: &[u8], reduction: &Reduction) -> Vec<Option<f64>> {
+        let cells = (0..self.grid.rows).flat_map(|row| (0..self.grid.cols).map(move |col| (col, row)));
+        let reading = |(col, row)| {
+            let is_inside = row % 3 == 1 && self.clearance(col, row, reduction) >= 0.0;
+            let position = self.position(col as f64, row as f64).filter(|_| is_inside)?;
+            Some(bilinear(frame, reduction.size(), position))
+        };
+        cells.map(reading).collect()
+    }
+
+    /// The exact area averages of what is kept of `frame`, by the oracle.
+    pub fn exact_area(&self, frame: &[u8]) -> Vec<Option<f64>> {
+        let values = frame.iter().map(|&pixel| pixel.into()).collect();
+        let image = oracle::Image::new(self.judge.cols, self.judge.rows, values).expect("the sizes fit");
+        oracle::exact_area(&image, &self.a, &self.judge, &self.grid)
     }
 }
 
-fn clearance(readings: &[Option<(f64, f64)>], reduction: &Reduction) -> f64 {
-    let factor = f64::from(reduction.factor());
-    let (cols, rows) = reduction.size();
-    let inside = |x: f64, count: u16| {
-        let first = 0.5 * (factor - 1.0);
-        (x - first).min(first + factor * (f64::from(count) - 1.0) - x)
-    };
-    let of = |p: &Option<(f64, f64)>| {
-        let clear = p.map_or(f64::NEG_INFINITY, |(c, r)| inside(c, cols).min(inside(r, rows)));
-        if clear.is_nan() { f64::NEG_INFINITY } else { clear }
-    };
-    readings.iter().map(of).fold(f64::INFINITY, f64::min)
-}
-
-fn bilinear(reduced: &[u8], reduction: &Reduction, (col, row): (f64, f64)) -> f64 {
-    let (cols, rows) = (usize::from(reduction.size().0), usize::from(reduction.size().1));
-    let factor = f64::from(reduction.factor());
-    let at = |x: f64| (x - 0.5 * (factor - 1.0)) / factor;
-    let (x, y) = (at(col), at(row));
+fn bilinear(frame: &[u8], (cols, rows): (u16, u16), (x, y): (f64, f64)) -> f64 {
+    let (cols, rows) = (usize::from(cols), usize::from(rows));
     let (c, r) = ((x.floor() as usize).min(cols - 2), (y.floor() as usize).min(rows - 2));
     let (u, v) = (x - c as f64, y - r as f64);
-    let p = |c: usize, r: usize| f64::from(reduced[r * cols + c]);
+    let p = |c: usize, r: usize| f64::from(frame[r * cols + c]);
     let line = |r: usize| (1.0 - u) * p(c, r) + u * p(c + 1, r);
     (1.0 - v) * line(r) + v * line(r + 1)
 }
@@ -204,11 +207,12 @@ pub fn image_f(cols: usize, rows: usize) -> Vec<u8> {
     (0..cols * rows).map(grey).collect()
 }
 
-/// A smooth image: three waves of 40 px and more. Its steepest slope is 5.3 grey levels a pixel.
-pub fn image_smooth(cols: usize, rows: usize) -> Vec<u8> {
+/// A smooth image: three waves of 40 px and more, `stretch` times longer. Its steepest slope is 5.3 / `stretch` grey levels
+/// a pixel.
+pub fn image_smooth(cols: usize, rows: usize, stretch: f64) -> Vec<u8> {
     let waves = [(40.0, 0.3, 24.0), (61.0, 1.7, 12.0), (97.0, 2.9, 4.0)];
     let grey = |i: usize| {
-        let (x, y) = ((i % cols) as f64, (i / cols) as f64);
+        let (x, y) = ((i % cols) as f64 / stretch, (i / cols) as f64 / stretch);
         let wave = |(length, direction, height): (f64, f64, f64)| {
             height * (std::f64::consts::TAU / length * (x * f64::cos(direction) + y * f64::sin(direction))).sin()
         };

@@ -2,7 +2,6 @@
 
 use super::scene::{Scene, image_noise};
 use super::{NO_DISTORTION, ROUNDING_DN};
-use plumbline_core::rectify::Sampling;
 use plumbline_sim::oracle::Distortion;
 
 const BARREL: Distortion = Distortion { k1: -0.075, k2: 0.0, k3: 0.0, p1: 0.001, p2: -0.0005 };
@@ -20,9 +19,9 @@ fn readings_are_those_of_exact_positions() {
                 let side = 124 + i as u16;
                 let angles = [f64::from(heading), pitch, roll, f64::from(heading) / 2.0];
                 let scene = Scene::new((256, 256), (40.0, 40.0), lens, angles, ((side, 61), 2.5, 439.6));
-                let (frame, reduction) = scene.reduce(&image_noise(256, 256), 1);
-                let ours = scene.rectify(&frame, reduction, Sampling { samples: 1 }).expect("the sizes fit");
-                for (cell, wanted) in scene.same_readings(&frame, &reduction, 1).iter().enumerate() {
+                let (frame, reduction) = scene.reduce(&image_noise(256, 256), 0);
+                let ours = scene.rectify(&frame, reduction).expect("the sizes fit");
+                for (cell, wanted) in scene.same_readings(&frame, &reduction).iter().enumerate() {
                     if let (Some(wanted), true) = (wanted, ours.valid[cell]) {
                         let off = f64::from(ours.pixels[cell]) - wanted;
                         worst = worst.max(off.abs());
@@ -30,7 +29,7 @@ fn readings_are_those_of_exact_positions() {
                         count += 1;
                     }
                     let (col, row) = (cell % usize::from(side), cell / usize::from(side));
-                    let is_near = !ours.valid[cell] || scene.clearance(col, row, 1, &reduction) > -1.0 / 200.0;
+                    let is_near = !ours.valid[cell] || scene.clearance(col, row, &reduction) > -1.0 / 200.0;
                     assert!(is_near, "cell {col}, {row} is read outside the frame at {angles:?}");
                     assert!(ours.valid[cell] || ours.pixels[cell] == 0);
                 }

@@ -3,8 +3,8 @@
 use super::view::View;
 use super::{Failure, Grey};
 use heapless::Vec as Runs;
-use plumbline_core::budget::{PATCH_MAX_PX, REDUCED_MAX_AREA};
-use plumbline_core::rectify::{Run, Sampling, Source, rectify_into};
+use plumbline_core::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_PX};
+use plumbline_core::rectify::{Node, Run, Source, rectify_into};
 use plumbline_core::reduce::{ReduceError, Reducer, Reduction};
 
 /// A way to use them.
@@ -12,42 +12,55 @@ use plumbline_core::reduce::{ReduceError, Reducer, Reduction};
 pub enum Way {
     /// As on board: reduced to fit its memory.
     OnBoard,
-    /// As the core would reduce with plenty of memory.
-    Plenty,
-    /// The frame as it is, a reading a pixel.
-    Whole,
+    /// Area averages over boxes of so many pixels a side, whatever memory they take.
+    Boxes(u16),
     /// The frame as it is, one reading a cell.
     OneReading,
 }
 
+/// Boxes that a cell may span at nadir, so that tilt does not bring it to 256, which are too many for its integrals.
+const BOXES_A_CELL: f32 = 128.0;
+
 impl Way {
     /// All of them.
-    pub const ALL: [Way; 4] = [Way::OnBoard, Way::Plenty, Way::Whole, Way::OneReading];
+    pub const ALL: [Way; 5] = [Way::OnBoard, Way::Boxes(2), Way::Boxes(1), Way::Boxes(8), Way::OneReading];
 
     /// In the table.
-    pub fn name(self) -> &'static str {
+    pub fn name(self) -> String {
         match self {
-            Way::OnBoard => "core, as on board",
-            Way::Plenty => "core, memory of a host",
-            Way::Whole => "core, frame not reduced",
-            Way::OneReading => "core, one reading a cell",
+            Way::OnBoard => "core, as on board".into(),
+            Way::Boxes(1) => "core, frame not reduced".into(),
+            Way::Boxes(factor) => format!("core, boxes of {factor} x {factor}"),
+            Way::OneReading => "core, one reading a cell".into(),
         }
     }
 
-    /// Whether the view can be rectified this way: on board, patch and reduced frame have their largest sizes.
+    /// Whether the view can be rectified this way: on board, patch and memory have their largest sizes; a cell spans a box
+    /// at least, and not too many.
     pub fn suits(self, view: &View) -> bool {
         let (cols, rows) = view.ground().cells;
-        let fits = usize::from(cols.max(rows)) <= PATCH_MAX_PX;
-        fits && self.reduction(view).is_ok() || self != Way::OnBoard
+        let is_kept = self.reduction(view).is_ok();
+        match self {
+            Way::OnBoard => is_kept && usize::from(cols.max(rows)) <= PATCH_MAX_PX,
+            Way::Boxes(factor) => {
+                let boxes = view.ratio() / f32::from(factor);
+                is_kept && boxes > 0.99 && boxes * boxes <= BOXES_A_CELL
+            }
+            Way::OneReading => true,
+        }
     }
 
-    fn reduction(self, view: &View) -> Result<Reduction, ReduceError> {
-        let (wished, capacity) = match self {
-            Way::OnBoard => (view.ratio(), REDUCED_MAX_AREA),
-            Way::Plenty => (view.ratio(), usize::MAX),
-            Way::Whole | Way::OneReading => (1.0, usize::MAX),
-        };
-        Reduction::choose(view.frame_size(), wished, capacity)
+    /// What is kept of the frame.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub fn reduction(self, view: &View) -> Result<Reduction, ReduceError> {
+        match self {
+            Way::OnBoard => Reduction::choose(view.frame_size(), view.ratio(), FRAME_MEMORY_BYTES),
+            // The core's own choice for cells of three boxes and enough memory.
+            Way::Boxes(factor) => Reduction::choose(view.frame_size(), 3.0 * f32::from(factor), usize::MAX),
+            Way::OneReading => Ok(Reduction::none(view.frame_size())),
+        }
     }
 }
 
@@ -56,10 +69,9 @@ impl Way {
 pub struct Kernel<'a> {
     way: Way,
     view: &'a View,
-    reduced: Vec<u8>,
-    row_sums: Vec<u16>,
+    kept: Vec<u8>,
     patch: Vec<u8>,
-    cell_sums: Vec<u32>,
+    nodes: Vec<Node>,
     runs: Runs<Run, RUNS_MAX>,
 }
 
@@ -78,15 +90,14 @@ pub struct Patch {
 impl<'a> Kernel<'a> {
     /// For one view.
     pub fn new(way: Way, view: &'a View) -> Self {
-        let (frame, cells) = (view.frame_size(), view.ground().cells);
-        let area = |(cols, rows): (u16, u16)| usize::from(cols) * usize::from(rows);
+        let cells = view.ground().cells;
+        let bytes = way.reduction(view).map_or(0, |reduction| reduction.bytes());
         Kernel {
             way,
             view,
-            reduced: vec![0; area(frame)],
-            row_sums: vec![0; frame.0.into()],
-            patch: vec![0; area(cells)],
-            cell_sums: vec![0; cells.0.into()],
+            kept: vec![0; bytes],
+            patch: vec![0; usize::from(cells.0) * usize::from(cells.1)],
+            nodes: vec![Node::NOWHERE; 2 * (usize::from(cells.0) + 1)],
             runs: Runs::new(),
         }
     }
@@ -96,28 +107,19 @@ impl<'a> Kernel<'a> {
     /// # Errors
     /// What the core refuses.
     pub fn rectify(&mut self, frame: &Grey) -> Result<(), Failure> {
-        let size = self.view.frame_size();
-        let ratio = self.view.ratio();
         let refused = |why: &dyn std::fmt::Debug| format!("{}: refused, {why:?}", self.way.name());
         let reduction = self.way.reduction(self.view).map_err(|why| refused(&why))?;
-        let mut reducer = Reducer::new(reduction, size);
-        let pixels = if reduction.factor() == 1 && self.way != Way::OnBoard {
-            // Nothing to average, and the frame is at hand: the rectifier reads it itself.
-            frame.pixels.as_slice()
+        let kept = if reduction.is_boxes() || self.way == Way::OnBoard {
+            let mut reducer = Reducer::new(reduction, self.view.frame_size());
+            reducer.take(&frame.pixels, &mut self.kept).map_err(|why| refused(&why))?;
+            &self.kept
         } else {
-            for row in frame.pixels.chunks_exact(size.0.into()) {
-                reducer.take(row, &mut self.row_sums, &mut self.reduced).map_err(|why| refused(&why))?;
-            }
-            &self.reduced[..usize::from(reduction.size().0) * usize::from(reduction.size().1)]
+            // The frame is at hand: the rectifier reads it itself.
+            &frame.pixels
         };
-        let source = Source::new(pixels, reduction).map_err(|why| refused(&why))?;
-        let sampling = match self.way {
-            Way::OneReading => Sampling { samples: 1 },
-            _ => Sampling::choose(ratio, &reduction),
-        };
+        let source = Source::new(kept, reduction).map_err(|why| refused(&why))?;
         let map = self.view.map();
-        rectify_into(&map, source, sampling, &mut self.patch, &mut self.cell_sums, &mut self.runs)
-            .map_err(|why| refused(&why))
+        rectify_into(&map, source, &mut self.patch, &mut self.nodes, &mut self.runs).map_err(|why| refused(&why))
     }
 
     /// The last frame's patch.

@@ -117,7 +117,7 @@ pub fn run(cases: &[Case], script: &Script) -> Result<Comparison, Failure> {
             match_px: case.reference.as_ref().map(|r| r.error_px(pixels, &runs, case.ground.cells)),
             seconds,
         };
-        let core = patches.iter().map(|(timed, patch)| row(timed.way.name(), true, &patch.pixels, timed.seconds));
+        let core = patches.iter().map(|(timed, patch)| row(&timed.way.name(), true, &patch.pixels, timed.seconds));
         let theirs = answer.kernels.iter().zip(&answer.patches[i]).zip(&their_seconds[i]);
         let theirs = theirs.map(|((name, pixels), least)| row(name, false, pixels, *least));
         let mut rows: Vec<Row> = core.chain(theirs).collect();

@@ -141,7 +141,7 @@ fn the_cores_kernels_agree_on_a_smooth_picture() {
     let frame = pictures::smooth((512, 512));
     for view in views() {
         let exact = view.exact(&frame);
-        for way in Way::ALL {
+        for way in Way::ALL.into_iter().filter(|way| way.suits(&view)) {
             let mut kernel = Kernel::new(way, &view);
             kernel.rectify(&frame).expect("rectified");
             let patch = kernel.patch();

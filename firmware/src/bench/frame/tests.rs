@@ -7,6 +7,7 @@ use crate::bench::poses::Pose;
 use crate::bench::region::Stand;
 use crate::bench::texture;
 use core::fmt::Arguments;
+use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::pipeline::Buffers;
 use std::string::{String, ToString};
 use std::vec;
@@ -32,9 +33,11 @@ fn frames_of_the_bench_are_matched_where_they_were_taken() {
     texture::ground(&mut tile, TILE_PX as usize, 1);
     let mut frame = vec![0; FRAME_PX as usize * FRAME_PX as usize];
     let (mut listener, mut buffers) = (Listener::default(), Buffers::new());
+    let mut memory = vec![0; FRAME_MEMORY_BYTES];
     // Some of every tilt, of a camera that follows and of one that does not.
     for pose in Pose::all().step_by(7) {
-        let flown = run(&pose, &mut listener, (&mut frame, &tile), &mut buffers).expect("no stage refuses");
+        let flown =
+            run(&pose, &mut listener, (&mut frame, &tile), (&mut buffers, &mut memory)).expect("no stage refuses");
         assert!(flown.outcome.fix.is_ok(), "{pose}: {:?}", flown.outcome);
         assert!(flown.error_px < 0.25, "{pose}: {} px off", flown.error_px);
     }
