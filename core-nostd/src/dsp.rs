@@ -373,7 +373,7 @@ pub unsafe fn border_integrals<const WHICH: usize>(
 /// The means of cells between an upper and a lower line of nodes, one more than `means`, of the integrals along their
 /// borders, which are 2^`shift` times what is given; and the areas of all of them, each in Q15 of that of a box, ORed.
 ///
-/// A mean is true where the OR is below 2^23: a cell of no area, a twisted one and one of more than 256 boxes has a
+/// A mean is true where the OR is below 2^22: a cell of no area, a twisted one and one of more than 128 boxes has a
 /// higher bit in it. None is made where a line is too short.
 pub fn cell_means(upper: &[Node], lower: &[Node], shift: u32, means: &mut [u8]) -> u32 {
     if upper.len() <= means.len() || lower.len() <= means.len() {

@@ -55,8 +55,8 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Bit that no cell's area has, Q15 of the area of a box: 256 boxes.
-const AREA_MAX: u32 = 256 << 15;
+/// Bit that no cell's area has, Q15 of the area of a box: 128 boxes.
+const AREA_MAX: u32 = 128 << 15;
 
 /// Rectifies into `patch`, row-major, `map.size()` pixels, row 0 north: each the average over its cell. Pixels outside
 /// every run are 0; a cell is valid when it lies wholly in the frame. `nodes`: scratch.

@@ -6,6 +6,7 @@ use crate::dsp::Node;
 use crate::homography::FrameFromPatch;
 use crate::reduce::Reduction;
 use core::ops::Range;
+use fixed::types::{I8F24, I16F16};
 
 impl Node {
     /// One that is nowhere.
@@ -85,7 +86,7 @@ impl Lines {
         let y = Axis::through([start[1], middle[1], end[1]], length, rows as f32);
         let Some((mut x, mut y)) = x.zip(y) else { return 0..0 };
         for node in nodes.iter_mut() {
-            node.at = [x.next() >> 8, y.next() >> 8];
+            node.at = [x.next(), y.next()];
         }
         if x.is_inside && y.is_inside {
             return 0..nodes.len();
@@ -98,11 +99,11 @@ impl Lines {
     }
 }
 
-/// Coordinates at equal steps along a parabola: Q16 of a box, the step and its growth in Q24.
+/// Coordinates at equal steps along a parabola, boxes.
 struct Axis {
-    at: i32,
-    step: i32,
-    growth: i32,
+    at: I16F16,
+    step: I8F24,
+    growth: I8F24,
     /// Whether all of them lie in the frame.
     is_inside: bool,
 }
@@ -124,20 +125,20 @@ impl Axis {
         let stray = 0.125 * (growth * steps * steps).abs() + STRAY;
         let (least, most) = if start < end { (start, end) } else { (end, start) };
         // A cast is one instruction, the crate's own conversion a hundred.
-        let q24 = |boxes: f32| (boxes * 16_777_216.0) as i32;
+        let q24 = |boxes: f32| I8F24::from_bits((boxes * 16_777_216.0) as i32);
         Some(Axis {
-            at: (start * 65536.0) as i32,
+            at: I16F16::from_bits((start * 65536.0) as i32),
             step: q24(step),
             growth: q24(growth),
             is_inside: least >= stray && most + stray < limit,
         })
     }
 
-    /// The coordinate, and one step on.
+    /// The coordinate in Q8, and one step on.
     #[inline(always)]
     fn next(&mut self) -> i32 {
-        let at = self.at;
-        self.at += self.step >> 8;
+        let at = self.at.to_bits() >> 8;
+        self.at += I16F16::from_bits(self.step.to_bits() >> 8);
         self.step += self.growth;
         at
     }
