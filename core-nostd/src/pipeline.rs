@@ -126,7 +126,7 @@ impl<'t> Pipeline<'t> {
         self.reducer = None;
         let (_, slant_m) = self.streams.slant.newest().ok_or(Refusal::NoRange)?;
         let camera = &self.settings.camera;
-        let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0);
+        let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0).min(RATIO_MAX);
         let frame = (camera.cols(), camera.rows());
         let capacity = self.frame_memory.len();
         let reduction = Reduction::choose(frame, ratio, capacity).map_err(|_| Refusal::FrameTooLarge)?;
@@ -219,6 +219,9 @@ impl<'t> Pipeline<'t> {
 }
 
 const _: () = assert!((2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1) == SCORES_MAX);
+/// Ratio of a patch pixel to a frame pixel beyond which boxes grow no further: 16 rows are the most that a front end's ring
+/// has to hold at a time.
+const RATIO_MAX: f32 = 90.0;
 /// Working bytes of the largest search.
 const SEARCH_BYTES: usize =
     room(((PATCH_MAX_PX + 2 * SEARCH_MAX_PX) as u16, (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) as u16));

@@ -5,9 +5,10 @@ mod statistics;
 
 use crate::fly::{Flight, FrameRecord};
 use crate::stage::Stage;
+use plumbline_firmware::wire::telemetry::STAGES;
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::write_file;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use statistics::{mean, percentile};
 use std::fmt::Write;
 use std::path::Path;
@@ -156,8 +157,8 @@ pub struct Summary {
     pub nees_mean: Option<f64>,
     /// Edge to fix; null in-process.
     pub instructions_per_frame: Cost,
-    /// Mean instructions of the stages rows, situation, rectify, match; null in-process.
-    pub instructions_by_stage: Option<[f64; 4]>,
+    /// Mean instructions of each stage by its name; null in-process.
+    pub instructions_by_stage: Option<Stages>,
     /// Static memory and the stack's high-water mark; null in-process.
     pub ram_bytes: Option<u64>,
     /// Frames without a fix, by reason.
@@ -168,6 +169,17 @@ pub struct Summary {
     pub link_health: LinkHealth,
     /// Root mean square of the servo commands off the exact angle when they arrived, degrees.
     pub servo_rms_deg: f64,
+}
+
+/// Instructions of the stages that the firmware counts apart, in their order; see
+/// [`STAGES`](plumbline_firmware::wire::telemetry::STAGES).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stages(pub [f64; STAGES.len()]);
+
+impl Serialize for Stages {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(STAGES.iter().zip(&self.0))
+    }
 }
 
 /// What the firmware counted on its link.
@@ -222,9 +234,9 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
     let instructions: Vec<u64> = accepted.iter().filter_map(|s| s.instructions).collect();
     let by_stage = (!instructions.is_empty()).then(|| {
         let reports: Vec<_> = flight.frames.iter().filter_map(|f| f.report).filter(|r| r.fix.is_some()).collect();
-        [0, 1, 2, 3].map(|stage| {
+        Stages(std::array::from_fn(|stage| {
             reports.iter().map(|r| f64::from(r.instructions[stage])).sum::<f64>() / reports.len().max(1) as f64
-        })
+        }))
     });
     let mut refused = std::collections::BTreeMap::new();
     for record in &flight.frames {

@@ -48,8 +48,12 @@ impl Work {
         gauge: &impl Gauge,
     ) -> Result<(), Refusal> {
         self.rows(app, start, front_end, gauge).await?;
-        let mid = start.exposure.mid().ok_or(Refusal::BadExposure)?;
-        let mid_exposure_at = app.clock.borrow().instant(mid).ok_or(Refusal::NoClock)?;
+        let (mid_exposure_at, cost) = gauge.measured(|| {
+            let mid = start.exposure.mid().ok_or(Refusal::BadExposure)?;
+            app.clock.borrow().instant(mid).ok_or(Refusal::NoClock)
+        });
+        self.out.report.instructions[1] = cost;
+        let mid_exposure_at = mid_exposure_at?;
         self.out.report.mid_exposure_us = mid_exposure_at.0;
         let situation = self.situation(app, mid_exposure_at, timer, gauge).await?;
         self.out.situation = Some(situation);
@@ -66,12 +70,15 @@ impl Work {
         app.patch.set(app.patch.get().wrapping_add(1));
         let pipeline = &mut *app.pipeline.borrow_mut();
         let (rectified, cost) = gauge.measured(|| pipeline.rectify(&situation));
-        report.instructions[2] = cost;
+        report.instructions[3] = cost;
         rectified?;
         self.out.patch = Some(app.patch.get());
-        let (outcome, cost) = gauge.measured(|| pipeline.register(&situation));
-        report.instructions[3] = cost;
-        self.outcome(&outcome?)
+        let (matched, cost) = gauge.measured(|| pipeline.match_patch(&situation));
+        report.instructions[4] = cost;
+        let matched = matched?;
+        let (outcome, cost) = gauge.measured(|| pipeline.fix(&situation, &matched));
+        report.instructions[5] = cost;
+        self.outcome(&outcome)
     }
 
     /// Rows as they arrive, summed as soon as those of a row of boxes are there. A frame of another size is refused before
@@ -125,7 +132,7 @@ impl Work {
                 let pipeline = &*app.pipeline.borrow();
                 gauge.measured(|| pipeline.situate(mid_exposure_at))
             };
-            self.out.report.instructions[1] += cost;
+            self.out.report.instructions[2] += cost;
             if let Some(situation) = situation? {
                 return Ok(situation);
             }

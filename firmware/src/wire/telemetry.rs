@@ -29,10 +29,13 @@ pub struct FrameReport {
     pub predicted: Option<[f32; 2]>,
     /// Height above ground, metres; heading from grid north, pitch, roll, follow-up angle, radians.
     pub situation: Option<[f32; 5]>,
-    /// Instructions spent on reading rows, on the situation, on rectifying, on matching and fixing; zeros where the
-    /// board cannot tell.
-    pub instructions: [u32; 4],
+    /// Instructions of each of [`STAGES`]; zeros where the board cannot tell.
+    pub instructions: [u32; STAGES.len()],
 }
+
+/// The stages of a frame: reading and reducing its rows, mid-exposure on the autopilot's clock, the pose there with all
+/// that holds at that instant, rectification, matching, fix.
+pub const STAGES: [&str; 6] = ["reduce", "stamp", "pose", "rectify", "match", "fix"];
 
 impl FrameReport {
     /// An empty report for a frame.
@@ -45,7 +48,7 @@ impl FrameReport {
             fix: None,
             predicted: None,
             situation: None,
-            instructions: [0; 4],
+            instructions: [0; STAGES.len()],
         }
     }
 

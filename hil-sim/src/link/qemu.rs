@@ -20,7 +20,7 @@ const PROGRAM: &str = "qemu-system-arm";
 /// The sensor's row time, nanoseconds: 31.7 µs, the MT9V034's at 752 columns.
 const ROW_TIME_NS: u32 = 31_700;
 /// Rows a front end keeps before the oldest is overwritten.
-const RING_ROWS: u32 = 8;
+const RING_ROWS: u32 = 24;
 /// How long the emulator may take to boot or to do a step, real time. A frame takes tens of milliseconds.
 const STEP_TIMEOUT: Duration = Duration::from_secs(60);
 

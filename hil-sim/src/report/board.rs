@@ -2,10 +2,13 @@
 
 use super::Report;
 use super::format::{NOT_MEASURED, bytes, number, percent, whole};
+use crate::score::Stages;
 use maud::{Markup, html};
+use plumbline_firmware::wire::telemetry::STAGES;
 
-/// The stages that the firmware counts apart.
-const STAGES: [&str; 4] = ["Reading and reducing rows", "Situation at mid-exposure", "Rectifying", "Matching and fix"];
+/// The firmware's stages in a reader's words.
+const TITLES: [&str; STAGES.len()] =
+    ["Reduce: rows as they arrive", "Stamp: mid-exposure", "Pose: all that holds then", "Rectify", "Match", "Fix"];
 
 impl Report<'_> {
     pub(super) fn board(&self) -> Markup {
@@ -46,7 +49,7 @@ impl Report<'_> {
 
     /// Instructions of each stage, as bars.
     fn stages(&self) -> Markup {
-        let Some(stages) = self.summary.instructions_by_stage else {
+        let Some(Stages(stages)) = self.summary.instructions_by_stage else {
             return html! { p class="note" { "Instructions a frame: " (NOT_MEASURED) "." } };
         };
         let sum = stages.iter().sum::<f64>().max(1.0);
@@ -54,7 +57,7 @@ impl Report<'_> {
             table class="bars" {
                 thead { tr { th { "Instructions a frame, mean" } th class="r" { "Count" } th class="r" { "Share" } } }
                 tbody {
-                    @for (name, count) in STAGES.iter().zip(stages) {
+                    @for (name, count) in TITLES.iter().zip(stages) {
                         tr {
                             th { (name) div class="bar" style=(format!("width:{:.1}%", 100.0 * count / sum)) {} }
                             td class="n" { (whole(count.round() as u64)) }
