@@ -1,13 +1,13 @@
 //! The front as a picture: instructions across, error upwards, both logarithmic.
 
-use super::front::{Candidate, Whose, is_on_front};
+use super::front::{Candidate, Whose, front};
 use std::fmt::Write;
 
 /// The picture and the field within its axes, pixels: left, top, right, bottom.
 const SIZE: (f64, f64) = (860.0, 560.0);
 const FIELD: [f64; 4] = [80.0, 60.0, 830.0, 490.0];
 /// What the axes show: instructions, grey levels.
-const SHOWN: [(f64, f64); 2] = [(0.2, 100.0), (0.2, 20.0)];
+const SHOWN: [(f64, f64); 2] = [(0.8, 100.0), (0.2, 20.0)];
 /// Height of a label and width of its letters, about.
 const LABEL: (f64, f64) = (15.0, 6.5);
 const RADIUS: f64 = 5.5;
@@ -51,12 +51,12 @@ pub fn svg(all: &[Candidate]) -> String {
 fn axes(text: &mut String) {
     let [left, top, right, bottom] = FIELD;
     for tick in TICKS {
-        if tick <= SHOWN[0].1 {
+        if (SHOWN[0].0..=SHOWN[0].1).contains(&tick) {
             let (x, _) = place(tick, 1.0);
             let _ = writeln!(text, "<path d=\"M{x:.1} {top}V{bottom}\" stroke=\"#e4e4e4\"/>");
             let _ = writeln!(text, "<text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{tick}</text>", bottom + 18.0);
         }
-        if tick <= SHOWN[1].1 {
+        if (SHOWN[1].0..=SHOWN[1].1).contains(&tick) {
             let (_, y) = place(1.0, tick);
             let _ = writeln!(text, "<path d=\"M{left} {y:.1}H{right}\" stroke=\"#e4e4e4\"/>");
             let _ = writeln!(text, "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{tick}</text>", left - 8.0, y + 4.0);
@@ -81,16 +81,22 @@ fn axes(text: &mut String) {
         writeln!(text, "<text x=\"{left}\" y=\"34\" font-size=\"17\">Rectifying kernels: accuracy against cost</text>");
 }
 
-/// Steps from each candidate of the front to the next: between two, nothing is nearer than the cheaper one.
-fn line(text: &mut String, all: &[Candidate]) {
-    let mut path = String::new();
-    for candidate in all.iter().filter(|candidate| is_on_front(candidate, all)) {
-        let (x, y) = place(candidate.instructions, candidate.rms);
-        let _ = if path.is_empty() { write!(path, "M{x:.1} {y:.1}") } else { write!(path, "H{x:.1}V{y:.1}") };
+/// Corners of the steps from each candidate of the front to the next: between two, nothing is nearer than the cheaper one.
+fn steps(all: &[Candidate]) -> Vec<(f64, f64)> {
+    let mut corners: Vec<(f64, f64)> = Vec::new();
+    for (x, y) in front(all).map(|candidate| place(candidate.instructions, candidate.rms)) {
+        corners.extend(corners.last().map(|last| (x, last.1)));
+        corners.push((x, y));
     }
+    corners
+}
+
+fn line(text: &mut String, all: &[Candidate]) {
+    let corners: Vec<String> = steps(all).iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
     let _ = writeln!(
         text,
-        "<path d=\"{path}\" fill=\"none\" stroke=\"#0b5fa5\" stroke-width=\"2\" stroke-opacity=\"0.55\"/>"
+        "<polyline points=\"{}\" fill=\"none\" stroke=\"#0b5fa5\" stroke-width=\"2\" stroke-opacity=\"0.55\"/>",
+        corners.join(" ")
     );
 }
 
@@ -110,11 +116,16 @@ fn mark(text: &mut String, whose: Whose, (x, y): (f64, f64)) {
     };
 }
 
-/// Marks, and labels where they cover neither a mark nor another label.
+/// Marks, and labels where they cover no mark, no other label and no piece of the front.
 fn points(text: &mut String, all: &[Candidate]) {
     let at = |candidate: &Candidate| place(candidate.instructions, candidate.rms);
-    let mut taken: Vec<Box> =
-        all.iter().map(at).map(|(x, y)| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]).collect();
+    let around = |(x, y): (f64, f64), by: f64| [x - by, y - by, x + by, y + by];
+    let mut taken: Vec<Box> = all.iter().map(|candidate| around(at(candidate), RADIUS)).collect();
+    taken.extend(steps(all).windows(2).map(|ends| {
+        let (a, b) = (ends[0], ends[1]);
+        [a.0.min(b.0) - 2.0, a.1.min(b.1) - 2.0, a.0.max(b.0) + 2.0, a.1.max(b.1) + 2.0]
+    }));
+    taken.push([FIELD[2] - 300.0, FIELD[1], FIELD[2], FIELD[1] + 84.0]);
     for candidate in all {
         let (x, y) = at(candidate);
         mark(text, candidate.whose, (x, y));

@@ -89,13 +89,15 @@ pub fn candidates(comparison: &Comparison, counts: &Value) -> Result<Vec<Candida
         let count = count.ok_or_else(|| {
             format!("{} is not in {COUNTS}: `cargo xtask budget --overwrite` puts it there", way.workload())
         })?;
+        let reduction = way.reduction(&view).map_err(|why| format!("{name}: refused, {why:?}"))?;
+        let boxes = format!("boxes of {0} x {0}, as on board", reduction.factor());
         all.push(Candidate {
-            name: name.trim_start_matches("core, ").to_owned(),
+            name: if way == Way::OnBoard { boxes } else { name.trim_start_matches("core, ").to_owned() },
             whose: Whose::Ours,
             instructions: count / SOURCE_PX,
             rms: of(PROTOTYPE),
             rms_vienna: Some(of(VIENNA)).filter(|rms| rms.is_finite()),
-            bytes: way.reduction(&view).ok().map(|reduction| reduction.bytes()),
+            bytes: Some(reduction.bytes()),
         });
     }
     all.sort_by(|a, b| a.instructions.total_cmp(&b.instructions));
@@ -109,6 +111,11 @@ pub fn is_on_front(candidate: &Candidate, all: &[Candidate]) -> bool {
             && other.rms <= candidate.rms
             && (other.instructions < candidate.instructions || other.rms < candidate.rms)
     })
+}
+
+/// The front, cheapest first if `all` are.
+pub fn front(all: &[Candidate]) -> impl Iterator<Item = &Candidate> {
+    all.iter().filter(|candidate| is_on_front(candidate, all))
 }
 
 /// The table, one line a candidate.

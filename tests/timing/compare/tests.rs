@@ -5,7 +5,7 @@ use plumbline_core::rectify::Run;
 use plumbline_sim::still::runs_of;
 use plumbline_survey::picture::Picture;
 use plumbline_tests::compare::cases::{Limits, Purpose};
-use plumbline_tests::compare::front::{Candidate, Whose, is_on_front};
+use plumbline_tests::compare::front::{Candidate, Whose};
 use plumbline_tests::compare::ours::{Kernel, Way};
 use plumbline_tests::compare::run::{Comparison, Outcome, Row};
 use plumbline_tests::compare::score::{Score, score, shift_px};
@@ -283,7 +283,7 @@ fn the_front_is_what_nothing_else_beats() {
         candidate("worse", Whose::Former, 5.0, 3.5),
         candidate("best", Whose::Ours, 7.0, 0.5),
     ];
-    let front: Vec<_> = all.iter().filter(|c| is_on_front(c, &all)).map(|c| c.name.as_str()).collect();
+    let front: Vec<_> = front::front(&all).map(|c| c.name.as_str()).collect();
     assert_eq!(front, ["cheap", "good", "best"]);
     let table = front::table(&all);
     assert!(table.contains("| worse | this core, formerly | 5.00 | 3.50 | not known | 7 | no |"), "{table}");
@@ -305,7 +305,7 @@ fn candidates_have_the_counts_of_the_table() {
         counts["instructions"][way.workload()] = (262_144 * n).into();
     }
     let all = front::candidates(&told, &counts).expect("all counts");
-    let on_board = all.iter().find(|c| c.name == "as on board").expect("what flies");
+    let on_board = all.iter().find(|c| c.name == "boxes of 4 x 4, as on board").expect("what flies");
     assert_eq!((on_board.instructions, on_board.rms, on_board.bytes), (1.0, 0.9, Some(33_280)));
     assert!(all.windows(2).all(|pair| pair[0].instructions <= pair[1].instructions), "cheapest first");
     counts["instructions"].as_object_mut().expect("counts").remove(&Way::Boxes(2).workload());
