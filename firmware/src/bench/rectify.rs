@@ -28,14 +28,57 @@ pub struct Case {
     pub height_resolution_m: (f32, f32),
     /// Side of the patch, pixels.
     pub patch_px: u16,
+    /// What is kept of the frame.
+    pub keeps: Keeps,
+}
+
+/// What is kept of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keeps {
+    /// As the core chooses in the memory that there is.
+    Chosen,
+    /// Boxes of so many pixels a side, in as much memory as they take.
+    Boxes(u16),
+    /// The frame itself, where it stands.
+    Frame,
 }
 
 /// The cases. 439.6 m and 5 m make 64 pixels of the whole footprint of 40°, a quarter of the resolution 256.
 pub const CASES: [Case; 3] = [
-    Case { name: "rectify 512x512 to 64x64", fov_deg: 40.0, height_resolution_m: (439.6, 5.0), patch_px: 64 },
-    Case { name: "rectify 512x512 to 35x35", fov_deg: 60.0, height_resolution_m: (150.0, 5.0), patch_px: 35 },
-    Case { name: "rectify 512x512 to 256x256", fov_deg: 40.0, height_resolution_m: (439.6, 1.25), patch_px: PATCH_PX },
+    TO_64,
+    Case {
+        name: "rectify 512x512 to 35x35",
+        fov_deg: 60.0,
+        height_resolution_m: (150.0, 5.0),
+        patch_px: 35,
+        keeps: Keeps::Chosen,
+    },
+    Case {
+        name: "rectify 512x512 to 256x256",
+        height_resolution_m: (439.6, 1.25),
+        patch_px: PATCH_PX,
+        keeps: Keeps::Frame,
+        ..TO_64
+    },
 ];
+
+const TO_64: Case = Case {
+    name: "rectify 512x512 to 64x64",
+    fov_deg: 40.0,
+    height_resolution_m: (439.6, 5.0),
+    patch_px: 64,
+    keeps: Keeps::Chosen,
+};
+
+/// The first case by other boxes than those that the board's memory holds, and by one reading: what they would cost.
+pub const BESIDES: [Case; 4] = [
+    Case { name: "boxes of 1x1, 512x512 to 64x64", keeps: Keeps::Boxes(1), ..TO_64 },
+    Case { name: "boxes of 2x2, 512x512 to 64x64", keeps: Keeps::Boxes(2), ..TO_64 },
+    Case { name: "boxes of 8x8, 512x512 to 64x64", keeps: Keeps::Boxes(8), ..TO_64 },
+    Case { name: "one reading, 512x512 to 64x64", keeps: Keeps::Frame, ..TO_64 },
+];
+/// Bytes that they keep at most: boxes of one pixel each.
+pub const BESIDES_BYTES: usize = 2 * (FRAME_PX as usize + 2) * FRAME_PX as usize;
 
 /// Working space beside frame and patch.
 #[derive(Debug)]
@@ -85,11 +128,11 @@ pub fn run(
     let camera = Camera::new(size, (fov, fov), (0.0, 0.0), None).map_err(|_| CaseError::Camera)?;
     let (height_m, resolution_m) = case.height_resolution_m;
     let ratio = camera.ratio(height_m, resolution_m);
-    // A frame that is read as it is need not fit: it stands where it is, without a copy.
-    let reduction = if case.patch_px == PATCH_PX {
-        Ok(Reduction::none(size))
-    } else {
-        Reduction::choose(size, ratio, memory.len())
+    let reduction = match case.keeps {
+        Keeps::Chosen => Reduction::choose(size, ratio, memory.len()),
+        // The core's own choice for cells of three boxes.
+        Keeps::Boxes(factor) => Reduction::choose(size, 3.0 * f32::from(factor), memory.len()),
+        Keeps::Frame => Ok(Reduction::none(size)),
     };
     let reduction = reduction.map_err(CaseError::Reduce)?;
     let kept = if reduction.is_boxes() {

@@ -27,6 +27,10 @@ mod board {
     /// Room for the largest patch: the board's RAM above what the linker gives away, the upper half of what the flight
     /// computer has as tightly coupled memory.
     const PATCH: usize = 0x2001_0000;
+    /// Room for what is kept of a frame where a case wants more than the board has: memory behind the frame.
+    const PLENTY: usize = window::ADDRESS + 0x10_0000;
+    const _: () = assert!(window::FRAME + 512 * 512 <= 0x10_0000);
+    const _: () = assert!(0x10_0000 + rectify::BESIDES_BYTES <= window::FRAME_MEMORY);
 
     struct Bench(Option<Counter>);
 
@@ -58,28 +62,33 @@ mod board {
         }
         let area = |side: u16| usize::from(side) * usize::from(side);
         // SAFETY: no simulator shares the window here, and the pieces do not overlap.
-        let (frame, frame_memory, tile, patch) = unsafe {
+        let (frame, frame_memory, plenty, tile, patch) = unsafe {
             (
                 memory(window::ADDRESS + window::FRAME, area(frame::FRAME_PX)),
                 memory(window::ADDRESS + window::FRAME_MEMORY, FRAME_MEMORY_BYTES),
+                memory(PLENTY, rectify::BESIDES_BYTES),
                 memory(window::ADDRESS + window::TILE, area(frame::TILE_PX)),
                 memory(PATCH, area(rectify::PATCH_PX)),
             )
         };
-        let done = rectifications(&mut bench, frame, patch, frame_memory);
+        let done = rectifications(&mut bench, frame, patch, [frame_memory, plenty]);
         an500::exit(done && frames(&mut bench, frame, tile, frame_memory))
     }
 
-    fn rectifications(bench: &mut Bench, picture: &mut [u8], patch: &mut [u8], frame_memory: &mut [u8]) -> bool {
+    /// `memory`: what the board has, and plenty.
+    fn rectifications(bench: &mut Bench, picture: &mut [u8], patch: &mut [u8], memory: [&mut [u8]; 2]) -> bool {
         texture::checks(picture, usize::from(rectify::FRAME_PX), 1);
         let space = SPACE.take();
-        rectify::CASES.iter().all(|case| {
-            let done = rectify::run(case, bench, (picture, patch, frame_memory), space);
+        let [frame_memory, plenty] = memory;
+        let mut run = |case: &rectify::Case, memory: &mut [u8]| {
+            let done = rectify::run(case, bench, (picture, patch, memory), space);
             if let Err(why) = done {
                 eprintln!("bench: {} cannot run: {why:?}", case.name);
             }
             done.is_ok()
-        })
+        };
+        rectify::CASES.iter().all(|case| run(case, frame_memory))
+            && rectify::BESIDES.iter().all(|case| run(case, plenty))
     }
 
     fn frames(bench: &mut Bench, picture: &mut [u8], tile: &mut [u8], frame_memory: &mut [u8]) -> bool {

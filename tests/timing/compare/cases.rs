@@ -56,7 +56,7 @@ pub const VIENNA: &str = "Vienna";
 pub const SMOOTH: &str = "smooth";
 
 /// The case with limits: what flies, 512 x 512 to 64 x 64.
-const LIMITED_CELLS: u16 = 64;
+pub const LIMITED_CELLS: u16 = 64;
 /// Of the times.
 const TIME: (f64, f64) = (1.0, 0.33);
 

@@ -9,7 +9,7 @@ use clap::error::ErrorKind;
 use plumbline_tests::compare::cases::{self, Case, Purpose};
 use plumbline_tests::compare::theirs::Script;
 use plumbline_tests::compare::view::{Ground, Pose, View};
-use plumbline_tests::compare::{Failure, pictures, run, tell};
+use plumbline_tests::compare::{Failure, front, pictures, run, tell};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -23,6 +23,10 @@ struct Options {
     /// One JSON document instead of the table
     #[arg(long)]
     json: bool,
+    /// Also write accuracy against cost to this folder, kernels.svg and kernels.md; costs are those of the table of exact
+    /// counts, tests/expected/budget.json
+    #[arg(long, conflicts_with = "frame")]
+    front: Option<PathBuf>,
     /// Rectify this picture instead of the built-in cases
     #[arg(long)]
     frame: Option<PathBuf>,
@@ -129,6 +133,9 @@ fn compare(options: &Options, cases: &[Case], skipped: &[&str]) -> Result<bool, 
         Script { python: options.python.clone(), script: options.script.clone(), folder: options.folder.clone() };
     let comparison = run::run(cases, &script)?;
     print!("{}", if options.json { tell::json(&comparison, skipped) + "\n" } else { tell::table(&comparison) });
+    if let Some(folder) = &options.front {
+        front::write(&comparison, folder)?;
+    }
     let mut is_good = true;
     for gate in tell::gates(&comparison).iter().filter(|gate| !gate.holds()) {
         eprintln!("{} is {:.3}, more than {}", gate.name, gate.value, gate.must);

@@ -11,12 +11,16 @@
 //! | [`score`] | a patch against the exact average |
 //! | [`run`] | all of it, in rounds that take turns |
 //! | [`tell`] | the table, its JSON and the limits |
+//! | [`front`] | accuracy against cost: what is worth its instructions |
+//! | [`drawing`] | the same as a picture |
 //!
 //! The truth of a cell is the oracle's [`exact_area`](plumbline_sim::oracle::exact_area): the frame as piecewise constant
 //! pixels, each weighed by the area that the cell's outline, projected into the frame, cuts out of it; polygons clipped in
 //! `f64`. Times are minima over repetitions in this run, and only their ratios are judged.
 
 pub mod cases;
+pub mod drawing;
+pub mod front;
 pub mod matched;
 pub mod ours;
 pub mod pictures;

@@ -35,6 +35,15 @@ impl Way {
         }
     }
 
+    /// Its case in the table of exact counts: 512 x 512 to 64 x 64.
+    pub fn workload(self) -> String {
+        match self {
+            Way::OnBoard => "rectify 512x512 to 64x64".into(),
+            Way::Boxes(factor) => format!("boxes of {factor}x{factor}, 512x512 to 64x64"),
+            Way::OneReading => "one reading, 512x512 to 64x64".into(),
+        }
+    }
+
     /// Whether the view can be rectified this way: on board, patch and memory have their largest sizes; a cell spans a box
     /// at least, and not too many.
     pub fn suits(self, view: &View) -> bool {

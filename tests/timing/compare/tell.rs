@@ -30,7 +30,7 @@ impl Gate {
 }
 
 /// Largest of some numbers, and NaN if there is one or if there are none.
-fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
+pub(super) fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.reduce(|a, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }).unwrap_or(f64::NAN)
 }
 
@@ -95,6 +95,7 @@ any machine of this architecture; OpenCV chooses its vector unit as it runs.
             _ => block(&mut text, group),
         }
     }
+    summary(&mut text, comparison);
     let gates = gates(comparison);
     let width = gates.iter().map(|gate| gate.name.len()).max().unwrap_or(0);
     if !gates.is_empty() {
@@ -156,17 +157,61 @@ fn block(text: &mut String, group: &[Outcome]) {
 /// A block of matching errors: one line a kernel, over all frames.
 fn matching(text: &mut String, group: &[Outcome]) {
     let Some(first) = group.first() else { return };
-    let rms = |values: &dyn Fn(&Row) -> f64, kernel: &str| {
-        let rows = group.iter().filter_map(|outcome| outcome.rows.iter().find(|row| row.kernel == kernel));
-        let (sum, count) = rows.map(values).fold((0.0, 0), |(sum, count), value| (sum + value * value, count + 1));
-        (sum / f64::from(count)).sqrt()
-    };
+    let all: Vec<&Outcome> = group.iter().collect();
+    let rms = |values: &dyn Fn(&Row) -> f64, kernel: &str| rms(&all, kernel, values);
     let off = |kernel: &str| rms(&|row| row.match_px.unwrap_or(f64::NAN), kernel);
     let _ = writeln!(text, "\n{}: matched to its own area averages, {} frames", title(first), group.len());
     let _ = writeln!(text, "{:30} {:>9} {:>9} {:>9}", "  patch pixels", "error", "excess", "RMS grey");
     for row in &first.rows {
         let (error, grey) = (off(&row.kernel), rms(&|row| row.score.rms, &row.kernel));
         let _ = writeln!(text, "  {:28} {error:9.4} {:9.4} {grey:9.2}", row.kernel, error - off(EXACT));
+    }
+}
+
+/// Mean square of a figure of one kernel, as a root, over outcomes.
+fn rms(group: &[&Outcome], kernel: &str, value: &dyn Fn(&Row) -> f64) -> f64 {
+    let rows = group.iter().filter_map(|outcome| outcome.rows.iter().find(|row| row.kernel == kernel));
+    let (sum, count) = rows.map(value).fold((0.0, 0), |(sum, count), value| (sum + value * value, count + 1));
+    (sum / f64::from(count)).sqrt()
+}
+
+/// Everything of the case that has limits in one block: one line a kernel, the largest over attitudes.
+fn summary(text: &mut String, comparison: &Comparison) {
+    let Some(limited) = comparison.outcomes.iter().find(|outcome| outcome.limits.is_some()) else { return };
+    let same: Vec<&Outcome> = comparison.outcomes.iter().filter(|outcome| outcome.ground == limited.ground).collect();
+    let groups = |purpose: Purpose| {
+        let of_it: Vec<&Outcome> = same.iter().copied().filter(|outcome| outcome.purpose == purpose).collect();
+        of_it.chunk_by(|a, b| a.picture == b.picture).map(<[&Outcome]>::to_vec).collect::<Vec<_>>()
+    };
+    let (timed, smooth, matched) = (groups(Purpose::Timed), groups(Purpose::Smooth), groups(Purpose::Matched));
+    let (frame, cells) = (limited.frame, limited.ground.cells);
+    let _ = write!(text, "\n{}x{} to {}x{}, largest over attitudes\n{:30}", frame.0, frame.1, cells.0, cells.1, "");
+    for group in &timed {
+        let _ = write!(text, " {:>22}", format!("RMS, {}", group[0].picture));
+    }
+    let _ = write!(text, " {:>8} {:>9}", "largest", "shift, px");
+    for group in &matched {
+        let _ = write!(text, " {:>23}", format!("excess, {}", group[0].picture));
+    }
+    let _ = writeln!(text, " {:>10}", "time ratio");
+    for row in &limited.rows {
+        let of = |group: &[&Outcome], value: &dyn Fn(&Outcome, &Row) -> f64| {
+            let rows = group.iter().flat_map(|outcome| outcome.rows.iter().map(move |row| (*outcome, row)));
+            largest(rows.filter(|(_, other)| other.kernel == row.kernel).map(|(outcome, row)| value(outcome, row)))
+        };
+        let _ = write!(text, "  {:28}", row.kernel);
+        for group in &timed {
+            let _ = write!(text, " {:22.2}", of(group, &|_, row| row.score.rms));
+        }
+        let all_timed: Vec<&Outcome> = timed.concat();
+        let all_smooth: Vec<&Outcome> = smooth.concat();
+        let shift = of(&all_smooth, &|_, row| row.shift_px.unwrap_or(f64::NAN));
+        let _ = write!(text, " {:8.1} {shift:9.3}", of(&all_timed, &|_, row| row.score.worst));
+        for group in &matched {
+            let off = |kernel: &str| rms(group, kernel, &|row| row.match_px.unwrap_or(f64::NAN));
+            let _ = write!(text, " {:23.4}", off(&row.kernel) - off(EXACT));
+        }
+        let _ = writeln!(text, " {:10.2}", of(&all_timed, &Outcome::time_ratio));
     }
 }
 

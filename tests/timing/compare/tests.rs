@@ -5,11 +5,12 @@ use plumbline_core::rectify::Run;
 use plumbline_sim::still::runs_of;
 use plumbline_survey::picture::Picture;
 use plumbline_tests::compare::cases::{Limits, Purpose};
+use plumbline_tests::compare::front::{Candidate, Whose};
 use plumbline_tests::compare::ours::{Kernel, Way};
 use plumbline_tests::compare::run::{Comparison, Outcome, Row};
 use plumbline_tests::compare::score::{Score, score, shift_px};
 use plumbline_tests::compare::view::{Ground, Pose, View};
-use plumbline_tests::compare::{Grey, matched, pictures, tell};
+use plumbline_tests::compare::{Grey, drawing, front, matched, pictures, tell};
 
 const TILTED: Pose = Pose { heading_deg: 30.0, pitch_deg: 8.0, roll_deg: 10.0, is_followed: false };
 const GROUND: Ground = Ground { fov_deg: 40.0, height_m: 439.6, resolution_m: 5.0, cells: (64, 64) };
@@ -267,4 +268,46 @@ fn the_table_and_its_json_say_the_same() {
     assert_eq!(json["rows"][1]["rms"], 0.3);
     assert_eq!(json["gates"][1]["holds"], true);
     assert_eq!(json["skipped"][0], "Vienna");
+}
+
+fn candidate(name: &str, whose: Whose, instructions: f64, rms: f64) -> Candidate {
+    Candidate { name: name.into(), whose, instructions, rms, rms_vienna: None, bytes: Some(7) }
+}
+
+#[test]
+fn the_front_is_what_nothing_else_beats() {
+    let all = [
+        candidate("cheap", Whose::Theirs, 1.0, 9.0),
+        candidate("dear", Whose::Theirs, 2.0, 9.0),
+        candidate("good", Whose::Ours, 2.0, 3.0),
+        candidate("worse", Whose::Former, 5.0, 3.5),
+        candidate("best", Whose::Ours, 7.0, 0.5),
+    ];
+    let front: Vec<_> = front::front(&all).map(|c| c.name.as_str()).collect();
+    assert_eq!(front, ["cheap", "good", "best"]);
+    let table = front::table(&all);
+    assert!(table.contains("| worse | this core, formerly | 5.00 | 3.50 | not known | 7 | no |"), "{table}");
+    let svg = drawing::svg(&all);
+    assert!(all.iter().all(|c| svg.contains(&format!(">{} (", c.name))), "{svg}");
+    // Two of a kind are told apart by their marks, one more of each in the legend.
+    assert_eq!((svg.matches("<circle").count(), svg.matches("fill=\"#c2571a\"").count()), (5, 3));
+}
+
+/// Costs come from the table of exact counts; a workload that it lacks is named.
+#[test]
+fn candidates_have_the_counts_of_the_table() {
+    let mut told = comparison(0.9, 0.5);
+    let outcome = &mut told.outcomes[0];
+    outcome.picture = "prototype texture";
+    outcome.rows = Way::ALL.map(|way| Row { kernel: way.name(), ..outcome.rows[0].clone() }).to_vec();
+    let mut counts = serde_json::json!({"instructions": {}});
+    for (n, way) in (1u32..).zip(Way::ALL) {
+        counts["instructions"][way.workload()] = (262_144 * n).into();
+    }
+    let all = front::candidates(&told, &counts).expect("all counts");
+    let on_board = all.iter().find(|c| c.name == "boxes of 4 x 4, as on board").expect("what flies");
+    assert_eq!((on_board.instructions, on_board.rms, on_board.bytes), (1.0, 0.9, Some(33_280)));
+    assert!(all.windows(2).all(|pair| pair[0].instructions <= pair[1].instructions), "cheapest first");
+    counts["instructions"].as_object_mut().expect("counts").remove(&Way::Boxes(2).workload());
+    assert!(front::candidates(&told, &counts).is_err_and(|why| why.contains("boxes of 2x2")));
 }
