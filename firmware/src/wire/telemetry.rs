@@ -32,6 +32,9 @@ pub struct FrameReport {
     /// Instructions spent on reading rows, on the situation, on rectifying, on matching and fixing; zeros where the
     /// board cannot tell.
     pub instructions: [u32; 4],
+    /// Radius of the search, pixels; 0 where nothing was matched. It stands last, where a reader that does not know it
+    /// does not miss it.
+    pub search_px: u16,
 }
 
 impl FrameReport {
@@ -46,6 +49,7 @@ impl FrameReport {
             predicted: None,
             situation: None,
             instructions: [0; 4],
+            search_px: 0,
         }
     }
 
