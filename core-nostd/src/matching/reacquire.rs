@@ -9,7 +9,7 @@
 use super::View;
 use super::detail::{Limit, limit_to};
 use super::search::{HILL_PX, Peak, SearchError};
-use crate::dsp::{dot_and_energy, dot4};
+use crate::dsp::{dot_and_energy, dot4_rows};
 use crate::math::sqrt;
 use crate::rectify::Run;
 
@@ -18,7 +18,7 @@ pub const FINE_PX: u16 = 3;
 /// Shifts along a side of that search.
 const FINE: usize = 2 * FINE_PX as usize + 1;
 /// Summits that are looked at in full resolution.
-const SUMMITS: usize = 8;
+const SUMMITS: usize = 6;
 /// Patches longer than this are reduced by boxes of 3 x 3, others by 2 x 2, pixels.
 pub const LONG_PX: u16 = 48;
 /// Largest boxes: what a summit can be off must stay within the fine search.
@@ -192,14 +192,15 @@ impl Sizes {
     /// columns and scores.
     const fn bytes(&self) -> [usize; 3] {
         let (own, other) = self.strides();
-        let (grey, scores) = (self.other.0 * self.other.1, 4 * (self.other.0 + self.shifts.0 * self.shifts.1));
+        let (grey, scores) =
+            (self.other.0 * (self.other.1 + 2) + 4 * REACH + 1, 4 * (self.other.0 + self.shifts.0 * self.shifts.1));
         [own * self.own.1, other * self.other.1 + SLACK, if grey > scores { grey } else { scores }]
     }
 
     /// All of them, and the patch with its gaps filled, at its boxes' greys and counts.
     const fn room(&self, patch: (u16, u16)) -> usize {
         let [own, other, rest] = self.bytes();
-        let filled = patch.0 as usize * patch.1 as usize + 2 * self.own.0 * self.own.1;
+        let filled = patch.0 as usize * patch.1 as usize + 2 * self.own.0 * (self.own.1 + 1) + 4 * REACH;
         own + if other + rest > filled { other + rest } else { filled }
     }
 }
@@ -262,12 +263,13 @@ fn ranked<'b>(
     let (Ok(col), Ok(row)) = (usize::try_from(corner.0), usize::try_from(corner.1)) else {
         return Err(SearchError::ReferenceTooSmall);
     };
-    let grey = room.get_mut(..cols * rows).ok_or(SearchError::Capacity)?;
+    let (grey, columns) = room.split_at_mut_checked(cols * rows).ok_or(SearchError::Capacity)?;
+    let columns = columns.as_chunks_mut::<2>().0.get_mut(..cols + 2 * REACH).ok_or(SearchError::Capacity)?;
     reduce(tile, (col, row), sizes.factor, (cols, rows), grey).ok_or(SearchError::ReferenceTooSmall)?;
     let stride = sizes.strides().1;
     let (details, slack) = other.split_at_mut_checked(stride * rows).ok_or(SearchError::Capacity)?;
     slack.fill(0);
-    details_into(grey, (cols, rows), stride, details);
+    details_into(grey, (cols, rows), stride, (&mut *details, columns));
     let mut limit = Limit::new();
     for line in details.chunks_exact(stride).step_by(LIMIT_ROWS) {
         limit.add(&line[..cols]);
@@ -374,6 +376,7 @@ fn own_details(patch: &View<'_>, runs: &[Run], sizes: &Sizes, out: &mut [u8], ro
     let (width, height) = (patch.size().0 as usize, patch.size().1 as usize);
     let Sizes { factor, own: (cols, rows), .. } = *sizes;
     let (filled, room) = room.split_at_mut_checked(width * height)?;
+    let (columns, room) = room.split_at_mut_checked(2 * (cols + 2 * REACH))?;
     let (grey, counts) = room.get_mut(..2 * cols * rows)?.split_at_mut(cols * rows);
     counts.fill(0);
     let first = runs.first()?.row as usize;
@@ -409,7 +412,7 @@ fn own_details(patch: &View<'_>, runs: &[Run], sizes: &Sizes, out: &mut [u8], ro
     }
     reduce(&View::new(filled, patch.size())?, (0, 0), factor, (cols, rows), grey)?;
     let stride = sizes.strides().0;
-    details_into(grey, (cols, rows), stride, out);
+    details_into(grey, (cols, rows), stride, (&mut *out, columns.as_chunks_mut::<2>().0));
     let mut limit = Limit::new();
     let mut valid = 0;
     let whole = (factor * factor) as u8;
@@ -470,48 +473,52 @@ fn reduce(
 }
 
 /// The details of a picture, not limited yet, rows `stride` apart with zeros behind them; beyond its border the outermost
-/// pixels go on.
-fn details_into(grey: &[u8], (cols, rows): (usize, usize), stride: usize, out: &mut [u8]) {
-    for (row, line) in (0..rows).zip(out.chunks_exact_mut(stride.max(1))) {
-        let near = |n: usize| {
-            let row = (row + n).saturating_sub(REACH).min(rows - 1);
-            grey.get(row * cols..row * cols + cols).unwrap_or(&[])
-        };
-        let [a, b, own, d, e] = [near(0), near(1), near(2), near(3), near(4)];
-        let (line, behind) = line.split_at_mut(cols.min(stride));
+/// pixels go on. `columns`: room for a sum of each column, from two before the first to two behind the last, over the rows
+/// from two before a row to two behind it.
+fn details_into(grey: &[u8], (cols, rows): (usize, usize), stride: usize, (out, columns): (&mut [u8], &mut [[u8; 2]])) {
+    let line = |row: usize| {
+        let row = row.saturating_sub(REACH).min(rows.saturating_sub(1));
+        grey.get(row * cols..row * cols + cols).unwrap_or(&[])
+    };
+    let add = |columns: &mut [[u8; 2]], row: usize| {
+        for (column, &entering) in columns.iter_mut().skip(REACH).zip(line(row)) {
+            *column = (u16::from_le_bytes(*column) + entering as u16).to_le_bytes();
+        }
+    };
+    columns.fill([0; 2]);
+    (0..2 * REACH).for_each(|row| add(columns, row));
+    for (row, details) in (0..rows).zip(out.chunks_exact_mut(stride.max(1))) {
+        let (details, behind) = details.split_at_mut(cols.min(stride));
         behind.fill(0);
-        let mut columns = (a.iter().zip(b).zip(own).zip(d).zip(e))
-            .map(|((((&a, &b), &own), &d), &e)| a as i32 + b as i32 + own as i32 + d as i32 + e as i32);
-        // Sums of the columns from two before a pixel to two behind it.
-        let Some(first) = columns.next() else { continue };
-        let mut last = columns.next().unwrap_or(first);
-        let mut near = [first, first, first, last];
-        let mut around = 3 * first + last;
-        for (detail, &own) in line.iter_mut().zip(own) {
-            last = columns.next().unwrap_or(last);
-            around += last;
+        add(columns, row + 2 * REACH);
+        if let Some([left @ .., first]) = columns.get_mut(..=REACH) {
+            left.fill(*first);
+        }
+        if let Some([last, right @ ..]) = columns.get_mut(cols + REACH - 1..) {
+            right.fill(*last);
+        }
+        let sum = |column: [u8; 2]| u16::from_le_bytes(column) as i32;
+        let mut around: i32 = columns.iter().take(2 * REACH).map(|&column| sum(column)).sum();
+        let five = columns.windows(2 * REACH + 1);
+        for ((detail, &own), five) in details.iter_mut().zip(line(row + REACH)).zip(five) {
+            around += sum(five[2 * REACH]);
             // 4/25 in Q16, rounded to nearest.
             *detail = (((own as i32 * 25 - around) * 10486 + (1 << 15)) >> 16).clamp(-127, 127) as u8;
-            around -= near[0];
-            near = [near[1], near[2], near[3], last];
+            around -= sum(five[0]);
+        }
+        for (column, &leaving) in columns.iter_mut().skip(REACH).zip(line(row)) {
+            *column = (u16::from_le_bytes(*column) - leaving as u16).to_le_bytes();
         }
     }
 }
 
 /// Products of both pictures' details at every shift, over every `every`th row of the patch.
 fn correlate(own: &[u8], other: &[u8], sizes: &Sizes, every: usize, scores: &mut [[u8; 4]]) {
-    let (own_stride, other_stride) = sizes.strides();
+    let strides = sizes.strides();
     for (line, scores) in scores.chunks_exact_mut(sizes.shifts.0.max(1)).enumerate() {
         for (at, scores) in (0..).step_by(4).zip(scores.chunks_mut(4)) {
-            let mut sums = [0; 4];
-            let mut others = other.get(line * other_stride + at..).unwrap_or(&[]);
-            for own in own.chunks_exact(own_stride.max(1)).step_by(every) {
-                let products = dot4(own, others);
-                for (sum, product) in sums.iter_mut().zip(products) {
-                    *sum += product;
-                }
-                others = others.get(every * other_stride..).unwrap_or(&[]);
-            }
+            let others = other.get(line * strides.1 + at..).unwrap_or(&[]);
+            let sums = dot4_rows(own, others, strides, every);
             for (score, sum) in scores.iter_mut().zip(sums) {
                 *score = sum.to_le_bytes();
             }
