@@ -16,9 +16,12 @@ pub const PATCH_MAX_AREA: usize = PATCH_MAX_PX * PATCH_MAX_PX;
 /// Bytes of frame memory that a board should have: sums of boxes of 2 x 2 of a frame of 512 x 512 are 132,096, of 4 x 4
 /// of 752 x 480 45,600 and of 1280 x 960 154,560. The frame itself, which is not kept, would be up to 1.2 MB.
 pub const FRAME_MEMORY_BYTES: usize = 45_600;
-/// Largest search radius on board, pixels of the reference.
+/// Largest radius on board of a search of every pixel around the prediction, pixels of the reference; searches beyond are
+/// made from coarse to fine.
 pub const SEARCH_MAX_PX: usize = 10;
-/// Correlation scores of the largest search.
+/// Radius of the search for a position that was lost, pixels of the reference.
+pub const REACQUIRE_PX: usize = 64;
+/// Correlation scores of the largest search around the prediction.
 pub const SCORES_MAX: usize = (2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1);
 /// Runs of valid pixels a patch may have on board: convex footprints need one a row, strong distortion a few more.
 pub const RUNS_MAX: usize = PATCH_MAX_PX + 16;

@@ -2,12 +2,13 @@
 //!
 //! [`mod@search`]: masked normalised cross-correlation of details over whole-pixel shifts, [`mod@refine`]: least-squares
 //! matching around the peak to hundredths of a pixel with its covariance, [`judge`]: what both must reach to become a
-//! fix; [`locate`] does the three.
+//! fix; [`locate`] does the three. [`mod@reacquire`] searches far from the predicted place, for [`locate_far`].
 
 mod detail;
 mod histogram;
 pub mod judge;
 mod look;
+pub mod reacquire;
 pub mod refine;
 pub mod search;
 mod segment;
@@ -17,6 +18,7 @@ mod sums;
 
 use crate::rectify::Run;
 use judge::{AcceptRule, Doubt};
+use reacquire::{FINE_PX, reacquire, window};
 use refine::{Prior, RefineError, SubPixel, refine};
 use search::{Peak, SearchError, correlation, search};
 
@@ -67,14 +69,56 @@ pub fn locate(
 ) -> Result<Located, SearchError> {
     let peak = search(patch, runs, reference, radius, bytes, scores)?;
     let refined = refine(patch, runs, reference, radius, &peak, prior, bytes);
-    let accepted = rule.peak(&peak, valid(runs) as u32).map_err(Rejection::Doubt).and_then(|()| {
-        let solution = refined.map_err(Rejection::Refine)?;
-        rule.solution(&solution).map_err(Rejection::Doubt)?;
-        Ok(solution)
-    });
+    let accepted = judged(rule, &peak, refined, runs);
     let score = |at| correlation(patch, runs, reference, radius, at);
     let second = if peak.second > 0.0 { score(peak.second_at) } else { 0.0 };
     Ok(Located { peak, scores: [score((peak.d_col, peak.d_row)), second], refined, accepted })
+}
+
+/// The same within ±`radius`, far more than [`locate`] can hold, of the place where the patch was predicted: `at`, the tile's
+/// (column, row) under its upper left pixel. The search ends where the tile does. The more shifts there are, the more the
+/// peak must reach: see [`AcceptRule::among`].
+///
+/// `bytes`: [`reacquire::room`], working space.
+///
+/// # Errors
+/// [`SearchError`] where nothing could be searched.
+pub fn locate_far(
+    patch: &View<'_>,
+    runs: &[Run],
+    (tile, at): (&View<'_>, (i32, i32)),
+    radius: u16,
+    (prior, rule): (Prior, &AcceptRule),
+    bytes: &mut [u8],
+) -> Result<Located, SearchError> {
+    let found = reacquire(patch, runs, tile, at, radius, bytes)?;
+    let peak = found.peak;
+    let around = window(patch, tile, at, found.centre).ok_or(SearchError::ReferenceTooSmall)?;
+    let refined = refine(patch, runs, &around, FINE_PX, &found.local, prior, bytes).map(|solution| SubPixel {
+        d_col: solution.d_col + found.centre.0 as f32,
+        d_row: solution.d_row + found.centre.1 as f32,
+        ..solution
+    });
+    let accepted = judged(&rule.among(radius), &peak, refined, runs);
+    let score = |(col, row): (i16, i16)| {
+        let under = tile.window(at.0 + col as i32, at.1 + row as i32, patch.size());
+        under.map_or(0.0, |under| correlation(patch, runs, &under, 0, (0, 0)))
+    };
+    let second = if peak.second > 0.0 { score(peak.second_at) } else { 0.0 };
+    Ok(Located { peak, scores: [score((peak.d_col, peak.d_row)), second], refined, accepted })
+}
+
+/// The solution where both it and its peak are good enough.
+fn judged(
+    rule: &AcceptRule,
+    peak: &Peak,
+    refined: Result<SubPixel, RefineError>,
+    runs: &[Run],
+) -> Result<SubPixel, Rejection> {
+    rule.peak(peak, valid(runs) as u32).map_err(Rejection::Doubt)?;
+    let solution = refined.map_err(Rejection::Refine)?;
+    rule.solution(&solution).map_err(Rejection::Doubt)?;
+    Ok(solution)
 }
 
 /// Valid pixels of a patch.

@@ -10,12 +10,14 @@ mod settings;
 mod situation;
 mod streams;
 
-use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, RUNS_MAX, SCORES_MAX, SEARCH_MAX_PX};
+use crate::budget::{
+    FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, REACQUIRE_PX, RUNS_MAX, SCORES_MAX, SEARCH_MAX_PX,
+};
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::FrameFromPatch;
 use crate::matching::refine::Prior;
 use crate::matching::search::{Peak, room};
-use crate::matching::{View, locate};
+use crate::matching::{Located, View, locate, locate_far, reacquire};
 use crate::rectify::{Node, Run, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
@@ -37,10 +39,22 @@ pub struct Outcome {
     pub peak: Peak,
     /// Normalised cross-correlation of the greys at the peak and at the second place.
     pub scores: [f32; 2],
+    /// Radius of the search, pixels: the settings', or [`REACQUIRE_PX`] where the position had been lost.
+    pub search_px: u16,
     /// The window's centre relative to the predicted position, (columns, rows): less than a pixel.
     pub window_off: [f32; 2],
     /// The fix, or why there is none.
     pub fix: Result<Fix, Refusal>,
+}
+
+/// Where the patch lies in the tile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Matched {
+    located: Located,
+    /// Centre of the searched window, pixels of the tile, and how far it is off the predicted position.
+    centre: (f32, f32),
+    off: (f32, f32),
+    search_px: u16,
 }
 
 /// State of the whole chain.
@@ -52,9 +66,16 @@ pub struct Pipeline<'t> {
     pub streams: Streams,
     reducer: Option<Reducer>,
     patch_size: (u16, u16),
+    /// Frames since the last accepted one, or the last search for a lost position, that were tried and not accepted.
+    missed: u8,
     buffers: &'t mut Buffers,
     frame_memory: &'t mut [u8],
 }
+
+/// So many frames in a row that are tried and not accepted mean that the position is lost: the next one is searched over
+/// ±[`REACQUIRE_PX`], and whether that finds it or not, the count begins anew. Over good ground one frame in fifty is not
+/// accepted; over a lake or changed ground many are in a row, and one in six of them costs a long search.
+pub const LOST_AFTER: u8 = 5;
 
 /// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
 /// board has room and need not carry them over a stack.
@@ -100,11 +121,11 @@ impl<'t> Pipeline<'t> {
         frame_memory: &'t mut [u8],
     ) -> Result<Self, SettingsError> {
         settings.check()?;
-        if frame_memory.len() < SEARCH_BYTES {
+        if frame_memory.len() < MATCHING_BYTES {
             return Err(SettingsError::FrameMemory);
         }
         let (streams, patch_size) = (Streams::new(), (0, 0));
-        Ok(Pipeline { settings, tile, streams, reducer: None, patch_size, buffers, frame_memory })
+        Ok(Pipeline { settings, tile, streams, reducer: None, patch_size, missed: 0, buffers, frame_memory })
     }
 
     /// The settings at work.
@@ -169,13 +190,24 @@ impl<'t> Pipeline<'t> {
         if runs.is_empty() { Err(Refusal::NoFootprint) } else { Ok(()) }
     }
 
-    /// Matches the patch around the predicted position and makes the fix.
+    /// [`Pipeline::match_patch`], then [`Pipeline::fix`].
     ///
     /// # Errors
-    /// A [`Refusal`] when no match could be tried at all; a tried one that was not accepted is an [`Outcome`] whose
-    /// `fix` says why.
+    /// Those of the first.
     pub fn register(&mut self, situation: &Situation) -> Result<Outcome, Refusal> {
-        let radius = self.settings.search_px;
+        let matched = self.match_patch(situation)?;
+        Ok(self.fix(situation, &matched))
+    }
+
+    /// Matches the patch around the predicted position. The search is as wide as the settings say, and
+    /// ±[`REACQUIRE_PX`] after [`LOST_AFTER`] frames that were tried in vain; beyond [`SEARCH_MAX_PX`] it ends where the tile
+    /// does.
+    ///
+    /// # Errors
+    /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
+    pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
+        let search_px = if self.missed >= LOST_AFTER { REACQUIRE_PX as u16 } else { self.settings.search_px };
+        let radius = search_px.min(SEARCH_MAX_PX as u16);
         let (cols, rows) = self.patch_size;
         let Buffers { patch, runs, scores, .. } = &mut *self.buffers;
         let patch = View::new(patch, self.patch_size).ok_or(Refusal::NoFootprint)?;
@@ -194,21 +226,35 @@ impl<'t> Pipeline<'t> {
 
         let prior =
             Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
-        let located =
-            locate(&patch, runs, &window, radius, (prior, &self.settings.accept), (self.frame_memory, scores))
-                .map_err(|_| Refusal::Featureless)?;
-        let footprint = Footprint::of(runs, self.patch_size);
+        let (rule, memory) = ((prior, &self.settings.accept), &mut *self.frame_memory);
+        let located = if search_px > radius {
+            let at = (left as i32 + radius as i32, top as i32 + radius as i32);
+            locate_far(&patch, runs, (self.tile.view(), at), search_px, rule, memory)
+        } else {
+            locate(&patch, runs, &window, radius, rule, (memory, scores))
+        };
+        let located = located.map_err(|_| Refusal::Featureless)?;
+        let is_lost = located.accepted.is_err() && self.missed < LOST_AFTER;
+        self.missed = if is_lost { self.missed + 1 } else { 0 };
+        Ok(Matched { located, centre, off, search_px })
+    }
+
+    /// The fix of a match in the situation that it was made in, or why there is none.
+    pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
+        let Matched { located, centre, off, search_px } = matched;
+        let footprint = Footprint::of(&self.buffers.runs, self.patch_size);
         let uncertainty = Uncertainty { tilt_rad: situation.sigma_tilt_rad, height_m: situation.sigma_height_m };
-        let fixed = |s| fix(&self.tile, centre, &s, &footprint, situation.height_m, uncertainty);
+        let fixed = |s| fix(&self.tile, *centre, &s, &footprint, situation.height_m, uncertainty);
         let shift = located.shift();
-        Ok(Outcome {
+        Outcome {
             d_col: shift.0 + off.0,
             d_row: shift.1 + off.1,
             peak: located.peak,
             scores: located.scores,
+            search_px: *search_px,
             window_off: [off.0, off.1],
             fix: located.accepted.map(fixed).map_err(Refusal::from),
-        })
+        }
     }
 
     /// The rectified patch, its size and its valid runs, until the next frame is rectified.
@@ -222,7 +268,16 @@ const _: () = assert!((2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1) == SCORE
 /// Ratio of a patch pixel to a frame pixel beyond which boxes grow no further: 16 rows are the most that a front end's ring
 /// has to hold at a time.
 const RATIO_MAX: f32 = 90.0;
-/// Working bytes of the largest search.
-const SEARCH_BYTES: usize =
-    room(((PATCH_MAX_PX + 2 * SEARCH_MAX_PX) as u16, (PATCH_MAX_PX + 2 * SEARCH_MAX_PX) as u16));
-const _: () = assert!(SEARCH_BYTES <= FRAME_MEMORY_BYTES, "the largest search does not fit the frame's memory");
+/// What the matcher needs at most: details of the largest window around the prediction, or the small pictures of the longest
+/// patches that either size of boxes serves.
+const MATCHING_BYTES: usize = {
+    const LONGEST: u16 = PATCH_MAX_PX as u16;
+    const FAR: u16 = REACQUIRE_PX as u16;
+    const WINDOW: u16 = LONGEST + 2 * SEARCH_MAX_PX as u16;
+    let window = room((WINDOW, WINDOW));
+    let small = reacquire::room((LONGEST, LONGEST), FAR);
+    let large = reacquire::room((reacquire::LONG_PX, reacquire::LONG_PX), FAR);
+    let small = if small > large { small } else { large };
+    if small > window { small } else { window }
+};
+const _: () = assert!(MATCHING_BYTES <= FRAME_MEMORY_BYTES, "what the matcher needs does not fit the frame's memory");

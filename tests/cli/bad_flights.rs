@@ -38,7 +38,7 @@ fn scenarios() {
         ("resolution_m = 0.0\n", &["resolution_m"]),
         ("resolution_m = nan\n", &["resolution_m"]),
         ("search_px = 0\n", &["search_px"]),
-        ("search_px = 257\n", &["search_px"]),
+        ("search_px = 65\n", &["search_px"]),
         ("noise_dn = inf\n", &["noise_dn"]),
         ("exposure_us = 400000\n", &["exposure_us"]),
         ("[flight]\nheight_m = [150.0, 100.0]\n", &["height_m"]),

@@ -2,6 +2,8 @@
 
 use super::refine::SubPixel;
 use super::search::Peak;
+use crate::budget::SEARCH_MAX_PX;
+use crate::math::{ln, sqrt};
 
 /// Why a match was not accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +48,17 @@ impl Default for AcceptRule {
 const INDEPENDENT: f32 = 0.5;
 
 impl AcceptRule {
+    /// The rule for a search of ±`radius`.
+    ///
+    /// The highest of M chance values of one deviation is expected at √(2 ln M): 3.49 over the shifts of the largest
+    /// search around the prediction, which the rule itself is for, 4.41 over those of ±64. Score and lead are asked for as
+    /// much more as that, which leaves the margin over chance as it is.
+    pub fn among(&self, radius: u16) -> AcceptRule {
+        let highest = |radius: f32| sqrt(4.0 * ln(2.0 * radius + 1.0));
+        let more = (highest(radius as f32) - highest(SEARCH_MAX_PX as f32)).max(0.0);
+        AcceptRule { score_min: self.score_min + more, lead_min: self.lead_min + more, ..*self }
+    }
+
     /// Accepts a peak over `valid` pixels by itself.
     ///
     /// A correlation of chance values spreads by 1/√n. Fisher's transformation, by which that of true ones would spread

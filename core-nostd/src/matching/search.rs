@@ -50,7 +50,7 @@ pub struct Peak {
 
 /// Summits nearer than this to the peak belong to it: noise puts teeth on a hill, and texture that was averaged to the
 /// pixel correlates over two of them.
-const HILL_PX: i16 = 3;
+pub(super) const HILL_PX: i16 = 3;
 /// Pixels that the first look takes at least, where the patch has them.
 const LOOK_PX: usize = 330;
 /// Every which run it takes at least.

@@ -1,6 +1,6 @@
 //! What is decided before a flight.
 
-use crate::budget::SEARCH_MAX_PX;
+use crate::budget::REACQUIRE_PX;
 use crate::camera::Camera;
 use crate::matching::judge::AcceptRule;
 
@@ -63,7 +63,8 @@ pub struct Settings {
     pub position_age_us: u32,
     /// How long a frame waits for its pose, microseconds after mid-exposure.
     pub patience_us: u32,
-    /// Search radius, pixels of the reference.
+    /// Search radius, pixels of the reference. Beyond [`SEARCH_MAX_PX`](crate::budget::SEARCH_MAX_PX) every frame is searched
+    /// from coarse to fine, at some times the cost.
     pub search_px: u16,
     /// When a match becomes a fix.
     pub accept: AcceptRule,
@@ -73,7 +74,7 @@ impl Settings {
     /// # Errors
     /// [`SettingsError`].
     pub fn check(&self) -> Result<(), SettingsError> {
-        if !(1..=SEARCH_MAX_PX).contains(&(self.search_px as usize)) {
+        if !(1..=REACQUIRE_PX).contains(&(self.search_px as usize)) {
             return Err(SettingsError::Search);
         }
         let s = &self.sigmas;

@@ -147,6 +147,7 @@ impl Work {
 
     fn outcome(&mut self, outcome: &Outcome) -> Result<(), Refusal> {
         let report = &mut self.out.report;
+        report.search_px = outcome.search_px;
         let [off_col, off_row] = outcome.window_off;
         let peak = &outcome.peak;
         report.matched = Some([

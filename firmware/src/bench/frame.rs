@@ -1,4 +1,5 @@
-//! The whole chain, from a frame's first row to its fix: 512 x 512, 60°, 5 m, a patch of 35 x 35, a search of ±10 pixels.
+//! The whole chain, from a frame's first row to its fix: 512 x 512, 60°, 5 m, a patch of 35 x 35, a search of ±10 pixels, and
+//! one of ±64 that gets a lost position back.
 
 use super::poses::Pose;
 use super::region::{Stand, region};
@@ -11,19 +12,33 @@ use plumbline_core::pipeline::{Buffers, FollowUpMode, Outcome, Pipeline, Positio
 use plumbline_core::tile::{Geographic, Georeference, Tile};
 use plumbline_core::units::{Metres, Micros, Radians};
 
-/// The workload's name.
-pub const NAME: &str = "frame";
+/// Where a frame is searched.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// The workload's name.
+    pub name: &'static str,
+    /// Side of the tile, pixels.
+    pub tile_px: u16,
+    /// How far off the predicted position is, pixels of the tile (east, south).
+    pub off_px: (f32, f32),
+    /// Search radius, pixels.
+    pub search_px: u16,
+    /// Whether every stage is measured, or the matching alone, as the rest is the same for both.
+    pub has_stages: bool,
+}
+
+/// A frame as most are. The prediction is off by what is not whole, and not where a search begins.
+pub const FRAME: Case = Case { name: "frame", tile_px: 192, off_px: (4.3, -5.6), search_px: 10, has_stages: true };
+/// A frame whose prediction has drifted. The tile holds the whole search around it.
+pub const REACQUISITION: Case =
+    Case { name: "re-acquisition", tile_px: 272, off_px: (50.0, -41.0), search_px: 64, has_stages: false };
 /// Side of the frame, pixels.
 pub const FRAME_PX: u16 = 512;
-/// Side of the tile, pixels.
-pub const TILE_PX: u16 = 192;
 /// Metres a pixel of it.
 const RESOLUTION_M: f32 = 5.0;
 /// By eq. 4 just above 35 pixels.
 const HEIGHT_M: f32 = 152.0;
 const FOV_DEG: f32 = 60.0;
-/// How far off the predicted position is, pixels of the tile (east, south): not whole, and not where a search begins.
-const OFF_PX: (f32, f32) = (4.3, -5.6);
 /// When the shutter was open, microseconds, and how far apart samples are.
 const MID_EXPOSURE: Micros = Micros(10_000_000);
 const ATTITUDE_US: u64 = 5_000;
@@ -43,11 +58,12 @@ pub struct Flown {
     pub error_px: f32,
 }
 
-/// Runs the chain once. `frame`: 512 x 512, overwritten; `tile`: 192 x 192 of ground.
+/// Runs the chain once. `frame`: 512 x 512, overwritten; `tile`: the case's ground.
 ///
 /// # Errors
 /// The [`Refusal`] of a stage: such a frame's figures would be of another path.
 pub fn run(
+    case: &Case,
     pose: &Pose,
     stand: &mut impl Stand,
     (frame, tile): (&mut [u8], &[u8]),
@@ -56,7 +72,7 @@ pub fn run(
     let fov = Radians::from_degrees(black_box(FOV_DEG));
     let scene = Scene {
         tile,
-        tile_side: TILE_PX as usize,
+        tile_side: case.tile_px as usize,
         resolution_m: RESOLUTION_M,
         frame_side: FRAME_PX as usize,
         half_fov_tangent: tan(0.5 * fov.0),
@@ -64,19 +80,29 @@ pub fn run(
     };
     scene.render(pose, u32::from(pose.heading_deg), frame);
     let camera = Camera::new((FRAME_PX, FRAME_PX), (fov, fov), (0.0, 0.0), None).map_err(|_| Refusal::NoFootprint)?;
-    let reference = Tile::new(tile, (TILE_PX, TILE_PX), Metres(RESOLUTION_M), georeference())
+    let reference = Tile::new(tile, (case.tile_px, case.tile_px), Metres(RESOLUTION_M), georeference())
         .map_err(|_| Refusal::OutsideReference)?;
-    let mut pipeline =
-        Pipeline::new(settings(camera, pose), reference, buffers, frame_memory).map_err(|_| Refusal::NoFootprint)?;
-    feed(&mut pipeline, pose);
+    let mut pipeline = Pipeline::new(settings(camera, pose, case.search_px), reference, buffers, frame_memory)
+        .map_err(|_| Refusal::NoFootprint)?;
+    feed(&mut pipeline, pose, case.off_px);
 
-    region(stand, (NAME, "begin"), pose, || pipeline.begin_frame())?;
-    region(stand, (NAME, "rows"), pose, || pipeline.rows(frame))?;
-    let situation = region(stand, (NAME, "situate"), pose, || pipeline.situate(MID_EXPOSURE))?;
-    let situation = situation.ok_or(Refusal::NoAttitude)?;
-    region(stand, (NAME, "rectify"), pose, || pipeline.rectify(&situation))?;
-    let outcome = region(stand, (NAME, "register"), pose, || pipeline.register(&situation))?;
-    let (col, row) = (outcome.d_col + OFF_PX.0, outcome.d_row + OFF_PX.1);
+    let name = case.name;
+    let situation = if case.has_stages {
+        region(stand, (name, "begin"), pose, || pipeline.begin_frame())?;
+        region(stand, (name, "rows"), pose, || pipeline.rows(frame))?;
+        let situation = region(stand, (name, "situate"), pose, || pipeline.situate(MID_EXPOSURE))?;
+        let situation = situation.ok_or(Refusal::NoAttitude)?;
+        region(stand, (name, "rectify"), pose, || pipeline.rectify(&situation))?;
+        situation
+    } else {
+        pipeline.begin_frame()?;
+        pipeline.rows(frame)?;
+        let situation = pipeline.situate(MID_EXPOSURE)?.ok_or(Refusal::NoAttitude)?;
+        pipeline.rectify(&situation)?;
+        situation
+    };
+    let outcome = region(stand, (name, "register"), pose, || pipeline.register(&situation))?;
+    let (col, row) = (outcome.d_col + case.off_px.0, outcome.d_row + case.off_px.1);
     Ok(Flown { outcome, error_px: plumbline_core::math::sqrt(col * col + row * row) })
 }
 
@@ -92,7 +118,7 @@ fn georeference() -> Georeference {
 }
 
 /// A fixed camera is one whose follow-up angle is measured as 0: the dearest way to know it.
-fn settings(camera: Camera, pose: &Pose) -> Settings {
+fn settings(camera: Camera, pose: &Pose, search_px: u16) -> Settings {
     Settings {
         camera,
         follow_up: if pose.is_followed { FollowUpMode::Followed } else { FollowUpMode::Measured },
@@ -107,19 +133,19 @@ fn settings(camera: Camera, pose: &Pose) -> Settings {
         range_gap_us: 100_000,
         position_age_us: 1_000_000,
         patience_us: 100_000,
-        search_px: 10,
+        search_px,
         accept: AcceptRule::default(),
     }
 }
 
 /// Fills the streams: mid-exposure lies behind the newest sample but one, as in flight.
-fn feed(pipeline: &mut Pipeline<'_>, pose: &Pose) {
+fn feed(pipeline: &mut Pipeline<'_>, pose: &Pose, off_px: (f32, f32)) {
     let attitude = pose.attitude();
     let slant = Metres(HEIGHT_M / attitude.cos_tilt());
     let metres = |px: f32| px * RESOLUTION_M;
     let position = Geographic {
-        lat_e7: CENTRE.lat_e7 - (metres(OFF_PX.1) / NORTH_M * 1e5) as i32,
-        lon_e7: CENTRE.lon_e7 + (metres(OFF_PX.0) / EAST_M * 1e5) as i32,
+        lat_e7: CENTRE.lat_e7 - (metres(off_px.1) / NORTH_M * 1e5) as i32,
+        lon_e7: CENTRE.lon_e7 + (metres(off_px.0) / EAST_M * 1e5) as i32,
     };
     let streams = &mut pipeline.streams;
     // Rings longer than what they hold; a sample that is refused shows as a refused frame.

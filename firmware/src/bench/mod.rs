@@ -12,9 +12,7 @@
 //! | [`texture`] | pictures |
 //! | [`scenery`] | a frame as a tilted camera would take it of a tile |
 //! | [`rectify`] | cases of the rectification alone |
-//! | [`frame`] | cases of the whole chain from edge to fix |
-//!
-//! A search of ±64 pixels to get the position back would be one more module beside [`frame`]: the core has none.
+//! | [`frame`] | cases of the whole chain from edge to fix, and of getting a lost position back |
 
 #[cfg(all(target_os = "none", feature = "an500"))]
 pub mod counter;

@@ -67,12 +67,14 @@ mod board {
                 memory(window::ADDRESS + window::FRAME, area(frame::FRAME_PX)),
                 memory(window::ADDRESS + window::FRAME_MEMORY, FRAME_MEMORY_BYTES),
                 memory(PLENTY, rectify::BESIDES_BYTES),
-                memory(window::ADDRESS + window::TILE, area(frame::TILE_PX)),
+                memory(window::ADDRESS + window::TILE, area(frame::REACQUISITION.tile_px)),
                 memory(PATCH, area(rectify::PATCH_PX)),
             )
         };
         let done = rectifications(&mut bench, frame, patch, [frame_memory, plenty]);
-        an500::exit(done && frames(&mut bench, frame, tile, frame_memory))
+        let buffers = BUFFERS.take();
+        let cases = [frame::FRAME, frame::REACQUISITION];
+        an500::exit(done && cases.iter().all(|case| frames(case, &mut bench, (frame, tile), (buffers, frame_memory))))
     }
 
     /// `memory`: what the board has, and plenty.
@@ -91,12 +93,18 @@ mod board {
             && rectify::BESIDES.iter().all(|case| run(case, plenty))
     }
 
-    fn frames(bench: &mut Bench, picture: &mut [u8], tile: &mut [u8], frame_memory: &mut [u8]) -> bool {
-        texture::ground(tile, usize::from(frame::TILE_PX), 1);
-        let buffers = BUFFERS.take();
+    fn frames(
+        case: &frame::Case,
+        bench: &mut Bench,
+        (picture, tile): (&mut [u8], &mut [u8]),
+        (buffers, frame_memory): (&mut Buffers, &mut [u8]),
+    ) -> bool {
+        let side = usize::from(case.tile_px);
+        let Some(tile) = tile.get_mut(..side * side) else { return false };
+        texture::ground(tile, side, 1);
         let (mut accepted, mut poses) = (0, 0);
         for pose in Pose::all() {
-            match frame::run(&pose, bench, (picture, tile), (buffers, frame_memory)) {
+            match frame::run(case, &pose, bench, (picture, tile), (&mut *buffers, &mut *frame_memory)) {
                 Err(why) => {
                     eprintln!("bench: {pose} is refused: {why:?}");
                     return false;
@@ -107,7 +115,7 @@ mod board {
                 }
             }
         }
-        eprintln!("bench: {accepted} of {poses} frames have a fix where they were taken");
+        eprintln!("bench: {}: {accepted} of {poses} frames have a fix where they were taken", case.name);
         true
     }
 }

@@ -31,6 +31,9 @@ pub struct FrameReport {
     pub situation: Option<[f32; 5]>,
     /// Instructions of each of [`STAGES`]; zeros where the board cannot tell.
     pub instructions: [u32; STAGES.len()],
+    /// Radius of the search, pixels; 0 where nothing was matched. It stands last, where a reader that does not know it
+    /// does not miss it.
+    pub search_px: u16,
 }
 
 /// The stages of a frame: reading and reducing its rows, mid-exposure on the autopilot's clock, the pose there with all
@@ -49,6 +52,7 @@ impl FrameReport {
             predicted: None,
             situation: None,
             instructions: [0; STAGES.len()],
+            search_px: 0,
         }
     }
 

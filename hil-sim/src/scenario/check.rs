@@ -2,6 +2,7 @@
 
 use super::{FollowUpMode, Scenario, ScenarioError};
 use crate::flight::footprint_margin_m;
+use plumbline_core::budget::REACQUIRE_PX;
 
 /// Most frames of a flight: a day at 4 Hz is 345 600.
 const FRAMES_MAX: u32 = 1_000_000;
@@ -30,7 +31,7 @@ impl Scenario {
         let mut ranges = vec![
             ("frames", self.frames.into(), 1.0, FRAMES_MAX.into()),
             ("resolution_m", self.resolution_m, 0.01, 1000.0),
-            ("search_px", self.search_px.into(), 1.0, 256.0),
+            ("search_px", self.search_px.into(), 1.0, REACQUIRE_PX as f64),
             ("frame_interval_ms", self.frame_interval_ms.into(), 10.0, 3_600_000.0),
             ("frame_jitter_us", self.frame_jitter_us.into(), 0.0, 1e6),
             ("exposure_us", self.exposure_us.into(), 1.0, 1e6),

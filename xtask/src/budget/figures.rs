@@ -52,12 +52,13 @@ const TO_35: &str = "rectify 512x512 to 35x35";
 const TO_256: &str = "rectify 512x512 to 256x256";
 
 /// What may not be passed.
-const LIMITS: [(&str, &str, f64); 9] = [
+const LIMITS: [(&str, &str, f64); 10] = [
     (TO_64, PER_SOURCE_PIXEL, 3.5),
     (TO_64, SERIAL_480, 4.5),
     (TO_35, SERIAL_480, 4.0),
     (TO_256, PER_OUTPUT_PIXEL, 30.0),
     ("frame", SERIAL_480, 12.0),
+    ("re-acquisition", SERIAL_480, 38.0),
     (LAST_ROW_TO_FIX, SERIAL_480, 3.0),
     (APPLICATION, RAM, 25.0 * 1024.0),
     (APPLICATION, FLASH, 256.0 * 1024.0),

@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use super::{FRAME_PX, TILE_PX, run};
+use super::{Case, FRAME, FRAME_PX, REACQUISITION, run};
 use crate::bench::poses::Pose;
 use crate::bench::region::Stand;
 use crate::bench::texture;
@@ -27,20 +27,33 @@ impl Stand for Listener {
     }
 }
 
-#[test]
-fn frames_of_the_bench_are_matched_where_they_were_taken() {
-    let mut tile = vec![0; TILE_PX as usize * TILE_PX as usize];
-    texture::ground(&mut tile, TILE_PX as usize, 1);
-    let mut frame = vec![0; FRAME_PX as usize * FRAME_PX as usize];
-    let (mut listener, mut buffers) = (Listener::default(), Buffers::new());
-    let mut memory = vec![0; FRAME_MEMORY_BYTES];
-    // Some of every tilt, of a camera that follows and of one that does not.
+/// Some of every tilt, of a camera that follows and of one that does not: the lines told, and frames.
+fn flown(case: &Case) -> (Vec<String>, usize) {
+    let side = usize::from(case.tile_px);
+    let mut tile = vec![0; side * side];
+    texture::ground(&mut tile, side, 1);
+    let (mut frame, mut memory) = (vec![0; FRAME_PX as usize * FRAME_PX as usize], vec![0; FRAME_MEMORY_BYTES]);
+    let (mut listener, mut buffers, mut frames) = (Listener::default(), Buffers::new(), 0);
     for pose in Pose::all().step_by(7) {
-        let flown =
-            run(&pose, &mut listener, (&mut frame, &tile), (&mut buffers, &mut memory)).expect("no stage refuses");
+        let (pictures, room) = ((frame.as_mut_slice(), tile.as_slice()), (&mut buffers, memory.as_mut_slice()));
+        let flown = run(case, &pose, &mut listener, pictures, room).expect("no stage refuses");
         assert!(flown.outcome.fix.is_ok(), "{pose}: {:?}", flown.outcome);
         assert!(flown.error_px < 0.25, "{pose}: {} px off", flown.error_px);
+        frames += 1;
     }
-    assert_eq!(listener.0[0], "region: frame | begin | heading 0 pitch 8 roll 10 beta followed");
-    assert_eq!(listener.0.len(), 5 * Pose::all().step_by(7).count());
+    (listener.0, frames)
+}
+
+#[test]
+fn frames_of_the_bench_are_matched_where_they_were_taken() {
+    let (lines, frames) = flown(&FRAME);
+    assert_eq!(lines[0], "region: frame | begin | heading 0 pitch 8 roll 10 beta followed");
+    assert_eq!(lines.len(), 5 * frames);
+}
+
+#[test]
+fn lost_positions_of_the_bench_are_found() {
+    let (lines, frames) = flown(&REACQUISITION);
+    assert_eq!(lines[0], "region: re-acquisition | register | heading 0 pitch 8 roll 10 beta followed");
+    assert_eq!(lines.len(), frames);
 }
