@@ -66,24 +66,24 @@ fn are_words<const N: usize>(rows: [&[u8]; N]) -> bool {
     rows.iter().all(|row| row.as_ptr().addr().is_multiple_of(4))
 }
 
-/// Prefix sums of (mean − 128) over the boxes of 2 x 2 of two rows: `sums[i]` up to and with box `i`, as many as all have,
-/// at most 256, little-endian. The mean of two is rounded down from row to row and up along the row, so that on the whole it is neither.
+/// Prefix sums of (mean − 128) over the boxes of 2 x 2 of two rows: `sums[i]` up to and with box `i`, at most 256,
+/// little-endian, of as many fours of boxes as all have. How many those are, and 4 times the last sum. The mean of two is
+/// rounded down from row to row and up along the row, so that on the whole it is neither.
 #[inline(always)]
-pub fn prefix_pairs([a, b]: [&[u8]; 2], sums: &mut [[u8; 2]]) {
-    let boxes = sums.len().min(a.len() / 2).min(b.len() / 2);
-    #[cfg(not(feature = "dsp"))]
-    let (done, last) = (0, 0i16);
+pub fn prefix_pairs([a, b]: [&[u8]; 2], sums: &mut [[u8; 2]]) -> (usize, i32) {
+    let done = sums.len().min(a.len() / 2).min(b.len() / 2) & !3;
     #[cfg(feature = "dsp")]
-    let (done, last) = {
-        let (done, mut base) = (if are_words([a, b]) { boxes & !3 } else { 0 }, 0u32);
+    let total = {
+        let mut base = 0u32;
         if done > 0 {
-            // SAFETY: each turn reads eight bytes of both rows, which are aligned as LDRD wants them, and writes four sums,
-            // as long as all have them.
+            // SAFETY: each turn reads eight bytes of both rows and writes four sums, as long as all have them.
             unsafe {
                 core::arch::asm!(
                     "2:",
-                    "ldrd {p}, {r}, [{a}], #8",
-                    "ldrd {q}, {s}, [{b}], #8",
+                    "ldr {p}, [{a}], #8",
+                    "ldr {q}, [{b}], #8",
+                    "ldr {r}, [{a}, #-4]",
+                    "ldr {s}, [{b}, #-4]",
                     "uhadd8 {p}, {p}, {q}",
                     "uhadd8 {r}, {r}, {s}",
                     // (v0 − (255 − v1)) / 2, rounded down, is the mean rounded up less 128.
@@ -116,22 +116,20 @@ pub fn prefix_pairs([a, b]: [&[u8]; 2], sums: &mut [[u8; 2]]) {
                 );
             }
         }
-        (done, base as i16)
+        base as i16
     };
-    if done < boxes {
-        prefix_pairs_from(done, last, [a, b], &mut sums[..boxes]);
-    }
-}
-
-/// [`prefix_pairs`] from box `done` on, where the sum so far is `total`.
-#[inline(never)]
-fn prefix_pairs_from(done: usize, mut total: i16, [a, b]: [&[u8]; 2], sums: &mut [[u8; 2]]) {
-    let mut pairs = a.as_chunks::<2>().0.iter().zip(b.as_chunks::<2>().0).zip(sums).skip(done);
-    while let Some((([a0, a1], [b0, b1]), sum)) = pairs.next() {
-        let column = |a: u8, b: u8| (a as i16 + b as i16) >> 1;
-        total = total.wrapping_add(((column(*a0, *b0) + column(*a1, *b1) + 1) >> 1) - 128);
-        *sum = total.to_le_bytes();
-    }
+    #[cfg(not(feature = "dsp"))]
+    let total = {
+        let mut total = 0i16;
+        let pairs = a.as_chunks::<2>().0.iter().zip(b.as_chunks::<2>().0);
+        for (sum, ([a0, a1], [b0, b1])) in sums.iter_mut().zip(pairs).take(done) {
+            let column = |a: u8, b: u8| (a as i16 + b as i16) >> 1;
+            total = total.wrapping_add(((column(*a0, *b0) + column(*a1, *b1) + 1) >> 1) - 128);
+            *sum = total.to_le_bytes();
+        }
+        total
+    };
+    (done, 4 * total as i32)
 }
 
 /// Prefix sums of (mean − 128) over the boxes of 4 x 4 of four rows, rounded down: `sums[i]` up to and with box `i`, at
@@ -1191,14 +1189,14 @@ mod tests {
     fn pairs_are_rounded_down_and_up() {
         let [a, b] = rows::<2>();
         let mut sums = [[7, 0]; 24];
-        prefix_pairs([&a, &b], &mut sums);
+        assert_eq!(prefix_pairs([&a, &b], &mut sums).0, 20);
         let mut total = 0;
-        for (i, &sum) in sums.iter().enumerate().take(22) {
+        for (i, &sum) in sums.iter().enumerate().take(20) {
             let column = |c: usize| (a[c] as i32 + b[c] as i32).div_euclid(2);
             total += (column(2 * i) + column(2 * i + 1) + 1).div_euclid(2) - 128;
             assert_eq!(i16::from_le_bytes(sum) as i32, total, "box {i}");
         }
-        assert_eq!(sums[22..], [[7, 0]; 2], "no half box");
+        assert_eq!(sums[20..], [[7, 0]; 4], "no half four");
     }
 
     #[test]

@@ -8,7 +8,7 @@
 //! along the borders of its cells (module `rectify`), and such a sum is one reading where the boxes would be many. Only
 //! where a patch pixel spans less than two frame pixels are the pixels themselves kept, for bilinear readings.
 
-use crate::dsp::{opaque, prefix_fours, prefix_pairs};
+use crate::dsp::{add_bytes, opaque, prefix_fours, prefix_pairs};
 
 /// Why rows were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -185,14 +185,12 @@ impl Reducer {
 fn prefix(rows: &[u8], cols: usize, reduction: Reduction, sums: &mut [[u8; 2]]) {
     let factor = reduction.factor() as usize;
     let line = |nth: usize| rows.get(nth * cols..(nth + 1) * cols).unwrap_or(&[]);
-    match (factor, reduction.shift()) {
+    let begun = match (factor, reduction.shift()) {
         (2, 0) => prefix_pairs([line(0), line(1)], sums),
-        (4, 0) => {
-            let begun = prefix_fours([line(0), line(1), line(2), line(3)], sums);
-            prefix_from(begun, rows, cols, reduction, sums);
-        }
-        _ => prefix_from((0, 0), rows, cols, reduction, sums),
-    }
+        (4, 0) => prefix_fours([line(0), line(1), line(2), line(3)], sums),
+        _ => (0, 0),
+    };
+    prefix_from(begun, rows, cols, reduction, sums);
 }
 
 /// [`prefix`] of boxes of any size from box `done` on, where the sum of pixels so far is `total`; rounded down at the end.
@@ -200,16 +198,21 @@ fn prefix(rows: &[u8], cols: usize, reduction: Reduction, sums: &mut [[u8; 2]]) 
 fn prefix_from((done, mut total): (usize, i32), rows: &[u8], cols: usize, reduction: Reduction, sums: &mut [[u8; 2]]) {
     let factor = reduction.factor() as usize;
     let shift = reduction.shift() + 2 * factor.trailing_zeros();
-    for (index, sum) in sums.iter_mut().enumerate().skip(done) {
+    let first = done * factor;
+    for (from, sum) in (first..).step_by(factor).zip(sums.iter_mut().skip(done)) {
+        let mut bytes = 0;
         for line in rows.chunks_exact(cols) {
-            let mut pixels = line.iter().skip(index * factor);
-            let mut left = factor;
+            let (words, rest) = line.get(from..from + factor).unwrap_or(&[]).as_chunks::<4>();
+            let mut left = words.len();
+            let mut words = words.iter();
             while left > 0 {
-                total += pixels.next().map_or(0, |&pixel| pixel as i32 - MID_GREY);
+                bytes = words.next().map_or(bytes, |word| add_bytes(u32::from_le_bytes(*word), bytes));
                 left = opaque(left - 1);
             }
+            bytes += rest.iter().map(|&pixel| pixel as u32).sum::<u32>();
         }
         // A row of 65,536 pixels, 64 high, stays below 2^30.
+        total += bytes as i32 - MID_GREY * (factor * factor) as i32;
         *sum = ((total >> shift) as i16).to_le_bytes();
     }
 }

@@ -159,7 +159,7 @@ fn longest_report() -> FrameReport {
     report.fix = Some([f32::MIN; 5]);
     report.predicted = Some([f32::MIN; 2]);
     report.situation = Some([f32::MIN; 5]);
-    report.instructions = [u32::MAX; 4];
+    report.instructions = [u32::MAX; 6];
     report.search_px = u16::MAX;
     report
 }
