@@ -90,7 +90,8 @@ pub fn register(
 ) -> Result<Registered, SearchError> {
     let pair = Pair::cut(a, b, expected_m, part, i32::from(radius));
     let side = 2 * usize::from(radius) + 1;
-    let (mut bytes, mut scores) = (vec![0; room(pair.reference.size)], vec![0; side * side]);
+    let (mut bytes, mut scores) =
+        (vec![0; room((pair.reference.cols as u16, pair.reference.rows as u16))], vec![0; side * side]);
     let rule = (PRIOR, &AcceptRule::default());
     let (patch, reference) = (view(&pair.patch), view(&pair.reference));
     let located = locate(&patch, &pair.runs, &reference, radius, rule, (&mut bytes, &mut scores))?;
