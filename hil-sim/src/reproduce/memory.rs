@@ -1,7 +1,8 @@
 //! Working memory of the three kernels on board, from the sizes of the real buffers and types.
 //!
-//! All three share the pictures: the reduced frame, the patch, the row and cell sums and the list of valid runs. They
-//! differ in what they keep beside them. A whole frame (256 KB) is in none of them, nor is the matching.
+//! All three share the patch, the corners of its cells and the list of valid runs. They differ in what they keep beside
+//! them. The frame is in none of them, neither whole (256 KB, which the paper's 25 KB cannot hold either) nor as the sums
+//! of boxes that are kept in its place, nor is the matching.
 
 use super::rivals::{CONTROL_POINTS, ControlPoint, Polynomial, PolynomialWorkspace, ResectionWorkspace};
 use super::table_2::Kernel;

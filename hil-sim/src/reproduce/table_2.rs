@@ -196,7 +196,8 @@ fn memory_rows(kernel: Kernel) -> [Row; 2] {
             paper: Some(paper),
             ours: Some(memory::working_set(kernel) as f64 / 1024.0),
             difference: Some(
-                "working memory only, from the sizes of the buffers and types on board; the paper counts the program too"
+                "working memory only, without the frame or what is kept of it, from the sizes of the buffers and types \
+                 on board; the paper counts the program too"
                     .to_owned(),
             ),
         },

@@ -288,6 +288,40 @@ fn rows_of_boxes_of_one_grey_each() {
     });
 }
 
+/// The same from straight above, where lines are straight and evenly divided: the node's cutting off to 1/256 of a box is
+/// then all that moves it, by 1/512 in the mean and 1/256 / √12 besides, 0.0023 along each axis. Moved by d, a cell of h
+/// boxes a side gains and loses d / h of greys of deviation 74 at two sides, at most √2 more when it is turned; readings
+/// add 74 / 128 / √12 √(2 h) / h², and rounding 1 / √12.
+#[test]
+fn corners_are_cut_off_to_a_256th() {
+    let mut random = Random::new(23);
+    for (factor, ratio) in [(2, 6.1), (4, 12.3), (8, 24.5), (8, 40.0)] {
+        for heading in [0.0, 30.0, 71.0] {
+            let size = (1000, 800);
+            let scene = scene(size, NO_DISTORTION, [heading, 0.0, 0.0, 0.0], ratio);
+            let rows: Vec<u8> = (0..size.1.div_ceil(factor)).map(|_| random.byte()).collect();
+            let picture = Boxes::new(size, factor, |(_, row)| rows[row]);
+            let (mut tally, mut boxes) = (Tally::default(), f64::MAX);
+            each_cell(&scene, &picture.frame(size), factor, |outline, found, exact, shift| {
+                if shift == 0 {
+                    boxes = boxes.min(outline.area().sqrt());
+                    tally.add(found - exact, 1.0);
+                }
+            });
+            if tally.cells > 0 {
+                let moved = 0.0023 * 2.0 * 74.0 / boxes;
+                let read = 74.0 / 128.0 / 12f64.sqrt() * (2.0 * boxes).sqrt() / boxes.powi(2);
+                let limit = (moved * moved + read * read + 1.0 / 12.0).sqrt();
+                println!("from above, {factor}, {heading}: RMS {:.3}, limit {limit:.3}", tally.rms());
+                // So many cells tell a deviation to 10 %.
+                assert!(tally.cells > 300 && tally.rms() < 1.1 * limit, "{} of {limit}, {}", tally.rms(), tally.cells);
+            } else {
+                assert!(factor == 2, "more than 256 boxes a row are cut off by more");
+            }
+        }
+    }
+}
+
 /// Boxes that have nothing to do with each other.
 #[test]
 fn boxes_of_any_grey() {

@@ -77,7 +77,7 @@ fn sums_are_those_of_all_boxes_to_the_left() {
                             true => pair_mean(&image, cols, (col, row)),
                             false => box_sum(&image, cols, factor.into(), (col, row)),
                         };
-                        let area = if is_pairs { 1 } else { i64::from(factor) * i64::from(factor) << shift };
+                        let area = if is_pairs { 1 } else { (i64::from(factor) * i64::from(factor)) << shift };
                         let found = i64::from(entry(&sums, &reduction, row, col + 1));
                         assert_eq!(found, total.div_euclid(area), "box {col} of {boxes} of {factor}");
                     }
