@@ -27,10 +27,10 @@ use vectors::{number, table};
 const NO_DISTORTION: oracle::Distortion = oracle::Distortion { k1: 0.0, k2: 0.0, k3: 0.0, p1: 0.0, p2: 0.0 };
 /// Rounding to whole grey levels and the 11-bit weights.
 const ROUNDING_DN: f64 = 0.5 + 0.13;
-/// How far off the corners of cells may be, frame pixels: stretches of a sixteenth, 2e-3 of single precision. Added are
+/// How far off the corners of cells may be, frame pixels: stretches of a sixteenth of a box, 2e-3 of single precision. Added are
 /// 1/256 of a box for cutting off and 1/512 for steps of up to 128 cells.
 fn corner_px(factor: u16) -> f64 {
-    1.0 / 16.0 + 2e-3 + f64::from(factor.max(1)) * 3.0 / 512.0
+    2e-3 + f64::from(factor.max(1)) * (1.0 / 16.0 + 3.0 / 512.0)
 }
 
 /// The scene of table F and the table.
@@ -141,13 +141,13 @@ fn nothing_beyond_the_horizon_is_valid() {
     assert!(seen > 100 && lost * 100 < seen, "the frames see {seen} cells and lose {lost}");
 }
 
-/// Cells of more than 256 boxes are more than their integrals hold: none is valid, rather than wrong. Those of fewer are.
+/// Cells of more than 128 boxes are more than their integrals hold: none is valid, rather than wrong. Those of fewer are.
 #[test]
-fn cells_of_more_than_256_boxes_are_not_valid() {
-    for (resolution_m, is_valid) in [(4.95, true), (5.3, false)] {
+fn cells_of_more_than_128_boxes_are_not_valid() {
+    for (resolution_m, is_valid) in [(3.5, true), (3.6, false)] {
         let side = 640;
         let scene = Scene::new((side, side), (53.13, 53.13), NO_DISTORTION, [0.0; 4], ((16, 16), resolution_m, 200.0));
-        assert_eq!(scene.ratio() * scene.ratio() < 256.0, is_valid, "a cell spans {} boxes a side", scene.ratio());
+        assert_eq!(scene.ratio() * scene.ratio() < 128.0, is_valid, "a cell spans {} boxes a side", scene.ratio());
         let (kept, reduction) = scene.reduce(&vec![255; usize::from(side) * usize::from(side)], 1);
         let patch = scene.rectify(&kept, reduction).expect("the sizes fit");
         let wanted = if is_valid { 255 } else { 0 };
