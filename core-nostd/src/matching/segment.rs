@@ -9,7 +9,7 @@ use super::histogram::Histogram;
 pub(super) use super::smooth::FRACTIONS;
 use super::smooth::weights;
 use crate::lanes::pairs::{Pair, Weighing, weigh_residuals, weigh_rows, weighed_products, weighed_sums};
-use crate::lanes::{bytes, difference, high, low, pack, signed_bytes};
+use crate::lanes::{bytes, difference, high, low, pack};
 
 /// Pixels of the longest segment; 32-bit sums hold as many.
 pub(super) const LONGEST: usize = 32;
@@ -19,8 +19,8 @@ const FOURS: usize = LONGEST / 4;
 const TAPS: usize = 3;
 /// Grey level that pictures are measured from, so that gain and offset stay well apart.
 pub(super) const MID_GREY: i32 = 128;
-/// The same of four bytes: turns them into differences to it, of two's complement.
-const MID_GREYS: u32 = 0x8080_8080;
+/// The same in both halves of a word.
+const MID_GREYS: u32 = 0x0080_0080;
 
 /// Steps of a residual per grey level.
 pub(super) const RESIDUAL_STEPS: i32 = 16;
@@ -142,17 +142,16 @@ impl Segment {
         let (fours, left) = (self.fours(), col.checked_sub(1)?);
         let line = |row: usize, col: usize| Some(patch.from(row, col).get(..4 * fours)?.as_chunks::<4>().0);
         let (above, below) = (line(row.checked_sub(1)?, col)?, line(row + 1, col)?);
-        let (left, own, right) = (line(row, left)?, line(row, col)?, line(row, col + 1)?);
+        let (left, right) = (line(row, left)?, line(row, col + 1)?);
         let pairs = self.pairs.get_mut(..fours)?;
-        for (((((pair, above), below), left), own), right) in
-            pairs.iter_mut().zip(above).zip(below).zip(left).zip(own).zip(right)
-        {
+        for ((((pair, above), below), left), right) in pairs.iter_mut().zip(above).zip(below).zip(left).zip(right) {
             let [above, below, left, right] = [above, below, left, right].map(|four| bytes(u32::from_le_bytes(*four)));
-            let p = signed_bytes(u32::from_le_bytes(*own) ^ MID_GREYS);
+            // A pixel is its right neighbour's left and its left one's right.
+            let p = [left[1], right[0]];
             for (i, pair) in pair.iter_mut().enumerate() {
                 pair.x = difference(right[i], left[i]);
                 pair.y = difference(below[i], above[i]);
-                pair.p = p[i];
+                pair.p = difference(p[i], MID_GREYS);
             }
         }
         Some(())
