@@ -628,9 +628,10 @@ impl Digits {
         self.used + words.next_multiple_of(2) + 4 <= Digits::ROOM
     }
 
-    /// Room for the `words` of a piece that lies at `start` of the other picture; empty where there is none.
+    /// Room for the `words` of a piece that lies at `start` of the other picture, a multiple of four; empty where there is
+    /// none.
     pub fn add(&mut self, start: usize, words: usize) -> &mut [u32] {
-        if words == 0 || !self.has_room(words) {
+        if words == 0 || !start.is_multiple_of(4) || !self.has_room(words) {
             return &mut [];
         }
         let (even, at) = (words.next_multiple_of(2), self.used);
@@ -652,32 +653,34 @@ impl Digits {
     #[inline(always)]
     pub fn slide(&self, others: &[u8], sums: &mut [i64; 3]) {
         #[cfg(feature = "dsp")]
-        if self.used > 0 && others.len() >= self.reach {
+        if self.used > 0 && others.len() >= self.reach && are_words([others]) {
             let mut halves = sums.map(|sum| (sum as u32, (sum >> 32) as u32));
-            // SAFETY: reads the stream up to its end, which `add` set, and `others` up to `reach`, which was checked.
+            // SAFETY: reads the stream up to its end, which `add` set, and `others` up to `reach`, which was checked. `others`
+            // begins at a word and `add` takes starts of words only, as LDRD wants them.
             unsafe {
                 core::arch::asm!(
                     "ldrd {w}, {n}, [{p}], #8",
                     "3:",
                     "add {r}, {r}, {w}",
-                    "ldr {a}, [{r}], #4",
-                    "ldr {b}, [{r}], #4",
-                    "and {a}, {ones}, {a}, lsr #7",
-                    "and {b}, {ones}, {b}, lsr #7",
+                    "ldrd {a}, {b}, [{r}], #8",
+                    "lsr {a}, #7",
+                    "lsr {b}, #7",
+                    "and {a}, #0x01010101",
+                    "and {b}, #0x01010101",
                     "2:",
-                    "ldr {w}, [{p}], #4",
+                    "ldrd {w}, {v}, [{p}], #8",
                     "smlal {l0}, {h0}, {w}, {a}",
-                    "ldr {a}, [{r}], #4",
                     "smlal {l1}, {h1}, {w}, {b}",
-                    "and {a}, {ones}, {a}, lsr #7",
-                    "smlal {l2}, {h2}, {w}, {a}",
-                    "ldr {w}, [{p}], #4",
-                    "smlal {l0}, {h0}, {w}, {b}",
-                    "ldr {b}, [{r}], #4",
-                    "smlal {l1}, {h1}, {w}, {a}",
-                    "and {b}, {ones}, {b}, lsr #7",
+                    "smlal {l0}, {h0}, {v}, {b}",
+                    "ldrd {a}, {b}, [{r}], #8",
                     "subs {n}, #2",
-                    "smlal {l2}, {h2}, {w}, {b}",
+                    "lsr {a}, #7",
+                    "lsr {b}, #7",
+                    "and {a}, #0x01010101",
+                    "and {b}, #0x01010101",
+                    "smlal {l2}, {h2}, {w}, {a}",
+                    "smlal {l1}, {h1}, {v}, {a}",
+                    "smlal {l2}, {h2}, {v}, {b}",
                     "bne 2b",
                     "ldrd {w}, {n}, [{p}], #8",
                     "cmp {n}, #0",
@@ -685,8 +688,8 @@ impl Digits {
                     p = inout(reg) self.stream.as_ptr() => _,
                     r = inout(reg) others.as_ptr() => _,
                     n = out(reg) _,
-                    ones = in(reg) 0x0101_0101u32,
                     w = out(reg) _,
+                    v = out(reg) _,
                     a = out(reg) _,
                     b = out(reg) _,
                     l0 = inout(reg) halves[0].0,
@@ -978,6 +981,43 @@ pub fn dot_and_energy(own: &[u8], others: &[u8]) -> (i32, i32) {
         energy += r * r;
     }
     (dot, energy)
+}
+
+/// Copies as many bytes as both have, word by word: the rows of a patch are too short for a call.
+#[inline(always)]
+pub fn copy(from: &[u8], to: &mut [u8]) {
+    let length = from.len().min(to.len());
+    let (from, to) = (&from[..length], &mut to[..length]);
+    #[cfg(not(feature = "dsp"))]
+    to.copy_from_slice(from);
+    #[cfg(feature = "dsp")]
+    {
+        let words = length & !3;
+        if words > 0 {
+            // SAFETY: each turn reads and writes four bytes, as long as both have them.
+            unsafe {
+                core::arch::asm!(
+                    "2:",
+                    "ldr {word}, [{from}], #4",
+                    "subs {n}, #4",
+                    "str {word}, [{to}], #4",
+                    "bne 2b",
+                    from = inout(reg) from.as_ptr() => _,
+                    to = inout(reg) to.as_mut_ptr() => _,
+                    n = inout(reg) words => _,
+                    word = out(reg) _,
+                    options(nostack),
+                );
+            }
+        }
+        let mut at = words;
+        while at < length {
+            // Volatile, lest the compiler makes a call of it again.
+            // SAFETY: `at` is below the length of both.
+            unsafe { to.as_mut_ptr().add(at).write_volatile(*from.as_ptr().add(at)) };
+            at += 1;
+        }
+    }
 }
 
 /// Limits each of four bytes of two's complement to ±`limit`, 1 to 127 (by saturating additions).

@@ -2,6 +2,8 @@
 //!
 //! The twins give the same bits on every other machine; the feature `dsp` chooses, as in [`crate::dsp`].
 
+pub mod pairs;
+
 /// One in both halves.
 pub const ONES: u32 = 0x0001_0001;
 /// The sign of both halves.

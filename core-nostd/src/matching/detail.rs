@@ -11,7 +11,7 @@
 
 use super::View;
 use super::histogram::Histogram;
-use crate::dsp::{SIDE, STRIP, WIDTH, clamp_bytes, details};
+use crate::dsp::{SIDE, STRIP, WIDTH, clamp_bytes, copy, details};
 use crate::rectify::Run;
 
 /// Largest detail.
@@ -40,7 +40,7 @@ impl Ring {
         }
         let skipped = strip.saturating_sub(start + REACH);
         if let Some(pixels) = pixels.get(skipped..skipped + to - from) {
-            line[from..to].copy_from_slice(pixels);
+            copy(pixels, &mut line[from..to]);
         }
         line[to..].fill(last);
     }
@@ -90,9 +90,11 @@ pub(super) fn sweep(view: &View<'_>, runs: impl Iterator<Item = Run> + Clone, mu
 }
 
 /// The pieces that [`sweep`] makes of `runs`.
-pub(super) fn pieces(view: &View<'_>, runs: &[Run]) -> impl Iterator<Item = Run> {
-    let strips = (0..view.size().0).step_by(STRIP);
-    strips.flat_map(move |strip| runs.iter().filter_map(move |run| piece(run, strip)))
+#[inline(always)]
+pub(super) fn each_piece(view: &View<'_>, runs: &[Run], mut each: impl FnMut(Run)) {
+    for strip in (0..view.size().0).step_by(STRIP) {
+        runs.iter().filter_map(|run| piece(run, strip)).for_each(&mut each);
+    }
 }
 
 /// The part of a run that lies in a strip.

@@ -28,6 +28,8 @@ pub(super) struct Look<'a> {
     /// Large details among them, and negative ones.
     count: u32,
     negative: u32,
+    /// Large details in all.
+    counted: u32,
 }
 
 impl<'a> Look<'a> {
@@ -35,7 +37,7 @@ impl<'a> Look<'a> {
     pub(super) fn new(reference: &'a View<'a>, limit: u8, side: usize, scores: &'a mut [i16]) -> Self {
         scores.fill(0);
         let large = limit.div_ceil(2).max(2);
-        Look { reference, scores, side, large, digits: Digits::new(), count: 0, negative: 0 }
+        Look { reference, scores, side, large, digits: Digits::new(), count: 0, negative: 0, counted: 0 }
     }
 
     /// Adds a piece of a row of the patch, zeros behind it up to a multiple of four.
@@ -84,6 +86,12 @@ impl<'a> Look<'a> {
             }
         }
         self.digits.clear();
+        self.counted += self.count;
         (self.count, self.negative) = (0, 0);
+    }
+
+    /// Large details that were scored.
+    pub(super) fn counted(&self) -> u32 {
+        self.counted
     }
 }

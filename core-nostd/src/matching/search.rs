@@ -8,10 +8,10 @@
 //! one digit of every detail ranks all the shifts, and the whole patch decides between its highest summits and climbs to
 //! the top of the two best.
 
-use super::detail::{Limit, limit_to, pieces, sweep};
+use super::detail::{Limit, each_piece, limit_to, sweep};
 use super::look::Look;
 use super::{View, valid};
-use crate::dsp::{STRIP, dot_and_energy, dot_and_energy_padded, moments};
+use crate::dsp::{STRIP, copy, dot_and_energy, dot_and_energy_padded, moments};
 use crate::math;
 use crate::rectify::Run;
 
@@ -51,12 +51,18 @@ pub struct Peak {
 /// Summits nearer than this to the peak belong to it: noise puts teeth on a hill, and texture that was averaged to the
 /// pixel correlates over two of them.
 pub(super) const HILL_PX: i16 = 3;
-/// Pixels that the first look takes at least, where the patch has them.
+/// Pixels that the first look takes, where the patch has them.
 const LOOK_PX: usize = 330;
 /// Every which run it takes at least.
 const LOOK_EVERY: usize = 3;
-/// Summits of the first look that the whole patch decides between.
+/// Summits of the first look that the whole patch decides between at most.
 const SUMMITS: usize = 6;
+/// A summit that lies further than this below the highest is none of them, but for the best one away from it: the standard
+/// deviation of the difference of two scores.
+const BELOW: f32 = 4.0;
+/// The second place climbs where it has this share of the top: details a pixel apart correlate by a half, so that one
+/// with less has no top that comes near.
+const RIVAL: f32 = 0.25;
 /// Steps to the top at most: a summit of the look is off by one or two.
 const CLIMB: usize = 5;
 /// Every which row of the reference, and of the patch, has a say in its limit.
@@ -110,13 +116,17 @@ pub fn search(
         .ok_or(SearchError::Capacity)?;
     let reference = details_of(reference, others);
     let own = Own::new(patch, runs, own);
-    let details = Details { own, reference };
-    details.look((valid(runs) / LOOK_PX).clamp(1, LOOK_EVERY), side, scores);
+    let mut energy = 0;
+    own.each((1, 1), |_, details| energy += dot_and_energy(details, details).0 as i64);
+    let details = Details { own, energy, reference };
+    let looked = valid(runs).clamp(LOOK_PX, LOOK_EVERY * LOOK_PX);
+    let large = details.look((LOOK_PX, looked), side, scores);
     let mut room = [Place::default(); SUMMITS];
-    let found = summits(scores, side, &mut room);
-    if details.decide(found) == 0 {
+    let found = rivals(summits(scores, side, &mut room), large);
+    if details.energy == 0 {
         return Err(SearchError::Featureless);
     }
+    details.decide(found);
     details.climb(found, radius, scores).ok_or(SearchError::Featureless)
 }
 
@@ -159,7 +169,8 @@ impl<'a> Own<'a> {
             }
             count += 1;
         };
-        let needed: usize = pieces(patch, runs).map(|piece| padded(&piece)).sum();
+        let mut needed = 0;
+        each_piece(patch, runs, |piece| needed += padded(&piece));
         let Some(room) = room.get_mut(..needed) else {
             sweep(patch, runs.iter().copied(), |_, details| add(details));
             return Own { patch, runs, limit: limit.value(), kept: None };
@@ -177,28 +188,32 @@ impl<'a> Own<'a> {
         Own { patch, runs, limit, kept: Some(room) }
     }
 
-    /// The limited details of every `every`th piece.
-    fn each(&self, every: usize, mut each: impl FnMut(Run, &[u8])) {
+    /// The limited details of `part` pieces in every `whole`, evenly.
+    fn each(&self, (part, whole): (usize, usize), mut each: impl FnMut(Run, &[u8])) {
+        let mut due = 0;
+        let mut is_taken = || {
+            let is_taken = due < part;
+            due = if due >= whole - part { due + part - whole } else { due + part };
+            is_taken
+        };
         if let Some(mut kept) = self.kept {
-            for (index, piece) in pieces(self.patch, self.runs).enumerate() {
+            each_piece(self.patch, self.runs, |piece| {
                 let Some((details, rest)) = kept.split_at_checked(padded(&piece)) else { return };
                 kept = rest;
-                if index % every == 0 {
+                if is_taken() {
                     each(piece, details);
                 }
-            }
+            });
             return;
         }
-        let mut index = 0;
         sweep(self.patch, self.runs.iter().copied(), |piece, details| {
-            if index % every == 0 {
+            if is_taken() {
                 let mut room = [0; STRIP];
                 let room = &mut room[..padded(&piece).min(STRIP)];
                 limit_to(self.limit, details);
                 put(details, room);
                 each(piece, room);
             }
-            index += 1;
         });
     }
 }
@@ -211,34 +226,36 @@ fn padded(piece: &Run) -> usize {
 /// Copies details into their room, zeros behind them.
 fn put(details: &[u8], room: &mut [u8]) {
     let (own, rest) = room.split_at_mut(details.len().min(room.len()));
-    own.copy_from_slice(&details[..own.len()]);
+    copy(details, own);
     rest.fill(0);
 }
 
 /// Both pictures' details.
 struct Details<'a> {
     own: Own<'a>,
+    /// Σ p².
+    energy: i64,
     reference: View<'a>,
 }
 
 impl Details<'_> {
-    /// Scores of every shift, `side` a row, over every `every`th piece. Kept apart: it needs a kilobyte of stack.
+    /// Scores of every shift, `side` a row, over that share of the pieces; how many details they come from. Kept apart:
+    /// it needs a kilobyte of stack.
     #[inline(never)]
-    fn look(&self, every: usize, side: usize, scores: &mut [i16]) {
+    fn look(&self, share: (usize, usize), side: usize, scores: &mut [i16]) -> u32 {
         let mut look = Look::new(&self.reference, self.own.limit, side, scores);
-        self.own.each(every, |piece, details| look.add(piece, details));
+        self.own.each(share, |piece, details| look.add(piece, details));
         look.flush();
+        look.counted()
     }
 
-    /// Fills in what the whole patch says about the places; its own Σ p².
-    fn decide(&self, places: &mut [Place]) -> i64 {
-        let mut own_energy = 0;
+    /// Fills in what the whole patch says about the places.
+    fn decide(&self, places: &mut [Place]) {
         for place in places.iter_mut() {
             place.offset = place.row as usize * self.reference.stride + place.col as usize;
         }
-        self.own.each(1, |piece, own| {
+        self.own.each((1, 1), |piece, own| {
             let length = (piece.end - piece.start) as usize;
-            own_energy += dot_and_energy(own, own).0 as i64;
             let base = piece.row as usize * self.reference.stride + piece.start as usize;
             for place in places.iter_mut() {
                 let others = self.reference.pixels.get(base + place.offset..).unwrap_or(&[]);
@@ -248,9 +265,8 @@ impl Details<'_> {
             }
         });
         for place in places {
-            place.score = normalised(place.products as f32, own_energy, place.energy);
+            place.score = normalised(place.products as f32, self.energy, place.energy);
         }
-        own_energy
     }
 
     /// From the two best of the places to their tops. The second one stays away from the first: a row of trees whose
@@ -271,7 +287,8 @@ impl Details<'_> {
             [left, right, above, below, corner].map(|(col, row)| Place { col, row, ..Place::default() })
         };
         let mut near = [[Place::default(); 5]; 2];
-        let mut moved = (true, second.is_some());
+        let rivals = |top: &Place, second: &Place| second.score >= RIVAL * top.score;
+        let mut moved = (true, second.is_some_and(|second| rivals(&top, &second)));
         for _ in 0..CLIMB {
             let asked = match moved {
                 (true, true) => near.as_mut_slice(),
@@ -349,34 +366,52 @@ fn details_of<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> View<'b> {
 
 /// The highest summits among the scores, as places, highest first.
 fn summits<'r>(scores: &[i16], side: usize, room: &'r mut [Place; SUMMITS]) -> &'r mut [Place] {
-    let mut count = 0;
-    let mut lowest = None;
+    let (mut count, mut lowest) = (0, i16::MIN);
     for (row, line) in scores.chunks_exact(side).enumerate() {
         for (col, &score) in line.iter().enumerate() {
-            if lowest.is_some_and(|lowest| score <= lowest) || !is_summit(scores, side, row * side + col) {
-                continue;
+            if score > lowest && is_summit(scores, side, (col, row), score) {
+                insert(
+                    room,
+                    &mut count,
+                    Place { col: col as u16, row: row as u16, score: score as f32, ..Place::default() },
+                );
+                lowest = if count == SUMMITS { room[SUMMITS - 1].score as i16 } else { i16::MIN };
             }
-            let own = score as f32;
-            let at = room[..count].iter().position(|place| own > place.score).unwrap_or(count);
-            count = (count + 1).min(SUMMITS);
-            room[at..count].rotate_right(1);
-            room[at] = Place { col: col as u16, row: row as u16, score: own, ..Place::default() };
-            lowest = (count == SUMMITS).then_some(room[SUMMITS - 1].score as i16);
         }
     }
     &mut room[..count]
 }
 
+/// Sorts a place in, behind those as high. Kept apart: it is rare.
+#[inline(never)]
+fn insert(room: &mut [Place; SUMMITS], count: &mut usize, place: Place) {
+    let at = room[..*count].iter().position(|other| place.score > other.score).unwrap_or(*count);
+    *count = (*count + 1).min(SUMMITS);
+    room[at..*count].rotate_right(1);
+    room[at] = place;
+}
+
+/// Those of the `places`, highest first, that may be the peak or the second one, by their scores of `large` details.
+///
+/// A detail adds 0 or ±1 to a score by chance, a variance of 1/4, to the difference of two scores 1/2.
+fn rivals(places: &mut [Place], large: u32) -> &mut [Place] {
+    let Some(&highest) = places.first() else { return places };
+    let least = highest.score - BELOW * math::sqrt(0.5 * large as f32);
+    let other = places.iter().position(|place| place.apart(&highest) >= HILL_PX as u16).unwrap_or(0);
+    let close = places.iter().take_while(|place| place.score >= least).count();
+    &mut places[..close.max(other + 1)]
+}
+
 /// Whether no neighbour is higher. The flank of a broad hill is no second place, however high it is where the hill's
 /// own ring ends.
-fn is_summit(scores: &[i16], side: usize, index: usize) -> bool {
-    let (col, row) = (index % side, index / side);
+#[inline(never)]
+fn is_summit(scores: &[i16], side: usize, (col, row): (usize, usize), own: i16) -> bool {
     let (left, right) = (col.saturating_sub(1), (col + 1).min(side - 1));
-    let rows = row.saturating_sub(1)..=(row + 1).min(side - 1);
-    let Some(&own) = scores.get(index) else { return false };
-    rows.into_iter().all(|row| {
-        scores.get(row * side + left..=row * side + right).is_some_and(|line| line.iter().all(|&score| score <= own))
-    })
+    let is_top = |row: usize| {
+        let line = scores.get(row * side + left..=row * side + right);
+        line.is_some_and(|line| line.iter().all(|&score| score <= own))
+    };
+    is_top(row) && is_top(row.saturating_sub(1)) && is_top((row + 1).min(side - 1))
 }
 
 /// Normalised cross-correlation of the greys themselves at a shift of (`d_col`, `d_row`) from the middle of a search of

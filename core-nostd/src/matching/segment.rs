@@ -8,7 +8,8 @@ use super::View;
 use super::histogram::Histogram;
 pub(super) use super::smooth::FRACTIONS;
 use super::smooth::weights;
-use crate::lanes::{self, ONES, SIGNS, bytes, difference, dot, high, low, pack, signed_bytes};
+use crate::lanes::pairs::{Pair, Weighing, weigh_residuals, weigh_rows, weighed_products, weighed_sums};
+use crate::lanes::{bytes, difference, high, low, pack};
 
 /// Pixels of the longest segment; 32-bit sums hold as many.
 pub(super) const LONGEST: usize = 32;
@@ -18,21 +19,18 @@ const FOURS: usize = LONGEST / 4;
 const TAPS: usize = 3;
 /// Grey level that pictures are measured from, so that gain and offset stay well apart.
 pub(super) const MID_GREY: i32 = 128;
-/// The same of four bytes: turns them into differences to it, of two's complement.
-const MID_GREYS: u32 = 0x8080_8080;
+/// The same in both halves of a word.
+const MID_GREYS: u32 = 0x0080_0080;
 
 /// Steps of a residual per grey level.
 pub(super) const RESIDUAL_STEPS: i32 = 16;
-/// Residuals are limited to this, steps; none of them has weight then.
-const RESIDUAL_MAX: i32 = 4095;
 /// Steps of a weight.
 pub(super) const WEIGHT_STEPS: i32 = 64;
 /// Bins of the weight function per unit of residual over the outlier's, and how many there are.
 const BINS_PER_UNIT: usize = 32;
 const BINS: usize = 4 * BINS_PER_UNIT;
 
-/// Geman and McClure's weight 1/(1 + t²)² at the middle of each bin of t; the bins of negative residuals as two's
-/// complement.
+/// Geman and McClure's weight 1/(1 + t²)² at the middle of each bin of t, from the lowest bin of negative residuals on.
 static WEIGHTS: [u8; 2 * BINS] = {
     let mut weights = [0; 2 * BINS];
     let mut bin = 0;
@@ -40,8 +38,8 @@ static WEIGHTS: [u8; 2 * BINS] = {
         // t = (2 bin + 1) / 2 BINS_PER_UNIT, in exact fractions.
         let (t, unit) = (2 * bin as u64 + 1, 2 * BINS_PER_UNIT as u64);
         let (over, under) = (unit * unit * unit * unit, (unit * unit + t * t) * (unit * unit + t * t));
-        weights[bin] = ((2 * WEIGHT_STEPS as u64 * over + under) / (2 * under)) as u8;
-        weights[2 * BINS - 1 - bin] = weights[bin];
+        weights[BINS + bin] = ((2 * WEIGHT_STEPS as u64 * over + under) / (2 * under)) as u8;
+        weights[BINS - 1 - bin] = weights[BINS + bin];
         bin += 1;
     }
     weights
@@ -107,18 +105,6 @@ pub(super) struct Scores {
     pub(super) neighbour: i64,
 }
 
-/// The numbers of two pixels.
-#[derive(Clone, Copy, Default)]
-struct Pair {
-    x: u32,
-    y: u32,
-    p: u32,
-    w: u32,
-    /// w e.
-    we: u32,
-    e: u32,
-}
-
 /// Working space of a segment.
 #[derive(Default)]
 pub(super) struct Segment {
@@ -156,17 +142,16 @@ impl Segment {
         let (fours, left) = (self.fours(), col.checked_sub(1)?);
         let line = |row: usize, col: usize| Some(patch.from(row, col).get(..4 * fours)?.as_chunks::<4>().0);
         let (above, below) = (line(row.checked_sub(1)?, col)?, line(row + 1, col)?);
-        let (left, own, right) = (line(row, left)?, line(row, col)?, line(row, col + 1)?);
+        let (left, right) = (line(row, left)?, line(row, col + 1)?);
         let pairs = self.pairs.get_mut(..fours)?;
-        for (((((pair, above), below), left), own), right) in
-            pairs.iter_mut().zip(above).zip(below).zip(left).zip(own).zip(right)
-        {
+        for ((((pair, above), below), left), right) in pairs.iter_mut().zip(above).zip(below).zip(left).zip(right) {
             let [above, below, left, right] = [above, below, left, right].map(|four| bytes(u32::from_le_bytes(*four)));
-            let p = signed_bytes(u32::from_le_bytes(*own) ^ MID_GREYS);
+            // A pixel is its right neighbour's left and its left one's right.
+            let p = [left[1], right[0]];
             for (i, pair) in pair.iter_mut().enumerate() {
                 pair.x = difference(right[i], left[i]);
                 pair.y = difference(below[i], above[i]);
-                pair.p = p[i];
+                pair.p = difference(p[i], MID_GREYS);
             }
         }
         Some(())
@@ -178,30 +163,15 @@ impl Segment {
         let (col, across) = position(u)?;
         let (row, down) = position(v)?;
         self.columns(reference, (col, row), down)?;
-        let across = [pack(across[0], across[1]), pack(across[2], across[3])];
-        let mut columns = self.columns.iter();
-        let [mut a, mut b] = *columns.next()?;
-        let fours = self.length.div_ceil(4);
-        for (pair, &[c, d]) in self.pairs.get_mut(..fours)?.iter_mut().zip(columns) {
-            // Columns 0 1, 2 3 and 4 5, then 1 2, 3 4 and 5 6.
-            let (ab, bc, cd) = (lanes::across(a, b), lanes::across(b, c), lanes::across(c, d));
-            let [even, odd] = pair;
-            let e = [(low(even.p), a, b), (low(odd.p), ab, bc), (high(even.p), b, c), (high(odd.p), bc, cd)].map(
-                |(p, first, second)| {
-                    let rest = -radiometry.offset - radiometry.gain * p;
-                    let e = dot(second, across[1], dot(first, across[0], rest)) >> 12;
-                    e.clamp(-RESIDUAL_MAX - 1, RESIDUAL_MAX)
-                },
-            );
-            let w = e.map(|e| WEIGHTS[radiometry.bin(e) as usize] as i32);
-            even.e = pack(e[0], e[2]);
-            odd.e = pack(e[1], e[3]);
-            even.w = pack(w[0], w[2]);
-            odd.w = pack(w[1], w[3]);
-            even.we = pack(w[0] * e[0], w[2] * e[2]);
-            odd.we = pack(w[1] * e[1], w[3] * e[3]);
-            (a, b) = (c, d);
-        }
+        let weighing = Weighing {
+            across: [pack(across[0], across[1]), pack(across[2], across[3])],
+            gain: radiometry.gain,
+            rest: -radiometry.offset,
+            bins: radiometry.bins,
+            weights: &WEIGHTS,
+        };
+        let fours = self.fours();
+        weigh_residuals(self.pairs.get_mut(..fours)?, &self.columns, &weighing);
         // No weight for what is no pixel.
         if let Some([even, odd]) = self.pairs.get_mut(self.length / 4) {
             let keep: [u32; 2] = match self.length % 4 {
@@ -222,30 +192,20 @@ impl Segment {
     #[inline(never)]
     fn columns(&mut self, reference: &View<'_>, (col, row): (usize, usize), down: [i32; 4]) -> Option<()> {
         let words = self.length.div_ceil(4) + 1;
-        let line = |nth: usize| {
+        for nth in 0..=TAPS {
             reference.run(row + nth, col, self.length + TAPS)?;
-            Some(reference.from(row + nth, col).get(..4 * words)?.as_chunks::<4>().0)
-        };
-        let (a, b, c, d) = (line(0)?, line(1)?, line(2)?, line(3)?);
-        let down = down.map(|weight| weight as u32);
-        let columns = self.columns.get_mut(..words)?;
-        for ((((columns, a), b), c), d) in columns.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-            let [a, b, c, d] = [a, b, c, d].map(|four| bytes(u32::from_le_bytes(*four)));
-            // At most 255 x 256 in each half.
-            let sum = |i: usize| (down[0] * a[i] + down[1] * b[i] + down[2] * c[i] + down[3] * d[i]) ^ SIGNS;
-            let (even, odd) = (sum(0), sum(1));
-            *columns = [(even & 0xffff) | odd << 16, even >> 16 | (odd & 0xffff_0000)];
         }
-        Some(())
+        let down = down.map(|weight| weight as u32);
+        weigh_rows(reference.from(row, col), reference.stride, down, self.columns.get_mut(..words)?)
     }
 
-    /// Counts the bins of the residuals.
+    /// Counts the bins of every other residual: their median is as good.
     #[inline(never)]
     pub(super) fn count(&self, radiometry: &Radiometry, sizes: &mut Histogram) {
-        for (index, [even, odd]) in self.pairs.iter().take(self.fours()).enumerate() {
-            let e = [low(even.e), low(odd.e), high(even.e), high(odd.e)];
-            for &e in e.iter().take(self.length - 4 * index) {
-                sizes.add(radiometry.bin(e));
+        for (index, [even, _]) in self.pairs.iter().take(self.fours()).enumerate() {
+            sizes.add(radiometry.bin(low(even.e)));
+            if self.length > 4 * index + 2 {
+                sizes.add(radiometry.bin(high(even.e)));
             }
         }
     }
@@ -254,33 +214,9 @@ impl Segment {
     #[inline(never)]
     pub(super) fn sums(&self) -> Sums {
         let pairs = self.pairs.get(..self.fours()).unwrap_or(&[]).as_flattened();
-        let mut sums = Sums::default();
-        for pair in pairs {
-            let &Pair { x, y, p, w, .. } = pair;
-            let weigh = |z: u32| pack(low(w) * low(z), high(w) * high(z));
-            let (wx, wy, wp) = (weigh(x), weigh(y), weigh(p));
-            sums.xx = dot(wx, x, sums.xx);
-            sums.xy = dot(wx, y, sums.xy);
-            sums.xp = dot(wx, p, sums.xp);
-            sums.yy = dot(wy, y, sums.yy);
-            sums.yp = dot(wy, p, sums.yp);
-            sums.pp = dot(wp, p, sums.pp);
-        }
-        let mut weight = 0;
-        for pair in pairs {
-            let &Pair { x, y, p, w, we, e } = pair;
-            weight += w;
-            sums.x = dot(w, x, sums.x);
-            sums.y = dot(w, y, sums.y);
-            sums.p = dot(w, p, sums.p);
-            sums.xe = dot(we, x, sums.xe);
-            sums.ye = dot(we, y, sums.ye);
-            sums.pe = dot(we, p, sums.pe);
-            sums.ee = dot(we, e, sums.ee);
-            sums.e = dot(we, ONES, sums.e);
-        }
-        sums.w = low(weight) + high(weight);
-        sums
+        let [xx, xy, xp, yy, yp, pp] = weighed_products(pairs);
+        let [x, y, p, w, xe, ye, pe, e, ee] = weighed_sums(pairs);
+        Sums { xx, xy, yy, xp, yp, pp, x, y, p, w, xe, ye, pe, e, ee }
     }
 
     /// Adds to the scores.

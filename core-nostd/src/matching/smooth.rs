@@ -6,6 +6,7 @@
 //! an interpolation has to weigh 4 x 4 pixels anyway.
 
 use super::View;
+use crate::lanes::{across, bytes};
 use crate::rectify::Run;
 use core::ops::Range;
 
@@ -21,24 +22,52 @@ pub(super) fn smooth_into<'b>(patch: &View<'_>, runs: &[Run], pixels: &'b mut [u
         let line = |row: usize| patch.run(row, start - 1, length + 2);
         let (Some(above), Some(own), Some(below)) = (line(row - 1), line(row), line(row + 1)) else { continue };
         let Some(smoothed) = pixels.get_mut(row * stride + start..row * stride + start + length) else { continue };
-        let mut columns = above.iter().zip(own).zip(below).map(|((&a, &o), &b)| a as u32 + 4 * o as u32 + b as u32);
-        let (Some(mut left), Some(mut middle)) = (columns.next(), columns.next()) else { continue };
-        for (smoothed, right) in smoothed.iter_mut().zip(columns) {
-            // A thirty-sixth, exact for every sum of 36 bytes.
-            *smoothed = (((left + 4 * middle + right + 18) * 7282) >> 18) as u8;
-            (left, middle) = (middle, right);
-        }
+        smooth_row(above, own, below, smoothed);
     }
     View::new(pixels, patch.size())
+}
+
+/// Smooths a row, from one pixel before `smoothed` to one behind it of three rows.
+#[inline(never)]
+fn smooth_row(above: &[u8], own: &[u8], below: &[u8], smoothed: &mut [u8]) {
+    // Columns 0 and 2 of each four, then 1 and 3: at most 6 x 255 in each half of a word.
+    let fours = above.as_chunks::<4>().0.iter().zip(own.as_chunks::<4>().0).zip(below.as_chunks::<4>().0);
+    let mut columns = fours.map(|((above, own), below)| {
+        let [a, o, b] = [above, own, below].map(|four| bytes(u32::from_le_bytes(*four)));
+        [a[0] + 4 * o[0] + b[0], a[1] + 4 * o[1] + b[1]]
+    });
+    let mut done = 0;
+    if let Some([mut even, mut odd]) = columns.next() {
+        for ([next_even, next_odd], four) in columns.zip(smoothed.as_chunks_mut::<4>().0) {
+            let (evens, odds) = (across(even, next_even), across(odd, next_odd));
+            let (first, second) = (even + 4 * odd + evens, odd + 4 * evens + odds);
+            let parts = [first & 0xffff, second & 0xffff, first >> 16, second >> 16];
+            *four = parts.map(thirty_sixth);
+            (even, odd) = (next_even, next_odd);
+            done += 4;
+        }
+    }
+    let columns = above.iter().zip(own).zip(below).skip(done);
+    let mut columns = columns.map(|((&a, &o), &b)| a as u32 + 4 * o as u32 + b as u32);
+    let (Some(mut left), Some(mut middle)) = (columns.next(), columns.next()) else { return };
+    for (smoothed, right) in smoothed.iter_mut().skip(done).zip(columns) {
+        *smoothed = thirty_sixth(left + 4 * middle + right);
+        (left, middle) = (middle, right);
+    }
+}
+
+/// A thirty-sixth, rounded to the nearest: exact for every sum of 36 bytes.
+#[inline(always)]
+fn thirty_sixth(sum: u32) -> u8 {
+    (((sum + 18) * 7282) >> 18) as u8
 }
 
 /// Row and columns of `runs[index]` whose neighbours up to `reach` pixels away are valid too; `None` where there are
 /// none.
 pub(super) fn inner(runs: &[Run], index: usize, reach: u16) -> Option<(usize, Range<u16>)> {
-    if let Some(stack) = stack(runs, index, reach as usize) {
-        let start = stack.iter().map(|run| run.start).max()? + reach;
-        let end = stack.iter().map(|run| run.end).min()?.checked_sub(reach)?;
-        return (start < end).then_some((stack.get(reach as usize)?.row as usize, start..end));
+    if let Some(common) = stack(runs, index, reach as usize) {
+        let (start, end) = (common.start + reach, common.end.checked_sub(reach)?);
+        return (start < end).then_some((common.row as usize, start..end));
     }
     let run = runs.get(index)?;
     let (mut start, mut end) = (run.start, run.end);
@@ -51,15 +80,25 @@ pub(super) fn inner(runs: &[Run], index: usize, reach: u16) -> Option<(usize, Ra
     (start < end).then_some((run.row as usize, start..end))
 }
 
-/// `runs[index]` and the `reach` runs before and behind it, where those are the only ones of the rows around it.
-fn stack(runs: &[Run], index: usize, reach: usize) -> Option<&[Run]> {
+/// The columns that `runs[index]` shares with the `reach` runs before and behind it, where those are the only ones of the
+/// rows around it.
+fn stack(runs: &[Run], index: usize, reach: usize) -> Option<Run> {
     let first = index.checked_sub(reach)?;
     let stack = runs.get(first..=index + reach)?;
+    let mut common = *stack.first()?;
+    let mut row = common.row;
+    for run in &stack[1..] {
+        row = row.wrapping_add(1);
+        if run.row != row {
+            return None;
+        }
+        common.start = common.start.max(run.start);
+        common.end = common.end.min(run.end);
+    }
+    let top = core::mem::replace(&mut common.row, row.wrapping_sub(reach as u16));
     let before = first.checked_sub(1).and_then(|before| runs.get(before));
-    let rows = before.into_iter().chain(stack).chain(runs.get(index + reach + 1));
-    let one_each = rows.clone().zip(rows.skip(1)).all(|(a, b)| a.row < b.row);
-    let (top, bottom) = (stack.first()?.row as usize, stack.last()?.row as usize);
-    (one_each && bottom - top == 2 * reach).then_some(stack)
+    let behind = runs.get(index + reach + 1);
+    (before.is_none_or(|run| run.row < top) && behind.is_none_or(|run| run.row > row)).then_some(common)
 }
 
 /// Parts of a pixel at which the spline is read.
@@ -123,7 +162,23 @@ mod tests {
     #[test]
     fn a_thirty_sixth_is_rounded_to_nearest() {
         for sum in 0..=255 * 36u32 {
-            assert_eq!(((sum + 18) * 7282) >> 18, (sum + 18) / 36, "{sum}");
+            assert_eq!(thirty_sixth(sum) as u32, (sum + 18) / 36, "{sum}");
+        }
+    }
+
+    /// Whole words and what is left of a row.
+    #[test]
+    fn every_pixel_of_a_row_is_smoothed() {
+        let rows: [[u8; 16]; 3] = core::array::from_fn(|r| core::array::from_fn(|c| (r * 83 + c * c * 29) as u8));
+        for length in 0..=14 {
+            let mut smoothed = [7; 14];
+            let [above, own, below] = rows.each_ref().map(|row| &row[..length + 2]);
+            smooth_row(above, own, below, &mut smoothed[..length]);
+            for (col, &grey) in smoothed.iter().enumerate() {
+                let column = |c: usize| rows[0][c] as u32 + 4 * rows[1][c] as u32 + rows[2][c] as u32;
+                let sum = column(col) + 4 * column(col + 1) + column(col + 2);
+                assert_eq!(grey as u32, if col < length { (sum + 18) / 36 } else { 7 }, "{col} of {length}");
+            }
         }
     }
 
