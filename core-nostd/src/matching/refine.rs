@@ -18,7 +18,9 @@ use super::smooth::{inner, smooth_into};
 use super::state::State;
 use super::sums::Sums;
 use super::{View, valid};
+use crate::budget::RUNS_MAX;
 use crate::rectify::Run;
+use heapless::Vec;
 use nalgebra::Matrix2;
 
 /// Why no sub-pixel shift came out.
@@ -81,6 +83,7 @@ const SYSTEMATIC_PX: f32 = 0.005;
 const REACH_PX: f32 = 1.5;
 /// Pixels around a patch pixel that have to be valid: one for the smoothing, one for the gradient.
 const BORDER: u16 = 2;
+
 /// The sub-pixel shift around `peak`. `reference` is the view that was searched, `radius` the search's; `bytes`: room
 /// for the smoothed patch.
 ///
@@ -102,10 +105,11 @@ pub fn refine(
     let mut every = (pixels / COARSE_PX).clamp(2, COARSE_EVERY);
     let (mut full, mut went) = (0, f32::MAX);
     let mut segment = Segment::default();
+    let inner = Inner::new(runs);
     let mut last = None;
     for _ in 0..PASSES {
         let is_last = every == 1 && (pixels > LARGE_PX || full + 1 == FULL_PASSES || (full > 0 && went < SETTLED_PX));
-        let pass = Pass { smooth: &smooth, runs, every, reference, state: &state, is_last };
+        let pass = Pass { smooth: &smooth, runs, inner: &inner, every, reference, state: &state, is_last };
         let sums = pass.sums(&mut segment, &mut sizes);
         let normal = sums.normal(prior, &state)?.cholesky().ok_or(RefineError::TooLittle)?;
         let step = normal.solve(&sums.right(prior, &state)) * if every == 1 { STRETCH } else { COARSE_STRETCH };
@@ -135,10 +139,31 @@ pub fn refine(
     })
 }
 
+/// The pixels of each run whose surroundings are valid: the same in every pass. Kept for patches of the size that fly.
+struct Inner {
+    kept: Vec<Option<Run>, RUNS_MAX>,
+}
+
+impl Inner {
+    fn new(runs: &[Run]) -> Self {
+        Inner { kept: (0..runs.len().min(RUNS_MAX)).map(|index| Inner::at(runs, index)).collect() }
+    }
+
+    fn of(&self, runs: &[Run], index: usize) -> Option<Run> {
+        self.kept.get(index).copied().unwrap_or_else(|| Inner::at(runs, index))
+    }
+
+    fn at(runs: &[Run], index: usize) -> Option<Run> {
+        let (row, cols) = inner(runs, index, BORDER)?;
+        Some(Run { row: row as u16, start: cols.start, end: cols.end })
+    }
+}
+
 /// A pass over the pixels whose surroundings are valid.
 struct Pass<'a> {
     smooth: &'a View<'a>,
     runs: &'a [Run],
+    inner: &'a Inner,
     /// The first row and then every which one is taken.
     every: usize,
     reference: &'a View<'a>,
@@ -155,9 +180,10 @@ impl Pass<'_> {
         let longest = state.segment();
         sizes.clear();
         for index in (0..self.runs.len()).step_by(self.every) {
-            let Some((row, cols)) = inner(self.runs, index, BORDER) else { continue };
-            for start in (cols.start as usize..cols.end as usize).step_by(longest) {
-                let length = longest.min(cols.end as usize - start);
+            let Some(Run { row, start, end }) = self.inner.of(self.runs, index) else { continue };
+            let (row, end) = (row as usize, end as usize);
+            for start in (start as usize..end).step_by(longest) {
+                let length = longest.min(end - start);
                 let half = 0.5 * (length as f32 - 1.0);
                 let middle = (start as f32 + half - state.centre.0, row as f32 - state.centre.1);
                 let (u, v) = state.reference_position(middle.0, middle.1);

@@ -1,5 +1,6 @@
 //! How much the lines of a patch bend in the frame: what decides how long a stretch of one may be followed as a parabola.
 
+use super::way::Way;
 use crate::homography::FrameFromPatch;
 
 /// Pieces of a line whose ends are looked at.
@@ -28,9 +29,10 @@ impl Bends {
         let (mut second, mut third) = (0.0f32, 0.0f32);
         for quarter in 0..=4u16 {
             let row = quarter as f32 * 0.25 * rows as f32 - 0.5;
+            let way = Way::along(map, row);
             let mut last: [Option<(f32, f32)>; 3] = [None; 3];
             for end in 0..=PIECES as u16 {
-                let now = map.frame_position(end as f32 * piece - 0.5, row);
+                let now = way.position(end as f32 * piece - 0.5);
                 if let ([Some(a), Some(b), Some(c)], Some(d)) = (last, now) {
                     // What lies wholly off the frame is never read.
                     let is_off = |a: f32, d: f32, limit: f32| (a < 0.0 && d < 0.0) || (a > limit && d > limit);
