@@ -21,6 +21,33 @@ pub fn opaque(left: usize) -> usize {
     }
 }
 
+/// Square root (VSQRT), correctly rounded.
+#[inline(always)]
+pub fn sqrt(value: f32) -> f32 {
+    #[cfg(feature = "dsp")]
+    {
+        let root: u32;
+        // SAFETY: changes registers only, and puts s0 back: the target has no name for it as an operand.
+        unsafe {
+            core::arch::asm!(
+                "vmov {kept}, s0",
+                "vmov s0, {value}",
+                "vsqrt.f32 s0, s0",
+                "vmov {value}, s0",
+                "vmov s0, {kept}",
+                kept = out(reg) _,
+                value = inlateout(reg) value.to_bits() => root,
+                options(pure, nomem, nostack),
+            );
+        }
+        f32::from_bits(root)
+    }
+    #[cfg(not(feature = "dsp"))]
+    {
+        libm::sqrtf(value)
+    }
+}
+
 /// `sum` plus the four bytes of `word` (USADA8 against zero).
 #[inline(always)]
 pub fn add_bytes(word: u32, sum: u32) -> u32 {

@@ -1,6 +1,6 @@
 //! The only door to `sin`, `cos`, `tan`, `atan2`, `sqrt` and rounding.
 //!
-//! Everything goes to `libm` in single precision on every machine. The standard library's functions differ from one
+//! Everything but the square root goes to `libm` in single precision on every machine. The standard library's functions differ from one
 //! platform to the next in the last bit, and micromath's error (1e-3) would move source pixels by 1.7 px; libm is good
 //! to 3e-8 and the remap needs only a handful of calls a frame.
 
@@ -24,9 +24,10 @@ pub fn asin(sine: f32) -> f32 {
     libm::asinf(sine.clamp(-1.0, 1.0))
 }
 
-/// Square root; negative arguments give NaN, as in IEEE 754.
+/// Square root; negative arguments give NaN, as in IEEE 754. Correctly rounded, so that the machine's own instruction
+/// gives the same bits.
 pub fn sqrt(value: f32) -> f32 {
-    libm::sqrtf(value)
+    crate::dsp::sqrt(value)
 }
 
 /// Nearest integer, halves away from zero.

@@ -60,7 +60,7 @@ pub struct SubPixel {
 const PASSES: usize = 10;
 const FULL_PASSES: usize = 4;
 /// The first passes take part of the rows only, until a step is below this, pixels.
-const NEAR_PX: f32 = 0.05;
+const NEAR_PX: f32 = 0.07;
 /// Pixels they take at least, where the patch has them, and every which row at least.
 const COARSE_PX: usize = 300;
 const COARSE_EVERY: usize = 4;

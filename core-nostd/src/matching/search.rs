@@ -52,7 +52,7 @@ pub struct Peak {
 /// pixel correlates over two of them.
 pub(super) const HILL_PX: i16 = 3;
 /// Pixels that the first look takes, where the patch has them.
-const LOOK_PX: usize = 330;
+const LOOK_PX: usize = 300;
 /// Every which run it takes at least.
 const LOOK_EVERY: usize = 3;
 /// Summits of the first look that the whole patch decides between at most.

@@ -27,8 +27,8 @@ impl Bends {
         let (cols, rows) = map.size();
         let piece = cols as f32 / PIECES as f32;
         let (mut second, mut third) = (0.0f32, 0.0f32);
-        for quarter in 0..=4u16 {
-            let row = quarter as f32 * 0.25 * rows as f32 - 0.5;
+        for half in 0..=2u16 {
+            let row = half as f32 * 0.5 * rows as f32 - 0.5;
             let way = Way::along(map, row);
             let mut last: [Option<(f32, f32)>; 3] = [None; 3];
             for end in 0..=PIECES as u16 {

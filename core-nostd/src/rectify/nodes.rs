@@ -116,14 +116,14 @@ impl Axis {
         let per = if steps > 0.0 { 1.0 / steps } else { 0.0 };
         let growth = 4.0 * (start - 2.0 * middle + end) * (per * per);
         let step = (4.0 * middle - 3.0 * start - end) * per + 0.5 * growth;
-        let near = start.abs() < FAR && middle.abs() < FAR && end.abs() < FAR;
+        let (least, most) = if start < end { (start, end) } else { (end, start) };
         let slow = step.abs() < STEP_MAX && (step + steps * growth).abs() < STEP_MAX;
-        if !(near && slow) {
+        // With slow steps the middle is not far where the ends are not.
+        if !(least > -FAR && most < FAR && slow) {
             return None;
         }
         // A parabola strays from its chord by an eighth of its growth over all steps; truncation takes less than the rest.
         let stray = 0.125 * (growth * steps * steps).abs() + STRAY;
-        let (least, most) = if start < end { (start, end) } else { (end, start) };
         // A cast is one instruction, the crate's own conversion a hundred.
         let q24 = |boxes: f32| I8F24::from_bits((boxes * 16_777_216.0) as i32);
         Some(Axis {
