@@ -27,12 +27,18 @@ impl Bends {
         let (cols, rows) = map.size();
         let piece = cols as f32 / PIECES as f32;
         let (mut second, mut third) = (0.0f32, 0.0f32);
-        for half in 0..=2u16 {
-            let row = half as f32 * 0.5 * rows as f32 - 0.5;
+        let mut is_steep = false;
+        // The borders and the middle first; where they pass the horizon, what lies between them as well.
+        for eighth in [0u8, 4, 8, 1, 2, 3, 5, 6, 7] {
+            if eighth == 1 && !is_steep {
+                break;
+            }
+            let row = eighth as f32 * 0.125 * rows as f32 - 0.5;
             let way = Way::along(map, row);
             let mut last: [Option<(f32, f32)>; 3] = [None; 3];
             for end in 0..=PIECES as u16 {
                 let now = way.position(end as f32 * piece - 0.5);
+                is_steep |= now.is_none();
                 if let ([Some(a), Some(b), Some(c)], Some(d)) = (last, now) {
                     // What lies wholly off the frame is never read.
                     let is_off = |a: f32, d: f32, limit: f32| (a < 0.0 && d < 0.0) || (a > limit && d > limit);
