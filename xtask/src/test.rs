@@ -9,7 +9,7 @@ use std::process::{Command, ExitCode};
 
 /// Runs every step, building first, and goes on after a failure unless it was the building.
 pub fn test() -> ExitCode {
-    let mut steps = Steps::new(12);
+    let mut steps = Steps::new(13);
     if all(&mut steps) & steps.report() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -42,6 +42,11 @@ fn all(steps: &mut Steps) -> bool {
         flight::flight().map(|report| flown = Some(report)).into()
     });
     steps.step("memory map", || budget::map::print("an500", flown.as_ref()).into());
+    steps.step("budget", || match budget::holds() {
+        Ok(true) => Ok(()).into(),
+        Ok(false) => Err("a gate fails, see above".to_owned()).into(),
+        Err(why) => Err(why).into(),
+    });
     steps.step("documentation", || documentation().into());
     true
 }
