@@ -172,7 +172,7 @@ pub struct Summary {
 }
 
 /// Instructions of the stages that the firmware counts apart, in their order; see
-/// [`STAGES`](plumbline_firmware::wire::telemetry::STAGES).
+/// [`STAGES`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stages(pub [f64; STAGES.len()]);
 
