@@ -869,10 +869,12 @@ pub fn moments(own: &[u8], others: &[u8]) -> [u32; 5] {
     sums
 }
 
-/// Σ of [`dot4`] over every `every`th row of `own`, rows of `strides.0` bytes, at the same rows of `others`, `strides.1` bytes
-/// apart; others beyond the end as 0. At most 2^16 bytes of `own`.
+/// Σ `own[i] others[i + k]` for k = 0 to 3, both as bytes of two's complement, over every `every`th row of `own`, rows of
+/// `strides.0` bytes, at the same rows of `others`, `strides.1` bytes apart; others beyond the end as 0. At most 2^16 bytes
+/// of `own`.
 ///
-/// Fast where `strides.0` is a multiple of four and `others` four bytes longer than what is read: 1.3 instructions a product. Both should begin at a word.
+/// Fast where `strides.0` is a multiple of four and `others` four bytes longer than what is read: 1.3 instructions a
+/// product. Both should begin at a word.
 #[inline(always)]
 pub fn dot4_rows(own: &[u8], others: &[u8], strides: (usize, usize), every: usize) -> [i32; 4] {
     let (own_stride, other_stride) = (strides.0.max(1), strides.1);
@@ -899,7 +901,8 @@ pub fn dot4_rows(own: &[u8], others: &[u8], strides: (usize, usize), every: usiz
                     "ldr {even}, [{p}], #4",
                     "sxtb16 {odd}, {even}, ror #8",
                     "sxtb16 {even}, {even}",
-                    // As in dot4, but all others are loaded where they are aligned.
+                    // Pairs of others two apart, from 0, 1, 2, 3 and 4 on; each serves two sums. All are loaded where they are
+                    // aligned.
                     "sxtb16 {pair}, {w}",
                     "smlad {s0}, {even}, {pair}, {s0}",
                     "sxtb16 {pair}, {w}, ror #8",
