@@ -67,26 +67,6 @@ pub fn add_bytes(word: u32, sum: u32) -> u32 {
     }
 }
 
-/// `sum` plus the products of the halves of both words as numbers of two's complement (SMLAD), modulo 2^32.
-#[inline(always)]
-pub fn dot2(a: u32, b: u32, sum: i32) -> i32 {
-    #[cfg(feature = "dsp")]
-    {
-        let total: i32;
-        // SAFETY: reads and writes registers only; the overflow flag it may set is declared.
-        unsafe {
-            core::arch::asm!("smlad {}, {}, {}, {}", lateout(reg) total, in(reg) a, in(reg) b, in(reg) sum,
-                options(pure, nomem, nostack));
-        }
-        total
-    }
-    #[cfg(not(feature = "dsp"))]
-    {
-        let product = |a: u32, b: u32| a as i16 as i32 * b as i16 as i32;
-        sum.wrapping_add(product(a, b)).wrapping_add(product(a >> 16, b >> 16))
-    }
-}
-
 /// Whether all rows begin at a word of the memory.
 #[cfg(feature = "dsp")]
 fn are_words<const N: usize>(rows: [&[u8]; N]) -> bool {
@@ -296,8 +276,8 @@ macro_rules! from_row_to_row {
 /// The way is cut where it passes from one row to the next, and F read at the middle of each piece.
 ///
 /// # Safety
-/// All these nodes lie in one object and in the table: 0 ≤ x < boxes of a row, 256 at most, 0 ≤ y < rows, and `sums`
-/// holds them all. `WHICH` is 0 or 1.
+/// All these nodes lie in one object and in the table: 0 ≤ x < boxes of a row, 0 ≤ y < rows, and `sums` holds them all. No
+/// two lie 256 boxes apart along a row. `WHICH` is 0 or 1.
 // All that is read lies between the nodes: the slope is rounded to 0, t is at most dy, and what is rounded down at the
 // end are whole 2⁻¹⁶, of which both x are some. Products stay below 2^31: dx is below 2^16, and slope · t at most 2^15 dx.
 #[inline(never)]
@@ -756,6 +736,28 @@ impl Default for Digits {
     }
 }
 
+/// The loop over `n` bytes, a multiple of four, of `own` and `others` that adds to `dot` and `energy`.
+#[cfg(feature = "dsp")]
+macro_rules! products_and_squares {
+    () => {
+        concat!(
+            "2:\n",
+            "ldr {p}, [{own}], #4\n",
+            "ldr {r}, [{others}], #4\n",
+            "sxtb16 {a}, {p}\n",
+            "sxtb16 {p}, {p}, ror #8\n",
+            "sxtb16 {b}, {r}\n",
+            "sxtb16 {r}, {r}, ror #8\n",
+            "smlad {dot}, {a}, {b}, {dot}\n",
+            "smlad {energy}, {b}, {b}, {energy}\n",
+            "smlad {dot}, {p}, {r}, {dot}\n",
+            "smlad {energy}, {r}, {r}, {energy}\n",
+            "subs {n}, #4\n",
+            "bne 2b",
+        )
+    };
+}
+
 /// Σ p r and Σ r² of the first `length` bytes of two's complement, p of `own` and r of `others`. `own` has zeros behind
 /// them up to a multiple of four. (0, 0) where either is too short; at most 2^16 bytes.
 #[inline(always)]
@@ -771,19 +773,7 @@ pub fn dot_and_energy_padded(own: &[u8], others: &[u8], length: usize) -> (i32, 
         // read again.
         unsafe {
             core::arch::asm!(
-                "2:",
-                "ldr {p}, [{own}], #4",
-                "ldr {r}, [{others}], #4",
-                "sxtb16 {a}, {p}",
-                "sxtb16 {p}, {p}, ror #8",
-                "sxtb16 {b}, {r}",
-                "sxtb16 {r}, {r}, ror #8",
-                "smlad {dot}, {a}, {b}, {dot}",
-                "smlad {energy}, {b}, {b}, {energy}",
-                "smlad {dot}, {p}, {r}, {dot}",
-                "smlad {energy}, {r}, {r}, {energy}",
-                "subs {n}, #4",
-                "bne 2b",
+                products_and_squares!(),
                 // What lies behind them is taken off again.
                 "ldr {r}, [{others}, #-4]",
                 "lsr {r}, {r}, {bits}",
@@ -979,19 +969,7 @@ pub fn dot_and_energy(own: &[u8], others: &[u8]) -> (i32, i32) {
         // SAFETY: each turn reads four bytes of both, as long as both have them.
         unsafe {
             core::arch::asm!(
-                "2:",
-                "ldr {p}, [{own}], #4",
-                "ldr {r}, [{others}], #4",
-                "sxtb16 {a}, {p}",
-                "sxtb16 {p}, {p}, ror #8",
-                "sxtb16 {b}, {r}",
-                "sxtb16 {r}, {r}, ror #8",
-                "smlad {dot}, {a}, {b}, {dot}",
-                "smlad {energy}, {b}, {b}, {energy}",
-                "smlad {dot}, {p}, {r}, {dot}",
-                "smlad {energy}, {r}, {r}, {energy}",
-                "subs {n}, #4",
-                "bne 2b",
+                products_and_squares!(),
                 own = inout(reg) own.as_ptr() => _,
                 others = inout(reg) others.as_ptr() => _,
                 n = inout(reg) done => _,
@@ -1223,13 +1201,6 @@ mod tests {
     #[test]
     fn four_bytes_are_added() {
         assert_eq!(add_bytes(u32::from_le_bytes([1, 200, 255, 127]), 10), 10 + 1 + 200 + 255 + 127);
-    }
-
-    #[test]
-    fn halves_are_multiplied_with_their_signs() {
-        let word = |low: i16, high: i16| low as u16 as u32 | (high as u16 as u32) << 16;
-        assert_eq!(dot2(word(-3, 200), word(100, -7), 11), 11 - 300 - 1400);
-        assert_eq!(dot2(word(i16::MIN, i16::MIN), word(i16::MIN, i16::MIN), -1), i32::MAX, "modulo 2^32");
     }
 
     /// Rows whose pixels have nothing to do with each other.

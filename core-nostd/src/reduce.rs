@@ -39,7 +39,7 @@ const BOXES_PER_PATCH_PX: f32 = 3.0;
 /// Powers of two: the mean of a box is a shift.
 const FACTORS: [u16; 7] = [1, 2, 4, 8, 16, 32, 64];
 /// What is taken off every box, so that sums over a row of 256 of them stay within 16 bits.
-pub(crate) const MID_GREY: i32 = 128;
+const MID_GREY: i32 = 128;
 
 impl Reduction {
     /// The frame as it is, for bilinear readings.

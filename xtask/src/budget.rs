@@ -13,6 +13,7 @@ mod memory;
 mod tell;
 mod workloads;
 
+use crate::set_up::Compiler;
 use crate::{Failure, build, failed, set_up};
 use expected::Expected;
 use figures::Figure;
@@ -76,23 +77,27 @@ pub enum Verdict {
     OtherCompiler(String),
 }
 
-/// Whether every gate holds, with the table told, where the compiler is the one that the counts are of.
+/// Whether every gate holds of what `compiler` has just built, with the table told, where the counts are of that compiler.
 ///
 /// # Errors
 /// Why it cannot be told.
-pub fn holds() -> Result<Verdict, Failure> {
-    let (of, here) = (Expected::read()?.compiler, build::build()?.version()?);
+pub fn holds(compiler: &Compiler) -> Result<Verdict, Failure> {
+    let (of, here) = (Expected::read()?.compiler, compiler.version()?);
     if of != here {
         return Ok(Verdict::OtherCompiler(format!("the counts are of {of}, this is {here}")));
     }
-    Ok(if measured(&Options::default())? { Verdict::Holds } else { Verdict::Fails })
+    Ok(if judged(&Options::default(), compiler)? { Verdict::Holds } else { Verdict::Fails })
 }
 
 /// The working tree by itself; whether every gate holds.
 fn measured(options: &Options) -> Result<bool, Failure> {
     set_up::emulator()?;
-    let compiler = build::build()?;
-    let workloads = workloads::workloads(&bench::here(&compiler)?)?;
+    judged(options, &build::build()?)
+}
+
+/// What `compiler` has built; whether every gate holds.
+fn judged(options: &Options, compiler: &Compiler) -> Result<bool, Failure> {
+    let workloads = workloads::workloads(&bench::here(compiler)?)?;
     let mut figures = figures::of_workloads(&workloads);
     figures.extend(memory::figures()?);
 

@@ -42,7 +42,7 @@ fn all(steps: &mut Steps) -> bool {
         flight::flight().map(|report| flown = Some(report)).into()
     });
     steps.step("memory map", || budget::map::print("an500", flown.as_ref()).into());
-    steps.step("budget", || match budget::holds() {
+    steps.step("budget", || match budget::holds(&compiler) {
         Ok(budget::Verdict::Holds) => Ok(()).into(),
         Ok(budget::Verdict::Fails) => Err("a gate fails, see above".to_owned()).into(),
         Ok(budget::Verdict::OtherCompiler(why)) => Outcome::Skipped(why),

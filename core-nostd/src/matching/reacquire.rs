@@ -8,7 +8,7 @@
 
 use super::View;
 use super::detail::{Limit, limit_to};
-use super::search::{HILL_PX, Peak, SearchError};
+use super::search::{HILL_PX, Peak, SearchError, check};
 use crate::dsp::{dot_and_energy, dot4_rows};
 use crate::math::sqrt;
 use crate::rectify::Run;
@@ -59,10 +59,7 @@ pub(super) fn reacquire(
     radius: u16,
     bytes: &mut [u8],
 ) -> Result<Found, SearchError> {
-    for run in runs {
-        let length = (run.end as usize).checked_sub(run.start as usize).ok_or(SearchError::Capacity)?;
-        patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
-    }
+    check(patch, runs)?;
     let aligned = bytes.as_ptr().align_offset(4);
     let bytes = bytes.get_mut(aligned..).ok_or(SearchError::Capacity)?;
     let span = Span::new(patch, tile, at, radius).ok_or(SearchError::ReferenceTooSmall)?;

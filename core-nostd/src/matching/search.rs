@@ -104,10 +104,7 @@ pub fn search(
     if !fits(other.0, own.0) || !fits(other.1, own.1) {
         return Err(SearchError::ReferenceTooSmall);
     }
-    for run in runs {
-        let length = (run.end as usize).checked_sub(run.start as usize).ok_or(SearchError::Capacity)?;
-        patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
-    }
+    check(patch, runs)?;
     let scores = scores.get_mut(..side * side).ok_or(SearchError::Capacity)?;
     let skipped = bytes.as_ptr().align_offset(4);
     let (others, own) = bytes
@@ -128,6 +125,15 @@ pub fn search(
     }
     details.decide(found);
     details.climb(found, radius, scores).ok_or(SearchError::Featureless)
+}
+
+/// Whether all runs lie in the patch.
+pub(super) fn check(patch: &View<'_>, runs: &[Run]) -> Result<(), SearchError> {
+    for run in runs {
+        let length = (run.end as usize).checked_sub(run.start as usize).ok_or(SearchError::Capacity)?;
+        patch.run(run.row as usize, run.start as usize, length).ok_or(SearchError::Capacity)?;
+    }
+    Ok(())
 }
 
 /// A shift, from the upper left one on, and what the whole patch says about it.

@@ -13,7 +13,6 @@ use super::{RectifyError, Run};
 use crate::dsp::{Node, border_integrals, cell_means};
 use crate::homography::FrameFromPatch;
 use crate::reduce::Reduction;
-use core::ops::Range;
 use heapless::VecView;
 
 /// The table as the integrals read it.
@@ -30,29 +29,31 @@ impl<'a> Table<'a> {
         (reduction.is_boxes() && sums.len() == reduction.bytes()).then_some(Table { sums, reduction })
     }
 
-    /// Integrates from each node of `inside` to the next.
-    fn across(&self, nodes: &mut [Node], inside: &Range<usize>) {
-        if let Some(nodes @ [_, _, ..]) = nodes.get_mut(inside.clone()) {
-            let (sums, stride) = (self.sums.as_ptr(), self.reduction.stride());
-            // SAFETY: nodes inside lie in the table; the last one has no next one.
-            unsafe { border_integrals::<0>(sums, stride, nodes.as_mut_ptr(), 1, nodes.len() - 1) }
+    /// `WHICH` of the integrals of `count` nodes from `first` on, each to the node `further` behind it (before it where that
+    /// is negative); all of them are inside. `false` where they are not all there, or too far apart for the numbers, which in
+    /// a row of up to 256 boxes no two are.
+    fn integrate<const WHICH: usize>(&self, nodes: &mut [Node], first: usize, further: isize, count: usize) -> bool {
+        let line = |first: usize| nodes.get(first..first + count);
+        let Some((from, to)) = line(first).zip(first.checked_add_signed(further).and_then(line)) else { return false };
+        if self.reduction.size().0 > WIDEST && !are_near(from, to) {
+            return false;
         }
+        // SAFETY: the nodes are there, and nodes inside lie in the table; steps from one to the next fit the numbers.
+        unsafe {
+            let first = nodes.as_mut_ptr().add(first);
+            border_integrals::<WHICH>(self.sums.as_ptr(), self.reduction.stride(), first, further, count);
+        }
+        true
     }
+}
 
-    /// Integrates from the nodes of the line that begins at `upper` to those of the line at `lower`, where both are
-    /// inside.
-    fn down(&self, nodes: &mut [Node], (upper, lower): (usize, usize), inside: &Range<usize>) {
-        let is_there = |first: usize| first + inside.end <= nodes.len();
-        if is_there(upper) && is_there(lower) {
-            let (sums, stride) = (self.sums.as_ptr(), self.reduction.stride());
-            let further = lower as isize - upper as isize;
-            // SAFETY: nodes inside lie in the table, and those of both lines in `nodes`.
-            unsafe {
-                let first = nodes.as_mut_ptr().add(upper + inside.start);
-                border_integrals::<1>(sums, stride, first, further, inside.len());
-            }
-        }
-    }
+/// Boxes of a row across which borders may lead anywhere.
+const WIDEST: u16 = 256;
+
+/// Whether each two nodes lie less than [`WIDEST`] boxes apart along rows.
+#[inline(never)]
+fn are_near(from: &[Node], to: &[Node]) -> bool {
+    from.iter().zip(to).all(|(a, b)| a.at[0].abs_diff(b.at[0]) < (WIDEST as u32) << 8)
 }
 
 /// Bit that no cell's area has, Q15 of the area of a box: 128 boxes.
@@ -76,10 +77,10 @@ pub(super) fn rectify(
     let lines = Lines::plan(map, table.reduction);
     let shift = table.reduction.shift();
     let line = |row: u16, first: usize, nodes: &mut [Node]| {
-        let nodes = nodes.get_mut(first..first + cols + 1).unwrap_or(&mut []);
-        let inside = lines.nodes(map, row, nodes);
-        table.across(nodes, &inside);
-        inside
+        let inside = lines.nodes(map, row, nodes.get_mut(first..first + cols + 1).unwrap_or(&mut []));
+        // The last one has no next one.
+        let borders = inside.len().saturating_sub(1);
+        if table.integrate::<0>(nodes, first + inside.start, 1, borders) { inside } else { 0..0 }
     };
     let mut above = line(0, upper, nodes);
     for (row, out) in (0..rows).zip(patch.chunks_exact_mut(cols)) {
@@ -88,11 +89,12 @@ pub(super) fn rectify(
         out.fill(0);
         // One cell fewer than nodes.
         if both.len() > 1 {
-            table.down(nodes, (upper, lower), &both);
+            let further = lower as isize - upper as isize;
+            let is_whole = table.integrate::<1>(nodes, upper + both.start, further, both.len());
             let part = |first: usize| nodes.get(first + both.start..first + both.end).unwrap_or(&[]);
             let cells = both.start..both.end - 1;
             let means = out.get_mut(cells.clone()).unwrap_or(&mut []);
-            let sound = cell_means(part(upper), part(lower), shift, means) < AREA_MAX;
+            let sound = is_whole && cell_means(part(upper), part(lower), shift, means) < AREA_MAX;
             let run = Run { row, start: cells.start as u16, end: cells.end as u16 };
             // Invalid pixels are 0 without exception.
             if !sound || runs.push(run).is_err() {
