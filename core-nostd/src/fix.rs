@@ -8,7 +8,7 @@ use nalgebra::{Matrix2, Vector2};
 /// A position fix at mid-exposure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fix {
-    /// WGS84 position of the nadir point, which is the vehicle's.
+    /// WGS84 position of the point that the navigation's positions refer to: the camera's nadir point, less the lever arm.
     pub position: Geographic,
     /// The same in grid metres from the tile's centre.
     pub local: Local,
@@ -57,7 +57,8 @@ impl Footprint {
     }
 }
 
-/// The fix for a match whose window centre is pixel `window` (col, row) of `tile`.
+/// The fix for a match whose window centre is pixel `window` (col, row) of `tile`, of a camera so high above ground and so
+/// far (east, north) off the point that positions refer to, metres.
 ///
 /// Covariance: the match's own (which holds heading and height through the priors of [`crate::matching::refine`])
 /// plus the tilt's. A tilt error δ about the axis across x moves the ground point (x, y) by δ (H + x²/H, xy/H): not
@@ -67,10 +68,11 @@ pub fn fix(
     window: (f32, f32),
     solution: &SubPixel,
     footprint: &Footprint,
-    height_m: f32,
+    (height_m, [offset_east_m, offset_north_m]): (f32, [f32; 2]),
     uncertainty: Uncertainty,
 ) -> Fix {
-    let local = tile.local(window.0 + solution.d_col, window.1 + solution.d_row);
+    let nadir = tile.local(window.0 + solution.d_col, window.1 + solution.d_row);
+    let local = Local { east_m: nadir.east_m - offset_east_m, north_m: nadir.north_m - offset_north_m };
     let resolution = tile.resolution().0;
     let per_px = tile.ground_resolution().0;
     let moment = |pixels: f32| pixels * per_px * per_px / height_m;

@@ -8,7 +8,8 @@
 //! No `std`, no allocation, no hardware, no clock: data in, data out, buffers belong to the caller. The modules stand
 //! in the order of the flow, and each uses only what stands before it:
 //!
-//! [`units`] [`lanes`] [`math`] [`frames`] [`budget`] → [`camera`] → [`stamp`] → [`pose`] → [`tilt`] → [`homography`] →
+//! [`units`] [`lanes`] [`math`] [`frames`] [`budget`] → [`camera`] → [`stamp`] → [`pose`] → [`tilt`] → [`mount`] →
+//! [`homography`] →
 //! [`reduce`] → [`rectify`] → [`matching`] (search, refine, judge) → [`tile`] → [`fix`] → [`pipeline`].
 //!
 //! All arithmetic is IEEE single precision or integer, every transcendental function goes through [`math`]: host,
@@ -27,6 +28,7 @@ pub mod homography;
 pub mod lanes;
 pub mod matching;
 pub mod math;
+pub mod mount;
 pub mod pipeline;
 pub mod pose;
 pub mod rectify;

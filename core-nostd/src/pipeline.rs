@@ -18,14 +18,17 @@ use crate::homography::FrameFromPatch;
 use crate::matching::refine::Prior;
 use crate::matching::search::{Peak, room};
 use crate::matching::{Located, View, locate, locate_far, reacquire};
+use crate::pose::place::Place;
 use crate::rectify::{Node, Run, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
+use crate::units::Micros;
 use heapless::Vec;
 pub use refusal::Refusal;
-pub use settings::{FollowUpMode, Settings, SettingsError, Sigmas};
-pub use situation::{Prediction, Situation};
-pub use streams::{PositionSample, SampleError, Streams};
+use settings::Smoothers;
+pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigmas};
+pub use situation::{Prediction, Rates, Situation};
+pub use streams::{Instants, Latencies, PositionSample, SampleError, Streams};
 
 /// What a frame's match says, accepted or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +67,9 @@ pub struct Pipeline<'t> {
     tile: Tile<'t>,
     /// The stamped streams.
     pub streams: Streams,
+    smoothers: Smoothers,
+    /// The newest position lies where the tile's georeference does not reach.
+    is_off_the_map: bool,
     reducer: Option<Reducer>,
     patch_size: (u16, u16),
     /// Frames since the last accepted one, or the last search for a lost position, that were tried and not accepted.
@@ -124,8 +130,18 @@ impl<'t> Pipeline<'t> {
         if frame_memory.len() < MATCHING_BYTES {
             return Err(SettingsError::FrameMemory);
         }
-        let (streams, patch_size) = (Streams::new(), (0, 0));
-        Ok(Pipeline { settings, tile, streams, reducer: None, patch_size, missed: 0, buffers, frame_memory })
+        Ok(Pipeline {
+            streams: Streams::new(settings.latencies),
+            smoothers: settings.smoothers(),
+            settings,
+            tile,
+            is_off_the_map: false,
+            reducer: None,
+            patch_size: (0, 0),
+            missed: 0,
+            buffers,
+            frame_memory,
+        })
     }
 
     /// The settings at work.
@@ -138,6 +154,35 @@ impl<'t> Pipeline<'t> {
         &self.tile
     }
 
+    /// Takes a position of the navigation.
+    ///
+    /// # Errors
+    /// [`SampleError`].
+    pub fn position(&mut self, sample: PositionSample, arrived_at: Option<Micros>) -> Result<(), SampleError> {
+        let lat_possible = (-900_000_000..=900_000_000).contains(&sample.position.lat_e7);
+        let lon_possible = (-1_800_000_000..=1_800_000_000).contains(&sample.position.lon_e7);
+        if !(lat_possible && lon_possible) {
+            return Err(SampleError::Invalid);
+        }
+        let georeference = self.tile.georeference();
+        let Some(local) = georeference.local(sample.position) else {
+            self.is_off_the_map = true;
+            return Ok(());
+        };
+        // True north and east turned into the grid's: grid heading = true heading − convergence.
+        let (s, c) = crate::math::sin_cos(georeference.convergence.0);
+        let (north, east) = (sample.north_m_per_s, sample.east_m_per_s);
+        let place = Place {
+            east_m: local.east_m,
+            north_m: local.north_m,
+            east_m_per_s: east * c - north * s,
+            north_m_per_s: north * c + east * s,
+        };
+        self.streams.position(Instants { sampled_at: sample.sampled_at, arrived_at }, place)?;
+        self.is_off_the_map = false;
+        Ok(())
+    }
+
     /// A frame's rows are about to arrive. The reduction follows from the newest range: it needs no pose, and being
     /// off by a tilt's cosine does not matter to it.
     ///
@@ -145,7 +190,7 @@ impl<'t> Pipeline<'t> {
     /// [`Refusal::NoRange`] before the first range.
     pub fn begin_frame(&mut self) -> Result<(), Refusal> {
         self.reducer = None;
-        let (_, slant_m) = self.streams.slant.newest().ok_or(Refusal::NoRange)?;
+        let (_, slant_m) = self.streams.slant.history().newest().ok_or(Refusal::NoRange)?;
         let camera = &self.settings.camera;
         let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0).min(RATIO_MAX);
         let frame = (camera.cols(), camera.rows());
@@ -244,7 +289,8 @@ impl<'t> Pipeline<'t> {
         let Matched { located, centre, off, search_px } = matched;
         let footprint = Footprint::of(&self.buffers.runs, self.patch_size);
         let uncertainty = Uncertainty { tilt_rad: situation.sigma_tilt_rad, height_m: situation.sigma_height_m };
-        let fixed = |s| fix(&self.tile, *centre, &s, &footprint, situation.height_m, uncertainty);
+        let place = (situation.height_m, situation.camera_offset_m);
+        let fixed = |s| fix(&self.tile, *centre, &s, &footprint, place, uncertainty);
         let shift = located.shift();
         Outcome {
             d_col: shift.0 + off.0,

@@ -5,8 +5,11 @@
 
 use plumbline_core::camera::{Camera, Distortion};
 use plumbline_core::matching::judge::AcceptRule;
-use plumbline_core::pipeline::{FollowUpMode, Settings, Sigmas};
+use plumbline_core::mount::{LeverArm, Mount};
+use plumbline_core::pipeline::{FollowUpMode, Latencies, Motion, Motions, Settings, Sigmas};
+use plumbline_core::pose::noise::Wave;
 use plumbline_core::tile::{Geographic, Georeference, Tile};
+use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Metres, Radians};
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +27,7 @@ pub enum MissionError {
 }
 
 /// Format version: the first field of the encoding.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 /// A mission as it is stored. Angles in radians, lengths in metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,8 +44,20 @@ pub struct Mission {
     pub distortion: Option<[f32; 5]>,
     /// 0 followed, 1 measured, 2 fixed.
     pub follow_up: u8,
-    /// Tilt white, tilt drift, heading, follow-up (radians), range (metres).
-    pub sigmas: [f32; 5],
+    /// Antenna to camera: forward, right, down, metres.
+    pub lever_arm_m: [f32; 3],
+    /// Turn of the camera in its mount: heading, pitch, roll.
+    pub boresight_rad: [f32; 3],
+    /// Tilt white, tilt drift, heading white, heading drift, follow-up (radians), range, position white, position drift
+    /// (metres), velocity (m/s).
+    pub sigmas: [f32; 9],
+    /// Attitude, follow-up angle, position: nominal interval in microseconds, amplitude (radians, metres) and period
+    /// (seconds) of two motions.
+    pub motions: [(u32, [f32; 4]); 3],
+    /// How much older than their stamps attitude, follow-up angle, range and position are, microseconds.
+    pub latencies_us: [u32; 4],
+    /// Samples that the pose lags behind the newest.
+    pub lag: u8,
     /// Attitude gap, range gap, position age, patience, microseconds.
     pub limits_us: [u32; 4],
     /// Search radius, pixels.
@@ -67,6 +82,9 @@ pub struct Mission {
     pub send_patches: bool,
 }
 
+/// Bytes that hold any mission.
+pub const ENCODED_MAX: usize = 512;
+
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 impl Mission {
@@ -82,7 +100,7 @@ impl Mission {
     /// Encodes into `buffer`; the part used.
     ///
     /// # Errors
-    /// [`MissionError::Encoding`] when the buffer is too small; 256 bytes are enough.
+    /// [`MissionError::Encoding`] when the buffer is too small; [`ENCODED_MAX`] bytes are enough.
     pub fn encode<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b mut [u8], MissionError> {
         postcard::to_slice_crc32(self, buffer, CRC.digest()).map_err(|_| MissionError::Encoding)
     }
@@ -101,12 +119,38 @@ impl Mission {
             2 => FollowUpMode::Fixed,
             _ => return Err(MissionError::Settings),
         };
-        let [tilt_white_rad, tilt_drift_rad, heading_rad, follow_up_rad, range_m] = self.sigmas;
+        let [tilt_white_rad, tilt_drift_rad, heading_white_rad, heading_drift_rad, follow_up_rad, ..] = self.sigmas;
+        let [.., range_m, position_white_m, position_drift_m, velocity_m_per_s] = self.sigmas;
+        let motion = |(interval_us, [a0, t0, a1, t1]): (u32, [f32; 4])| Motion {
+            interval_us,
+            waves: [Wave { amplitude: a0, period_s: t0 }, Wave { amplitude: a1, period_s: t1 }],
+        };
+        let [attitude, follow_up_motion, position] = self.motions.map(motion);
+        let [forward_m, right_m, down_m] = self.lever_arm_m;
+        let [heading, pitch, roll] = self.boresight_rad.map(Radians);
+        let [attitude_us, follow_up_us, range_us, position_us] = self.latencies_us;
         let [gap_us, range_gap_us, position_age_us, patience_us] = self.limits_us;
         let settings = Settings {
             camera,
             follow_up,
-            sigmas: Sigmas { tilt_white_rad, tilt_drift_rad, heading_rad, follow_up_rad, range_m },
+            mount: Mount {
+                lever_arm: LeverArm { forward_m, right_m, down_m },
+                boresight: Attitude { heading, pitch, roll },
+            },
+            sigmas: Sigmas {
+                tilt_white_rad,
+                tilt_drift_rad,
+                heading_white_rad,
+                heading_drift_rad,
+                follow_up_rad,
+                range_m,
+                position_white_m,
+                position_drift_m,
+                velocity_m_per_s,
+            },
+            motions: Motions { attitude, follow_up: follow_up_motion, position },
+            latencies: Latencies { attitude_us, follow_up_us, range_us, position_us },
+            lag: self.lag,
             gap_us,
             range_gap_us,
             position_age_us,

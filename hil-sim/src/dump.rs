@@ -7,8 +7,7 @@ use crate::fly::{Flight, FrameRecord};
 use crate::stage::Stage;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::matching::View;
-use plumbline_core::pipeline::{Buffers, FollowUpMode, Pipeline, Prediction, Situation};
-use plumbline_core::tile::Local;
+use plumbline_core::pipeline::{Buffers, FollowUpMode, Pipeline, Situation};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Metres, Micros, Radians};
 use plumbline_firmware::wire::telemetry::FrameReport;
@@ -65,6 +64,7 @@ fn rectified_again(stage: &Stage, report: &FrameReport, frame: &Picture) -> Opti
     let settings = mission.settings().ok()?;
     let [height_m, heading, pitch, roll, follow_up] = report.situation?;
     let attitude = Attitude { heading: Radians(heading), pitch: Radians(pitch), roll: Radians(roll) };
+    let follow_up = (Radians(follow_up), settings.follow_up == FollowUpMode::Followed);
     let mut buffers = Box::new(Buffers::new());
     let mut frame_memory = vec![0; FRAME_MEMORY_BYTES];
     let tile = mission.tile(&stage.flash.tile).ok()?;
@@ -75,15 +75,8 @@ fn rectified_again(stage: &Stage, report: &FrameReport, frame: &Picture) -> Opti
     pipeline.rows(&frame.pixels).ok()?;
     pipeline
         .rectify(&Situation {
-            mid_exposure_at: Micros(report.mid_exposure_us),
-            attitude,
-            follow_up: Radians(follow_up),
-            followed: settings.follow_up == FollowUpMode::Followed,
-            height_m,
-            prediction: Prediction { local: Local { east_m: 0.0, north_m: 0.0 } },
-            sigma_tilt_rad: 0.0,
-            sigma_heading_rad: 0.0,
-            sigma_height_m: 0.0,
+            mount: settings.mount,
+            ..Situation::exact(Micros(report.mid_exposure_us), attitude, follow_up, height_m)
         })
         .ok()?;
     let (pixels, size, runs) = pipeline.patch();

@@ -5,7 +5,7 @@
 //! heading clockwise from GRID north, pitch nose up, roll right wing down, follow-up angle counter-clockwise from above
 //! about the body's up axis. Time: integer microseconds of the autopilot's clock.
 //!
-//! Synthetic motion: pitch and roll uniform within the largest tilt, below 20°/s for 99 % of the time at ±10°; height
+//! Synthetic motion: pitch and roll uniform within the largest tilt, below 20°/s for 99 % of the time at ±10° and 0.05 to 0.25 Hz; height
 //! uniform within its range at no more than 2.5 m/s; a track that always turns one way, through all headings.
 
 mod climb;
@@ -28,8 +28,6 @@ use std::f64::consts::TAU;
 use track::Track;
 use wave::Wave;
 
-/// Slowest and fastest parts of pitch and roll, hertz. At ±10° the rate's root mean square is 6°/s.
-const TILT_HZ: [f64; 2] = [0.05, 0.25];
 /// Slowest and fastest parts of the heading's wander around the course, hertz.
 const WANDER_HZ: [f64; 2] = [0.01, 0.04];
 
@@ -93,8 +91,8 @@ impl Motion {
     pub fn synthetic(scenario: &Scenario, area: &Area) -> Result<Self, ScenarioError> {
         let wave = |name: &str, [low_hz, high_hz]: [f64; 2]| Wave::new(stream(scenario.seed, name), low_hz, high_hz);
         let attitude = Attitude::Synthetic {
-            pitch: wave("motion.pitch", TILT_HZ),
-            roll: wave("motion.roll", TILT_HZ),
+            pitch: wave("motion.pitch", scenario.flight.tilt_hz),
+            roll: wave("motion.roll", scenario.flight.tilt_hz),
             tilt_max_rad: scenario.flight.tilt_max_deg.to_radians(),
             wander: wave("motion.wander", WANDER_HZ),
             wander_rad: scenario.flight.heading_wander_deg.to_radians(),

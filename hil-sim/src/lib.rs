@@ -11,6 +11,7 @@ pub mod fault;
 pub mod flight;
 pub mod fly;
 pub mod link;
+pub mod mount;
 pub mod oracle;
 pub mod reference;
 pub mod render;

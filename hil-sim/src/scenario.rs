@@ -13,7 +13,8 @@ mod tests;
 
 pub use ground::Ground;
 pub use tables::{
-    Attitude, Camera, Distortion, Flight, FollowUp, FollowUpMode, LinkFaults, Position, Range, Reference, Replay, Timer,
+    Attitude, Camera, Distortion, Flight, FollowUp, FollowUpMode, LinkFaults, Mount, Position, Range, Reference,
+    Replay, Timer,
 };
 
 use serde::Deserialize;
@@ -65,6 +66,8 @@ pub struct Scenario {
     pub camera: Camera,
     /// A camera file instead of `[camera]`.
     pub camera_file: Option<PathBuf>,
+    /// How it is mounted.
+    pub mount: Mount,
     /// Where the vehicle goes and how it moves.
     pub flight: Flight,
     /// Attitude sensor.
@@ -101,6 +104,7 @@ impl Default for Scenario {
             noise_dn: 3.0,
             camera: Camera::default(),
             camera_file: None,
+            mount: Mount::default(),
             flight: Flight::default(),
             attitude: Attitude::default(),
             follow_up: FollowUp::default(),

@@ -4,6 +4,7 @@ pub mod raw;
 mod statistics;
 
 use crate::fly::{Flight, FrameRecord};
+use crate::mount::antenna;
 use crate::stage::Stage;
 use plumbline_firmware::wire::telemetry::STAGES;
 use plumbline_survey::error::InputError;
@@ -28,7 +29,7 @@ pub struct Scored {
     pub integer_px: Option<[f64; 2]>,
     /// The same for the raw frame's whole-pixel peak.
     pub raw_px: Option<[f64; 2]>,
-    /// Fix minus true position, (east, north) metres.
+    /// Fix minus the antenna's true position, (east, north) metres.
     pub error_m: Option<[f64; 2]>,
     /// Normalised estimation error squared, 2 degrees of freedom.
     pub nees: Option<f64>,
@@ -50,7 +51,8 @@ pub fn score(stage: &Stage, record: &FrameRecord) -> Scored {
     let against = |d: [f32; 2]| truth_px.map(|t| [f64::from(d[0]) - t[0], f64::from(d[1]) - t[1]]);
     let matched = report.and_then(|r| r.matched);
     let fix = report.and_then(|r| r.fix).map(|fix| fix.map(f64::from));
-    let error_m = fix.map(|fix| [fix[0] - true_m[0], fix[1] - true_m[1]]);
+    let [east_m, north_m, _] = antenna(truth, stage.scenario.mount.lever_arm_m);
+    let error_m = fix.map(|fix| [fix[0] + stage.tile_centre[0] - east_m, fix[1] + stage.tile_centre[1] - north_m]);
     let nees = fix
         .zip(error_m)
         .map(|([_, _, ee, en, nn], [e, n])| (e * e * nn - 2.0 * e * n * en + n * n * ee) / (ee * nn - en * en));

@@ -14,6 +14,7 @@ use plumbline_survey::camera_file::{CameraFile, Distortion};
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
 use plumbline_survey::raster::Raster;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// How far from the centre a flight goes at most, metres: larger grounds are not used to their borders, so that the
@@ -23,6 +24,8 @@ const HALF_EXTENT_MAX_M: f64 = 500.0;
 const TILE_SLACK_PX: f64 = 12.0;
 /// Largest patch on board, pixels.
 const PATCH_PX: f64 = plumbline_core::budget::PATCH_MAX_PX as f64;
+/// How fast the synthetic track turns at most, radians a second: see [`crate::flight`].
+const WEAVE_RAD_S: f64 = 0.35;
 /// Rays along each side of a pixel.
 const RENDER_SAMPLES: usize = 2;
 
@@ -96,7 +99,12 @@ impl Stage {
                 FollowUpMode::Measured => 1,
                 FollowUpMode::Fixed => 2,
             },
+            lever_arm_m: scenario.mount.lever_arm_m.map(|m| m as f32),
+            boresight_rad: scenario.mount.boresight_deg.map(|deg| deg.to_radians() as f32),
             sigmas: sigmas_of(&scenario),
+            motions: motions_of(&scenario),
+            latencies_us: latencies_of(&scenario),
+            lag: scenario.attitude.lag,
             limits_us: limits_of(&scenario),
             search_px: scenario.search_px,
             tile: (tile.cols as u16, tile.rows as u16),
@@ -286,18 +294,45 @@ fn heights(ground: &Ground, half_m: f64) -> (f64, f64) {
     (sum / (SIDE * SIDE) as f64, low)
 }
 
-/// One sigma of each source, as its data sheet would say: tilt white, tilt drift, heading, follow-up, range.
-fn sigmas_of(scenario: &Scenario) -> [f32; 5] {
+/// One sigma of each source, as its data sheet would say: tilt white and drift, heading white and drift, follow-up, range,
+/// position white and drift, velocity.
+fn sigmas_of(scenario: &Scenario) -> [f32; 9] {
     let attitude = &scenario.attitude;
-    let heading = attitude
-        .heading_white_deg
-        .unwrap_or(attitude.white_deg)
-        .hypot(attitude.heading_drift_deg.unwrap_or(attitude.drift_deg));
     let follow_up = if scenario.follow_up.mode == FollowUpMode::Measured { scenario.follow_up.noise_deg } else { 0.0 };
     let radians = |deg: f64| deg.to_radians() as f32;
-    // A centimetre is what the message resolves.
-    let range = scenario.range.sigma_m.hypot(0.003) as f32;
-    [radians(attitude.white_deg), radians(attitude.drift_deg), radians(heading), radians(follow_up), range]
+    // A centimetre is what the message resolves, of range and of velocity.
+    let resolved = |sigma: f64| sigma.hypot(0.003) as f32;
+    [
+        radians(attitude.white_deg),
+        radians(attitude.drift_deg),
+        radians(attitude.heading_white_deg.unwrap_or(attitude.white_deg)),
+        radians(attitude.heading_drift_deg.unwrap_or(attitude.drift_deg)),
+        radians(follow_up),
+        resolved(scenario.range.sigma_m),
+        scenario.position.white_m as f32,
+        scenario.position_sigma_m() as f32,
+        resolved(scenario.position.velocity_sigma_m_s),
+    ]
+}
+
+/// What the vehicle may do, as who prepares a flight would know it: tilts as large and as fast as the scenario's, in a
+/// replayed log or with a servo a shake beside them.
+fn motions_of(scenario: &Scenario) -> [(u32, [f32; 4]); 3] {
+    let interval_us = |rate_hz: u32| 1_000_000 / rate_hz.max(1);
+    let radians = |deg: f64| deg.to_radians() as f32;
+    let period_s = (1.0 / scenario.flight.tilt_hz[1]) as f32;
+    let tilt = radians(scenario.flight.tilt_max_deg.max(1.0));
+    let shake = if scenario.replay.is_some() { radians(1.0) } else { 0.0 };
+    let turning = |rate_hz| (interval_us(rate_hz), [tilt, period_s, shake, 0.7]);
+    let weave_m = (scenario.flight.speed_m_s / WEAVE_RAD_S) as f32;
+    let weave = [weave_m, (TAU / WEAVE_RAD_S) as f32, 0.0, 1.0];
+    let position = (interval_us(scenario.position.rate_hz), weave);
+    [turning(scenario.attitude.rate_hz), turning(scenario.follow_up.rate_hz), position]
+}
+
+/// How much older than their stamps the sensors' values are, microseconds: calibrated.
+fn latencies_of(scenario: &Scenario) -> [u32; 4] {
+    [scenario.attitude.delay_us, scenario.follow_up.delay_us, scenario.range.delay_us, scenario.position.delay_us]
 }
 
 /// Attitude gap, range gap, position age, patience, microseconds: a few sample intervals of each stream.

@@ -5,7 +5,7 @@ use super::seeded::{Random, config};
 use mavlink::dialects::common::{GimbalDeviceFlags, MavMessage, MavType};
 use mavlink::{MavlinkVersion, Message, MessageData, calculate_crc};
 use plumbline_core::fix::Fix;
-use plumbline_core::pipeline::{Prediction, Refusal, Situation};
+use plumbline_core::pipeline::{Refusal, Situation};
 use plumbline_core::tile::{Geographic, Local};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Micros, Radians};
@@ -25,17 +25,7 @@ fn sent<D: MessageData>(encoder: &mut Encoder, sequence: u8, data: &D) -> MavMes
 }
 
 fn situation(follow_up: f32) -> Situation {
-    Situation {
-        mid_exposure_at: Micros(5_123_456),
-        attitude: Attitude::default(),
-        follow_up: Radians(follow_up),
-        followed: true,
-        height_m: 151.5,
-        prediction: Prediction { local: Local { east_m: 1.0, north_m: 2.0 } },
-        sigma_tilt_rad: 0.001,
-        sigma_heading_rad: 0.005,
-        sigma_height_m: 0.1,
-    }
+    Situation::exact(Micros(5_123_456), Attitude::default(), (Radians(follow_up), true), 151.5)
 }
 
 const AT: Geographic = Geographic { lat_e7: 481_234_567, lon_e7: -163_000_001 };

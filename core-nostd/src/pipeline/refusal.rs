@@ -49,10 +49,12 @@ pub enum Refusal {
     Ambiguous = 19,
     /// The sub-pixel solution is too uncertain or left the peak.
     Imprecise = 20,
+    /// Every attitude around mid-exposure is the same to the last bit: the sensor hangs.
+    AttitudeStuck = 21,
 }
 
 /// Every refusal, in the order of its code.
-pub const ALL: [Refusal; 20] = [
+pub const ALL: [Refusal; 21] = [
     Refusal::NoClock,
     Refusal::BadExposure,
     Refusal::Busy,
@@ -73,6 +75,7 @@ pub const ALL: [Refusal; 20] = [
     Refusal::LowScore,
     Refusal::Ambiguous,
     Refusal::Imprecise,
+    Refusal::AttitudeStuck,
 ];
 
 impl Refusal {
@@ -109,6 +112,7 @@ impl Refusal {
             Refusal::LowScore => "low_score",
             Refusal::Ambiguous => "ambiguous",
             Refusal::Imprecise => "imprecise",
+            Refusal::AttitudeStuck => "attitude_stuck",
         }
     }
 }

@@ -3,6 +3,12 @@
 use crate::budget::REACQUIRE_PX;
 use crate::camera::Camera;
 use crate::matching::judge::AcceptRule;
+use crate::mount::Mount;
+use crate::pipeline::streams::Latencies;
+use crate::pose::noise::{LAGS, NoiseModel, Wave};
+use crate::pose::place::{PlaceSigmas, Predictor};
+use crate::pose::{Smoother, Wait};
+use crate::units::Radians;
 
 /// How the camera follows, and which model rectifies it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,19 +23,74 @@ pub enum FollowUpMode {
 }
 
 /// One sigma of each source, as its data sheet or calibration says.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sigmas {
     /// Pitch and roll, the part that is new in every sample, radians.
     pub tilt_white_rad: f32,
     /// Pitch and roll, the part that drifts slowly and no interpolation reduces, radians.
     pub tilt_drift_rad: f32,
-    /// Heading, radians.
-    pub heading_rad: f32,
+    /// Heading, the part that is new in every sample, radians.
+    pub heading_white_rad: f32,
+    /// Heading, the part that drifts, radians.
+    pub heading_drift_rad: f32,
     /// Follow-up angle, radians.
     pub follow_up_rad: f32,
     /// Slant range, metres.
     pub range_m: f32,
+    /// Position, each axis, the part that is new in every sample, metres.
+    pub position_white_m: f32,
+    /// Position, the part that drifts: what the fixes are for. Metres.
+    pub position_drift_m: f32,
+    /// Velocity, each axis, m/s.
+    pub velocity_m_per_s: f32,
+}
+
+/// How a stream is sampled, and what it measures: by this, and the sigmas, its smoothing is chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Motion {
+    /// Nominal distance of two samples, microseconds.
+    pub interval_us: u32,
+    /// The motions that must get through: radians or metres; amplitude 0 for none.
+    pub waves: [Wave; 2],
+}
+
+/// [`Motion`] of each stream that is fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Motions {
+    /// Pitch and roll; the heading is smoothed as they are.
+    pub attitude: Motion,
+    /// Follow-up angle.
+    pub follow_up: Motion,
+    /// East and north.
+    pub position: Motion,
+}
+
+impl Default for Motions {
+    /// Sensors and a vehicle as most are: attitude at 200 Hz, follow-up angle at 100 Hz, positions at 5 Hz; turns of 10° in
+    /// 4 s and a shake of 0.3° in 0.7 s; a weave of 30 m in 20 s.
+    fn default() -> Self {
+        let turning = |interval_us| {
+            let wave = |degrees, period_s| Wave { amplitude: Radians::from_degrees(degrees).0, period_s };
+            Motion { interval_us, waves: [wave(10.0, 4.0), wave(0.3, 0.7)] }
+        };
+        let weave = Wave { amplitude: 30.0, period_s: 20.0 };
+        Motions {
+            attitude: turning(5_000),
+            follow_up: turning(10_000),
+            position: Motion { interval_us: 200_000, waves: [weave, Wave::default()] },
+        }
+    }
+}
+
+/// The fits that the settings ask for, made once.
+#[derive(Debug)]
+pub(super) struct Smoothers {
+    pub(super) attitude: Smoother<3>,
+    pub(super) follow_up: Smoother<1>,
+    pub(super) position: Predictor,
 }
 
 /// Why settings were refused.
@@ -44,6 +105,12 @@ pub enum SettingsError {
     NotIsotropic,
     /// The frame memory is too small for a search.
     FrameMemory,
+    /// A stream's interval, or a motion that it is said to measure, is impossible.
+    Motion,
+    /// A lever arm or a boresight is not a number, or the boresight is not a small turn.
+    Mount,
+    /// More later samples are waited for than a window holds.
+    Lag,
 }
 
 /// Settings of a flight.
@@ -53,8 +120,16 @@ pub struct Settings {
     pub camera: Camera,
     /// How it follows.
     pub follow_up: FollowUpMode,
+    /// How it is mounted.
+    pub mount: Mount,
     /// What the sources are worth.
     pub sigmas: Sigmas,
+    /// What they measure.
+    pub motions: Motions,
+    /// How much older than their stamps their values are.
+    pub latencies: Latencies,
+    /// Whole samples that the pose lags behind the newest: 2 give most of what smoothing can.
+    pub lag: u8,
     /// Largest distance of two attitude or follow-up samples to interpolate between, microseconds.
     pub gap_us: u32,
     /// Largest distance of two ranges to interpolate between, microseconds.
@@ -79,12 +154,57 @@ impl Settings {
         }
         let s = &self.sigmas;
         let sound = |sigma: &f32| sigma.is_finite() && *sigma >= 0.0;
-        if ![s.tilt_white_rad, s.tilt_drift_rad, s.heading_rad, s.follow_up_rad, s.range_m].iter().all(sound) {
+        let angles = [s.tilt_white_rad, s.tilt_drift_rad, s.heading_white_rad, s.heading_drift_rad, s.follow_up_rad];
+        let lengths = [s.range_m, s.position_white_m, s.position_drift_m, s.velocity_m_per_s];
+        if !angles.iter().chain(&lengths).all(sound) {
             return Err(SettingsError::Sigma);
+        }
+        let [attitude, follow_up, position] = self.models();
+        if ![attitude, follow_up, position].iter().all(|model| model.check().is_ok()) {
+            return Err(SettingsError::Motion);
+        }
+        let (arm, turn) = (&self.mount.lever_arm, &self.mount.boresight);
+        let is_small = |angle: f32| angle.abs() <= BORESIGHT_MAX_RAD;
+        let is_mount = [arm.forward_m, arm.right_m, arm.down_m].iter().all(|length| length.is_finite())
+            && is_small(turn.heading.0)
+            && is_small(turn.pitch.0)
+            && is_small(turn.roll.0);
+        if !is_mount {
+            return Err(SettingsError::Mount);
+        }
+        if self.lag as usize >= LAGS {
+            return Err(SettingsError::Lag);
         }
         if self.follow_up == FollowUpMode::Followed && !self.camera.is_isotropic() {
             return Err(SettingsError::NotIsotropic);
         }
         Ok(())
     }
+
+    /// What the pose waits for: the later end of the instant's own interval, and the lag.
+    pub fn wait(&self) -> Wait {
+        Wait::For(self.lag + 1)
+    }
+
+    /// Noise and motion of attitude, follow-up angle and position.
+    fn models(&self) -> [NoiseModel; 3] {
+        let Motions { attitude, follow_up, position } = self.motions;
+        let whites = [self.sigmas.tilt_white_rad, self.sigmas.follow_up_rad, self.sigmas.position_white_m];
+        let model = |motion: Motion, white| NoiseModel { interval_us: motion.interval_us, white, waves: motion.waves };
+        [model(attitude, whites[0]), model(follow_up, whites[1]), model(position, whites[2])]
+    }
+
+    pub(super) fn smoothers(&self) -> Smoothers {
+        let [attitude, follow_up, position] = self.models();
+        let s = &self.sigmas;
+        let place = PlaceSigmas { drift_m: s.position_drift_m, velocity_m_per_s: s.velocity_m_per_s };
+        Smoothers {
+            attitude: Smoother::new(&attitude, [s.heading_white_rad, s.tilt_white_rad, s.tilt_white_rad]),
+            follow_up: Smoother::new(&follow_up, [s.follow_up_rad]),
+            position: Predictor::new(&position, place),
+        }
+    }
 }
+
+/// Largest angle of a boresight: beyond it the camera is mounted in another way.
+const BORESIGHT_MAX_RAD: f32 = 0.2;

@@ -1,20 +1,36 @@
 //! Everything that holds at the instant of mid-exposure: pose, height, predicted position, and what they are worth.
 
-use super::{FollowUpMode, Pipeline, Refusal, Settings};
+use super::{FollowUpMode, Pipeline, Refusal};
 use crate::budget::PATCH_MAX_PX;
 use crate::camera::Camera;
 use crate::homography::Homography;
 use crate::math;
-use crate::pose::PoseError;
+use crate::mount::Mount;
+use crate::pose::{Method, PoseError, Wait};
 use crate::tile::Local;
-use crate::tilt::{Attitude, camera_from_local, equivalent_tilt, follow_up_command};
+use crate::tilt::{Attitude, equivalent_tilt, follow_up_command};
 use crate::units::{Micros, Radians};
 
-/// Where the navigation believes to be.
+/// Where the navigation believes the camera to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
     /// Grid metres from the tile's centre.
     pub local: Local,
+    /// Velocity towards grid east and north, m/s.
+    pub velocity_m_per_s: [f32; 2],
+    /// Sigma of each axis, metres.
+    pub sigma_m: f32,
+}
+
+/// How things move at mid-exposure.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rates {
+    /// Heading, pitch, roll, radians per second.
+    pub attitude: [f32; 3],
+    /// Follow-up angle, radians per second.
+    pub follow_up: f32,
+    /// Sigma of pitch's and roll's rates, each.
+    pub sigma: f32,
 }
 
 /// The state at mid-exposure.
@@ -26,18 +42,28 @@ pub struct Situation {
     pub attitude: Attitude,
     /// Follow-up angle used.
     pub follow_up: Radians,
-    /// Whether eq. 7 serves: the follow-up angle is the exact one.
+    /// Whether the follow-up angle is the exact one for this attitude.
     pub followed: bool,
+    /// How the camera is mounted.
+    pub mount: Mount,
+    /// Rates of both.
+    pub rates: Rates,
     /// Height above ground, metres.
     pub height_m: f32,
     /// Predicted position.
     pub prediction: Prediction,
+    /// The camera relative to the point that positions refer to, grid east and north, metres.
+    pub camera_offset_m: [f32; 2],
     /// Sigma of pitch and roll, each.
     pub sigma_tilt_rad: f32,
     /// Sigma of heading, the follow-up angle's included where it enters.
     pub sigma_heading_rad: f32,
     /// Sigma of the height.
     pub sigma_height_m: f32,
+    /// How the attitude was found.
+    pub attitude_method: Method,
+    /// How the position was predicted.
+    pub position_method: Method,
 }
 
 /// Smallest a22 that is worked with: 60° between optical axis and plumb line.
@@ -46,90 +72,137 @@ const COS_TILT_MIN: f32 = 0.5;
 const PATCH_MIN_PX: f32 = 7.0;
 
 impl Pipeline<'_> {
-    /// Interpolates every stream to mid-exposure. `Ok(None)`: a stream's next sample has not arrived yet; try again
-    /// when it has, as long as patience lasts.
+    /// Every stream at mid-exposure. `Ok(None)`: a stream's next samples have not arrived yet; try again when they have, as
+    /// long as patience lasts, and then with [`Wait::No`], which takes what is there.
     ///
     /// # Errors
     /// The [`Refusal`] that waiting cannot mend.
-    pub fn situate(&self, mid_exposure_at: Micros) -> Result<Option<Situation>, Refusal> {
+    pub fn situate(&self, mid_exposure_at: Micros, wait: Wait) -> Result<Option<Situation>, Refusal> {
         let settings = self.settings();
-        let attitude = match self.streams.attitude.at(mid_exposure_at, settings.gap_us) {
+        let (smoothers, streams) = (&self.smoothers, &self.streams);
+        let history = streams.attitude.history();
+        let attitude = match smoothers.attitude.at(history, mid_exposure_at, settings.gap_us, wait) {
             Err(PoseError::NotYet) => return Ok(None),
-            other => other.map_err(|e| if e == PoseError::Gap { Refusal::AttitudeGap } else { Refusal::NoAttitude })?,
+            other => other.map_err(|error| match error {
+                PoseError::Gap => Refusal::AttitudeGap,
+                PoseError::Stuck => Refusal::AttitudeStuck,
+                PoseError::TooOld | PoseError::NotYet => Refusal::NoAttitude,
+            })?,
         };
-        let slant = match self.streams.slant.at(mid_exposure_at, settings.range_gap_us) {
+        let slant = match streams.slant.history().at(mid_exposure_at, settings.range_gap_us) {
             Err(PoseError::NotYet) => return Ok(None),
             other => other.map_err(|_| Refusal::NoRange)?,
         };
-        if !attitude.value.looks_down() || attitude.value.cos_tilt() < COS_TILT_MIN {
+        let cos_tilt = attitude.value.cos_tilt();
+        if !attitude.value.looks_down() || cos_tilt < COS_TILT_MIN {
             return Err(Refusal::Tilt);
         }
-        let (follow_up, followed) = match settings.follow_up {
-            FollowUpMode::Followed => (follow_up_command(attitude.value), true),
-            FollowUpMode::Fixed => (Radians(0.0), false),
-            FollowUpMode::Measured => match self.streams.follow_up.at(mid_exposure_at, settings.gap_us) {
-                Err(PoseError::NotYet) => return Ok(None),
-                other => (other.map_err(|_| Refusal::NoFollowUp)?.value, false),
-            },
+        let (follow_up, follow_up_rate, sigma_follow_up_rad) = match settings.follow_up {
+            // A servo that follows exactly turns as the heading does, but for terms of the tilt's square.
+            FollowUpMode::Followed => {
+                (follow_up_command(attitude.value), attitude.rate[0], settings.sigmas.follow_up_rad)
+            }
+            FollowUpMode::Fixed => (Radians(0.0), 0.0, 0.0),
+            FollowUpMode::Measured => {
+                let history = streams.follow_up.history();
+                match smoothers.follow_up.at(history, mid_exposure_at, settings.gap_us, wait) {
+                    Err(PoseError::NotYet) => return Ok(None),
+                    other => {
+                        let follow_up = other.map_err(|_| Refusal::NoFollowUp)?;
+                        (follow_up.value, follow_up.rate[0], follow_up.sigma[0])
+                    }
+                }
+            }
         };
-        let cos_tilt = attitude.value.cos_tilt();
         let height_m = slant.value * cos_tilt;
-        let sigma_tilt_rad = sigma_tilt(settings, attitude.noise_factor());
-        let sigma_range_m = settings.sigmas.range_m * slant.noise_factor();
+        // White noise is averaged by the fit, drift is not.
+        let sigmas = &settings.sigmas;
+        let sigma_tilt_rad = hypot(attitude.sigma[1].max(attitude.sigma[2]), sigmas.tilt_drift_rad);
+        let sigma_heading_rad = hypot(hypot(attitude.sigma[0], sigmas.heading_drift_rad), sigma_follow_up_rad);
+        let sigma_range_m = sigmas.range_m * slant.noise_factor();
         // H = s cos t: a tilt error changes the height by s sin t.
         let sigma_lean_m = slant.value * math::sqrt((1.0 - cos_tilt * cos_tilt).max(0.0)) * sigma_tilt_rad;
+        let [offset_north_m, _, offset_east_m] = settings.mount.camera_offset(attitude.value);
+        let camera_offset_m = [offset_east_m, offset_north_m];
+        let (prediction, position_method) = self.predict(mid_exposure_at, camera_offset_m)?;
+        let [_, pitch_rate, roll_rate] = attitude.rate_sigma;
         Ok(Some(Situation {
             mid_exposure_at,
             attitude: attitude.value,
             follow_up,
-            followed,
+            followed: settings.follow_up == FollowUpMode::Followed,
+            mount: settings.mount,
+            rates: Rates { attitude: attitude.rate, follow_up: follow_up_rate, sigma: pitch_rate.max(roll_rate) },
             height_m,
-            prediction: self.predict(mid_exposure_at)?,
+            prediction,
+            camera_offset_m,
             sigma_tilt_rad,
-            sigma_heading_rad: hypot(settings.sigmas.heading_rad, settings.sigmas.follow_up_rad),
+            sigma_heading_rad,
             sigma_height_m: hypot(sigma_range_m, sigma_lean_m),
+            attitude_method: attitude.method,
+            position_method,
         }))
     }
 
     /// Which stream a frame waited for in vain.
     pub fn missing_at(&self, mid_exposure_at: Micros) -> Refusal {
         let settings = self.settings();
-        let missing = |error: Option<PoseError>| error == Some(PoseError::NotYet);
-        if missing(self.streams.attitude.at(mid_exposure_at, settings.gap_us).err()) {
+        if self.streams.attitude.history().at(mid_exposure_at, settings.gap_us).err() == Some(PoseError::NotYet) {
             Refusal::NoAttitude
-        } else if missing(self.streams.slant.at(mid_exposure_at, settings.range_gap_us).err()) {
+        } else if self.streams.slant.history().at(mid_exposure_at, settings.range_gap_us).err()
+            == Some(PoseError::NotYet)
+        {
             Refusal::NoRange
         } else {
             Refusal::NoFollowUp
         }
     }
 
-    /// The newest position carried on with its velocity.
-    fn predict(&self, at: Micros) -> Result<Prediction, Refusal> {
-        let newest = self.streams.position.ok_or(Refusal::NoPosition)?;
-        let age_us = at.since(newest.sampled_at);
-        if age_us.unsigned_abs() > self.settings().position_age_us {
-            return Err(Refusal::NoPosition);
+    /// Where the camera should be: the navigation's position carried on, plus the lever arm.
+    fn predict(&self, at: Micros, offset_m: [f32; 2]) -> Result<(Prediction, Method), Refusal> {
+        if self.is_off_the_map {
+            return Err(Refusal::OutsideReference);
         }
-        let georeference = self.tile().georeference();
-        let local = georeference.local(newest.position).ok_or(Refusal::OutsideReference)?;
-        let seconds = age_us as f32 * 1e-6;
-        // True north and east turned into the grid's: grid heading = true heading − convergence.
-        let (s, c) = math::sin_cos(georeference.convergence.0);
-        let (north, east) = (newest.north_m_per_s * seconds, newest.east_m_per_s * seconds);
-        let local =
-            Local { east_m: local.east_m + east * c - north * s, north_m: local.north_m + north * c + east * s };
-        Ok(Prediction { local })
+        let history = self.streams.position.history();
+        let age_us = self.settings().position_age_us;
+        let predicted = self.smoothers.position.at(history, at, age_us).map_err(|_| Refusal::NoPosition)?;
+        let place = predicted.place;
+        let [east_m, north_m] = offset_m;
+        let local = Local { east_m: place.east_m + east_m, north_m: place.north_m + north_m };
+        let velocity_m_per_s = [place.east_m_per_s, place.north_m_per_s];
+        Ok((Prediction { local, velocity_m_per_s, sigma_m: predicted.sigma_m }, predicted.method))
     }
 }
 
 impl Situation {
-    /// The map for this situation: eq. 7 where the camera follows, eq. 3 otherwise.
+    /// An attitude, a follow-up angle and a height that are known exactly, of a camera that is mounted exactly and stands
+    /// still over the tile's centre.
+    pub fn exact(mid_exposure_at: Micros, attitude: Attitude, follow_up: (Radians, bool), height_m: f32) -> Self {
+        let local = Local::default();
+        Situation {
+            mid_exposure_at,
+            attitude,
+            follow_up: follow_up.0,
+            followed: follow_up.1,
+            mount: Mount::default(),
+            rates: Rates::default(),
+            height_m,
+            prediction: Prediction { local, velocity_m_per_s: [0.0; 2], sigma_m: 0.0 },
+            camera_offset_m: [0.0; 2],
+            sigma_tilt_rad: 0.0,
+            sigma_heading_rad: 0.0,
+            sigma_height_m: 0.0,
+            attitude_method: Method::Straight,
+            position_method: Method::Carried,
+        }
+    }
+
+    /// The map for this situation: eq. 7 where the camera follows and is aligned, eq. 3 otherwise.
     pub fn homography(&self, camera: &Camera) -> Homography {
-        if self.followed {
+        if self.followed && self.mount.is_aligned() {
             Homography::simplified(equivalent_tilt(self.attitude, self.follow_up), camera)
         } else {
-            Homography::full(&camera_from_local(self.attitude, self.follow_up), camera)
+            Homography::full(&self.mount.camera_from_local(self.attitude, self.follow_up), camera)
         }
     }
 
@@ -140,11 +213,6 @@ impl Situation {
         let side = |px: f32| px.min(PATCH_MAX_PX as f32) as u16;
         (cols >= PATCH_MIN_PX && rows >= PATCH_MIN_PX).then(|| (side(cols), side(rows)))
     }
-}
-
-/// White noise is averaged by the interpolation, drift is not.
-fn sigma_tilt(settings: &Settings, noise_factor: f32) -> f32 {
-    hypot(settings.sigmas.tilt_white_rad * noise_factor, settings.sigmas.tilt_drift_rad)
 }
 
 fn hypot(a: f32, b: f32) -> f32 {

@@ -1,6 +1,7 @@
 //! The stamped streams: checked at the door, kept in rings.
 
-use crate::pose::{Backwards, History};
+use crate::pose::place::Place;
+use crate::pose::{Backwards, Channels, History};
 use crate::tile::Geographic;
 use crate::tilt::Attitude;
 use crate::units::{Metres, Micros, Radians};
@@ -18,21 +19,19 @@ pub struct PositionSample {
     pub east_m_per_s: f32,
 }
 
-/// Range beyond which a slant is not believed, metres: the largest a DISTANCE_SENSOR message can carry is an error
-/// code.
-const SLANT_MAX_M: f32 = 655.0;
+/// The two instants of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Instants {
+    /// Its stamp.
+    pub sampled_at: Micros,
+    /// When the board had it; `None` while the board's clock is not tied to the stamps' yet.
+    pub arrived_at: Option<Micros>,
+}
 
-/// The newest samples of every stream. Capacities hold a quarter of a second of 200 Hz attitude and more, 100 Hz follow-up and 50 Hz range.
-#[derive(Debug, Default)]
-pub struct Streams {
-    /// Attitude, heading already relative to grid north.
-    pub attitude: History<Attitude, 48>,
-    /// Follow-up angle.
-    pub follow_up: History<Radians, 32>,
-    /// Slant range, metres.
-    pub slant: History<f32, 16>,
-    /// The newest position.
-    pub position: Option<PositionSample>,
+impl From<Micros> for Instants {
+    fn from(sampled_at: Micros) -> Self {
+        Instants { sampled_at, arrived_at: None }
+    }
 }
 
 /// Why a sample was not taken.
@@ -41,7 +40,7 @@ pub struct Streams {
 pub enum SampleError {
     /// Its stamp is not after the newest one's.
     Backwards,
-    /// A value that no sensor can mean.
+    /// A value that no sensor can mean, or a stamp from before the clock's start or from the future.
     Invalid,
 }
 
@@ -51,59 +50,139 @@ impl From<Backwards> for SampleError {
     }
 }
 
+/// Range beyond which a slant is not believed, metres: the largest a DISTANCE_SENSOR message can carry is an error
+/// code.
+const SLANT_MAX_M: f32 = 655.0;
+/// A sample that is stamped so much later than it arrived is from the future, microseconds. The board's clock is better
+/// than that.
+const FUTURE_US: i32 = 100_000;
+/// So many samples in a row with stamps before the newest: the sender's clock began anew, and what is remembered is of
+/// another time.
+const BACKWARDS_MAX: u8 = 20;
+
+/// One sensor's samples, its calibrated latency, and how long its newest sample took.
+#[derive(Debug)]
+pub struct Stream<T, const C: usize, const N: usize> {
+    history: History<T, C, N>,
+    /// How much older a value is than its stamp: the sensor's own filters.
+    latency_us: u32,
+    delay_us: u32,
+    backwards: u8,
+}
+
+impl<T: Channels<C>, const C: usize, const N: usize> Stream<T, C, N> {
+    const fn new(latency_us: u32) -> Self {
+        Stream { history: History::new(), latency_us, delay_us: 0, backwards: 0 }
+    }
+
+    fn push(&mut self, at: Instants, value: T) -> Result<(), SampleError> {
+        let sampled_at = at.sampled_at.0.checked_sub(self.latency_us as u64).map(Micros).ok_or(SampleError::Invalid)?;
+        if at.arrived_at.is_some_and(|arrived| at.sampled_at.since(arrived) > FUTURE_US) {
+            return Err(SampleError::Invalid);
+        }
+        if self.history.push(sampled_at, value).is_err() {
+            self.backwards = self.backwards.saturating_add(1);
+            if self.backwards < BACKWARDS_MAX {
+                return Err(SampleError::Backwards);
+            }
+            self.history = History::new();
+            self.history.push(sampled_at, value)?;
+        }
+        self.backwards = 0;
+        self.delay_us = at.arrived_at.map_or(0, |arrived| arrived.since(sampled_at).max(0) as u32);
+        Ok(())
+    }
+
+    /// The samples, at the instants at which their values held.
+    pub fn history(&self) -> &History<T, C, N> {
+        &self.history
+    }
+
+    /// From the newest value's instant to its arrival, microseconds; 0 while that cannot be told.
+    pub fn delay_us(&self) -> u32 {
+        self.delay_us
+    }
+}
+
+/// How much older than their stamps the values are, microseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Latencies {
+    /// Attitude.
+    pub attitude_us: u32,
+    /// Follow-up angle.
+    pub follow_up_us: u32,
+    /// Slant range.
+    pub range_us: u32,
+    /// Position.
+    pub position_us: u32,
+}
+
+/// The newest samples of every stream. Capacities hold a window of the fit and what arrives while a frame is read out.
+#[derive(Debug)]
+pub struct Streams {
+    /// Attitude, heading already relative to grid north.
+    pub attitude: Stream<Attitude, 3, 40>,
+    /// Follow-up angle.
+    pub follow_up: Stream<Radians, 1, 30>,
+    /// Slant range, metres.
+    pub slant: Stream<f32, 1, 16>,
+    /// Position and velocity on the grid.
+    pub position: Stream<Place, 4, 11>,
+}
+
 impl Streams {
     /// Empty.
-    pub const fn new() -> Self {
-        Streams { attitude: History::new(), follow_up: History::new(), slant: History::new(), position: None }
+    pub const fn new(latencies: Latencies) -> Self {
+        Streams {
+            attitude: Stream::new(latencies.attitude_us),
+            follow_up: Stream::new(latencies.follow_up_us),
+            slant: Stream::new(latencies.range_us),
+            position: Stream::new(latencies.position_us),
+        }
     }
 
     /// Takes an attitude whose heading is relative to grid north.
     ///
     /// # Errors
     /// [`SampleError`]; the stream is unchanged then.
-    pub fn attitude(&mut self, sampled_at: Micros, attitude: Attitude) -> Result<(), SampleError> {
+    pub fn attitude(&mut self, at: impl Into<Instants>, attitude: Attitude) -> Result<(), SampleError> {
         if ![attitude.heading.0, attitude.pitch.0, attitude.roll.0].iter().all(|angle| angle.is_finite()) {
             return Err(SampleError::Invalid);
         }
-        Ok(self.attitude.push(sampled_at, attitude)?)
+        self.attitude.push(at.into(), attitude)
     }
 
     /// Takes a follow-up angle.
     ///
     /// # Errors
     /// [`SampleError`].
-    pub fn follow_up(&mut self, sampled_at: Micros, follow_up: Radians) -> Result<(), SampleError> {
+    pub fn follow_up(&mut self, at: impl Into<Instants>, follow_up: Radians) -> Result<(), SampleError> {
         if !follow_up.0.is_finite() {
             return Err(SampleError::Invalid);
         }
-        Ok(self.follow_up.push(sampled_at, follow_up)?)
+        self.follow_up.push(at.into(), follow_up)
     }
 
     /// Takes a slant range.
     ///
     /// # Errors
     /// [`SampleError`]; 0 and anything beyond 655 m are codes, not ranges.
-    pub fn slant(&mut self, sampled_at: Micros, slant: Metres) -> Result<(), SampleError> {
+    pub fn slant(&mut self, at: impl Into<Instants>, slant: Metres) -> Result<(), SampleError> {
         if !(slant.0 > 0.0 && slant.0 < SLANT_MAX_M) {
             return Err(SampleError::Invalid);
         }
-        Ok(self.slant.push(sampled_at, slant.0)?)
+        self.slant.push(at.into(), slant.0)
     }
 
-    /// Takes a position.
+    /// Takes a position on the grid.
     ///
     /// # Errors
     /// [`SampleError`].
-    pub fn position(&mut self, sample: PositionSample) -> Result<(), SampleError> {
-        let lat_possible = (-900_000_000..=900_000_000).contains(&sample.position.lat_e7);
-        let lon_possible = (-1_800_000_000..=1_800_000_000).contains(&sample.position.lon_e7);
-        if !(lat_possible && lon_possible && sample.north_m_per_s.is_finite() && sample.east_m_per_s.is_finite()) {
+    pub fn position(&mut self, at: impl Into<Instants>, place: Place) -> Result<(), SampleError> {
+        if !place.away_from(Place::default()).iter().all(|v| v.is_finite()) {
             return Err(SampleError::Invalid);
         }
-        if self.position.is_some_and(|newest| newest.sampled_at >= sample.sampled_at) {
-            return Err(SampleError::Backwards);
-        }
-        self.position = Some(sample);
-        Ok(())
+        self.position.push(at.into(), place)
     }
 }

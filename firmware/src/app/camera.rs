@@ -4,6 +4,7 @@ use super::{App, FrameOut, Out};
 use crate::board::{FrameStart, FrontEnd, Gauge, Rows, Timer};
 use crate::wire::telemetry::FrameReport;
 use plumbline_core::pipeline::{Outcome, Refusal, Situation};
+use plumbline_core::pose::Wait;
 use plumbline_core::units::Micros;
 
 /// Most lost frames that are reported one by one; more are a restarted counter.
@@ -118,7 +119,8 @@ impl Work {
         }
     }
 
-    /// Waits until every stream has a sample after mid-exposure, or patience ends.
+    /// Waits until every stream has the samples after mid-exposure that its smoothing wants, or patience ends: then what
+    /// is there must do.
     async fn situation(
         &mut self,
         app: &App<'_>,
@@ -128,17 +130,20 @@ impl Work {
     ) -> Result<Situation, Refusal> {
         loop {
             app.fresh.reset();
-            let (situation, cost) = {
+            let now = app.clock.borrow().instant(timer.now());
+            let (situation, is_late) = {
                 let pipeline = &*app.pipeline.borrow();
-                gauge.measured(|| pipeline.situate(mid_exposure_at))
+                let settings = pipeline.settings();
+                let is_late = now.is_none_or(|now| now.since(mid_exposure_at) > settings.patience_us as i32);
+                let wait = if is_late { Wait::No } else { settings.wait() };
+                let (situation, cost) = gauge.measured(|| pipeline.situate(mid_exposure_at, wait));
+                self.out.report.instructions[2] += cost;
+                (situation?, is_late)
             };
-            self.out.report.instructions[2] += cost;
-            if let Some(situation) = situation? {
+            if let Some(situation) = situation {
                 return Ok(situation);
             }
-            let now = app.clock.borrow().instant(timer.now());
-            let patience_us = app.pipeline.borrow().settings().patience_us;
-            if now.is_none_or(|now| now.since(mid_exposure_at) > patience_us as i32) {
+            if is_late {
                 return Err(app.pipeline.borrow().missing_at(mid_exposure_at));
             }
             app.fresh.wait().await;

@@ -5,7 +5,7 @@ use crate::board::{Reader, Timer};
 use crate::wire::decoder::Decoder;
 use crate::wire::incoming::{Incoming, Unusable, incoming};
 use crate::wire::outgoing::{COMPONENT, SYSTEM};
-use plumbline_core::pipeline::SampleError;
+use plumbline_core::pipeline::{Instants, SampleError};
 use plumbline_core::tilt::{Attitude, follow_up_command};
 use plumbline_core::units::{Micros, Radians, Ticks};
 
@@ -41,20 +41,22 @@ struct State {
 
 impl State {
     fn take(&mut self, app: &App<'_>, message: Incoming, timer: &impl Timer) {
+        let arrived_at = app.clock.borrow().instant(timer.now());
+        let instants = |sampled_at| Instants { sampled_at, arrived_at };
         let result = match message {
             Incoming::Attitude(at, attitude) => {
                 self.fine = Some(at);
-                self.attitude(app, at, attitude)
+                self.attitude(app, instants(at), attitude)
             }
             Incoming::CoarseAttitude(at, attitude) => {
                 if self.fine.is_some_and(|fine| at.since(fine) < FINE_PREFERRED_US) {
                     return;
                 }
-                self.attitude(app, at, attitude)
+                self.attitude(app, instants(at), attitude)
             }
-            Incoming::FollowUp(at, angle) => app.pipeline.borrow_mut().streams.follow_up(at, angle),
-            Incoming::Slant(at, slant) => app.pipeline.borrow_mut().streams.slant(at, slant),
-            Incoming::Position(sample) => app.pipeline.borrow_mut().streams.position(sample),
+            Incoming::FollowUp(at, angle) => app.pipeline.borrow_mut().streams.follow_up(instants(at), angle),
+            Incoming::Slant(at, slant) => app.pipeline.borrow_mut().streams.slant(instants(at), slant),
+            Incoming::Position(sample) => app.pipeline.borrow_mut().position(sample, arrived_at),
             Incoming::Timesync { sent_ns, theirs } => {
                 let sent = Ticks((sent_ns / 1000) as u32);
                 app.clock.borrow_mut().on_timesync(sent, theirs, timer.now());
@@ -74,12 +76,13 @@ impl State {
 
     /// Headings arrive relative to true north and are kept relative to the tile's grid north. Every attitude may move
     /// the servo: its command depends on nothing else.
-    fn attitude(&mut self, app: &App<'_>, at: Micros, attitude: Attitude) -> Result<(), SampleError> {
+    fn attitude(&mut self, app: &App<'_>, instants: Instants, attitude: Attitude) -> Result<(), SampleError> {
         let mut pipeline = app.pipeline.borrow_mut();
         let convergence = pipeline.tile().georeference().convergence;
         let heading = Radians(attitude.heading.0 - convergence.0).wrapped();
         let attitude = Attitude { heading, ..attitude };
-        pipeline.streams.attitude(at, attitude)?;
+        pipeline.streams.attitude(instants, attitude)?;
+        let at = instants.sampled_at;
         let due = self.servo.is_none_or(|last| at.since(last) >= SERVO_INTERVAL_US);
         if due && pipeline.settings().follow_up != plumbline_core::pipeline::FollowUpMode::Fixed {
             self.servo = Some(at);

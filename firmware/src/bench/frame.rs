@@ -8,8 +8,12 @@ use core::hint::black_box;
 use plumbline_core::camera::Camera;
 use plumbline_core::matching::judge::AcceptRule;
 use plumbline_core::math::tan;
-use plumbline_core::pipeline::{Buffers, FollowUpMode, Outcome, Pipeline, PositionSample, Refusal, Settings, Sigmas};
+use plumbline_core::mount::Mount;
+use plumbline_core::pipeline::{
+    Buffers, FollowUpMode, Latencies, Motions, Outcome, Pipeline, PositionSample, Refusal, Settings, Sigmas,
+};
 use plumbline_core::tile::{Geographic, Georeference, Tile};
+use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Metres, Micros, Radians};
 
 /// Where a frame is searched.
@@ -43,6 +47,8 @@ const FOV_DEG: f32 = 60.0;
 const MID_EXPOSURE: Micros = Micros(10_000_000);
 const ATTITUDE_US: u64 = 5_000;
 const RANGE_US: u64 = 20_000;
+/// Attitudes that have come since the one after mid-exposure: as many as the pose lags.
+const LATER: u64 = 2;
 
 /// Metres of 1e-2 degrees, the polynomial's unit, of latitude and at 48° of longitude.
 const NORTH_M: f32 = 1111.9;
@@ -86,18 +92,18 @@ pub fn run(
         .map_err(|_| Refusal::NoFootprint)?;
     feed(&mut pipeline, pose, case.off_px);
 
-    let name = case.name;
+    let (name, wait) = (case.name, pipeline.settings().wait());
     let situation = if case.has_stages {
         region(stand, (name, "begin"), pose, || pipeline.begin_frame())?;
         region(stand, (name, "rows"), pose, || pipeline.rows(frame))?;
-        let situation = region(stand, (name, "situate"), pose, || pipeline.situate(MID_EXPOSURE))?;
+        let situation = region(stand, (name, "situate"), pose, || pipeline.situate(MID_EXPOSURE, wait))?;
         let situation = situation.ok_or(Refusal::NoAttitude)?;
         region(stand, (name, "rectify"), pose, || pipeline.rectify(&situation))?;
         situation
     } else {
         pipeline.begin_frame()?;
         pipeline.rows(frame)?;
-        let situation = pipeline.situate(MID_EXPOSURE)?.ok_or(Refusal::NoAttitude)?;
+        let situation = pipeline.situate(MID_EXPOSURE, wait)?.ok_or(Refusal::NoAttitude)?;
         pipeline.rectify(&situation)?;
         situation
     };
@@ -125,10 +131,18 @@ fn settings(camera: Camera, pose: &Pose, search_px: u16) -> Settings {
         sigmas: Sigmas {
             tilt_white_rad: 0.002,
             tilt_drift_rad: 0.002,
-            heading_rad: 0.009,
-            follow_up_rad: 0.0,
+            heading_white_rad: 0.002,
+            heading_drift_rad: 0.009,
+            follow_up_rad: 0.001,
             range_m: 0.3,
+            position_drift_m: 10.0,
+            velocity_m_per_s: 0.1,
+            ..Sigmas::default()
         },
+        mount: Mount::default(),
+        motions: Motions::default(),
+        latencies: Latencies::default(),
+        lag: 2,
         gap_us: 20_000,
         range_gap_us: 100_000,
         position_age_us: 1_000_000,
@@ -138,7 +152,7 @@ fn settings(camera: Camera, pose: &Pose, search_px: u16) -> Settings {
     }
 }
 
-/// Fills the streams: mid-exposure lies behind the newest sample but one, as in flight.
+/// Fills the streams: mid-exposure lies so far behind the newest sample as the pose waits for, as in flight.
 fn feed(pipeline: &mut Pipeline<'_>, pose: &Pose, off_px: (f32, f32)) {
     let attitude = pose.attitude();
     let slant = Metres(HEIGHT_M / attitude.cos_tilt());
@@ -148,17 +162,24 @@ fn feed(pipeline: &mut Pipeline<'_>, pose: &Pose, off_px: (f32, f32)) {
         lon_e7: CENTRE.lon_e7 + (metres(off_px.0) / EAST_M * 1e5) as i32,
     };
     let streams = &mut pipeline.streams;
-    // Rings longer than what they hold; a sample that is refused shows as a refused frame.
+    // Rings longer than what they hold; a sample that is refused shows as a refused frame. They are not all the
+    // same: a sensor that says so hangs.
     for back in (0..48).rev() {
-        let at = Micros(MID_EXPOSURE.0 + ATTITUDE_US / 2 - back * ATTITUDE_US);
-        let _ = streams.attitude(at, attitude);
-        let _ = streams.follow_up(at, pose.follow_up());
+        let at = Micros(MID_EXPOSURE.0 + LATER * ATTITUDE_US + ATTITUDE_US / 2 - back * ATTITUDE_US);
+        let noise = |k: u64| ((back * k) % 7) as f32 * 1e-6 - 3e-6;
+        let noisy = Attitude {
+            heading: Radians(attitude.heading.0 + noise(5)),
+            pitch: Radians(attitude.pitch.0 + noise(3)),
+            roll: Radians(attitude.roll.0 + noise(2)),
+        };
+        let _ = streams.attitude(at, noisy);
+        let _ = streams.follow_up(at, Radians(pose.follow_up().0 + noise(3)));
     }
     for back in (0..16).rev() {
         let _ = streams.slant(Micros(MID_EXPOSURE.0 + RANGE_US / 2 - back * RANGE_US), slant);
     }
-    let _ =
-        streams.position(PositionSample { sampled_at: MID_EXPOSURE, position, north_m_per_s: 0.0, east_m_per_s: 0.0 });
+    let sample = PositionSample { sampled_at: MID_EXPOSURE, position, north_m_per_s: 0.0, east_m_per_s: 0.0 };
+    let _ = pipeline.position(sample, None);
 }
 
 #[cfg(test)]

@@ -6,10 +6,9 @@ use core::hint::black_box;
 use heapless::Vec;
 use plumbline_core::camera::Camera;
 use plumbline_core::homography::FrameFromPatch;
-use plumbline_core::pipeline::{Prediction, Situation};
+use plumbline_core::pipeline::Situation;
 use plumbline_core::rectify::{Node, RectifyError, Run, Source, rectify_into};
 use plumbline_core::reduce::{ReduceError, Reducer, Reduction};
-use plumbline_core::tile::Local;
 use plumbline_core::units::{Micros, Radians};
 
 /// Side of the frame, pixels.
@@ -180,15 +179,5 @@ fn resample(
 
 /// What the map depends on; the rest does not matter here.
 fn situation(pose: &Pose, height_m: f32) -> Situation {
-    Situation {
-        mid_exposure_at: Micros(0),
-        attitude: pose.attitude(),
-        follow_up: pose.follow_up(),
-        followed: pose.is_followed,
-        height_m,
-        prediction: Prediction { local: Local::default() },
-        sigma_tilt_rad: 0.0,
-        sigma_heading_rad: 0.0,
-        sigma_height_m: 0.0,
-    }
+    Situation::exact(Micros(0), pose.attitude(), (pose.follow_up(), pose.is_followed), height_m)
 }

@@ -3,6 +3,7 @@
 use super::{FollowUpMode, Scenario, ScenarioError};
 use crate::flight::footprint_margin_m;
 use plumbline_core::budget::REACQUIRE_PX;
+use plumbline_core::pose::noise::LAGS;
 
 /// Most frames of a flight: a day at 4 Hz is 345 600.
 const FRAMES_MAX: u32 = 1_000_000;
@@ -45,10 +46,14 @@ impl Scenario {
             ("flight.height_m", flight.height_m[0], 0.1, 1e5),
             ("flight.height_m", flight.height_m[1], 0.1, 1e5),
             ("flight.tilt_max_deg", flight.tilt_max_deg, 0.0, 80.0),
+            ("flight.tilt_hz", flight.tilt_hz[0], 1e-3, 10.0),
+            ("flight.tilt_hz", flight.tilt_hz[1], 1e-3, 10.0),
             ("flight.speed_m_s", flight.speed_m_s, 0.0, 1000.0),
             ("flight.heading_wander_deg", flight.heading_wander_deg, 0.0, 180.0),
             ("attitude.rate_hz", attitude.rate_hz.into(), 1.0, 10_000.0),
             ("attitude.latency_us", attitude.latency_us.into(), 0.0, 1e7),
+            ("attitude.delay_us", attitude.delay_us.into(), 0.0, 1e6),
+            ("attitude.lag", attitude.lag.into(), 0.0, (LAGS - 1) as f64),
             ("attitude.white_deg", attitude.white_deg, 0.0, 90.0),
             ("attitude.drift_deg", attitude.drift_deg, 0.0, 90.0),
             ("attitude.drift_s", attitude.drift_s, 1e-3, 1e6),
@@ -59,15 +64,19 @@ impl Scenario {
             // Their messages stamp whole milliseconds.
             ("follow_up.rate_hz", follow_up.rate_hz.into(), 1.0, 1000.0),
             ("follow_up.latency_us", follow_up.latency_us.into(), 0.0, 1e7),
+            ("follow_up.delay_us", follow_up.delay_us.into(), 0.0, 1e6),
             ("range.sigma_m", range.sigma_m, 0.0, 1000.0),
             ("range.rate_hz", range.rate_hz.into(), 1.0, 1000.0),
             ("range.latency_us", range.latency_us.into(), 0.0, 1e7),
+            ("range.delay_us", range.delay_us.into(), 0.0, 1e6),
             ("range.dropout_percent", range.dropout_percent, 0.0, 100.0),
             ("position.sigma_m", position.sigma_m.unwrap_or(0.0), 0.0, 1e5),
             ("position.time_constant_s", position.time_constant_s, 1e-3, 1e6),
+            ("position.white_m", position.white_m, 0.0, 1e5),
             ("position.velocity_sigma_m_s", position.velocity_sigma_m_s, 0.0, 1000.0),
             ("position.rate_hz", position.rate_hz.into(), 1.0, 1000.0),
             ("position.latency_us", position.latency_us.into(), 0.0, 1e7),
+            ("position.delay_us", position.delay_us.into(), 0.0, 1e6),
             ("reference.gamma", reference.gamma, 0.05, 20.0),
             ("reference.gain", reference.gain, 0.01, 100.0),
             ("reference.offset_dn", reference.offset_dn, -255.0, 255.0),
@@ -87,6 +96,8 @@ impl Scenario {
                 ("camera.distortion.p2", d.p2, -10.0, 10.0),
             ]);
         }
+        ranges.extend(self.mount.lever_arm_m.map(|m| ("mount.lever_arm_m", m, -100.0, 100.0)));
+        ranges.extend(self.mount.boresight_deg.map(|deg| ("mount.boresight_deg", deg, -10.0, 10.0)));
         if let Some(replay) = &self.replay {
             ranges.push(("replay.start_s", replay.start_s.unwrap_or(0.0), -1e9, 1e9));
             ranges.push(("replay.time_scale", replay.time_scale, 0.01, 100.0));
@@ -99,6 +110,10 @@ impl Scenario {
         let [low, high] = self.flight.height_m;
         if low > high {
             return Err(format!("flight.height_m = [{low}, {high}] has the higher value first"));
+        }
+        let [low, high] = self.flight.tilt_hz;
+        if low > high {
+            return Err(format!("flight.tilt_hz = [{low}, {high}] has the higher value first"));
         }
         let taken = u64::from(self.exposure_us) + u64::from(self.frame_jitter_us) + BETWEEN_FRAMES_US;
         if taken > self.frame_interval_us() {

@@ -70,6 +70,8 @@ pub struct Flight {
     pub height_m: [f64; 2],
     /// Pitch and roll are uniform within plus and minus this.
     pub tilt_max_deg: f64,
+    /// Slowest and fastest parts of pitch and roll, hertz.
+    pub tilt_hz: [f64; 2],
     /// Root-mean-square horizontal speed; lower where the ground is too small to turn at it.
     pub speed_m_s: f64,
     /// Standard deviation of the heading around the course.
@@ -78,7 +80,13 @@ pub struct Flight {
 
 impl Default for Flight {
     fn default() -> Self {
-        Flight { height_m: [100.0, 150.0], tilt_max_deg: 10.0, speed_m_s: 35.0, heading_wander_deg: 20.0 }
+        Flight {
+            height_m: [100.0, 150.0],
+            tilt_max_deg: 10.0,
+            tilt_hz: [0.05, 0.25],
+            speed_m_s: 35.0,
+            heading_wander_deg: 20.0,
+        }
     }
 }
 
@@ -88,8 +96,12 @@ impl Default for Flight {
 pub struct Attitude {
     /// Samples a second.
     pub rate_hz: u32,
-    /// From sampling to arrival.
+    /// From its stamp to its arrival.
     pub latency_us: u32,
+    /// How much older than its stamp a value is: the sensor's own filters. The firmware knows it.
+    pub delay_us: u32,
+    /// Whole samples that the firmware's pose lags behind the newest.
+    pub lag: u8,
     /// White noise, one sigma.
     pub white_deg: f64,
     /// Drift, one sigma.
@@ -107,6 +119,8 @@ impl Default for Attitude {
         Attitude {
             rate_hz: 200,
             latency_us: 8000,
+            delay_us: 0,
+            lag: 2,
             white_deg: 0.1,
             drift_deg: 0.0,
             drift_s: 30.0,
@@ -141,13 +155,22 @@ pub struct FollowUp {
     pub noise_deg: f64,
     /// Samples a second.
     pub rate_hz: u32,
-    /// From sampling to arrival.
+    /// From its stamp to its arrival.
     pub latency_us: u32,
+    /// As for attitude.
+    pub delay_us: u32,
 }
 
 impl Default for FollowUp {
     fn default() -> Self {
-        FollowUp { mode: FollowUpMode::Followed, servo_lag_s: 0.0, noise_deg: 0.05, rate_hz: 100, latency_us: 5000 }
+        FollowUp {
+            mode: FollowUpMode::Followed,
+            servo_lag_s: 0.0,
+            noise_deg: 0.05,
+            rate_hz: 100,
+            latency_us: 5000,
+            delay_us: 0,
+        }
     }
 }
 
@@ -159,15 +182,17 @@ pub struct Range {
     pub sigma_m: f64,
     /// Samples a second.
     pub rate_hz: u32,
-    /// From sampling to arrival.
+    /// From its stamp to its arrival.
     pub latency_us: u32,
+    /// As for attitude.
+    pub delay_us: u32,
     /// Share of the samples without an echo.
     pub dropout_percent: f64,
 }
 
 impl Default for Range {
     fn default() -> Self {
-        Range { sigma_m: 0.03, rate_hz: 50, latency_us: 10_000, dropout_percent: 0.0 }
+        Range { sigma_m: 0.03, rate_hz: 50, latency_us: 10_000, delay_us: 0, dropout_percent: 0.0 }
     }
 }
 
@@ -180,18 +205,40 @@ pub struct Position {
     pub sigma_m: Option<f64>,
     /// Its time constant.
     pub time_constant_s: f64,
+    /// White noise of each of east, north and up, one sigma.
+    pub white_m: f64,
     /// White noise of each velocity, one sigma.
     pub velocity_sigma_m_s: f64,
     /// Samples a second.
     pub rate_hz: u32,
-    /// From sampling to arrival.
+    /// From its stamp to its arrival.
     pub latency_us: u32,
+    /// As for attitude.
+    pub delay_us: u32,
 }
 
 impl Default for Position {
     fn default() -> Self {
-        Position { sigma_m: None, time_constant_s: 60.0, velocity_sigma_m_s: 0.1, rate_hz: 5, latency_us: 100_000 }
+        Position {
+            sigma_m: None,
+            time_constant_s: 60.0,
+            white_m: 0.0,
+            velocity_sigma_m_s: 0.1,
+            rate_hz: 5,
+            latency_us: 100_000,
+            delay_us: 0,
+        }
     }
+}
+
+/// How the camera sits in the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Mount {
+    /// From the antenna, whose position is told and corrected, to the camera: forward, right, down.
+    pub lever_arm_m: [f64; 3],
+    /// Turn of the camera against where the follow-up axis has it look: heading, pitch, roll.
+    pub boresight_deg: [f64; 3],
 }
 
 /// How the reference differs from the ground: offset + gain · 255 (DN/255)^gamma, noise, and patches that changed.

@@ -2,6 +2,7 @@
 
 use super::noise::{GaussMarkov, White, stream, uniform};
 use crate::flight::{Motion, TrueState, wrapped};
+use crate::mount::antenna;
 use crate::scenario::{FollowUpMode, Scenario};
 use rand_chacha::ChaCha12Rng;
 
@@ -74,6 +75,8 @@ struct Timetable {
     kind: Kind,
     rate_hz: u64,
     latency_us: u64,
+    /// How much older than its stamp a value is.
+    delay_us: u64,
     /// The clock's step that the message can stamp: 1 or 1000.
     stamp_us: u64,
     /// Index of the next sample.
@@ -83,6 +86,11 @@ struct Timetable {
 impl Timetable {
     fn sampled_at_us(&self) -> u64 {
         self.next * 1_000_000 / self.rate_hz / self.stamp_us * self.stamp_us
+    }
+
+    /// When the value held that is stamped with [`Self::sampled_at_us`].
+    fn held_at_us(&self) -> u64 {
+        self.sampled_at_us().saturating_sub(self.delay_us)
     }
 
     fn arrived_at_us(&self) -> u64 {
@@ -95,6 +103,8 @@ impl Timetable {
 pub struct Streams {
     timetables: Vec<Timetable>,
     convergence_rad: f64,
+    /// From the antenna to the camera: forward, right, down, metres.
+    lever_arm_m: [f64; 3],
     /// Heading, pitch, roll.
     attitude_white: [White; 3],
     attitude_drift: [GaussMarkov; 3],
@@ -103,6 +113,7 @@ pub struct Streams {
     dropout: (f64, ChaCha12Rng),
     /// East, north, up.
     position_drift: [GaussMarkov; 3],
+    position_white: [White; 3],
     /// North, east, down.
     velocity_white: [White; 3],
 }
@@ -125,6 +136,7 @@ impl Streams {
         Streams {
             timetables: timetables(scenario),
             convergence_rad,
+            lever_arm_m: scenario.mount.lever_arm_m,
             attitude_white: [
                 white(heading_white_deg, "attitude.heading.white"),
                 white(attitude.white_deg, "attitude.pitch.white"),
@@ -139,6 +151,8 @@ impl Streams {
             range_white: White::new(scenario.range.sigma_m, seed, "range"),
             dropout: (scenario.range.dropout_percent / 100.0, stream(seed, "range.dropout")),
             position_drift: ["position.east", "position.north", "position.up"].map(wandering),
+            position_white: ["position.east.white", "position.north.white", "position.up.white"]
+                .map(|name| White::new(position.white_m, seed, name)),
             velocity_white: ["velocity.north", "velocity.east", "velocity.down"].map(shaking),
         }
     }
@@ -157,7 +171,7 @@ impl Streams {
             // `min_by_key` keeps the first of equals: the order of the kinds.
             let timetable = self.timetables.iter_mut().min_by_key(|timetable| timetable.arrived_at_us())?;
             let (kind, sampled_at_us) = (timetable.kind, timetable.sampled_at_us());
-            let arrived_at_us = timetable.arrived_at_us();
+            let (arrived_at_us, held_at_us) = (timetable.arrived_at_us(), timetable.held_at_us());
             if arrived_at_us >= until_us {
                 return None;
             }
@@ -165,12 +179,12 @@ impl Streams {
             let reading = match kind {
                 Kind::Pps => Some(Reading::Pps { second: sampled_at_us / 1_000_000 }),
                 Kind::Attitude => {
-                    let reading = self.attitude(sampled_at_us, motion);
+                    let reading = self.attitude(held_at_us, motion);
                     (!motion.in_gap(sampled_at_us)).then_some(reading)
                 }
-                Kind::FollowUp => Some(self.follow_up(sampled_at_us, motion)),
-                Kind::Range => Some(self.range(slant(&motion.state(sampled_at_us)))),
-                Kind::Position => Some(self.position(sampled_at_us, motion)),
+                Kind::FollowUp => Some(self.follow_up(held_at_us, motion)),
+                Kind::Range => Some(self.range(slant(&motion.state(held_at_us)))),
+                Kind::Position => Some(self.position(held_at_us, motion)),
             };
             if let Some(reading) = reading {
                 return Some(Sample { sampled_at_us, arrived_at_us, reading });
@@ -205,12 +219,14 @@ impl Streams {
     fn position(&mut self, t_us: u64, motion: &Motion) -> Reading {
         let state = motion.state(t_us);
         let [east, north, up] = self.position_drift.each_mut().map(|drift| drift.at(t_us));
+        let white = self.position_white.each_mut().map(White::draw);
         let noise = self.velocity_white.each_mut().map(White::draw);
         let velocity = self.velocity_ned(&state);
+        let antenna = antenna(&state, self.lever_arm_m);
         Reading::Position {
-            east_m: state.east_m + east,
-            north_m: state.north_m + north,
-            up_m: state.up_m + up,
+            east_m: antenna[0] + east + white[0],
+            north_m: antenna[1] + north + white[1],
+            up_m: antenna[2] + up + white[2],
             velocity_ned_m_s: std::array::from_fn(|axis| velocity[axis] + noise[axis]),
         }
     }
@@ -226,10 +242,11 @@ impl Streams {
 /// The streams that the scenario switches on, in the order of [`Kind`]. All sample first at time 0, except the pulse:
 /// second 0 is before power-on.
 fn timetables(scenario: &Scenario) -> Vec<Timetable> {
-    let stream = |kind, rate_hz: u32, latency_us: u32, stamp_us| Timetable {
+    let stream = |kind, rate_hz: u32, [latency_us, delay_us]: [u32; 2], stamp_us| Timetable {
         kind,
         rate_hz: rate_hz.into(),
         latency_us: latency_us.into(),
+        delay_us: delay_us.into(),
         stamp_us,
         next: 0,
     };
@@ -237,13 +254,13 @@ fn timetables(scenario: &Scenario) -> Vec<Timetable> {
     let (range, position) = (&scenario.range, &scenario.position);
     let mut timetables = Vec::new();
     if scenario.timer.pps {
-        timetables.push(Timetable { next: 1, ..stream(Kind::Pps, 1, 0, 1) });
+        timetables.push(Timetable { next: 1, ..stream(Kind::Pps, 1, [0, 0], 1) });
     }
-    timetables.push(stream(Kind::Attitude, attitude.rate_hz, attitude.latency_us, 1));
+    timetables.push(stream(Kind::Attitude, attitude.rate_hz, [attitude.latency_us, attitude.delay_us], 1));
     if follow_up.mode == FollowUpMode::Measured {
-        timetables.push(stream(Kind::FollowUp, follow_up.rate_hz, follow_up.latency_us, 1000));
+        timetables.push(stream(Kind::FollowUp, follow_up.rate_hz, [follow_up.latency_us, follow_up.delay_us], 1000));
     }
-    timetables.push(stream(Kind::Range, range.rate_hz, range.latency_us, 1000));
-    timetables.push(stream(Kind::Position, position.rate_hz, position.latency_us, 1000));
+    timetables.push(stream(Kind::Range, range.rate_hz, [range.latency_us, range.delay_us], 1000));
+    timetables.push(stream(Kind::Position, position.rate_hz, [position.latency_us, position.delay_us], 1000));
     timetables
 }

@@ -5,9 +5,12 @@ use super::{Random, at};
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::camera::Camera;
 use plumbline_core::matching::judge::AcceptRule;
+use plumbline_core::mount::Mount;
 use plumbline_core::pipeline::{
-    Buffers, FollowUpMode, LOST_AFTER, Outcome, Pipeline, PositionSample, Refusal, Settings, SettingsError, Sigmas,
+    Buffers, FollowUpMode, LOST_AFTER, Latencies, Motions, Outcome, Pipeline, PositionSample, Refusal, Settings,
+    SettingsError, Sigmas,
 };
+use plumbline_core::pose::Wait;
 use plumbline_core::tile::{Geographic, Georeference, Tile};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Metres, Micros, Radians};
@@ -30,10 +33,14 @@ fn settings(search_px: u16) -> Settings {
         sigmas: Sigmas {
             tilt_white_rad: 0.002,
             tilt_drift_rad: 0.002,
-            heading_rad: 0.005,
-            follow_up_rad: 0.0,
+            heading_drift_rad: 0.005,
             range_m: 0.3,
+            ..Sigmas::default()
         },
+        mount: Mount::default(),
+        motions: Motions::default(),
+        latencies: Latencies::default(),
+        lag: 0,
         gap_us: 20_000,
         range_gap_us: 100_000,
         position_age_us: 1_000_000,
@@ -77,10 +84,10 @@ fn flown(search_px: u16, frames: impl Iterator<Item = (u64, (f32, f32))>) -> Vec
             lon_e7: CENTRE.lon_e7 + degrees(off.0, EAST_M),
         };
         let sample = PositionSample { sampled_at: mid, position, north_m_per_s: 0.0, east_m_per_s: 0.0 };
-        pipeline.streams.position(sample).expect("in time");
+        pipeline.position(sample, None).expect("in time");
         pipeline.begin_frame().expect("a range");
         pipeline.rows(&frame.pixels).expect("rows");
-        let situation = pipeline.situate(mid).expect("samples").expect("around it");
+        let situation = pipeline.situate(mid, Wait::For(1)).expect("samples").expect("around it");
         pipeline.rectify(&situation).expect("a footprint");
         outcomes.push(pipeline.register(&situation));
     }

@@ -75,6 +75,8 @@ pub struct Instruction {
     pub registers: u32,
     /// Whether it stores less than a word.
     pub is_narrow_store: bool,
+    /// Whether it computes in double precision.
+    pub is_double: bool,
     /// Whether it is no instruction of the program but an end of a region.
     pub marker: Option<Marker>,
 }
@@ -94,12 +96,14 @@ pub fn decode(first: u16, second: u16) -> Instruction {
             (0xf3af, 0x80f2) => Some(Marker::End),
             _ => None,
         };
-        Instruction { class, bytes: 4, registers, is_narrow_store, marker }
+        // Coprocessor 11 is the double-precision half of 10.
+        let is_double = first & 0xee00 == 0xee00 && second & 0x0f00 == 0x0b00 && class != Class::FloatMove;
+        Instruction { class, bytes: 4, registers, is_narrow_store, is_double, marker }
     } else {
         let (class, registers) = narrow(first);
         let by_register = first & 0xf000 == 0x5000 && matches!(first >> 9 & 7, 1 | 2);
         let is_narrow_store = by_register || first & 0xf800 == 0x7000 || first & 0xf800 == 0x8000;
-        Instruction { class, bytes: 2, registers, is_narrow_store, marker: None }
+        Instruction { class, bytes: 2, registers, is_narrow_store, is_double: false, marker: None }
     }
 }
 

@@ -10,13 +10,16 @@
 //!
 //! It is an estimate: interrupts, DMA on the same buses and instruction fetch are outside it, and memory answers at once
 //! but for the external one, whose lines are counted apart. On CoreMark, the one published figure that could be set
-//! against it, it gave 2.5 times the cycles of silicon (integer code; ST AN4667: 5.01 CoreMark/MHz). Double precision is
-//! priced as single: the firmware has none.
+//! against it, it gave 2.5 times the cycles of silicon (integer code; ST AN4667: 5.01 CoreMark/MHz). Double precision, which
+//! the firmware has in libm alone, is priced by the same scheduling model: 4, 7, 11 and 30 cycles.
 
 use crate::decode::{CLASSES, Class, Instruction};
 
 /// Cycles of an instruction of each class under the serial estimate, in the classes' order.
 const SERIAL: [u64; CLASSES] = [1, 2, 2, 12, 3, 1, 2, 1, 1, 1, 3, 3, 6, 17, 17, 3, 3, 2, 4];
+/// What an addition, a product, one with accumulation and a division or root take longer in double precision.
+const DOUBLE: [(Class, u64); 5] =
+    [(Class::FloatAdd, 1), (Class::FloatMul, 4), (Class::FloatFma, 5), (Class::FloatDiv, 14), (Class::FloatSqrt, 14)];
 const TAKEN: u64 = 1;
 const FLIP: u64 = 8;
 const MISALIGNED_LOAD: u64 = 4;
@@ -33,6 +36,8 @@ pub struct Counts {
     pub registers: u64,
     /// Stores of less than a word.
     pub narrow_stores: u64,
+    /// Cycles that double precision takes longer than single.
+    pub double_cycles: u64,
     /// Branches taken.
     pub taken: u64,
     /// Branches that went another way than the last time, or went for the first time.
@@ -49,6 +54,10 @@ impl Counts {
         self.classes[instruction.class as usize] += 1;
         self.registers += u64::from(instruction.registers);
         self.narrow_stores += u64::from(instruction.is_narrow_store);
+        if instruction.is_double {
+            let longer = DOUBLE.iter().find(|(class, _)| *class == instruction.class).map_or(0, |(_, cycles)| *cycles);
+            self.double_cycles += longer;
+        }
     }
 
     /// Adds `times` as much as `other` has.
@@ -58,6 +67,7 @@ impl Counts {
         }
         self.registers += other.registers * times;
         self.narrow_stores += other.narrow_stores * times;
+        self.double_cycles += other.double_cycles * times;
         self.taken += other.taken * times;
         self.flips += other.flips * times;
         self.misaligned_loads += other.misaligned_loads * times;
@@ -83,6 +93,7 @@ impl Counts {
             + FLIP * self.flips
             + MISALIGNED_LOAD * self.misaligned_loads
             + NARROW_STORE * self.narrow_stores
+            + self.double_cycles
     }
 }
 
@@ -108,6 +119,12 @@ mod tests {
             ((0xeea0, 0x0a81), 6),     // vfma.f32
             ((0xee80, 0x0a81), 17),    // vdiv.f32
             ((0xeeb1, 0x0ae0), 17),    // vsqrt.f32
+            ((0xee30, 0x0b01), 4),     // vadd.f64
+            ((0xee20, 0x0b01), 7),     // vmul.f64
+            ((0xeea0, 0x0b01), 11),    // vfma.f64
+            ((0xee80, 0x0b01), 31),    // vdiv.f64
+            ((0xeeb1, 0x0bc1), 31),    // vsqrt.f64
+            ((0xeeb0, 0x0b41), 3),     // vmov.f64
             ((0xfb91, 0xf0f2), 12),    // sdiv
             ((0xe898, 0x000f), 1 + 4), // ldmia of four
             ((0x7048, 0), 2 + 2),      // strb

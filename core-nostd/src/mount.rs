@@ -1,0 +1,57 @@
+//! How the camera sits in the vehicle: its lever arm and its boresight (paper 001, eq. 4 to 7, corrected).
+//!
+//! X_C = X_GPS + R_B^M (r_GPS→INS + r_INS→CAM) and R_C^M = R_B^M R_C^B. The paper prints GPS→CAM for the second arm, which
+//! would count the first one twice, and leaves out the scale in its (4) and (7), which the ground plane gives here.
+
+use crate::tilt::{Attitude, camera_from_local};
+use crate::units::Radians;
+use nalgebra::{Matrix3, Vector3};
+
+/// From the point that positions refer to, usually the antenna, to the camera's projection centre, along the body's axes:
+/// the sum of both of the paper's arms. Metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LeverArm {
+    /// Towards the nose.
+    pub forward_m: f32,
+    /// Towards the right wing.
+    pub right_m: f32,
+    /// Towards the belly.
+    pub down_m: f32,
+}
+
+/// The camera's place and turn in the vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Mount {
+    /// Its place.
+    pub lever_arm: LeverArm,
+    /// Its turn against where the follow-up axis has it look, in the same three angles as an attitude.
+    pub boresight: Attitude,
+}
+
+impl Mount {
+    /// Whether the camera looks exactly where it should.
+    pub fn is_aligned(&self) -> bool {
+        self.boresight == Attitude::default()
+    }
+
+    /// The rotation of eq. 1 with the boresight on the camera's side: camera from mount, times mount from local.
+    pub fn camera_from_local(&self, attitude: Attitude, follow_up: Radians) -> Matrix3<f32> {
+        let mount_from_local = camera_from_local(attitude, follow_up);
+        if self.is_aligned() {
+            return mount_from_local;
+        }
+        camera_from_local(self.boresight, Radians(0.0)) * mount_from_local
+    }
+
+    /// The camera's place relative to the point that positions refer to, `[north, up, east]` metres.
+    pub fn camera_offset(&self, attitude: Attitude) -> [f32; 3] {
+        let LeverArm { forward_m, right_m, down_m } = self.lever_arm;
+        if self.lever_arm == LeverArm::default() {
+            return [0.0; 3];
+        }
+        let local_from_body = camera_from_local(attitude, Radians(0.0)).transpose();
+        (local_from_body * Vector3::new(forward_m, -down_m, right_m)).into()
+    }
+}

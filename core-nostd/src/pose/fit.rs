@@ -1,0 +1,286 @@
+//! The penalised least-squares fit of paper 001 over one window of samples, and its value, rate and noise at an instant.
+//!
+//! Paper 001 minimises V'PV + α S'RS for a parametric part B x and a free part S. Where R penalises differences and B lies
+//! in its null space, as a constant or a line does, the curve g = B x + S does not depend on how it is split:
+//! (P + α R) g = P L. That is the system solved here, with P the weights, in O(n).
+
+use super::band::{BELOW, Band, Column, Factors, WINDOW};
+use super::penalty::{Order, Penalty, row};
+use crate::math;
+
+/// Samples of a window, times in nominal intervals from the instant asked for, oldest first.
+#[derive(Clone, Debug)]
+pub struct Samples<const C: usize> {
+    times: Column,
+    values: [Column; C],
+    /// 1, or 0 for a sample that does not count.
+    weights: Column,
+    count: usize,
+}
+
+/// Why there is no fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FitError {
+    /// Fewer than five samples, or than order + 3 that count: their curve would not be determined.
+    TooFew,
+    /// More samples than a window holds.
+    TooMany,
+    /// A time is not after the one before.
+    Backwards,
+    /// A time, value or weight is not a number, or a weight is negative.
+    NotANumber,
+    /// α is not above zero, or above [`Order::alpha_max`].
+    Alpha,
+    /// The instant lies before the samples, or further ahead of them than [`AHEAD_MAX`].
+    Outside,
+}
+
+/// The curve at the instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fitted<const C: usize> {
+    /// Value of each channel.
+    pub value: [f32; C],
+    /// Rate of each channel, per nominal interval.
+    pub rate: [f32; C],
+    /// Standard deviation of a value for samples of standard deviation 1 and weight 1.
+    pub gain: f32,
+    /// The same of a rate.
+    pub rate_gain: f32,
+    /// Median size of the residuals in standard deviations of a sample, over that of normal noise: about 1 where the noise
+    /// is what it was said to be.
+    pub scale: f32,
+    /// Samples that the gate left out.
+    pub rejected: u8,
+}
+
+const NONE: Column = [0.0; WINDOW + BELOW];
+/// How far ahead of the newest sample the curve may be carried on, intervals.
+pub const AHEAD_MAX: f32 = 2.0;
+/// Residuals beyond so many standard deviations are mistakes, not noise.
+const GATE: f32 = 5.0;
+/// Mistakes left out at most; a window with more is judged by its scale.
+const REJECTED_MAX: u8 = 3;
+/// Median of the largest size among one, two and three standard normal numbers: 2 Φ(x) − 1 = 0.5^(1/C).
+const MEDIAN_OF_NORMAL: [f32; 3] = [0.674_49, 1.051_80, 1.263_81];
+
+impl<const C: usize> Samples<C> {
+    /// Empty.
+    pub const fn new() -> Self {
+        Samples { times: NONE, values: [NONE; C], weights: NONE, count: 0 }
+    }
+
+    /// Appends a sample.
+    ///
+    /// # Errors
+    /// [`FitError::TooMany`], [`FitError::Backwards`], [`FitError::NotANumber`]; nothing changes then.
+    pub fn push(&mut self, time: f32, value: [f32; C], weight: f32) -> Result<(), FitError> {
+        if !(time.is_finite() && weight >= 0.0 && weight.is_finite() && value.iter().all(|v| v.is_finite())) {
+            return Err(FitError::NotANumber);
+        }
+        if self.times().last().is_some_and(|last| *last >= time) {
+            return Err(FitError::Backwards);
+        }
+        if self.count >= WINDOW {
+            return Err(FitError::TooMany);
+        }
+        self.put(self.count, time, value, weight);
+        self.count += 1;
+        Ok(())
+    }
+
+    fn put(&mut self, at: usize, time: f32, value: [f32; C], weight: f32) {
+        let slots = (self.times.get_mut(at), self.weights.get_mut(at));
+        if let (Some(t), Some(w)) = slots {
+            (*t, *w) = (time, weight);
+        }
+        for (column, value) in self.values.iter_mut().zip(value) {
+            if let Some(v) = column.get_mut(at) {
+                *v = value;
+            }
+        }
+    }
+
+    /// Forgets all samples.
+    pub fn clear(&mut self) {
+        *self = Samples::new();
+    }
+
+    /// The times.
+    pub fn times(&self) -> &[f32] {
+        self.times.get(..self.count).unwrap_or(&self.times)
+    }
+
+    /// Whether no value differs from the first.
+    pub fn is_constant(&self) -> bool {
+        self.values.iter().all(|column| column.iter().take(self.count).all(|value| column.first() == Some(value)))
+    }
+
+    /// Fits, and evaluates at time 0. `sigmas` are the channels' standard deviations, by which the gate judges; a channel
+    /// with sigma 0 is not judged.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn fit(&self, order: Order, alpha: f32, sigmas: [f32; C]) -> Result<Fitted<C>, FitError> {
+        if !(alpha > 0.0 && alpha <= order.alpha_max()) {
+            return Err(FitError::Alpha);
+        }
+        if self.count < 5 {
+            return Err(FitError::TooFew);
+        }
+        let times = self.times();
+        let inside = times.first().zip(times.last()).is_some_and(|(first, last)| *first <= 0.0 && *last >= -AHEAD_MAX);
+        if !inside {
+            return Err(FitError::Outside);
+        }
+        let penalty = Penalty::new(times, order, alpha);
+        let mut weights = self.weights;
+        if weights.iter().filter(|w| **w > 0.0).count() < order.number() + 3 {
+            return Err(FitError::TooFew);
+        }
+        let mut line = self.line(&weights);
+        let mut about = self.about(&line);
+        let mut rejected = 0;
+        let mut factors = self.factors(&penalty, &weights)?;
+        let scale = match noise(&penalty, &about, sigmas) {
+            Some(scale) => scale,
+            // Whose spikes are they? That takes the curves, and a new factorisation for each.
+            None => loop {
+                let (worst, scale) = judge(&factors, &penalty, &weights, &about, sigmas);
+                let counted = weights.iter().filter(|w| **w > 0.0).count();
+                let may_go = rejected < REJECTED_MAX && counted > order.number() + 3;
+                let Some(worst) = worst.filter(|_| may_go) else { break scale };
+                weights[worst] = 0.0;
+                rejected += 1;
+                line = self.line(&weights);
+                about = self.about(&line);
+                factors = self.factors(&penalty, &weights)?;
+            },
+        };
+        // The estimate is a weighted sum of the samples: one solution serves every channel.
+        let (value, rate) = row(times, 0.0, order);
+        let value = Estimator::new(&refined(&factors, &penalty, &weights, &value), &weights);
+        let rate = Estimator::new(&factors.solve(&rate), &weights);
+        Ok(Fitted {
+            value: core::array::from_fn(|c| line[c].0 + value.of(&about[c])),
+            rate: core::array::from_fn(|c| line[c].1 + rate.of(&about[c])),
+            gain: value.gain,
+            rate_gain: rate.gain,
+            scale,
+            rejected,
+        })
+    }
+
+    fn factors(&self, penalty: &Penalty, weights: &Column) -> Result<Factors, FitError> {
+        let mut band = Band::diagonal(weights.get(..self.count).unwrap_or(weights));
+        penalty.add_to(&mut band);
+        band.factor().ok_or(FitError::TooFew)
+    }
+
+    /// Value at 0 and slope of the line through the first and the last sample that count. What is fitted lies about this
+    /// line: it is small, and single precision holds; the penalty does not see a line.
+    fn line(&self, weights: &Column) -> [(f32, f32); C] {
+        let mut counted = (0..self.count).filter(|i| weights.get(*i).is_some_and(|w| *w > 0.0));
+        let ends = counted.next().zip(counted.next_back());
+        let (Some(&t0), Some(&t1)) = ends.map_or((None, None), |(a, b)| (self.times.get(a), self.times.get(b))) else {
+            return [(0.0, 0.0); C];
+        };
+        let (a, b) = ends.unwrap_or((0, 0));
+        let reciprocal = 1.0 / (t1 - t0);
+        core::array::from_fn(|c| {
+            let at = |i: usize| self.values[c].get(i).copied().unwrap_or(0.0);
+            let slope = (at(b) - at(a)) * reciprocal;
+            (at(a) - slope * t0, slope)
+        })
+    }
+
+    /// The samples about the channels' lines.
+    fn about(&self, line: &[(f32, f32); C]) -> [Column; C] {
+        core::array::from_fn(|c| {
+            let mut about = [0.0; WINDOW + BELOW];
+            let samples = self.times.iter().zip(&self.values[c]).take(self.count);
+            for (about, (time, value)) in about.iter_mut().zip(samples) {
+                *about = value - (line[c].0 + line[c].1 * time);
+            }
+            about
+        })
+    }
+}
+
+/// The samples' noise over what it was said to be, from their differences; `None` where one of these is no noise.
+fn noise<const C: usize>(penalty: &Penalty, about: &[Column; C], sigmas: [f32; C]) -> Option<f32> {
+    let (mut squares, mut norms) = (0.0, 0.0);
+    for (about, sigma) in about.iter().zip(sigmas).filter(|(_, sigma)| *sigma > 0.0) {
+        let per_sigma = 1.0 / sigma;
+        let roughness = penalty.roughness(&about.map(|value| value * per_sigma));
+        if roughness.is_spiked {
+            return None;
+        }
+        squares += roughness.squares;
+        norms += roughness.norms;
+    }
+    Some(if norms > 0.0 { math::sqrt(squares / norms) } else { 0.0 })
+}
+
+/// The sample with the largest residual, if that is a mistake, and the residuals' scale by their median, which mistakes do
+/// not move.
+fn judge<const C: usize>(
+    factors: &Factors,
+    penalty: &Penalty,
+    weights: &Column,
+    about: &[Column; C],
+    sigmas: [f32; C],
+) -> (Option<usize>, f32) {
+    let mut sizes = [0.0f32; WINDOW + BELOW];
+    for (about, sigma) in about.iter().zip(sigmas).filter(|(_, sigma)| *sigma > 0.0) {
+        let g = refined(factors, penalty, weights, &core::array::from_fn(|i| weights[i] * about[i]));
+        for ((size, weight), (about, g)) in sizes.iter_mut().zip(weights).zip(about.iter().zip(g)) {
+            if *weight > 0.0 {
+                *size = size.max((about - g).abs() / sigma);
+            }
+        }
+    }
+    let largest =
+        sizes.iter().enumerate().fold((0, 0.0), |worst, (i, size)| if *size > worst.1 { (i, *size) } else { worst });
+    // Zeros of samples that do not count come first.
+    let counted = weights.iter().filter(|w| **w > 0.0).count();
+    sizes.sort_unstable_by(f32::total_cmp);
+    let median = sizes.get(sizes.len() - counted + counted / 2).copied().unwrap_or(0.0);
+    let scale = median / MEDIAN_OF_NORMAL[(C - 1).min(2)];
+    ((largest.1 > GATE * scale.max(1.0)).then_some(largest.0), scale)
+}
+
+/// The weights of the samples in an estimate.
+struct Estimator {
+    weights: Column,
+    /// The estimate's standard deviation for samples of standard deviation 1 and weight 1.
+    gain: f32,
+}
+
+impl Estimator {
+    /// Of what a row makes of the curve: with (P + α R) g = P L it is row'g = (P x)'L, where x = (P + α R)⁻¹ row.
+    fn new(x: &Column, weights: &Column) -> Self {
+        // The noise of a sample of weight P has variance 1/P.
+        let variance: f32 = x.iter().zip(weights).map(|(x, weight)| x * x * weight).sum();
+        Estimator { weights: core::array::from_fn(|i| x[i] * weights[i]), gain: math::sqrt(variance) }
+    }
+
+    fn of(&self, samples: &Column) -> f32 {
+        self.weights.iter().zip(samples).map(|(weight, sample)| weight * sample).sum()
+    }
+}
+
+/// x of (P + α R) x = `right`, once refined: the factors' rounding, enlarged by the system's condition, would be a hundredth
+/// of the noise at the largest α; a thousandth of that is left.
+fn refined(factors: &Factors, penalty: &Penalty, weights: &Column, right: &Column) -> Column {
+    let x = factors.solve(right);
+    let bent = penalty.times(&x);
+    let correction = factors.solve(&core::array::from_fn(|i| right[i] - weights[i] * x[i] - bent[i]));
+    core::array::from_fn(|i| x[i] + correction[i])
+}
+
+impl<const C: usize> Default for Samples<C> {
+    fn default() -> Self {
+        Samples::new()
+    }
+}

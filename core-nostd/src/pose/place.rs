@@ -1,0 +1,160 @@
+//! Where the navigation believes to be, carried on to the instant asked for.
+//!
+//! Positions come five times a second, late. Waiting for the one after the exposure would cost half a second, so the newest
+//! are carried on: with the measured velocity, or by the fit over the last positions, whichever is expected to be nearer.
+
+use super::band::WINDOW;
+use super::fit::Samples;
+use super::history::{Channels, History};
+use super::noise::{Choices, NoiseModel};
+use super::penalty::Order;
+use super::{Method, PoseError};
+use crate::math;
+use crate::units::Micros;
+use core::f32::consts::TAU;
+
+/// A position on the grid, metres from the tile's centre, and its rate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Place {
+    /// Grid east.
+    pub east_m: f32,
+    /// Grid north.
+    pub north_m: f32,
+    /// Velocity to grid east.
+    pub east_m_per_s: f32,
+    /// Velocity to grid north.
+    pub north_m_per_s: f32,
+}
+
+impl Channels<4> for Place {
+    fn away_from(self, reference: Place) -> [f32; 4] {
+        [
+            self.east_m - reference.east_m,
+            self.north_m - reference.north_m,
+            self.east_m_per_s - reference.east_m_per_s,
+            self.north_m_per_s - reference.north_m_per_s,
+        ]
+    }
+
+    fn moved(self, [east, north, east_rate, north_rate]: [f32; 4]) -> Place {
+        Place {
+            east_m: self.east_m + east,
+            north_m: self.north_m + north,
+            east_m_per_s: self.east_m_per_s + east_rate,
+            north_m_per_s: self.north_m_per_s + north_rate,
+        }
+    }
+}
+
+/// What positions and velocities are worth, one sigma.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PlaceSigmas {
+    /// The part of a position that drifts, metres: what the fixes are for. No smoothing takes it off.
+    pub drift_m: f32,
+    /// Each velocity, m/s.
+    pub velocity_m_per_s: f32,
+}
+
+/// Carries positions on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Predictor {
+    model: NoiseModel,
+    sigmas: PlaceSigmas,
+    choices: Choices,
+}
+
+/// A predicted position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Predicted {
+    /// Position and velocity.
+    pub place: Place,
+    /// Sigma of east and north, each, metres, the drift included.
+    pub sigma_m: f32,
+    /// How it was found.
+    pub method: Method,
+}
+
+impl Predictor {
+    /// For positions of `model`, whose white noise and motion are in metres.
+    pub fn new(model: &NoiseModel, sigmas: PlaceSigmas) -> Self {
+        Predictor { model: *model, sigmas, choices: Choices::of(model, &[Order::Second, Order::Third]) }
+    }
+
+    /// The position at `at`, no further than `age_us` from the newest sample.
+    ///
+    /// # Errors
+    /// [`PoseError::TooOld`] without a sample so near.
+    pub fn at<const N: usize>(
+        &self,
+        history: &History<Place, 4, N>,
+        at: Micros,
+        age_us: u32,
+    ) -> Result<Predicted, PoseError> {
+        let (newest_at, newest) = history.newest().ok_or(PoseError::TooOld)?;
+        let age = at.since(newest_at);
+        if age.unsigned_abs() > age_us {
+            return Err(PoseError::TooOld);
+        }
+        let carried = self.carried(newest, age as f32 * 1e-6);
+        match self.fitted(history, at, newest) {
+            Some(fitted) if fitted.sigma_m < carried.sigma_m => Ok(fitted),
+            _ => Ok(carried),
+        }
+    }
+
+    /// The newest sample and its velocity. The motion's accelerations, which it does not know, add to the sigma.
+    fn carried(&self, newest: Place, seconds: f32) -> Predicted {
+        let place = newest.moved([newest.east_m_per_s * seconds, newest.north_m_per_s * seconds, 0.0, 0.0]);
+        let acceleration = self.model.waves.iter().fold(0.0, |sum, wave| {
+            let frequency = if wave.amplitude > 0.0 { TAU / wave.period_s } else { 0.0 };
+            sum + 0.5 * sq(wave.amplitude * sq(frequency))
+        });
+        let variance = sq(self.sigmas.drift_m)
+            + sq(self.model.white)
+            + sq(self.sigmas.velocity_m_per_s * seconds)
+            + acceleration * sq(0.5 * seconds * seconds);
+        Predicted { place, sigma_m: math::sqrt(variance), method: Method::Carried }
+    }
+
+    /// The fit over the last positions, carried on by what its penalty does not see; `None` where there are too few, a gap
+    /// is between them or the instant is too far ahead.
+    fn fitted<const N: usize>(&self, history: &History<Place, 4, N>, at: Micros, newest: Place) -> Option<Predicted> {
+        if self.model.white == 0.0 {
+            return None;
+        }
+        let interval_us = self.model.interval_us;
+        let mut samples = Samples::<2>::new();
+        let mut before: Option<Micros> = None;
+        let mut ahead = 0.0;
+        for (stamp, place) in history.samples().skip(history.samples().len().saturating_sub(WINDOW)) {
+            if before.is_some_and(|before| stamp.since(before) as u32 > 2 * interval_us) {
+                samples.clear();
+            }
+            before = Some(stamp);
+            let time = stamp.since(at) as f32 / interval_us as f32;
+            ahead = -time;
+            let [east, north, _, _] = place.away_from(newest);
+            samples.push(time, [east, north], 1.0).ok()?;
+        }
+        let choice = self.choices.ahead(ahead)?;
+        let fitted = samples.fit(choice.order, choice.alpha, [self.model.white; 2]).ok()?;
+        let per_s = 1e6 / interval_us as f32;
+        let [east, north] = fitted.value;
+        let place = Place {
+            east_m: newest.east_m + east,
+            north_m: newest.north_m + north,
+            east_m_per_s: fitted.rate[0] * per_s,
+            north_m_per_s: fitted.rate[1] * per_s,
+        };
+        let noise = self.model.white * fitted.scale.max(1.0) * fitted.gain;
+        let sigma_m = math::sqrt(sq(self.sigmas.drift_m) + sq(noise) + sq(choice.bias));
+        let count = samples.times().len();
+        Some(Predicted { place, sigma_m, method: Method::fitted(&choice, 0, count, &fitted) })
+    }
+}
+
+fn sq(x: f32) -> f32 {
+    x * x
+}

@@ -1,0 +1,157 @@
+//! A stream's value at an instant: the fit over the window around it, or the straight way between two samples.
+
+use super::band::WINDOW;
+use super::fit::{Fitted, Samples};
+use super::history::{Channels, History};
+use super::noise::{Choice, Choices, NoiseModel};
+use super::penalty::Order;
+use super::{Method, PoseError};
+use crate::math;
+use crate::units::Micros;
+
+/// How a stream of `C` channels is smoothed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Smoother<const C: usize> {
+    interval_us: u32,
+    /// Sigma of a sample's own noise, each channel.
+    sigmas: [f32; C],
+    choices: Choices,
+}
+
+/// A stream's value at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate<T, const C: usize> {
+    /// The value.
+    pub value: T,
+    /// Rate of each channel, per second.
+    pub rate: [f32; C],
+    /// Sigma of each channel: what is left of the samples' own noise, and of the motion that the smoothing took for noise.
+    pub sigma: [f32; C],
+    /// Sigma of each rate, per second, likewise.
+    pub rate_sigma: [f32; C],
+    /// How it was found.
+    pub method: Method,
+}
+
+/// What to do while fewer later samples are there than wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wait {
+    /// So many samples later than the instant, at least one.
+    For(u8),
+    /// As many as there are, if one.
+    No,
+}
+
+impl<const C: usize> Smoother<C> {
+    /// For a sensor of `model`, α by the model's own noise; `sigmas` are those of the channels.
+    pub fn new(model: &NoiseModel, sigmas: [f32; C]) -> Self {
+        let choices = Choices::of(model, &[Order::Second, Order::Third]);
+        Smoother { interval_us: model.interval_us, sigmas, choices }
+    }
+
+    /// The value of `history` at `at`.
+    ///
+    /// The window reaches equally far to both sides of the instant, as far as samples are there and none is further than
+    /// `gap_us` from the next. With fewer than five, or without noise to smooth, the straight way between the two samples
+    /// around it serves.
+    ///
+    /// # Errors
+    /// [`PoseError`].
+    pub fn at<T: Channels<C>, const N: usize>(
+        &self,
+        history: &History<T, C, N>,
+        at: Micros,
+        gap_us: u32,
+        wait: Wait,
+    ) -> Result<Estimate<T, C>, PoseError> {
+        // Between the two samples around it, which also says whether there are any.
+        let straight = history.at(at, gap_us)?;
+        let later = history.later_than(at);
+        if matches!(wait, Wait::For(wanted) if later < wanted as usize) {
+            return Err(PoseError::NotYet);
+        }
+        if self.sigmas.iter().all(|sigma| *sigma == 0.0) {
+            return Ok(self.straight(&straight));
+        }
+        let reference = straight.value;
+        let (samples, lag) = self.window(history, at, reference, gap_us, later);
+        let count = samples.times().len();
+        if count >= 5 && samples.is_constant() {
+            return Err(PoseError::Stuck);
+        }
+        let choice = self.choices.at(lag);
+        let Ok(fitted) = samples.fit(choice.order, choice.alpha, self.sigmas) else {
+            return Ok(self.straight(&straight));
+        };
+        Ok(self.estimate(reference, &fitted, &choice, Method::fitted(&choice, lag, count, &fitted)))
+    }
+
+    fn estimate<T: Channels<C>>(
+        &self,
+        reference: T,
+        fitted: &Fitted<C>,
+        choice: &Choice,
+        method: Method,
+    ) -> Estimate<T, C> {
+        let per_s = 1e6 / self.interval_us as f32;
+        // Noise beyond what was declared is believed.
+        let scale = fitted.scale.max(1.0);
+        Estimate {
+            value: reference.moved(fitted.value),
+            rate: fitted.rate.map(|rate| rate * per_s),
+            sigma: self.sigmas.map(|sigma| math::sqrt(sq(sigma * scale * fitted.gain) + sq(choice.bias))),
+            rate_sigma: self
+                .sigmas
+                .map(|sigma| math::sqrt(sq(sigma * scale * fitted.rate_gain) + sq(choice.rate_bias)) * per_s),
+            method,
+        }
+    }
+
+    fn straight<T: Channels<C>>(&self, between: &super::history::Interpolated<T, C>) -> Estimate<T, C> {
+        let factor = between.noise_factor();
+        let per_s = 1e6 / self.interval_us as f32;
+        Estimate {
+            value: between.value,
+            rate: between.rate,
+            sigma: self.sigmas.map(|sigma| sigma * factor),
+            rate_sigma: self.sigmas.map(|sigma| sigma * core::f32::consts::SQRT_2 * per_s),
+            method: Method::Straight,
+        }
+    }
+
+    /// The samples around `at`, and the lag: whole samples between the instant's own interval and the window's nearer end.
+    fn window<T: Channels<C>, const N: usize>(
+        &self,
+        history: &History<T, C, N>,
+        at: Micros,
+        reference: T,
+        gap_us: u32,
+        later: usize,
+    ) -> (Samples<C>, usize) {
+        let after = later.min(WINDOW / 2);
+        let earlier = history.samples().len() - later;
+        let before = earlier.min(WINDOW - after);
+        let mut samples = Samples::new();
+        let (mut counts, mut newest) = ([0usize; 2], None::<Micros>);
+        let per_us = 1.0 / self.interval_us as f32;
+        for (stamp, value) in history.samples().skip(earlier - before).take(before + after) {
+            // The stretch without a gap that holds the instant.
+            if newest.is_some_and(|newest| stamp.since(newest) as u32 > gap_us) {
+                if stamp > at {
+                    break;
+                }
+                samples.clear();
+                counts = [0; 2];
+            }
+            newest = Some(stamp);
+            counts[usize::from(stamp > at)] += 1;
+            // Finite, in order and no more than fit: the push cannot fail.
+            let _ = samples.push(stamp.since(at) as f32 * per_us, value.away_from(reference), 1.0);
+        }
+        (samples, counts[0].min(counts[1]).saturating_sub(1))
+    }
+}
+
+fn sq(x: f32) -> f32 {
+    x * x
+}

@@ -1,0 +1,18 @@
+//! The pose's streams and fits against paper 001: golden values, the reference's tables, a dense solution in double
+//! precision, and what sensors do in the field.
+
+#[path = "pose/dense.rs"]
+mod dense;
+#[path = "pose/fit.rs"]
+mod fit;
+#[path = "pose/history.rs"]
+mod history;
+mod mutants;
+#[path = "pose/place.rs"]
+mod place;
+mod seeded;
+#[path = "pose/smoother.rs"]
+mod smoother;
+#[path = "pose/table.rs"]
+mod table;
+mod vectors;
