@@ -119,8 +119,8 @@ pub fn smooth(epochs: &Epochs, values: &[f64], weights: &[f64], options: &Option
     check(values, weights, options.order)?;
     let limit_s = options.gap_s.unwrap_or_else(|| epochs.usual_gap_s());
     let gaps = epochs.gaps(weights, limit_s);
-    if let Some(&first) = gaps.first() {
-        return Err(SmoothError::GapTooLong { first, count: gaps.len(), limit_s });
+    if !gaps.is_empty() {
+        return Err(SmoothError::GapTooLong { gaps, limit_s });
     }
     match options.gate {
         Some(gate) => gate::fit_without_outliers(epochs, values, weights, options, gate),

@@ -26,10 +26,12 @@ use vectors::{list, number, rows, table};
 /// What the golden values' nine decimals leave, and the rounding of 500 m at a condition number of 64,000.
 const GOLDEN: f64 = 1e-8;
 
+/// The order of a row.
 pub fn order(row: &Value) -> Order {
     order_of(row["d"].as_u64().expect("an order") as usize)
 }
 
+/// The order with `d` differences.
 pub fn order_of(d: usize) -> Order {
     match d {
         2 => Order::Second,
@@ -53,6 +55,7 @@ fn alpha(row: &Value) -> Alpha {
     Alpha::Given(number(row, "alpha"))
 }
 
+/// Fails with `what` unless both numbers are so near.
 #[track_caller]
 pub fn near(found: f64, wanted: f64, tolerance: f64, what: &str) {
     assert!((found - wanted).abs() <= tolerance, "{what}: {found} instead of {wanted}");

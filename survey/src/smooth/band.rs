@@ -25,11 +25,6 @@ impl Band {
         self.columns[col][row - col] += value;
     }
 
-    /// Half-width of the band.
-    pub fn half_width(&self) -> usize {
-        self.half_width
-    }
-
     /// Largest sum of a row's amounts: a bound of the largest eigenvalue.
     pub fn norm(&self) -> f64 {
         let n = self.columns.len();

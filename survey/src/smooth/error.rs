@@ -21,6 +21,9 @@ impl Gap {
     }
 }
 
+/// Most gaps that an error names.
+const NAMED: usize = 5;
+
 /// Bad samples or options. Samples are counted from 0.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "what the fields are is said with their variant")]
@@ -31,8 +34,8 @@ pub enum SmoothError {
     NotFinite { sample: usize, what: &'static str },
     /// A time that does not come after the one before.
     NotForward { sample: usize, t_s: f64, before_s: f64 },
-    /// A gap longer than the limit; the first of them, how many there are, the limit in seconds.
-    GapTooLong { first: Gap, count: usize, limit_s: f64 },
+    /// Gaps longer than the limit, which is in seconds.
+    GapTooLong { gaps: Vec<Gap>, limit_s: f64 },
     /// A weight below zero or not finite, or two that are too far apart to be added.
     BadWeight { sample: usize, weight: f64 },
     /// Too few samples have a weight above zero: the channel has no rank.
@@ -69,15 +72,14 @@ impl SmoothError {
             SmoothError::NotForward { sample, t_s, before_s } => {
                 format!("{}: the time {t_s} goes back, {before_s} stands before it", place(*sample))
             }
-            SmoothError::GapTooLong { first, count, limit_s } => {
-                let more = if *count == 1 { String::new() } else { format!(", the first of {count} such gaps") };
-                format!(
-                    "{}: a gap of {:.3} s after {} is longer than the limit of {} s{more}",
-                    place(first.after),
-                    first.length_s(),
-                    first.from_s,
-                    (limit_s * 1e6).round() / 1e6
-                )
+            SmoothError::GapTooLong { gaps, limit_s } => {
+                let told = |gap: &Gap| format!("{:.3} s at {}", gap.length_s(), gap.from_s);
+                let named: Vec<String> = gaps.iter().take(NAMED).map(told).collect();
+                let more = if gaps.len() > NAMED { format!(" and {} more", gaps.len() - NAMED) } else { String::new() };
+                let place = gaps.first().map_or_else(String::new, |gap| place(gap.after));
+                // A limit of so many spacings has the digits of a mean.
+                let limit = (limit_s * 1e6).round() / 1e6;
+                format!("{place}: gap longer than the limit of {limit} s: {}{more}", named.join(", "))
             }
             SmoothError::BadWeight { sample, weight } => {
                 format!("{}: {weight} is no weight (0, or between 1e-6 and 1e6 of the mean)", place(*sample))

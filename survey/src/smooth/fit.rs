@@ -98,20 +98,30 @@ impl Fit {
     /// variance, which counts below alpha = 0.1 only.
     ///
     /// # Errors
-    /// [`SmoothError::OutOfRange`], [`SmoothError::NotFinite`]: nothing is extrapolated.
+    /// [`SmoothError::OutOfRange`]: nothing is extrapolated.
     pub fn at(&self, t_s: f64) -> Result<Estimate, SmoothError> {
-        let all = self.epochs.t_s();
-        let (from_s, to_s) = (all[0], all[all.len() - 1]);
-        if !(from_s..=to_s).contains(&t_s) {
-            return Err(SmoothError::OutOfRange { t_s, from_s, to_s });
-        }
-        if let Ok(i) = all.binary_search_by(|t| t.total_cmp(&t_s)) {
+        self.inside(t_s)?;
+        if let Ok(i) = self.epochs.t_s().binary_search_by(|t| t.total_cmp(&t_s)) {
             return Ok(self.at_sample(i));
         }
         let [value, rate] = self.spline.at(t_s);
         let (from, shares) = self.spline.shares(t_s);
         let sigma = self.sigma0 * self.factors.quadratic_form(from, &shares).sqrt();
         Ok(Estimate { value, rate, sigma })
+    }
+
+    /// The value alone at an instant between the first and the last sample, for those who ask often.
+    ///
+    /// # Errors
+    /// As [`Fit::at`].
+    pub fn value(&self, t_s: f64) -> Result<f64, SmoothError> {
+        self.inside(t_s).map(|()| self.spline.at(t_s)[0])
+    }
+
+    fn inside(&self, t_s: f64) -> Result<(), SmoothError> {
+        let all = self.epochs.t_s();
+        let (from_s, to_s) = (all[0], all[all.len() - 1]);
+        if (from_s..=to_s).contains(&t_s) { Ok(()) } else { Err(SmoothError::OutOfRange { t_s, from_s, to_s }) }
     }
 
     /// What all other samples say at sample `i`, for the same alpha: L_i + V_i / (1 - h_ii). Nothing is fitted

@@ -68,7 +68,7 @@ fn a_longer_gap_may_be_allowed_and_is_named() {
         smooth(&epochs, &observed, &weights, &options)
     };
     let error = fit(None).expect_err("8.2 s").to_string();
-    assert_eq!(error, "sample 101: a gap of 8.200 s after 19.8 is longer than the limit of 4 s");
+    assert_eq!(error, "sample 101: gap longer than the limit of 4 s: 8.200 s at 19.8");
     assert!(fit(Some(8.0)).is_err());
     let allowed = fit(Some(9.0)).expect("allowed");
     let gaps: Vec<_> = allowed.gaps.iter().map(|gap| (gap.from_s, gap.to_s)).collect();
