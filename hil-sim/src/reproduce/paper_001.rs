@@ -48,8 +48,8 @@ pub fn reproduction() -> Result<Reproduction, plumbline_survey::smooth::SmoothEr
         residuals.push((period_s, judged));
     }
     rows.extend(sigma_rows(&residuals)?);
-    rows.extend(slips::rows());
     rows.extend(gains(&residuals));
+    rows.extend(slips::rows());
     rows.extend(tables);
     rows.extend(interpolants("attitude: ", "mdeg", 1e3, &mean_of(attitude)?));
     Ok(Reproduction { paper: "001", seeds: SEEDS.collect(), rows })

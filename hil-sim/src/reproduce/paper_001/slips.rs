@@ -7,8 +7,6 @@ const TABLE: &str = "Equations and text";
 const GPS_TO_INS_M: [f64; 3] = [0.30, -0.10, -1.20];
 /// From the INS to the camera.
 const INS_TO_CAMERA_M: [f64; 3] = [-0.05, 0.20, -0.35];
-/// Samples of the example of ranks.
-const SAMPLES: f64 = 7.0;
 
 /// One row each.
 #[must_use]
@@ -30,17 +28,17 @@ pub fn rows() -> Vec<Row> {
              scale factor of the image vector",
         ),
         row(
-            "eq. 3, rank of R for 7 samples and second differences",
-            Some(SAMPLES),
-            Some(SAMPLES - 2.0),
-            "R is asked to be positive definite; D'D of d-th differences is blind to polynomials of degree below d, and \
-             P + alpha R is positive definite all the same",
+            "eq. 3, R",
+            None,
+            None,
+            "asked to be positive definite; D'D of d-th differences is blind to polynomials of degree below d (rank 5 for \
+             7 samples and d = 2), and P + alpha R is positive definite all the same",
         ),
         row(
-            "eq. 15 and 18 to 20, constraints that B = [1 t] needs",
-            Some(1.0),
-            Some(2.0),
-            "sum S = 0 alone leaves the equations singular (rank 9 of 10 for 7 samples); sum t S = 0 is needed too",
+            "eq. 15 and 18 to 20, constraints",
+            None,
+            None,
+            "for B = [1 t] sum S = 0 alone leaves the equations singular (rank 9 of 10 for 7 samples); sum t S = 0 is needed too",
         ),
         row("eq. 16", None, None, "S_X must be S_Y"),
         row(
