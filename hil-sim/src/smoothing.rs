@@ -199,7 +199,7 @@ fn instants(path: &Path, time: &str, fits: &[Fit]) -> Result<Vec<f64>, InputErro
     let instants = read_instants(path, time)?;
     for t_s in &instants {
         for fit in fits {
-            fit.at(*t_s).map_err(|error| InputError::new(format!("{}: {error}", path.display())))?;
+            fit.value(*t_s).map_err(|error| InputError::new(format!("{}: {error}", path.display())))?;
         }
     }
     Ok(instants)

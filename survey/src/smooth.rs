@@ -30,7 +30,7 @@ pub use angles::unwrap_degrees;
 pub use epochs::{Epochs, GAP_SPACINGS};
 pub use error::{Gap, SmoothError};
 pub use fit::{Estimate, Fit};
-pub use gcv::{ALPHA_MAX_CONDITION, ALPHA_MIN};
+pub use gcv::{ALPHA_LEAST, ALPHA_MAX_CONDITION, ALPHA_MIN};
 pub use samples::{Samples, read_instants};
 pub use trend::{Line, Trend};
 
@@ -104,6 +104,9 @@ impl Options {
 /// Largest ratio of a weight above zero to the mean of these, and of the mean to a weight.
 const WEIGHT_RATIO: f64 = 1e6;
 
+/// Largest amount of a value: its squares can be summed.
+const VALUE_MAX: f64 = 1e140;
+
 /// Fits one channel: `values` in any unit, `weights` of the same length (inverse variances in units of sigma0²; 0 = no
 /// sample, whose value is not looked at).
 ///
@@ -159,6 +162,9 @@ fn check(values: &[f64], weights: &[f64], order: Order) -> Result<(), SmoothErro
     for sample in counting() {
         if !values[sample].is_finite() {
             return Err(SmoothError::NotFinite { sample, what: "value" });
+        }
+        if values[sample].abs() > VALUE_MAX {
+            return Err(SmoothError::NotFinite { sample, what: "value, squared and summed," });
         }
         let weight = weights[sample];
         if !(mean / WEIGHT_RATIO..=mean * WEIGHT_RATIO).contains(&weight) {

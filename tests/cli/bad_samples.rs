@@ -126,6 +126,7 @@ fn orders_alphas_gaps_and_gates() {
     for alpha in ["0", "-1", "-0", "NaN", "inf", "1e999", "GCV", "much"] {
         refusals.expect(&with(SMOOTH, "--alpha", alpha), &["--alpha", alpha]);
     }
+    refusals.expect(&with(SMOOTH, "--alpha", "1e-12"), &["alpha", "1e-12", "1e-10", "column z"]);
     for alpha in ["1e12", "1e300"] {
         refusals.expect(&with(SMOOTH, "--alpha", alpha), &["alpha", "6.250e11", "column z"]);
     }

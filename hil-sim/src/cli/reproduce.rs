@@ -4,7 +4,7 @@ use super::{Failure, print, print_json};
 use indicatif::{ProgressBar, ProgressStyle};
 use plumbline_sim::reproduce::{Reproduction, paper_001, table_3, text, write_figures};
 use plumbline_survey::error::InputError;
-use plumbline_survey::output::write_file;
+use plumbline_survey::output::{check_file, write_file};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -37,8 +37,14 @@ fn paper_001(args: &Args) -> Result<(), Failure> {
     }
     let reproduction = paper_001::reproduction().map_err(|error| Failure::Work(error.to_string()))?;
     if let Some(folder) = &args.out {
-        for (name, picture) in paper_001::figures::pictures().map_err(Failure::Work)? {
-            write_file(&folder.join(format!("{name}.svg")), picture.as_bytes())?;
+        let pictures = paper_001::figures::pictures().map_err(Failure::Work)?;
+        let path = |name: &str| folder.join(format!("{name}.svg"));
+        // All or none.
+        for (name, _) in &pictures {
+            check_file(&path(name))?;
+        }
+        for (name, picture) in &pictures {
+            write_file(&path(name), picture.as_bytes())?;
         }
     }
     if args.json {

@@ -48,6 +48,8 @@ pub enum SmoothError {
     TooFewForGcv { counting: usize, order: Order },
     /// A smoothing factor that is not above zero.
     AlphaNotPositive { alpha: f64 },
+    /// A smoothing factor so small that no residual is left to tell the noise by.
+    AlphaTooSmall { alpha: f64, limit: f64 },
     /// A smoothing factor that leaves no digits.
     AlphaTooLarge { alpha: f64, limit: f64 },
     /// The outlier gate is not above zero, or rejects more than a quarter of the samples: they are no outliers.
@@ -99,6 +101,9 @@ impl SmoothError {
                 format!("GCV is undefined for {counting} samples, order {order} needs {}", order.differences() + 2)
             }
             SmoothError::AlphaNotPositive { alpha } => format!("alpha {alpha} is not above 0"),
+            SmoothError::AlphaTooSmall { alpha, limit } => {
+                format!("alpha {alpha:e} is below {limit:e}, where the residuals are no more than rounding")
+            }
             SmoothError::AlphaTooLarge { alpha, limit } => {
                 format!("alpha {alpha} is above {limit:.3e}, where the equations' condition number passes 1e13")
             }

@@ -6,6 +6,8 @@ use super::{Epochs, Options, fit_all};
 
 /// Samples on each side that an outlier pulls towards itself: the farthest of them is taken first.
 const NEIGHBOURS: usize = 3;
+/// Residuals of rounding, as a share of the largest value.
+const ROUNDING: f64 = 1e-12;
 /// The median amount of a normal variable with deviation 1.
 const MEDIAN: f64 = 0.674_489_75;
 
@@ -51,7 +53,10 @@ fn outliers(fit: &Fit, weights: &[f64], gate: f64) -> Vec<usize> {
     let all: Vec<f64> = (0..n).map(off).collect();
     let mut sorted: Vec<f64> = (0..n).filter(|&i| weights[i] > 0.0).map(|i| all[i]).collect();
     let middle = sorted.len() / 2;
-    let limit = gate * *sorted.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN;
+    let sigma = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN;
+    // Samples on a polynomial have residuals of rounding only, none of which is an outlier.
+    let largest = (0..n).map(|i| fit.values[i].abs() * weights[i].sqrt()).fold(0.0, f64::max);
+    let limit = gate * sigma.max(ROUNDING * largest);
     let farthest = |i: usize| {
         let around = i.saturating_sub(NEIGHBOURS)..n.min(i + NEIGHBOURS + 1);
         around.into_iter().all(|j| all[j] < all[i] || (all[j] == all[i] && j >= i))

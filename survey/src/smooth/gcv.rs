@@ -5,6 +5,9 @@ use super::problem::Problem;
 
 /// Smallest alpha that is tried, for unit weights: the curve passes through the samples.
 pub const ALPHA_MIN: f64 = 1e-6;
+/// Smallest alpha that may be given, for unit weights: residuals and the degrees of freedom that they have, both some six
+/// times alpha, still have six digits.
+pub const ALPHA_LEAST: f64 = 1e-10;
 /// Condition number of the equations at the largest alpha, tried or given. For unit weights and uniform epochs it is
 /// 1 + 16 alpha (order 2) or 1 + 64 alpha (order 3), so alpha ends at 6.2e11 or 1.6e11.
 pub const ALPHA_MAX_CONDITION: f64 = 1e13;

@@ -2,8 +2,12 @@
 
 use super::band::{Band, Factors};
 use super::error::SmoothError;
-use super::gcv::ALPHA_MAX_CONDITION;
+use super::gcv::{ALPHA_LEAST, ALPHA_MAX_CONDITION};
 use super::{Epochs, Order};
+
+/// Samples that are a polynomial but for their own rounding are nearer to it than this share of the largest: some tens of
+/// 2^-53.
+const ROUNDING: f64 = 1e-14;
 
 /// (P + alpha R) g = P L with everything that alpha does not change.
 ///
@@ -71,6 +75,10 @@ impl Problem {
         if alpha.is_nan() || alpha <= 0.0 {
             return Err(SmoothError::AlphaNotPositive { alpha });
         }
+        let least = ALPHA_LEAST * self.mean_weight();
+        if alpha < least {
+            return Err(SmoothError::AlphaTooSmall { alpha, limit: least });
+        }
         let limit = self.alpha_max();
         if alpha > limit {
             return Err(SmoothError::AlphaTooLarge { alpha, limit });
@@ -81,7 +89,7 @@ impl Problem {
     /// Whether the samples are a polynomial of degree d - 1 but for rounding.
     pub fn is_polynomial(&self) -> bool {
         let largest = |values: &[f64]| values.iter().fold(0.0, |max: f64, value| max.max(value.abs()));
-        largest(&self.rest) <= 1e-13 * self.samples.len() as f64 * largest(&self.samples)
+        largest(&self.rest) <= ROUNDING * largest(&self.samples)
     }
 
     /// The curve; `None` where rounding leaves the equations without a positive pivot.

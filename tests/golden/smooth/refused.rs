@@ -22,6 +22,8 @@ fn samples() {
         spoilt[4] = value;
         assert_eq!(said(&spoilt, &all, 2, one), "sample 5: the value is not a finite number");
     }
+    spoilt[4] = 1e200;
+    assert!(matches!(refused(&spoilt, &all, 2, one), SmoothError::NotFinite { sample: 4, .. }));
     let mut few = [0.0; 8];
     (few[1], few[6]) = (1.0, 1.0);
     assert_eq!(said(&GOOD, &few, 2, one), "rank-deficient: 2 samples have a weight above 0, order 2 needs 3");
@@ -47,6 +49,9 @@ fn smoothing_factors() {
             "{alpha}"
         );
     }
+    for alpha in [1e-11, 1e-300] {
+        assert!(matches!(refused(&GOOD, &all, 2, Alpha::Given(alpha)), SmoothError::AlphaTooSmall { .. }), "{alpha}");
+    }
     for (d, limit) in [(2, 6.25e11), (3, 1.5625e11)] {
         for alpha in [1.001 * limit, 1e300, f64::INFINITY] {
             assert!(
@@ -57,8 +62,17 @@ fn smoothing_factors() {
         let epochs = Epochs::new(counted(8)).expect("forward");
         assert!(smooth(&epochs, &GOOD, &all, &Options::new(order_of(d), Alpha::Given(0.999 * limit))).is_ok());
     }
-    let line: Vec<f64> = (0..8).map(|i| 0.1 + 0.7 * f64::from(i)).collect();
-    assert!(matches!(refused(&line, &all, 2, Alpha::Gcv), SmoothError::NothingToWeigh { .. }));
+    for n in [4usize, 8, 301, 20_000] {
+        let line: Vec<f64> = (0..n).map(|i| 1e6 + 0.7 * i as f64 / 3.0).collect();
+        assert!(matches!(refused(&line, &vec![1.0; n], 2, Alpha::Gcv), SmoothError::NothingToWeigh { .. }), "{n}");
+        // A gate finds no outliers in rounding.
+        let epochs = Epochs::new(counted(n)).expect("forward");
+        let options = Options { gate: Some(1.0), ..Options::new(order_of(2), Alpha::Given(1.0)) };
+        assert!(smooth(&epochs, &line, &vec![1.0; n], &options).expect("a line").rejected.is_empty(), "{n}");
+        // A hundred-millionth of the value is no rounding.
+        let bent: Vec<f64> = line.iter().enumerate().map(|(i, y)| y + 1e-2 * (i % 3) as f64).collect();
+        assert!(smooth(&epochs, &bent, &vec![1.0; n], &Options::new(order_of(2), Alpha::Gcv)).is_ok(), "{n}");
+    }
     assert!(matches!(refused(&GOOD[..4], &all[..4], 3, Alpha::Gcv), SmoothError::TooFewForGcv { .. }));
 }
 
