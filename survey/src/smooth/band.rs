@@ -148,12 +148,11 @@ mod tests {
     fn example(n: usize, half_width: usize) -> (Band, Vec<Vec<f64>>) {
         let mut band = Band::zero(n, half_width);
         let mut full = vec![vec![0.0; n]; n];
-        for col in 0..n {
-            for row in col..n.min(col + half_width + 1) {
-                let value = if row == col { 9.0 + col as f64 } else { ((3 * row + 5 * col) % 7) as f64 / 4.0 - 0.7 };
-                band.add(row, col, value);
-                (full[row][col], full[col][row]) = (value, value);
-            }
+        let within = (0..n).flat_map(|col| (col..n.min(col + half_width + 1)).map(move |row| (row, col)));
+        for (row, col) in within {
+            let value = if row == col { 9.0 + col as f64 } else { ((3 * row + 5 * col) % 7) as f64 / 4.0 - 0.7 };
+            band.add(row, col, value);
+            (full[row][col], full[col][row]) = (value, value);
         }
         (band, full)
     }

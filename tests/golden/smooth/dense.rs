@@ -114,8 +114,8 @@ fn bands_and_full_matrices_agree() {
                 let freedom = weights.iter().filter(|&&weight| weight > 0.0).count() as f64 - edf;
                 near(fit.edf, edf, 1e-9, &what);
                 near(fit.sigma0, (vpv / freedom).sqrt(), 1e-9, &what);
-                for i in 0..n {
-                    near(fit.at_sample(i).sigma, fit.sigma0 * full[i][i].sqrt(), 1e-9, &what);
+                for (i, row) in full.iter().enumerate() {
+                    near(fit.at_sample(i).sigma, fit.sigma0 * row[i].sqrt(), 1e-9, &what);
                 }
             }
         }
@@ -145,6 +145,20 @@ fn sigma_between_samples() {
             let found = fit.at(at).expect("inside");
             near(found.value, g, 1e-10, "value");
             near(found.sigma, fit.sigma0 * variance.sqrt(), 1e-10, "sigma");
+        }
+    }
+}
+
+/// Stiff curves tie samples far apart: beside a sample sigma is the sample's own, which comes from the inverse's diagonal.
+#[test]
+fn sigma_beside_samples_of_stiff_curves() {
+    let mut random = Random::new(14);
+    let [times, weights, values] = example(&mut random, 600, true);
+    let epochs = Epochs::new(times.clone()).expect("forward");
+    for d in [2, 3] {
+        let fit = smooth(&epochs, &values, &weights, &Options::new(order_of(d), Alpha::Given(1e6))).expect("good");
+        for i in [0, 1, 57, 300, 598] {
+            near(fit.at(times[i] + 1e-9).expect("inside").sigma, fit.at_sample(i).sigma, 1e-8, &format!("d {d}, {i}"));
         }
     }
 }

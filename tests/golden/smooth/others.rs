@@ -68,10 +68,10 @@ fn spline_of_reinsch(t: &[f64], y: &[f64], lambda: f64) -> Vec<f64> {
             a[j][j + 1] += h[j + 1] / 6.0;
             a[j + 1][j] += h[j + 1] / 6.0;
         }
-        for other in j.saturating_sub(2)..m.min(j + 3) {
+        for (other, entry) in a[j].iter_mut().enumerate().take(m.min(j + 3)).skip(j.saturating_sub(2)) {
             for (row, value) in q(j) {
                 let other_value = q(other).into_iter().find(|(other_row, _)| *other_row == row).map_or(0.0, |(_, v)| v);
-                a[j][other] += lambda * value * other_value;
+                *entry += lambda * value * other_value;
             }
         }
         a[j][m] = q(j).into_iter().map(|(row, value)| value * y[row]).sum();
