@@ -33,7 +33,7 @@ fn log(flight: &str, test: &str) -> Option<PathBuf> {
 
 fn read(path: &std::path::Path) -> Samples {
     let mut samples = Samples::read(path, "t_s", &COLUMNS, None).expect("a good log");
-    unwrap_degrees(&mut samples.channels[2]);
+    unwrap_degrees(&mut samples.channels[2]).expect("a vehicle that does not spin");
     samples
 }
 

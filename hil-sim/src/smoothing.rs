@@ -82,7 +82,7 @@ impl Smoothed {
         let mut fits = Vec::new();
         for (index, column) in wanted.columns.iter().enumerate() {
             if wanted.angles.contains(column) {
-                unwrap_degrees(&mut samples.channels[index]);
+                unwrap_degrees(&mut samples.channels[index]).map_err(|error| samples.told(&error, Some(column)))?;
             }
             let fit = smooth(&epochs, &samples.channels[index], &samples.weights, &wanted.options);
             fits.push(fit.map_err(|error| samples.told(&error, Some(column)))?);
@@ -177,9 +177,6 @@ impl Smoothed {
 /// Names that make sense together.
 fn check_names(wanted: &Wanted<'_>) -> Result<(), InputError> {
     let refuse = |what: String| Err(InputError::new(what));
-    if let Some(column) = wanted.columns.iter().find(|column| column.is_empty()) {
-        return refuse(format!("--columns: \"{column}\" names no column"));
-    }
     let suffixes = ["", "_rate", "_sigma"];
     let mut out = vec![wanted.time.to_owned()];
     for name in wanted.columns.iter().flat_map(|column| suffixes.map(|suffix| format!("{column}{suffix}"))) {

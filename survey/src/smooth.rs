@@ -26,7 +26,7 @@ mod samples;
 mod spline;
 mod trend;
 
-pub use angles::unwrap_degrees;
+pub use angles::{TURN_MAX_DEG, unwrap_degrees};
 pub use epochs::{Epochs, GAP_SPACINGS};
 pub use error::{Gap, SmoothError};
 pub use fit::{Estimate, Fit};

@@ -50,6 +50,8 @@ fn columns() {
     refusals.expect(&with(SMOOTH, "--columns", "t_s"), &["--columns", "t_s"]);
     refusals.expect(&with(SMOOTH, "--columns", "z,"), &["--columns"]);
     refusals.expect(&format!("{SMOOTH} --angles p"), &["--angles", "p"]);
+    folder.write("turns.csv", "t,y\n0,10\n1,350\n2,175\n3,5\n4,6\n");
+    refusals.expect(&format!("{} --angles y", on("turns.csv")), &["turns.csv", "column y", "line 4", "-175.0 deg"]);
     refusals.expect(&format!("{SMOOTH} --weights w"), &["no column w"]);
     for option in ["--in", "--time", "--columns", "--out"] {
         refusals.expect(&without(SMOOTH, option), &[option]);

@@ -16,7 +16,7 @@ pub struct Args {
     #[arg(long, value_name = "COLUMN")]
     time: String,
     /// Its columns to smooth, each for itself
-    #[arg(long, value_name = "A,B", value_delimiter = ',', required = true, num_args = 1)]
+    #[arg(long, value_name = "A,B", value_delimiter = ',', required = true, num_args = 1, value_parser = column)]
     columns: Vec<String>,
     /// Differences of the penalty: 2 (lines are smooth) or 3 (parabolas)
     #[arg(long, default_value = "2", value_parser = order, allow_negative_numbers = true)]
@@ -28,7 +28,7 @@ pub struct Args {
     #[arg(long, value_name = "CSV")]
     at: Option<PathBuf>,
     /// Those of the columns that are angles in degrees: whole turns are added, so that they do not jump
-    #[arg(long, value_name = "A,B", value_delimiter = ',', num_args = 1)]
+    #[arg(long, value_name = "A,B", value_delimiter = ',', num_args = 1, value_parser = column)]
     angles: Vec<String>,
     /// Column of weights, 1 / variance; 0 = no sample
     #[arg(long, value_name = "COLUMN")]
@@ -48,6 +48,14 @@ pub struct Args {
     /// Print one JSON document
     #[arg(long)]
     json: bool,
+}
+
+/// A column's name, without the blanks of a list.
+fn column(text: &str) -> Result<String, String> {
+    match text.trim() {
+        "" => Err("names no column".to_owned()),
+        name => Ok(name.to_owned()),
+    }
 }
 
 fn order(text: &str) -> Result<Order, String> {

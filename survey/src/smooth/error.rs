@@ -1,6 +1,6 @@
 //! Why samples cannot be smoothed.
 
-use super::Order;
+use super::{Order, TURN_MAX_DEG};
 
 /// A gap between two samples that count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +28,8 @@ const NAMED: usize = 5;
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "what the fields are is said with their variant")]
 pub enum SmoothError {
+    /// An angle that turns so far from one sample to the next that the way round is not certain.
+    TurnTooFar { sample: usize, turn_deg: f64 },
     /// Fewer samples than the order can smooth.
     TooFew { samples: usize, order: Order },
     /// A time or value that is not a finite number.
@@ -63,6 +65,10 @@ impl SmoothError {
     #[must_use]
     pub fn sentence(&self, place: &dyn Fn(usize) -> String) -> String {
         match self {
+            SmoothError::TurnTooFar { sample, turn_deg } => format!(
+                "{}: the angle turns by {turn_deg:.1} deg; beyond {TURN_MAX_DEG} the way round is not certain",
+                place(*sample)
+            ),
             SmoothError::TooFew { samples, order } => {
                 let samples = if *samples == 1 { "1 sample".to_owned() } else { format!("{samples} samples") };
                 format!("{samples}, but order {order} needs {} at least", order.differences() + 1)
