@@ -13,6 +13,8 @@ mod bad_options;
 mod bad_outputs;
 #[path = "cli/bad_pictures.rs"]
 mod bad_pictures;
+#[path = "cli/bad_samples.rs"]
+mod bad_samples;
 #[path = "cli/command.rs"]
 mod command;
 #[path = "cli/flights.rs"]
@@ -31,10 +33,17 @@ mod pipes;
 mod rectify;
 #[path = "cli/refusals.rs"]
 mod refusals;
+#[path = "cli/reproduced.rs"]
+mod reproduced;
 #[path = "golden/seeded.rs"]
 mod seeded;
+#[path = "cli/smooth.rs"]
+mod smooth;
 #[path = "golden/textures.rs"]
 #[allow(dead_code, reason = "other targets turn, stretch and mask these textures")]
 mod textures;
+#[path = "golden/smooth/track.rs"]
+#[allow(dead_code, reason = "another target judges by the truth")]
+mod track;
 #[path = "golden/vectors.rs"]
 mod vectors;

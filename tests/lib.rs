@@ -7,3 +7,5 @@ pub mod compare;
 pub const GOLDEN_003: &str = include_str!("vectors/golden_003.json");
 /// The golden values of paper 000 (image motion and mid-exposure), JSON.
 pub const GOLDEN_000: &str = include_str!("vectors/golden_000.json");
+/// The golden values of paper 001 (semi-parametric fit), JSON.
+pub const GOLDEN_001: &str = include_str!("vectors/golden_001.json");

@@ -2,7 +2,7 @@
 //!
 //! [`scenario`] → [`stage`] ([`world`], [`flight`], [`mod@reference`]) → [`fly`] ([`sensors`], [`autopilot`], [`render`],
 //! [`fault`], [`link`]) → [`station`] → [`score`]. Apart from all of it stands [`oracle`], which judges the core's
-//! geometry; [`still`] and [`still_match`] run the core on single pictures.
+//! geometry; [`still`] and [`still_match`] run the core on single pictures, [`smoothing`] fits logs; [`panels`] draws curves.
 
 pub mod autopilot;
 pub mod camera;
@@ -13,6 +13,7 @@ pub mod fly;
 pub mod link;
 pub mod mount;
 pub mod oracle;
+pub mod panels;
 pub mod reference;
 pub mod render;
 pub mod report;
@@ -20,6 +21,7 @@ pub mod reproduce;
 pub mod scenario;
 pub mod score;
 pub mod sensors;
+pub mod smoothing;
 pub mod stage;
 pub mod station;
 pub mod still;

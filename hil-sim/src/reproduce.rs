@@ -1,12 +1,13 @@
-//! The tables and figures of paper 003 by this project's own code, and where and why they differ.
+//! The tables and figures of the papers by this project's own code, and where and why they differ.
 //!
-//! [`table_1`] is geometry alone, [`table_2`] a Monte Carlo of three kernels ([`rivals`] on [`setting`]) with their
+//! Paper 001 is [`paper_001`]; the rest is paper 003: [`table_1`] is geometry alone, [`table_2`] a Monte Carlo of three kernels ([`rivals`] on [`setting`]) with their
 //! [`memory`] and [`timing`], [`table_3`] a flight in-process; [`figure_1`] and [`figure_3`] are its pictures, and
 //! [`text`] is how the rows look to a person. A figure that does not reproduce stays in the list with the reason.
 
 pub mod figure_1;
 pub mod figure_3;
 pub mod memory;
+pub mod paper_001;
 pub mod resample;
 pub mod rivals;
 pub mod setting;

@@ -16,6 +16,7 @@ pub mod error;
 pub mod output;
 pub mod picture;
 pub mod raster;
+pub mod smooth;
 mod tiff_image;
 
 pub use camera_file::{CameraFile, Distortion};

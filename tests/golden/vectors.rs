@@ -1,12 +1,17 @@
 //! The golden tables as numbers. Angles in the tables are degrees.
 #![allow(dead_code, reason = "each test target that includes this module reads other tables")]
 
-use plumbline_tests::{GOLDEN_000, GOLDEN_003};
+use plumbline_tests::{GOLDEN_000, GOLDEN_001, GOLDEN_003};
 use serde_json::Value;
 
-/// A table of paper `"003"` or `"000"`, whatever its shape.
+/// A table of paper `"000"`, `"001"` or `"003"`, whatever its shape.
 pub fn table(paper: &str, name: &str) -> Value {
-    let text = if paper == "003" { GOLDEN_003 } else { GOLDEN_000 };
+    let text = match paper {
+        "000" => GOLDEN_000,
+        "001" => GOLDEN_001,
+        "003" => GOLDEN_003,
+        other => panic!("no golden values of paper {other}"),
+    };
     let mut all: Value = serde_json::from_str(text).expect("the vector file is JSON");
     all[name].take()
 }

@@ -6,6 +6,7 @@ mod map;
 mod match_;
 mod rectify;
 mod reproduce;
+mod smooth;
 
 use clap::{Parser, Subcommand};
 use plumbline_survey::error::InputError;
@@ -31,6 +32,8 @@ enum Verb {
     Rectify(rectify::Args),
     /// Find a rectified patch in a reference
     Match(match_::Args),
+    /// Smooth the columns of a log: value, rate and sigma at its times or at others (paper 001)
+    Smooth(smooth::Args),
     /// Reproduce a paper's tables and say where and why they differ
     Reproduce(reproduce::Args),
 }
@@ -74,6 +77,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Verb::Map(args) => map::run(&args),
         Verb::Rectify(args) => rectify::run(&args),
         Verb::Match(args) => match_::run(&args),
+        Verb::Smooth(args) => smooth::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     }
 }

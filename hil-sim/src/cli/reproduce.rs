@@ -2,8 +2,9 @@
 
 use super::{Failure, print, print_json};
 use indicatif::{ProgressBar, ProgressStyle};
-use plumbline_sim::reproduce::{Reproduction, table_3, text, write_figures};
+use plumbline_sim::reproduce::{Reproduction, paper_001, table_3, text, write_figures};
 use plumbline_survey::error::InputError;
+use plumbline_survey::output::{check_file, write_file};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -23,12 +24,37 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.paper != "003" {
-        return Err(Failure::Input(InputError::new(format!(
-            "paper {} is not in this version, only 003 is",
-            args.paper
-        ))));
+    match args.paper.as_str() {
+        "001" => paper_001(args),
+        "003" => paper_003(args),
+        other => Err(Failure::Input(InputError::new(format!("paper {other} is not in this version, 001 and 003 are")))),
     }
+}
+
+fn paper_001(args: &Args) -> Result<(), Failure> {
+    if let Some(folder) = &args.out {
+        create(folder)?;
+    }
+    let reproduction = paper_001::reproduction().map_err(|error| Failure::Work(error.to_string()))?;
+    if let Some(folder) = &args.out {
+        let pictures = paper_001::figures::pictures().map_err(Failure::Work)?;
+        let path = |name: &str| folder.join(format!("{name}.svg"));
+        // All or none.
+        for (name, _) in &pictures {
+            check_file(&path(name))?;
+        }
+        for (name, picture) in &pictures {
+            write_file(&path(name), picture.as_bytes())?;
+        }
+    }
+    if args.json {
+        return print_json(&reproduction);
+    }
+    let head = format!("Paper 001: means over noise of {} seeds.", reproduction.seeds.len());
+    print(&text::table(&head, &reproduction.rows))
+}
+
+fn paper_003(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.out {
         create(folder)?;
     }

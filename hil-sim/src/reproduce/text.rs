@@ -1,6 +1,6 @@
 //! The rows for a person: columns, and below a row why it differs.
 
-use super::Reproduction;
+use super::{Reproduction, Row};
 use std::fmt::Write;
 
 /// Characters of a line at most.
@@ -10,15 +10,18 @@ const LABEL: &str = "DIFFERENCE  ";
 
 /// The whole as text that ends with a line break.
 pub fn text(reproduction: &Reproduction) -> String {
-    let rows = &reproduction.rows;
-    let quantity_width = rows.iter().map(|row| row.quantity.chars().count()).max().unwrap_or(0).max(8);
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let _ = writeln!(
-        text,
+    let head = format!(
         "Paper {}: Table 2 by {} trials of seed {}, Table 3 by {} frames of seed {}.",
         reproduction.paper, reproduction.trials, reproduction.seed, reproduction.frames, reproduction.flight_seed
     );
+    table(&head, &reproduction.rows)
+}
+
+/// `head`, then the rows table by table.
+pub fn table(head: &str, rows: &[Row]) -> String {
+    let quantity_width = rows.iter().map(|row| row.quantity.chars().count()).max().unwrap_or(0).max(8);
+    let mut text = format!("{head}\n");
+    // Writing to a string cannot fail.
     let (mut table, mut above) = ("", None);
     for row in rows {
         if row.table != table {
