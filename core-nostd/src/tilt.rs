@@ -3,6 +3,7 @@
 
 use crate::math;
 use crate::units::Radians;
+use core::f32::consts::FRAC_PI_2;
 use nalgebra::Matrix3;
 
 /// Attitude of the vehicle relative to the local north-up-east frame.
@@ -32,7 +33,7 @@ impl Attitude {
     pub fn looks_down(&self) -> bool {
         let finite = self.heading.0.is_finite() && self.pitch.0.is_finite() && self.roll.0.is_finite();
         // a22 > 0 alone would accept a vehicle that is upside down twice over.
-        finite && math::sin_cos(self.pitch.0).1 > 0.0 && math::sin_cos(self.roll.0).1 > 0.0
+        finite && self.pitch.wrapped().0.abs() < FRAC_PI_2 && self.roll.wrapped().0.abs() < FRAC_PI_2
     }
 
     /// a22 = cos θ cos γ, the cosine of the angle between the optical axis and the plumb line, whatever heading and

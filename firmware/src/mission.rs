@@ -51,9 +51,9 @@ pub struct Mission {
     /// Tilt white, tilt drift, heading white, heading drift, follow-up (radians), range, position white, position drift
     /// (metres), velocity (m/s).
     pub sigmas: [f32; 9],
-    /// Attitude, follow-up angle, position: nominal interval in microseconds, amplitude (radians, metres) and period
+    /// Attitude, position: nominal interval in microseconds, amplitude (radians, metres) and period
     /// (seconds) of two motions.
-    pub motions: [(u32, [f32; 4]); 3],
+    pub motions: [(u32, [f32; 4]); 2],
     /// How much older than their stamps attitude, follow-up angle, range and position are, microseconds.
     pub latencies_us: [u32; 4],
     /// Samples that the pose lags behind the newest.
@@ -125,7 +125,7 @@ impl Mission {
             interval_us,
             waves: [Wave { amplitude: a0, period_s: t0 }, Wave { amplitude: a1, period_s: t1 }],
         };
-        let [attitude, follow_up_motion, position] = self.motions.map(motion);
+        let [attitude, position] = self.motions.map(motion);
         let [forward_m, right_m, down_m] = self.lever_arm_m;
         let [heading, pitch, roll] = self.boresight_rad.map(Radians);
         let [attitude_us, follow_up_us, range_us, position_us] = self.latencies_us;
@@ -148,7 +148,7 @@ impl Mission {
                 position_drift_m,
                 velocity_m_per_s,
             },
-            motions: Motions { attitude, follow_up: follow_up_motion, position },
+            motions: Motions { attitude, position },
             latencies: Latencies { attitude_us, follow_up_us, range_us, position_us },
             lag: self.lag,
             gap_us,

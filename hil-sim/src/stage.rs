@@ -316,18 +316,17 @@ fn sigmas_of(scenario: &Scenario) -> [f32; 9] {
 }
 
 /// What the vehicle may do, as who prepares a flight would know it: tilts as large and as fast as the scenario's, in a
-/// replayed log or with a servo a shake beside them.
-fn motions_of(scenario: &Scenario) -> [(u32, [f32; 4]); 3] {
+/// replayed log a shake beside them.
+fn motions_of(scenario: &Scenario) -> [(u32, [f32; 4]); 2] {
     let interval_us = |rate_hz: u32| 1_000_000 / rate_hz.max(1);
     let radians = |deg: f64| deg.to_radians() as f32;
     let period_s = (1.0 / scenario.flight.tilt_hz[1]) as f32;
     let tilt = radians(scenario.flight.tilt_max_deg.max(1.0));
     let shake = if scenario.replay.is_some() { radians(1.0) } else { 0.0 };
-    let turning = |rate_hz| (interval_us(rate_hz), [tilt, period_s, shake, 0.7]);
     let weave_m = (scenario.flight.speed_m_s / WEAVE_RAD_S) as f32;
     let weave = [weave_m, (TAU / WEAVE_RAD_S) as f32, 0.0, 1.0];
     let position = (interval_us(scenario.position.rate_hz), weave);
-    [turning(scenario.attitude.rate_hz), turning(scenario.follow_up.rate_hz), position]
+    [(interval_us(scenario.attitude.rate_hz), [tilt, period_s, shake, 0.7]), position]
 }
 
 /// How much older than their stamps the sensors' values are, microseconds: calibrated.

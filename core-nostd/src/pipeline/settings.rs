@@ -62,24 +62,18 @@ pub struct Motion {
 pub struct Motions {
     /// Pitch and roll; the heading is smoothed as they are.
     pub attitude: Motion,
-    /// Follow-up angle.
-    pub follow_up: Motion,
     /// East and north.
     pub position: Motion,
 }
 
 impl Default for Motions {
-    /// Sensors and a vehicle as most are: attitude at 200 Hz, follow-up angle at 100 Hz, positions at 5 Hz; turns of 10° in
-    /// 4 s and a shake of 0.3° in 0.7 s; a weave of 30 m in 20 s.
+    /// Sensors and a vehicle as most are: attitude at 200 Hz, positions at 5 Hz; turns of 10° in 4 s and a shake of 0.3° in
+    /// 0.7 s; a weave of 30 m in 20 s.
     fn default() -> Self {
-        let turning = |interval_us| {
-            let wave = |degrees, period_s| Wave { amplitude: Radians::from_degrees(degrees).0, period_s };
-            Motion { interval_us, waves: [wave(10.0, 4.0), wave(0.3, 0.7)] }
-        };
+        let wave = |degrees, period_s| Wave { amplitude: Radians::from_degrees(degrees).0, period_s };
         let weave = Wave { amplitude: 30.0, period_s: 20.0 };
         Motions {
-            attitude: turning(5_000),
-            follow_up: turning(10_000),
+            attitude: Motion { interval_us: 5_000, waves: [wave(10.0, 4.0), wave(0.3, 0.7)] },
             position: Motion { interval_us: 200_000, waves: [weave, Wave::default()] },
         }
     }
@@ -89,7 +83,6 @@ impl Default for Motions {
 #[derive(Debug)]
 pub(super) struct Smoothers {
     pub(super) attitude: Smoother<3>,
-    pub(super) follow_up: Smoother<1>,
     pub(super) position: Predictor,
 }
 
@@ -159,8 +152,7 @@ impl Settings {
         if !angles.iter().chain(&lengths).all(sound) {
             return Err(SettingsError::Sigma);
         }
-        let [attitude, follow_up, position] = self.models();
-        if ![attitude, follow_up, position].iter().all(|model| model.check().is_ok()) {
+        if !self.models().iter().all(|model| model.check().is_ok()) {
             return Err(SettingsError::Motion);
         }
         let (arm, turn) = (&self.mount.lever_arm, &self.mount.boresight);
@@ -186,21 +178,19 @@ impl Settings {
         Wait::For(self.lag + 1)
     }
 
-    /// Noise and motion of attitude, follow-up angle and position.
-    fn models(&self) -> [NoiseModel; 3] {
-        let Motions { attitude, follow_up, position } = self.motions;
-        let whites = [self.sigmas.tilt_white_rad, self.sigmas.follow_up_rad, self.sigmas.position_white_m];
+    /// Noise and motion of attitude and position.
+    fn models(&self) -> [NoiseModel; 2] {
+        let Motions { attitude, position } = self.motions;
         let model = |motion: Motion, white| NoiseModel { interval_us: motion.interval_us, white, waves: motion.waves };
-        [model(attitude, whites[0]), model(follow_up, whites[1]), model(position, whites[2])]
+        [model(attitude, self.sigmas.tilt_white_rad), model(position, self.sigmas.position_white_m)]
     }
 
     pub(super) fn smoothers(&self) -> Smoothers {
-        let [attitude, follow_up, position] = self.models();
+        let [attitude, position] = self.models();
         let s = &self.sigmas;
         let place = PlaceSigmas { drift_m: s.position_drift_m, velocity_m_per_s: s.velocity_m_per_s };
         Smoothers {
             attitude: Smoother::new(&attitude, [s.heading_white_rad, s.tilt_white_rad, s.tilt_white_rad]),
-            follow_up: Smoother::new(&follow_up, [s.follow_up_rad]),
             position: Predictor::new(&position, place),
         }
     }

@@ -104,12 +104,12 @@ impl Pipeline<'_> {
             }
             FollowUpMode::Fixed => (Radians(0.0), 0.0, 0.0),
             FollowUpMode::Measured => {
-                let history = streams.follow_up.history();
-                match smoothers.follow_up.at(history, mid_exposure_at, settings.gap_us, wait) {
+                // The straight way: its noise turns the patch about the nadir, which the matching finds and no fix feels.
+                match streams.follow_up.history().at(mid_exposure_at, settings.gap_us) {
                     Err(PoseError::NotYet) => return Ok(None),
                     other => {
                         let follow_up = other.map_err(|_| Refusal::NoFollowUp)?;
-                        (follow_up.value, follow_up.rate[0], follow_up.sigma[0])
+                        (follow_up.value, follow_up.rate[0], settings.sigmas.follow_up_rad * follow_up.noise_factor())
                     }
                 }
             }

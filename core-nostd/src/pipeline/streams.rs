@@ -124,7 +124,7 @@ pub struct Streams {
     /// Attitude, heading already relative to grid north.
     pub attitude: Stream<Attitude, 3, 40>,
     /// Follow-up angle.
-    pub follow_up: Stream<Radians, 1, 30>,
+    pub follow_up: Stream<Radians, 1, 16>,
     /// Slant range, metres.
     pub slant: Stream<f32, 1, 16>,
     /// Position and velocity on the grid.

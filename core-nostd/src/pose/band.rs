@@ -8,8 +8,9 @@
 pub const WINDOW: usize = 21;
 /// Diagonals below the main one: as many as the highest order of differences.
 pub const BELOW: usize = 3;
-/// Rows of a matrix: some before the first, so that the row of an earlier unknown always exists.
-const ROWS: usize = WINDOW + BELOW;
+/// Rows of a matrix: some before the first and behind the last, so that the rows of an earlier and of a later unknown always
+/// exist.
+const ROWS: usize = BELOW + WINDOW + BELOW;
 
 /// A number for each sample of a window. Behind its end, and behind the last of all, there are zeros, so that a row of
 /// differences may begin at any sample.
@@ -41,13 +42,23 @@ impl Band {
     }
 
     /// Adds `factor` r r', r being zero but for `elements` from the unknown `first` on.
+    #[inline]
     pub fn add(&mut self, first: usize, elements: &[f32; BELOW + 1], factor: f32) {
-        for (i, (row, left)) in self.rows.iter_mut().skip(BELOW + first).zip(elements).enumerate() {
-            let scaled = factor * left;
-            for (element, right) in row.iter_mut().zip(elements.get(..=i).unwrap_or(elements).iter().rev()) {
-                *element += scaled * right;
-            }
-        }
+        let [a, b, c, d] = *elements;
+        let Some([w, x, y, z]) = self.rows.get_mut(BELOW + first..).and_then(|rows| rows.first_chunk_mut()) else {
+            return;
+        };
+        let [fa, fb, fc, fd] = [factor * a, factor * b, factor * c, factor * d];
+        w[0] += fa * a;
+        x[0] += fb * b;
+        x[1] += fb * a;
+        y[0] += fc * c;
+        y[1] += fc * b;
+        y[2] += fc * a;
+        z[0] += fd * d;
+        z[1] += fd * c;
+        z[2] += fd * b;
+        z[3] += fd * a;
     }
 
     /// A = L D L'. `None` where A is not positive definite.
@@ -55,7 +66,7 @@ impl Band {
     pub fn factor(&self) -> Option<Factors> {
         let mut lower = [[0.0f32; BELOW]; ROWS];
         let mut reciprocal = [1.0f32; ROWS];
-        for i in BELOW..ROWS {
+        for i in BELOW..BELOW + WINDOW {
             let [a0, a1, a2, a3] = self.rows[i];
             // c = l d, from the farthest diagonal to the nearest.
             let c3 = a3;
@@ -76,7 +87,7 @@ impl Factors {
     /// x of A x = `right`.
     #[inline(never)]
     pub fn solve(&self, right: &Column) -> Column {
-        let mut x = [0.0f32; ROWS];
+        let mut x = [0.0f32; WINDOW + BELOW];
         let (mut z1, mut z2, mut z3) = (0.0f32, 0.0f32, 0.0f32);
         for i in 0..WINDOW {
             let [l1, l2, l3] = self.lower[BELOW + i];

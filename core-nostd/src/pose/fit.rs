@@ -209,17 +209,9 @@ impl<const C: usize> Samples<C> {
 
 /// The samples' noise over what it was said to be, from their differences; `None` where one of these is no noise.
 fn noise<const C: usize>(penalty: &Penalty, about: &[Column; C], sigmas: [f32; C]) -> Option<f32> {
-    let (mut squares, mut norms) = (0.0, 0.0);
-    for (about, sigma) in about.iter().zip(sigmas).filter(|(_, sigma)| *sigma > 0.0) {
-        let per_sigma = 1.0 / sigma;
-        let roughness = penalty.roughness(&about.map(|value| value * per_sigma));
-        if roughness.is_spiked {
-            return None;
-        }
-        squares += roughness.squares;
-        norms += roughness.norms;
-    }
-    Some(if norms > 0.0 { math::sqrt(squares / norms) } else { 0.0 })
+    let roughness = penalty.roughness(about, sigmas);
+    let scale = if roughness.norms > 0.0 { math::sqrt(roughness.squares / roughness.norms) } else { 0.0 };
+    (!roughness.is_spiked).then_some(scale)
 }
 
 /// The sample with the largest residual, if that is a mistake, and the residuals' scale by their median, which mistakes do

@@ -37,7 +37,7 @@ impl Order {
 /// α R = α D'D over a window's samples, by its rows.
 #[derive(Clone, Debug)]
 pub struct Penalty {
-    /// Row i of D and its part of α; zeros beyond the last.
+    /// Row i of D and its part of α, which is 0 beyond the last.
     rows: [([f32; BELOW + 1], f32); WINDOW],
 }
 
@@ -60,27 +60,34 @@ impl Penalty {
     #[inline(never)]
     pub fn add_to(&self, band: &mut Band) {
         for (first, (row, part)) in self.rows.iter().enumerate() {
-            if *part != 0.0 {
-                band.add(first, row, *part);
+            if *part == 0.0 {
+                break;
             }
+            band.add(first, row, *part);
         }
     }
 
-    /// How rough `values` are. They must end where the penalty's samples do.
-    #[inline(never)]
-    pub fn roughness(&self, values: &Column) -> Roughness {
-        let mut roughness = Roughness::default();
+    /// How rough the `channels` are, each in units of its `sigmas`; one of sigma 0 is not looked at. They must end where the
+    /// penalty's samples do.
+    pub fn roughness<const C: usize>(&self, channels: &[Column; C], sigmas: [f32; C]) -> Roughness {
+        let scales = sigmas.map(|sigma| if sigma > 0.0 { 1.0 / (sigma * sigma) } else { 0.0 });
+        let looked_at = sigmas.iter().filter(|sigma| **sigma > 0.0).count() as f32;
+        let (mut squares, mut norms, mut excess) = (0.0f32, 0.0f32, 0.0f32);
         for (first, ([a, b, c, d], part)) in self.rows.iter().enumerate() {
-            // Rows behind the last are zeros and count for nothing.
-            let difference = a * values[first] + b * values[first + 1] + c * values[first + 2] + d * values[first + 3];
-            let (square, norm) = (difference * difference, a * a + b * b + c * c + d * d);
-            if *part != 0.0 {
-                roughness.squares += square;
-                roughness.norms += norm;
-                roughness.is_spiked |= square > SPIKE * SPIKE * norm;
+            if *part == 0.0 {
+                break;
             }
+            let norm = a * a + b * b + c * c + d * d;
+            for (values, scale) in channels.iter().zip(scales) {
+                let difference =
+                    a * values[first] + b * values[first + 1] + c * values[first + 2] + d * values[first + 3];
+                let square = difference * difference * scale;
+                squares += square;
+                excess = excess.max(square - SPIKE * SPIKE * norm);
+            }
+            norms += norm;
         }
-        roughness
+        Roughness { squares, norms: norms * looked_at, is_spiked: excess > 0.0 }
     }
 
     /// α R g. Differences of neighbours come first, so it is exact where its product with a band of large numbers is not.
@@ -88,6 +95,9 @@ impl Penalty {
     pub fn times(&self, g: &Column) -> Column {
         let mut product = [0.0; WINDOW + BELOW];
         for (first, ([a, b, c, d], part)) in self.rows.iter().enumerate() {
+            if *part == 0.0 {
+                break;
+            }
             let difference = part * (a * g[first] + b * g[first + 1] + c * g[first + 2] + d * g[first + 3]);
             product[first] += difference * a;
             product[first + 1] += difference * b;

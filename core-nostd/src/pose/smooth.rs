@@ -64,12 +64,12 @@ impl<const C: usize> Smoother<C> {
         gap_us: u32,
         wait: Wait,
     ) -> Result<Estimate<T, C>, PoseError> {
-        // Between the two samples around it, which also says whether there are any.
-        let straight = history.at(at, gap_us)?;
         let later = history.later_than(at);
         if matches!(wait, Wait::For(wanted) if later < wanted as usize) {
             return Err(PoseError::NotYet);
         }
+        // Between the two samples around it, which also says whether there are any.
+        let straight = history.at(at, gap_us)?;
         if self.sigmas.iter().all(|sigma| *sigma == 0.0) {
             return Ok(self.straight(&straight));
         }
