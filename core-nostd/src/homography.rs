@@ -8,10 +8,13 @@
 //! Corrected against the paper: a minus stands before the fraction of eq. 3 and 7 (the printed one is the image behind
 //! the lens, turned by 180°), and eq. 7's second numerator begins with `n a11`, not `m a11`, which would be degenerate.
 
+pub mod rolling;
+
 use crate::camera::Camera;
 use crate::tilt::EquivalentTilt;
 use crate::{frames, math};
 use nalgebra::Matrix3;
+use rolling::Bands;
 
 /// The smallest denominator that counts as in front of the camera. den is the depth of the ground point along the
 /// optical axis in heights; 0.02 is 89° off the axis, where the picture of the ground has no use left.
@@ -69,6 +72,17 @@ impl Homography {
         Some((dot(&self.m) * reciprocal, dot(&self.n) * reciprocal))
     }
 
+    /// Undistorted pixel of the ideal frame position (`m`, `n`): the way back of [`Homography::ideal`], by Cramer's rule.
+    /// `None` where that sees no ground.
+    fn undo(&self, m: f32, n: f32) -> Option<(f32, f32)> {
+        // m den = m-numerator and n den = n-numerator, linear in the undistorted pixel.
+        let row = |c: &[f32; 3], at: f32| [0, 1, 2].map(|i| c[i] - at * self.den[i]);
+        let ([a, b, c], [d, e, f]) = (row(&self.m, m), row(&self.n, n));
+        let reciprocal = 1.0 / (a * e - b * d);
+        let (m, n) = ((b * f - c * e) * reciprocal, (c * d - a * f) * reciprocal);
+        (self.denominator(m, n) >= DEN_MIN).then_some((m, n))
+    }
+
     /// Denominator at (`m`, `n`): positive in front of the camera.
     pub fn denominator(&self, m: f32, n: f32) -> f32 {
         self.den[0] * m + self.den[1] * n + self.den[2]
@@ -78,11 +92,20 @@ impl Homography {
 /// Where a pixel of a patch lies in the frame: homography, distortion and the two centrings in one.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameFromPatch<'a> {
-    homography: Homography,
+    pose: Pose<'a>,
     camera: &'a Camera,
     /// Undistorted pixels per patch pixel, across and along.
     scale: (f32, f32),
     size: (u16, u16),
+}
+
+/// When the rows of the frame were exposed.
+#[derive(Clone, Copy, Debug)]
+enum Pose<'a> {
+    /// All at once.
+    Global(Homography),
+    /// One after the other.
+    Rolling(&'a Bands),
 }
 
 impl<'a> FrameFromPatch<'a> {
@@ -94,9 +117,24 @@ impl<'a> FrameFromPatch<'a> {
         (height_m, resolution_m): (f32, f32),
         size: (u16, u16),
     ) -> Self {
+        FrameFromPatch::of(Pose::Global(homography), camera, (height_m, resolution_m), size)
+    }
+
+    /// The same for a rolling shutter: `bands` hold the pose of each row. The patch is that of mid-exposure of the middle
+    /// row, at which the vehicle is `height_m` above ground, the height given to [`Bands::new`].
+    pub fn rolling(
+        bands: &'a Bands,
+        camera: &'a Camera,
+        (height_m, resolution_m): (f32, f32),
+        size: (u16, u16),
+    ) -> Self {
+        FrameFromPatch::of(Pose::Rolling(bands), camera, (height_m, resolution_m), size)
+    }
+
+    fn of(pose: Pose<'a>, camera: &'a Camera, (height_m, resolution_m): (f32, f32), size: (u16, u16)) -> Self {
         let (k_h, k_v) = camera.tangent_per_px();
         let tangent = resolution_m / height_m;
-        FrameFromPatch { homography, camera, scale: (tangent / k_h, tangent / k_v), size }
+        FrameFromPatch { pose, camera, scale: (tangent / k_h, tangent / k_v), size }
     }
 
     /// Patch size, (cols, rows).
@@ -104,9 +142,9 @@ impl<'a> FrameFromPatch<'a> {
         self.size
     }
 
-    /// Whether the lens bends the map beyond a homography.
-    pub fn is_distorted(&self) -> bool {
-        self.camera.is_distorted()
+    /// Whether lens or rolling shutter bend the map beyond a homography.
+    pub fn is_bent(&self) -> bool {
+        self.camera.is_distorted() || matches!(self.pose, Pose::Rolling(_))
     }
 
     /// Frame (col, row) of patch (col, row), fractions allowed; `None` beyond the horizon guard and where the lens
@@ -115,23 +153,36 @@ impl<'a> FrameFromPatch<'a> {
     #[inline(never)]
     pub fn frame_position(&self, col: f32, row: f32) -> Option<(f32, f32)> {
         let (m, n) = frames::centred(col, row, self.size.0, self.size.1);
-        let (m, n) = self.homography.ideal(m * self.scale.0, n * self.scale.1)?;
+        let (m, n) = (m * self.scale.0, n * self.scale.1);
+        match self.pose {
+            Pose::Global(homography) => self.through(&homography, m, n),
+            Pose::Rolling(bands) => bands.position(self.camera.rows(), |homography| self.through(homography, m, n)),
+        }
+    }
+
+    /// Frame (col, row) of undistorted pixel (`m`, `n`) by one homography.
+    #[inline(always)]
+    fn through(&self, homography: &Homography, m: f32, n: f32) -> Option<(f32, f32)> {
+        let (m, n) = homography.ideal(m, n)?;
         if !self.camera.is_invertible_at(m, n) {
             return None;
         }
         let (m, n) = self.camera.distorted(m, n);
         Some(frames::pixel(m, n, self.camera.cols(), self.camera.rows()))
     }
-    /// The same along the row `row`, where it is a homography and nothing else; `None` with lens distortion.
+
+    /// The same along the row `row`, where it is a homography and nothing else; `None` with lens distortion or a rolling
+    /// shutter.
     pub(crate) fn along_row(&self, row: f32) -> Option<AlongRow> {
-        if self.is_distorted() {
+        let Pose::Global(homography) = &self.pose else { return None };
+        if self.camera.is_distorted() {
             return None;
         }
         let (m, n) = frames::centred(0.0, row, self.size.0, self.size.1);
         let (m, n, across) = (m * self.scale.0, n * self.scale.1, self.scale.0);
         let linear = |c: &[f32; 3]| Linear { first: c[0] * m + c[1] * n + c[2], growth: c[0] * across };
-        let depth = linear(&self.homography.den);
-        let (right, ahead) = (linear(&self.homography.m), linear(&self.homography.n));
+        let depth = linear(&homography.den);
+        let (right, ahead) = (linear(&homography.m), linear(&homography.n));
         let (m, n) = self.camera.distorted(0.0, 0.0);
         let (col, row) = frames::pixel(m, n, self.camera.cols(), self.camera.rows());
         Some(AlongRow { depth, col: depth.times(col).plus(right), row: depth.times(row).plus(ahead.times(-1.0)) })

@@ -2,7 +2,7 @@
 
 use super::{Failure, print, print_json};
 use indicatif::{ProgressBar, ProgressStyle};
-use plumbline_sim::reproduce::{Reproduction, table_3, text, write_figures};
+use plumbline_sim::reproduce::{Reproduction, paper_000, table_3, text, write_figures, write_figures_000};
 use plumbline_survey::error::InputError;
 use std::path::{Path, PathBuf};
 
@@ -23,12 +23,25 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.paper != "003" {
-        return Err(Failure::Input(InputError::new(format!(
-            "paper {} is not in this version, only 003 is",
-            args.paper
-        ))));
+    match args.paper.as_str() {
+        "000" => of_000(args),
+        "003" => of_003(args),
+        paper => Err(Failure::Input(InputError::new(format!("paper {paper} is not in this version")))),
     }
+}
+
+fn of_000(args: &Args) -> Result<(), Failure> {
+    if let Some(folder) = &args.out {
+        create(folder)?;
+    }
+    let reproduction = paper_000::Reproduction::new();
+    if let Some(folder) = &args.out {
+        write_figures_000(folder, &reproduction)?;
+    }
+    if args.json { print_json(&reproduction) } else { print(&reproduction.text()) }
+}
+
+fn of_003(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.out {
         create(folder)?;
     }
