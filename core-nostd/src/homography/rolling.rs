@@ -15,8 +15,9 @@
 //! Instants before the first row and after the last are extrapolated, so that positions off the frame, which stretches of
 //! the rectifier reach for, stay smooth.
 
-use super::Homography;
+use super::{FrameFromPatch, Homography};
 use crate::camera::Camera;
+use crate::dsp::opaque;
 use heapless::Vec;
 
 /// Most instants of a readout.
@@ -24,7 +25,7 @@ pub const BANDS_MAX: usize = 9;
 /// Largest velocity along the columns, rows a row: of a frame of 512 rows read in 20 ms, 1,600 px/s.
 pub const MOTION_MAX: f32 = 1.0 / 16.0;
 /// Evaluations of the fixed point.
-const STEPS: u8 = 4;
+const STEPS: usize = 4;
 /// Readouts before the first and after the last row to which the pose is extrapolated.
 const BEYOND: f32 = 4.0;
 
@@ -93,17 +94,7 @@ impl Homography {
         let there = height_m + moved.up_m;
         let scale = height_m / there;
         let (m, n) = (moved.east_m / (there * k_h), moved.north_m / (there * k_v));
-        let linear = |c: &[f32; 3]| [c[0] * scale, c[1] * scale, c[2] - c[0] * m - c[1] * n];
-        Homography { m: linear(&self.m), n: linear(&self.n), den: linear(&self.den) }
-    }
-
-    /// Blend of two: `share` 0 is the first, 1 the second.
-    fn blended(&self, other: &Homography, share: f32) -> Homography {
-        let blend = |a: &[f32; 3], b: &[f32; 3]| {
-            let part = |a: f32, b: f32| a + share * (b - a);
-            [part(a[0], b[0]), part(a[1], b[1]), part(a[2], b[2])]
-        };
-        Homography { m: blend(&self.m, &other.m), n: blend(&self.n, &other.n), den: blend(&self.den, &other.den) }
+        Homography { rows: self.rows.map(|c| [c[0] * scale, c[1] * scale, c[2] - c[0] * m - c[1] * n]) }
     }
 }
 
@@ -128,7 +119,7 @@ impl Bands {
                 return Err(BandsError::Height);
             }
             let seen = band.homography.displaced(camera, height_m, band.displacement);
-            if ![seen.m, seen.n, seen.den].as_flattened().iter().all(|coefficient| coefficient.is_finite()) {
+            if !seen.rows.as_flattened().iter().all(|coefficient| coefficient.is_finite()) {
                 return Err(BandsError::NotFinite);
             }
             homographies.push(seen).map_err(|_| BandsError::Count)?;
@@ -160,22 +151,34 @@ impl Bands {
     }
 
     /// The homography `late` readouts after the first row's instant.
+    #[inline(never)]
     fn at(&self, late: f32) -> Option<Homography> {
         let intervals = self.homographies.len().checked_sub(1)?;
         let place = late.clamp(-BEYOND, 1.0 + BEYOND) * intervals as f32;
         // A cast saturates, at 0 for what lies below.
         let first = (place as usize).min(intervals.saturating_sub(1));
-        let (now, next) = self.homographies.get(first).zip(self.homographies.get(first + 1))?;
-        Some(now.blended(next, place - first as f32))
+        let [now, next] = self.homographies.get(first..)?.first_chunk()?;
+        let share = place - first as f32;
+        let mut blend = *now;
+        let mut pairs = blend.rows.as_flattened_mut().iter_mut().zip(next.rows.as_flattened());
+        let mut left = 9;
+        while left > 0 {
+            if let Some((now, next)) = pairs.next() {
+                *now += share * (next - *now);
+            }
+            left = opaque(left - 1);
+        }
+        Some(blend)
     }
 
-    /// Frame position of a point, (col, row), in the instant of its own row, of a frame of `rows`. `frame`: where a
-    /// homography shows the point.
-    pub(super) fn position(&self, rows: u16, frame: impl Fn(&Homography) -> Option<(f32, f32)>) -> Option<(f32, f32)> {
-        let per_row = 1.0 / (rows as f32 - 1.0).max(1.0);
-        let mut seen = frame(&self.at(0.5)?)?;
-        for _ in 1..STEPS {
-            seen = frame(&self.at(seen.1 * per_row)?)?;
+    /// Frame (col, row) of patch (`col`, `row`) in the instant of its own row: each instant is a global shutter's map.
+    pub(super) fn position(&self, map: &FrameFromPatch<'_>, col: f32, row: f32) -> Option<(f32, f32)> {
+        let last = (map.camera.rows() as f32 - 1.0).max(1.0);
+        let (per_row, mut seen) = (1.0 / last, (0.0, 0.5 * last));
+        let mut left = STEPS;
+        while left > 0 {
+            seen = map.at_once(self.at(seen.1 * per_row)?).frame_position(col, row)?;
+            left = opaque(left - 1);
         }
         Some(seen)
     }
