@@ -141,7 +141,7 @@ fn solve(a: &Matrix3, b: [f64; 3]) -> Option<[f64; 3]> {
     };
     let whole = determinant(a);
     // Of a positive matrix the determinant is at most the product of the diagonal.
-    if !(whole > 1e-12 * a[0][0] * a[1][1] * a[2][2]) {
+    if whole.is_nan() || whole <= 1e-12 * a[0][0] * a[1][1] * a[2][2] {
         return None;
     }
     Some(std::array::from_fn(|column| {
