@@ -353,6 +353,9 @@ fn motion_that_cannot_be_is_refused() {
     let motion = image_motion(&camera, &still, u32::MAX).expect("a flight");
     assert_eq!((motion.max_px, motion.exposure_max_us), (0.0, u32::MAX));
     // Rates beyond single precision are no number.
-    let wild = Rates { pitch: 1e30, ..good.rates };
-    assert_eq!(of(Moving { rates: wild, ..good }), Err(MotionError::NotFinite));
+    for rates in
+        [Rates { pitch: 1e30, ..good.rates }, Rates { heading: 3e38, pitch: 3e38, roll: 3e38, follow_up: 3e38 }]
+    {
+        assert_eq!(of(Moving { rates, ..good }), Err(MotionError::NotFinite), "{rates:?}");
+    }
 }

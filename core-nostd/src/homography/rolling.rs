@@ -8,7 +8,7 @@
 //! The row at which a ground point is seen decides the instant at which it is looked for, so it is found by a fixed-point
 //! iteration. g(r), the row at which the instant of row r shows the point, is a contraction: |g'| = (velocity of its image
 //! along the columns) x (readout/rows) = q, and [`Bands::new`] refuses q above [`MOTION_MAX`] = 1/16, where one step takes
-//! fifteen sixteenths off the error. Started in the middle row, which is at most half a frame off, [`STEPS`] = 4 leave
+//! fifteen sixteenths off the error. Started in the middle row, which is at most half a frame off, `STEPS` = 4 leave
 //! rows/2/16⁴: 0.004 px of 512 rows in the worst case, 2e-5 px at 20°/s and 40 m/s at 150 m (q = 0.016).
 //! Above q = 1 the picture would outrun the readout, and a point could be seen twice.
 //!
