@@ -71,8 +71,8 @@ impl Homography {
         Some((dot(across) * reciprocal, dot(along) * reciprocal))
     }
 
-    /// Undistorted pixel of the ideal frame position (`m`, `n`): the way back of [`Homography::ideal`], by Cramer's rule.
-    /// `None` where that sees no ground.
+    /// Undistorted pixel of the ideal frame position (`m`, `n`): the way back of [`Homography::ideal`], by Cramer's
+    /// rule. `None` where that sees no ground.
     fn undo(&self, m: f32, n: f32) -> Option<(f32, f32)> {
         // m den = m-numerator and n den = n-numerator, linear in the undistorted pixel.
         let [across, along, den] = &self.rows;
@@ -125,8 +125,8 @@ impl<'a> FrameFromPatch<'a> {
         FrameFromPatch::of(Pose::Global(homography), camera, (height_m, resolution_m), size)
     }
 
-    /// The same for a rolling shutter: `bands` hold the pose of each row. The patch is that of mid-exposure of the middle
-    /// row, at which the vehicle is `height_m` above ground, the height given to [`Bands::new`].
+    /// The same for a rolling shutter: `bands` hold the pose of each row. The patch is that of mid-exposure of the
+    /// middle row, at which the vehicle is `height_m` above ground, the height given to [`Bands::new`].
     pub fn rolling(
         bands: &'a Bands,
         camera: &'a Camera,
@@ -175,8 +175,8 @@ impl<'a> FrameFromPatch<'a> {
         FrameFromPatch { pose: Pose::Global(homography), ..*self }
     }
 
-    /// The same along the row `row`, where it is a homography and nothing else; `None` with lens distortion or a rolling
-    /// shutter.
+    /// The same along the row `row`, where it is a homography and nothing else; `None` with lens distortion or a
+    /// rolling shutter.
     pub(crate) fn along_row(&self, row: f32) -> Option<AlongRow> {
         let Pose::Global(homography) = &self.pose else { return None };
         if self.camera.is_distorted() {

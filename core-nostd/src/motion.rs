@@ -1,23 +1,24 @@
 //! How far the picture moves while the shutter is open: blur, and the longest exposure that keeps it small (paper 000).
 //!
 //! A ground point is seen at q = (Y, −1, X) along (forward, up, right) of the camera: X = m kH across, Y = n kV along.
-//! With ω the angular rate of the camera and v its velocity, both on the camera's axes, and d the depth of the point along
-//! the optical axis, the point moves past the camera by −ω × d q − v, so that exactly, at any attitude,
+//! With ω the angular rate of the camera and v its velocity, both on the camera's axes, and d the depth of the point
+//! along the optical axis, the point moves past the camera by −ω × d q − v, so that exactly, at any attitude,
 //!
 //! X' = ωf + ωu Y + X (ωf X − ωr Y) − (vr + X vu)/d
 //! Y' = −ωu X − ωr + Y (ωf X − ωr Y) − (vf + Y vu)/d,  1/d = (a22 − a12 Y − a32 X)/H on level ground H below.
 //!
-//! This is the derivative of the collinearity equations themselves; [`first_order`] is the paper's eq. 21, which is it to
-//! first order in the residual angles. Taken at mid-exposure, times the exposure T, it gives the displacement up to
-//! T³ x'''/24: below 1e-5 px at 20°/s, 40 m/s, 100 m and 5 ms. The mean of the track, its smear centroid, lies at the point of
-//! mid-exposure up to T² x''/24, since the linear part averages to nothing: so an exposure is stamped by its middle.
+//! This is the derivative of the collinearity equations themselves; [`first_order`] is the paper's eq. 21, which is it
+//! to first order in the residual angles. Taken at mid-exposure, times the exposure T, it gives the displacement up to
+//! T³ x'''/24: below 1e-5 px at 20°/s, 40 m/s, 100 m and 5 ms. The mean of the track, its smear centroid, lies at the
+//! point of mid-exposure up to T² x''/24, since the linear part averages to nothing: so an exposure is stamped by its
+//! middle.
 //!
 //! Over a frame the longest displacement lies on the border. Its component along any direction is a quadratic in (X, Y)
 //! whose second-order part is (c X + s Y)(α X + β Y), with α = ωf + vu a32/H and β = −ωr + vu a12/H: a product of two
-//! linear forms, whose Hessian is never definite. So through every point goes a line along which the component is convex,
-//! and on the border that the line meets it is as large. Along a side one of the two components is a parabola; between
-//! points that are δ apart in tangents it can rise above them by δ² |α|/4 or δ² |β|/4, and eight points a side leave
-//! 0.004 px of 20°/s at 5 ms and 60°.
+//! linear forms, whose Hessian is never definite. So through every point goes a line along which the component is
+//! convex, and on the border that the line meets it is as large. Along a side one of the two components is a parabola;
+//! between points that are δ apart in tangents it can rise above them by δ² |α|/4 or δ² |β|/4, and eight points a side
+//! leave 0.004 px of 20°/s at 5 ms and 60°.
 //!
 //! The lens's distortion is left out: the local scale at the border, by which the figure is off, differs from one by
 //! 3 k1 r².
@@ -32,12 +33,12 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Blur above this is worth a warning: half a pixel.
 pub const BLUR_WARNING_PX: f32 = 0.5;
-/// What GB/T 27920.1-2011 (Specifications for digital aerial photography, part 1: frame digital aerial photography) allows
-/// at most.
+/// What GB/T 27920.1-2011 (Specifications for digital aerial photography, part 1: frame digital aerial photography)
+/// allows at most.
 ///
 /// Paper 000 does not print the figure: it says that its largest image motion, 1.475 px, "meets the standard on frame
-/// digital aerial photography of the national specification" (section 1.4, conclusion 3, reference 16). 1.5 px is the bound
-/// in use with which that sentence is true; the standard's own text was not at hand, so no decision rests on it.
+/// digital aerial photography of the national specification" (section 1.4, conclusion 3, reference 16). 1.5 px is the
+/// bound in use with which that sentence is true; the standard's own text was not at hand, so no decision rests on it.
 pub const BLUR_STANDARD_PX: f32 = 1.5;
 /// Points on each side of the frame at which the motion is computed, one corner included.
 const PER_SIDE: u8 = 8;
@@ -162,7 +163,8 @@ impl Flow {
         })
     }
 
-    /// Velocity of the picture at ideal frame position (`m` right, `n` forward of the principal point), pixels a second.
+    /// Velocity of the picture at ideal frame position (`m` right, `n` forward of the principal point), pixels a
+    /// second.
     ///
     /// Beyond the horizon there is no ground; what is seen there is moved by the rotation alone, which is where the
     /// translation's part has gone to at the horizon.
@@ -178,8 +180,8 @@ impl Flow {
     }
 }
 
-/// Angular rate of the camera on its own axes (forward, up, right). Each elementary turn of eq. 1 adds its rate about its
-/// axis, turned by those that follow it: ω = β' eu + RY(β) (γ' ef + RX(γ) (θ' er − φ' RZ(θ) eu)).
+/// Angular rate of the camera on its own axes (forward, up, right). Each elementary turn of eq. 1 adds its rate about
+/// its axis, turned by those that follow it: ω = β' eu + RY(β) (γ' ef + RX(γ) (θ' er − φ' RZ(θ) eu)).
 pub fn angular_rate(attitude: Attitude, follow_up: Radians, rates: Rates) -> Vector3<f32> {
     let (sb, cb) = math::sin_cos(follow_up.0);
     let (sg, cg) = math::sin_cos(attitude.roll.0);
@@ -191,8 +193,8 @@ pub fn angular_rate(attitude: Attitude, follow_up: Radians, rates: Rates) -> Vec
     turned + Vector3::new(0.0, rates.follow_up, 0.0)
 }
 
-/// Blur of an exposure of `exposure_us`: the longest displacement over corners and sides of the frame, which is the longest
-/// of all.
+/// Blur of an exposure of `exposure_us`: the longest displacement over corners and sides of the frame, which is the
+/// longest of all.
 ///
 /// Cost: 32 points of some 40 operations, once a frame; nothing waits for it, so its place is after the fix.
 ///

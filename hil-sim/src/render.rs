@@ -142,15 +142,15 @@ impl Renderer {
         &self.camera
     }
 
-    /// One frame of an instant: the mean of the albedo the sub-pixels see (gain 1), plus normal noise of `noise_dn` from the
-    /// ChaCha stream (`seed`, `frame_index`), rounded and clamped. The same arguments give the same bytes, on any number of
-    /// threads.
+    /// One frame of an instant: the mean of the albedo the sub-pixels see (gain 1), plus normal noise of `noise_dn`
+    /// from the ChaCha stream (`seed`, `frame_index`), rounded and clamped. The same arguments give the same bytes, on
+    /// any number of threads.
     pub fn render(&self, ground: &Ground, exposure: &Station, noise_dn: f64, seed: u64, frame_index: u64) -> Rendered {
         self.render_rows(ground, &|_| vec![*exposure], noise_dn, seed, frame_index)
     }
 
-    /// One frame during which the camera moves: row r is the mean over the stations `row_stations(r)`, evenly spread over
-    /// that row's exposure; at least one. Noise is added once, after the mean.
+    /// One frame during which the camera moves: row r is the mean over the stations `row_stations(r)`, evenly spread
+    /// over that row's exposure; at least one. Noise is added once, after the mean.
     pub fn render_rows(
         &self,
         ground: &Ground,

@@ -6,8 +6,8 @@ use crate::vectors::{list, miss, number, rows};
 use serde_json::Value;
 
 /// A call that works.
-pub const MOTION: &str = "motion --focal-mm 120 --angles-deg 0.5,0.5,0.5 --rates-deg-s 0.3,0.3,0.3 --speed-m-s 30.555555556 \
-     --height-m 2000 --exposure-ms 5 --json -- -18,24";
+pub const MOTION: &str = "motion --focal-mm 120 --angles-deg 0.5,0.5,0.5 --rates-deg-s 0.3,0.3,0.3 \
+     --speed-m-s 30.555555556 --height-m 2000 --exposure-ms 5 --json -- -18,24";
 pub const INTERSECT: &str = "intersect --focal-mm 120 --station-1-m 0,0,2000 --station-2-m 0,298.66666666666669,2000 \
      --angles-deg 0.5,0.5,0.5 --rates-deg-s 0.3,0.3,0.3 --speed-m-s 30.555555555555557 --stamps-ms 2.5,2.5 --json \
      -- 5.07645416,7.98444992,4.92491227,-10.1099271";
@@ -25,8 +25,8 @@ fn golden_g() {
         let (angles, rates) = (triple(&row, "ang_deg"), triple(&row, "rate_deg_s"));
         let document = folder
             .run(&format!(
-                "motion --focal-mm {focal} --angles-deg {angles} --rates-deg-s {rates} --speed-m-s {v} --height-m {height} \
-                 --exposure-ms {t} --pixel-mm 0.009 --json -- {x},{y} 0,0"
+                "motion --focal-mm {focal} --angles-deg {angles} --rates-deg-s {rates} --speed-m-s {v} \
+                 --height-m {height} --exposure-ms {t} --pixel-mm 0.009 --json -- {x},{y} 0,0"
             ))
             .json();
         let points = document["points"].as_array().expect("a list");

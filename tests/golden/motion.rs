@@ -1,5 +1,5 @@
-//! Image motion (paper 000): the oracle against tables G and H, the core against both and against the oracle's exact track,
-//! at any attitude. Then the known mistakes: each must miss.
+//! Image motion (paper 000): the oracle against tables G and H, the core against both and against the oracle's exact
+//! track, at any attitude. Then the known mistakes: each must miss.
 
 mod mutants;
 mod seeded;
@@ -201,10 +201,11 @@ impl Truth {
     }
 }
 
-/// The core's velocity is the derivative of the collinearity equations: against central differences of the oracle's track.
+/// The core's velocity is the derivative of the collinearity equations: against central differences of the oracle's
+/// track.
 ///
-/// A difference over 2 ms is off by h² x'''/6, with x''' below 1e3 px/s³: 2e-4 px/s; single precision takes twenty roundings
-/// of up to 1,500 px/s: 2e-3 px/s.
+/// A difference over 2 ms is off by h² x'''/6, with x''' below 1e3 px/s³: 2e-4 px/s; single precision takes twenty
+/// roundings of up to 1,500 px/s: 2e-3 px/s.
 #[test]
 fn flow_is_the_exact_derivative_at_any_attitude() {
     let (camera, judge) = cameras();
@@ -222,8 +223,8 @@ fn flow_is_the_exact_derivative_at_any_attitude() {
     assert!(worst < 3e-3, "{worst} px/s");
 }
 
-/// The largest of the whole frame, searched on a fine raster, is what corners and sides say; the displacement over 5 ms is
-/// the velocity at mid-exposure times 5 ms.
+/// The largest of the whole frame, searched on a fine raster, is what corners and sides say; the displacement over 5 ms
+/// is the velocity at mid-exposure times 5 ms.
 #[test]
 fn blur_is_the_largest_displacement_of_the_frame() {
     let (camera, judge) = cameras();
@@ -254,8 +255,8 @@ fn blur_is_the_largest_displacement_of_the_frame() {
     }
 }
 
-/// The mean of the exact track lies at the point of mid-exposure up to T² x''/24 (and T⁴ terms a thousand times smaller);
-/// the start lies T x'/2 away. This is why an exposure is stamped by its middle.
+/// The mean of the exact track lies at the point of mid-exposure up to T² x''/24 (and T⁴ terms a thousand times
+/// smaller); the start lies T x'/2 away. This is why an exposure is stamped by its middle.
 #[test]
 fn the_smear_centroid_is_the_point_of_mid_exposure() {
     let (_, judge) = cameras();
@@ -285,15 +286,15 @@ fn the_smear_centroid_is_the_point_of_mid_exposure() {
 }
 
 /// Pitch, roll and follow-up angle, at heading north, of a camera with the paper's φ, ω, κ. On axes right, forward, up,
-/// R = Rφ Rω Rκ turns by −φ about forward, ω about right, κ about up; eq. 1 of paper 003 by pitch about right, roll about
-/// forward, follow-up angle about up.
+/// R = Rφ Rω Rκ turns by −φ about forward, ω about right, κ about up; eq. 1 of paper 003 by pitch about right, roll
+/// about forward, follow-up angle about up.
 fn as_in_flight(angles: [f64; 3]) -> [f64; 3] {
     let [a, b, c] = ground_from_image(angles);
     [(-b[2]).atan2(c[2]), a[2].asin(), (-a[1]).atan2(a[0])]
 }
 
-/// For small residual angles the form used in flight is eq. 21: what that leaves out is of second order, so a tenth of the
-/// angles leaves a hundredth of the difference, down to what single precision does to 350 px/s.
+/// For small residual angles the form used in flight is eq. 21: what that leaves out is of second order, so a tenth of
+/// the angles leaves a hundredth of the difference, down to what single precision does to 350 px/s.
 #[test]
 fn for_small_angles_both_forms_agree() {
     let side = Radians(60f32.to_radians());

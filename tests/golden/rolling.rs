@@ -1,5 +1,5 @@
-//! Rolling shutter in the core: positions against the oracle's exact pose of each row, and a rendered frame rectified with
-//! bands against the same with a global shutter.
+//! Rolling shutter in the core: positions against the oracle's exact pose of each row, and a rendered frame rectified
+//! with bands against the same with a global shutter.
 
 mod seeded;
 
@@ -295,8 +295,8 @@ fn rectified(map: &FrameFromPatch<'_>, frame: &[u8], ratio: f32) -> Patch {
     Patch { pixels, valid }
 }
 
-/// What sets `other` apart from `patch`: the shift in pixels (columns, rows) by least squares over the slopes of `patch`, and
-/// the RMS in grey levels.
+/// What sets `other` apart from `patch`: the shift in pixels (columns, rows) by least squares over the slopes of
+/// `patch`, and the RMS in grey levels.
 fn apart(patch: &Patch, other: &Patch, cols: usize) -> ([f64; 2], f64) {
     let (mut normal, mut right, mut squares, mut count) = ([0.0; 3], [0.0; 2], 0.0, 0.0);
     let grey = |i: usize| f64::from(patch.pixels[i]);
@@ -318,8 +318,9 @@ fn apart(patch: &Patch, other: &Patch, cols: usize) -> ([f64; 2], f64) {
     (shift, f64::sqrt(squares / count))
 }
 
-/// Frames of 20 ms readout at 20 deg/s and 40 m/s: rectified with bands they are the global shutter's within 0.05 px RMS
-/// and, pixel by pixel, within what two different samplings of one ground by whole greys differ; with one pose they are not.
+/// Frames of 20 ms readout at 20 deg/s and 40 m/s: rectified with bands they are the global shutter's within 0.05 px
+/// RMS and, pixel by pixel, within what two different samplings of one ground by whole greys differ; with one pose they
+/// are not.
 #[test]
 fn a_rolling_frame_rectifies_to_the_global_one() {
     let land = land();

@@ -1,19 +1,19 @@
 //! Rolling shutter: each row of the frame is exposed at its own instant, so it has a pose and a homography of its own.
 //!
-//! [`Bands`] holds the homography at a few instants spread evenly over the readout, all of them seen from one picture: the
-//! undistorted one of mid-exposure of the middle row. Between two instants their coefficients are blended. With a rate of
-//! ω and an angular acceleration of α, and the instants τ apart, blending is off by (ω² + α) τ²/8: at 20°/s, 100°/s² and
-//! 2.5 ms by 1.5e-6 rad, less than 1e-3 px.
+//! [`Bands`] holds the homography at a few instants spread evenly over the readout, all of them seen from one picture:
+//! the undistorted one of mid-exposure of the middle row. Between two instants their coefficients are blended. With a
+//! rate of ω and an angular acceleration of α, and the instants τ apart, blending is off by (ω² + α) τ²/8: at 20°/s,
+//! 100°/s² and 2.5 ms by 1.5e-6 rad, less than 1e-3 px.
 //!
-//! The row at which a ground point is seen decides the instant at which it is looked for, so it is found by a fixed-point
-//! iteration. g(r), the row at which the instant of row r shows the point, is a contraction: |g'| = (velocity of its image
-//! along the columns) x (readout/rows) = q, and [`Bands::new`] refuses q above [`MOTION_MAX`] = 1/16, where one step takes
-//! fifteen sixteenths off the error. Started in the middle row, which is at most half a frame off, `STEPS` = 4 leave
-//! rows/2/16⁴: 0.004 px of 512 rows in the worst case, 2e-5 px at 20°/s and 40 m/s at 150 m (q = 0.016).
-//! Above q = 1 the picture would outrun the readout, and a point could be seen twice.
+//! The row at which a ground point is seen decides the instant at which it is looked for, so it is found by a
+//! fixed-point iteration. g(r), the row at which the instant of row r shows the point, is a contraction: |g'| =
+//! (velocity of its image along the columns) x (readout/rows) = q, and [`Bands::new`] refuses q above [`MOTION_MAX`] =
+//! 1/16, where one step takes fifteen sixteenths off the error. Started in the middle row, which is at most half a
+//! frame off, `STEPS` = 4 leave rows/2/16⁴: 0.004 px of 512 rows in the worst case, 2e-5 px at 20°/s and 40 m/s at 150
+//! m (q = 0.016). Above q = 1 the picture would outrun the readout, and a point could be seen twice.
 //!
-//! Instants before the first row and after the last are extrapolated, so that positions off the frame, which stretches of
-//! the rectifier reach for, stay smooth.
+//! Instants before the first row and after the last are extrapolated, so that positions off the frame, which stretches
+//! of the rectifier reach for, stay smooth.
 
 use super::{FrameFromPatch, Homography};
 use crate::camera::Camera;
@@ -84,8 +84,8 @@ pub fn offset_us(index: usize, count: usize, readout_us: u32) -> i32 {
 }
 
 impl Homography {
-    /// The same homography for the picture of another place: `self` maps the undistorted picture taken `moved` away, the
-    /// result the one taken here, `height_m` above the same level ground.
+    /// The same homography for the picture of another place: `self` maps the undistorted picture taken `moved` away,
+    /// the result the one taken here, `height_m` above the same level ground.
     ///
     /// A ground point at tangents t from here is at (t H − moved)/(H + up) from there; in pixels m H/(H + up) −
     /// east/((H + up) kH), and n likewise, which is put into the three linear functions.
@@ -102,8 +102,8 @@ impl Bands {
     /// `bands`: the pose at [`offset_us`] of each instant, in their order, first row first. `height_m` above ground at
     /// mid-exposure of the middle row.
     ///
-    /// Poses should come from one smooth fit: between instants that noise has set apart the map bends, and the rectifier's
-    /// stretches follow a parabola.
+    /// Poses should come from one smooth fit: between instants that noise has set apart the map bends, and the
+    /// rectifier's stretches follow a parabola.
     ///
     /// # Errors
     /// [`BandsError`].
@@ -128,9 +128,9 @@ impl Bands {
         if bands.fastest(camera) <= MOTION_MAX { Ok(bands) } else { Err(BandsError::TooFast) }
     }
 
-    /// Largest velocity along the columns, rows a row, of what is seen at the corners, sides and centre of the frame from
-    /// one instant to the next; infinite where no ground is seen. Points that are over the horizon are left out. So is the
-    /// lens's distortion, for whose local scale of 1 + 3 k1 r² the limit has room.
+    /// Largest velocity along the columns, rows a row, of what is seen at the corners, sides and centre of the frame
+    /// from one instant to the next; infinite where no ground is seen. Points that are over the horizon are left out.
+    /// So is the lens's distortion, for whose local scale of 1 + 3 k1 r² the limit has room.
     fn fastest(&self, camera: &Camera) -> f32 {
         let rows_apart = (camera.rows() as f32 - 1.0).max(1.0) / (self.homographies.len() as f32 - 1.0).max(1.0);
         let half = (0.5 * camera.cols() as f32, 0.5 * camera.rows() as f32);

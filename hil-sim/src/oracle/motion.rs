@@ -1,17 +1,17 @@
 //! Paper 000 in `f64`: image motion during an exposure, the centroid of its track, and the intersection of two photos.
 //!
 //! Axes (paper 000): ground X across, Y flight, Z up; image x across, y flight, z up, the image plane at z = -f. The
-//! rotation is R = R_phi R_omega R_kappa, its rows a, b, c; P - S = lambda R (x, y, -f). Lengths on the image plane have
-//! the unit of the focal length, lengths on the ground are metres, angles radians, times seconds.
+//! rotation is R = R_phi R_omega R_kappa, its rows a, b, c; P - S = lambda R (x, y, -f). Lengths on the image plane
+//! have the unit of the focal length, lengths on the ground are metres, angles radians, times seconds.
 //!
-//! Against the paper: (3,3) of R_omega is +cos omega in eq. 1 and 6 (as printed det R = -1 and R(0,0,0) is no identity);
-//! (1,1) of R_v in eq. 24 is -f - x^2/f (eq. 13 at zero angles); every term of eq. 21 carries the time, and its first
-//! vector holds the nine products of angles and rates.
+//! Against the paper: (3,3) of R_omega is +cos omega in eq. 1 and 6 (as printed det R = -1 and R(0,0,0) is no
+//! identity); (1,1) of R_v in eq. 24 is -f - x^2/f (eq. 13 at zero angles); every term of eq. 21 carries the time, and
+//! its first vector holds the nine products of angles and rates.
 
 use super::rotation::{Matrix3, apply, product, transpose};
 
-/// Intervals of Simpson's rule over a track. Its error is that of the fourth derivative by time, (w t)^4 f / 2880 / 16^4:
-/// below 1e-15 mm for 20 deg/s and 5 ms.
+/// Intervals of Simpson's rule over a track. Its error is that of the fourth derivative by time, (w t)^4 f / 2880 /
+/// 16^4: below 1e-15 mm for 20 deg/s and 5 ms.
 const INTERVALS: usize = 16;
 
 /// Exterior orientation at one instant.
@@ -76,8 +76,8 @@ impl Photo {
         Some([to[0] - from[0], to[1] - from[1]])
     }
 
-    /// Corrected eq. 21 to 25: the same to first order in the time and in the residual angles, from the image point (x, y)
-    /// where the shutter opens and the depth HA = Z_S - Z_A below the station.
+    /// Corrected eq. 21 to 25: the same to first order in the time and in the residual angles, from the image point (x,
+    /// y) where the shutter opens and the depth HA = Z_S - Z_A below the station.
     pub fn first_order(&self, [x, y]: [f64; 2], height_m: f64, t_s: f64) -> [f64; 2] {
         let (f, [p, w, k], [dp, dw, dk]) = (self.focal, self.opening.angles_rad, self.rates_rad_s);
         let v_per_h = self.speed_m_s / height_m;
@@ -93,7 +93,8 @@ impl Photo {
         std::array::from_fn(|axis| t_s * (by_products[axis] + by_angles[axis] + by_rates[axis] + forward[axis]))
     }
 
-    /// Eq. 26 for a track of even brightness in time: the mean image point over the first `exposure_s`, by Simpson's rule.
+    /// Eq. 26 for a track of even brightness in time: the mean image point over the first `exposure_s`, by Simpson's
+    /// rule.
     ///
     /// The paper weighs by the length of the track instead, which is the same for a track of even speed; light falls
     /// evenly in time.
@@ -112,9 +113,9 @@ impl Photo {
     }
 }
 
-/// Forward intersection: the ground point whose images in two photos are nearest to two measured ones, by least squares of
-/// the four collinearity equations in their linear form, (f a_i + x a_3) . (P - S) = 0, each of weight one. `None` where the
-/// rays are parallel.
+/// Forward intersection: the ground point whose images in two photos are nearest to two measured ones, by least squares
+/// of the four collinearity equations in their linear form, (f a_i + x a_3) . (P - S) = 0, each of weight one. `None`
+/// where the rays are parallel.
 pub fn intersect(focal: f64, photos: [(Exterior, [f64; 2]); 2]) -> Option<[f64; 3]> {
     let (mut normal, mut right) = ([[0.0; 3]; 3], [0.0; 3]);
     for (exterior, point) in photos {

@@ -15,8 +15,8 @@ pub struct Exposure {
     pub open_us: u64,
     /// The shutter closes.
     pub close_us: u64,
-    /// The first row leaves the sensor; with a rolling shutter not before the last row's exposure has ended, so that no row
-    /// is handed over before it was taken.
+    /// The first row leaves the sensor; with a rolling shutter not before the last row's exposure has ended, so that no
+    /// row is handed over before it was taken.
     pub readout_start_us: u64,
 }
 

@@ -84,8 +84,8 @@ impl Scene {
         }
     }
 
-    /// RMS of intersected minus true, metres, with both photos' stamps in milliseconds. A point that cannot be intersected
-    /// makes it NaN: none does.
+    /// RMS of intersected minus true, metres, with both photos' stamps in milliseconds. A point that cannot be
+    /// intersected makes it NaN: none does.
     fn rms_m(&self, stamps_ms: [f64; 2], image: Image) -> [f64; 3] {
         let [first, second] = &self.photos;
         let [t1, t2] = stamps_ms.map(|ms| 1e-3 * ms);

@@ -1,7 +1,8 @@
 //! Table 2 and figure 3: how far 300 points of the image plane move, and how near eq. 21 comes to it.
 //!
 //! The paper states neither format nor lattice. With 15 x 20 points over x from -16.67 to 14.64 and y from -22.40 to
-//! 20.54 mm the exact model gives all five published extremes within 5.2e-4 px; no format about its centre does (5e-3 px).
+//! 20.54 mm the exact model gives all five published extremes within 5.2e-4 px; no format about its centre does (5e-3
+//! px).
 
 use super::super::Row;
 use super::{EXPOSURE_MS, HEIGHT_M, PIXEL_MM, photo};
