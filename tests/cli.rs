@@ -25,6 +25,8 @@ mod folder;
 mod map;
 #[path = "cli/matching.rs"]
 mod matching;
+#[path = "cli/motion.rs"]
+mod motion;
 #[path = "cli/pictures.rs"]
 mod pictures;
 #[path = "cli/pipes.rs"]

@@ -111,6 +111,11 @@ impl Camera {
         self.rows
     }
 
+    /// Principal point off the frame's centre, pixels (right, forward).
+    pub fn offset_px(&self) -> (f32, f32) {
+        (self.offset_m_px, self.offset_n_px)
+    }
+
     /// Tangent per pixel (across, along).
     pub fn tangent_per_px(&self) -> (f32, f32) {
         (self.k_h, self.k_v)

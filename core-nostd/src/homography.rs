@@ -8,21 +8,23 @@
 //! Corrected against the paper: a minus stands before the fraction of eq. 3 and 7 (the printed one is the image behind
 //! the lens, turned by 180°), and eq. 7's second numerator begins with `n a11`, not `m a11`, which would be degenerate.
 
+pub mod rolling;
+
 use crate::camera::Camera;
 use crate::tilt::EquivalentTilt;
 use crate::{frames, math};
 use nalgebra::Matrix3;
+use rolling::Bands;
 
 /// The smallest denominator that counts as in front of the camera. den is the depth of the ground point along the
 /// optical axis in heights; 0.02 is 89° off the axis, where the picture of the ground has no use left.
 pub const DEN_MIN: f32 = 0.02;
 
 /// Coefficients of numerators and denominator, each linear in (m, n, 1). Ideal pixels, before distortion and offset.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Homography {
-    m: [f32; 3],
-    n: [f32; 3],
-    den: [f32; 3],
+    /// Numerator across, numerator along, denominator.
+    rows: [[f32; 3]; 3],
 }
 
 impl Homography {
@@ -35,11 +37,9 @@ impl Homography {
         let [a11, a12, a13] = [a[(0, 0)], a[(0, 1)], a[(0, 2)]];
         let [a21, a22, a23] = [a[(1, 0)], a[(1, 1)], a[(1, 2)]];
         let [a31, a32, a33] = [a[(2, 0)], a[(2, 1)], a[(2, 2)]];
-        Homography {
-            m: [a33, k_v / k_h * a31, -a32 / k_h],
-            n: [k_h / k_v * a13, a11, -a12 / k_v],
-            den: [-k_h * a23, -k_v * a21, a22],
-        }
+        let m = [a33, k_v / k_h * a31, -a32 / k_h];
+        let n = [k_h / k_v * a13, a11, -a12 / k_v];
+        Homography { rows: [m, n, [-k_h * a23, -k_v * a21, a22]] }
     }
 
     /// Eq. 7, for a camera that follows exactly and has one field of view per pixel (`k`, the larger axis' where they
@@ -50,7 +50,8 @@ impl Homography {
         let (k, _) = camera.tangent_per_px();
         let (st, ct) = math::sin_cos(tilt.pitch.0);
         let (sg, cg) = math::sin_cos(tilt.roll.0);
-        Homography { m: [cg, sg * st, sg * ct / k], n: [0.0, ct, -st / k], den: [-k * sg, k * cg * st, cg * ct] }
+        let den = [-k * sg, k * cg * st, cg * ct];
+        Homography { rows: [[cg, sg * st, sg * ct / k], [0.0, ct, -st / k], den] }
     }
 
     /// The way back, frame to undistorted picture: eq. 3 with A transposed (eq. 6).
@@ -61,29 +62,56 @@ impl Homography {
     /// Image of (`m`, `n`) in ideal pixels, `None` behind the camera or so near the horizon that it does not matter.
     pub fn ideal(&self, m: f32, n: f32) -> Option<(f32, f32)> {
         let dot = |c: &[f32; 3]| c[0] * m + c[1] * n + c[2];
-        let den = dot(&self.den);
+        let [across, along, den] = &self.rows;
+        let den = dot(den);
         if den.is_nan() || den < DEN_MIN {
             return None;
         }
         let reciprocal = 1.0 / den;
-        Some((dot(&self.m) * reciprocal, dot(&self.n) * reciprocal))
+        Some((dot(across) * reciprocal, dot(along) * reciprocal))
+    }
+
+    /// Undistorted pixel of the ideal frame position (`m`, `n`): the way back of [`Homography::ideal`], by Cramer's
+    /// rule. `None` where that sees no ground.
+    fn undo(&self, m: f32, n: f32) -> Option<(f32, f32)> {
+        // m den = m-numerator and n den = n-numerator, linear in the undistorted pixel.
+        let [across, along, den] = &self.rows;
+        let row = |c: &[f32; 3], at: f32| [c[0] - at * den[0], c[1] - at * den[1], c[2] - at * den[2]];
+        let ([a, b, c], [d, e, f]) = (row(across, m), row(along, n));
+        let reciprocal = 1.0 / (a * e - b * d);
+        let (m, n) = ((b * f - c * e) * reciprocal, (c * d - a * f) * reciprocal);
+        (self.denominator(m, n) >= DEN_MIN).then_some((m, n))
     }
 
     /// Denominator at (`m`, `n`): positive in front of the camera.
     pub fn denominator(&self, m: f32, n: f32) -> f32 {
-        self.den[0] * m + self.den[1] * n + self.den[2]
+        let [_, _, den] = self.rows;
+        den[0] * m + den[1] * n + den[2]
     }
 }
 
 /// Where a pixel of a patch lies in the frame: homography, distortion and the two centrings in one.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameFromPatch<'a> {
-    homography: Homography,
+    pose: Pose<'a>,
     camera: &'a Camera,
     /// Undistorted pixels per patch pixel, across and along.
     scale: (f32, f32),
     size: (u16, u16),
 }
+
+/// When the rows of the frame were exposed.
+#[derive(Clone, Copy, Debug)]
+enum Pose<'a> {
+    /// All at once.
+    Global(Homography),
+    /// One after the other: the poses, and the way to a position. Through a pointer, so that an image without a rolling
+    /// shutter does not carry it.
+    Rolling(&'a Bands, Position),
+}
+
+/// Frame (col, row) of patch (col, row).
+type Position = fn(&Bands, &FrameFromPatch<'_>, f32, f32) -> Option<(f32, f32)>;
 
 impl<'a> FrameFromPatch<'a> {
     /// `height_m` above ground, `resolution_m` a patch pixel, `size` of the patch (cols, rows), which is centred on
@@ -94,9 +122,24 @@ impl<'a> FrameFromPatch<'a> {
         (height_m, resolution_m): (f32, f32),
         size: (u16, u16),
     ) -> Self {
+        FrameFromPatch::of(Pose::Global(homography), camera, (height_m, resolution_m), size)
+    }
+
+    /// The same for a rolling shutter: `bands` hold the pose of each row. The patch is that of mid-exposure of the
+    /// middle row, at which the vehicle is `height_m` above ground, the height given to [`Bands::new`].
+    pub fn rolling(
+        bands: &'a Bands,
+        camera: &'a Camera,
+        (height_m, resolution_m): (f32, f32),
+        size: (u16, u16),
+    ) -> Self {
+        FrameFromPatch::of(Pose::Rolling(bands, Bands::position), camera, (height_m, resolution_m), size)
+    }
+
+    fn of(pose: Pose<'a>, camera: &'a Camera, (height_m, resolution_m): (f32, f32), size: (u16, u16)) -> Self {
         let (k_h, k_v) = camera.tangent_per_px();
         let tangent = resolution_m / height_m;
-        FrameFromPatch { homography, camera, scale: (tangent / k_h, tangent / k_v), size }
+        FrameFromPatch { pose, camera, scale: (tangent / k_h, tangent / k_v), size }
     }
 
     /// Patch size, (cols, rows).
@@ -104,9 +147,9 @@ impl<'a> FrameFromPatch<'a> {
         self.size
     }
 
-    /// Whether the lens bends the map beyond a homography.
-    pub fn is_distorted(&self) -> bool {
-        self.camera.is_distorted()
+    /// Whether lens or rolling shutter bend the map beyond a homography.
+    pub fn is_bent(&self) -> bool {
+        self.camera.is_distorted() || matches!(self.pose, Pose::Rolling(..))
     }
 
     /// Frame (col, row) of patch (col, row), fractions allowed; `None` beyond the horizon guard and where the lens
@@ -114,24 +157,36 @@ impl<'a> FrameFromPatch<'a> {
     // Called from few places, a few times a row: not worth its size at each of them.
     #[inline(never)]
     pub fn frame_position(&self, col: f32, row: f32) -> Option<(f32, f32)> {
+        let homography = match &self.pose {
+            Pose::Global(homography) => homography,
+            Pose::Rolling(bands, position) => return position(bands, self, col, row),
+        };
         let (m, n) = frames::centred(col, row, self.size.0, self.size.1);
-        let (m, n) = self.homography.ideal(m * self.scale.0, n * self.scale.1)?;
+        let (m, n) = homography.ideal(m * self.scale.0, n * self.scale.1)?;
         if !self.camera.is_invertible_at(m, n) {
             return None;
         }
         let (m, n) = self.camera.distorted(m, n);
         Some(frames::pixel(m, n, self.camera.cols(), self.camera.rows()))
     }
-    /// The same along the row `row`, where it is a homography and nothing else; `None` with lens distortion.
+
+    /// The same with one pose for all rows.
+    fn at_once(&self, homography: Homography) -> Self {
+        FrameFromPatch { pose: Pose::Global(homography), ..*self }
+    }
+
+    /// The same along the row `row`, where it is a homography and nothing else; `None` with lens distortion or a
+    /// rolling shutter.
     pub(crate) fn along_row(&self, row: f32) -> Option<AlongRow> {
-        if self.is_distorted() {
+        let Pose::Global(homography) = &self.pose else { return None };
+        if self.camera.is_distorted() {
             return None;
         }
         let (m, n) = frames::centred(0.0, row, self.size.0, self.size.1);
         let (m, n, across) = (m * self.scale.0, n * self.scale.1, self.scale.0);
         let linear = |c: &[f32; 3]| Linear { first: c[0] * m + c[1] * n + c[2], growth: c[0] * across };
-        let depth = linear(&self.homography.den);
-        let (right, ahead) = (linear(&self.homography.m), linear(&self.homography.n));
+        let [right, ahead, depth] = &homography.rows;
+        let (right, ahead, depth) = (linear(right), linear(ahead), linear(depth));
         let (m, n) = self.camera.distorted(0.0, 0.0);
         let (col, row) = frames::pixel(m, n, self.camera.cols(), self.camera.rows());
         Some(AlongRow { depth, col: depth.times(col).plus(right), row: depth.times(row).plus(ahead.times(-1.0)) })

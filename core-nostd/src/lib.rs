@@ -9,8 +9,8 @@
 //! in the order of the flow, and each uses only what stands before it:
 //!
 //! [`units`] [`lanes`] [`math`] [`frames`] [`budget`] → [`camera`] → [`stamp`] → [`pose`] → [`tilt`] → [`mount`] →
-//! [`homography`] →
-//! [`reduce`] → [`rectify`] → [`matching`] (search, refine, judge) → [`tile`] → [`fix`] → [`pipeline`].
+//! [`homography`] → [`motion`] → [`reduce`] → [`rectify`] → [`matching`] (search, refine, judge) → [`tile`] → [`fix`] →
+//! [`pipeline`].
 //!
 //! All arithmetic is IEEE single precision or integer, every transcendental function goes through [`math`]: host,
 //! emulator and board give the same bits.
@@ -28,6 +28,7 @@ pub mod homography;
 pub mod lanes;
 pub mod matching;
 pub mod math;
+pub mod motion;
 pub mod mount;
 pub mod pipeline;
 pub mod pose;

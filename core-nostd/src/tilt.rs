@@ -52,11 +52,20 @@ pub fn camera_from_local(attitude: Attitude, follow_up: Radians) -> Matrix3<f32>
     let (sg, cg) = math::sin_cos(attitude.roll.0);
     let (st, ct) = math::sin_cos(attitude.pitch.0);
     let (sp, cp) = math::sin_cos(attitude.heading.0);
-    let follow_up = Matrix3::new(cb, 0.0, -sb, 0.0, 1.0, 0.0, sb, 0.0, cb);
-    let roll = Matrix3::new(1.0, 0.0, 0.0, 0.0, cg, sg, 0.0, -sg, cg);
-    let pitch = Matrix3::new(ct, st, 0.0, -st, ct, 0.0, 0.0, 0.0, 1.0);
-    let heading = Matrix3::new(cp, 0.0, sp, 0.0, 1.0, 0.0, -sp, 0.0, cp);
-    follow_up * (roll * (pitch * heading))
+    let (mut forward, mut up, mut right) = ([cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]);
+    turn(&mut forward, &mut up, (st, ct));
+    turn(&mut up, &mut right, (sg, cg));
+    turn(&mut forward, &mut right, (-sb, cb));
+    let ([a11, a12, a13], [a21, a22, a23], [a31, a32, a33]) = (forward, up, right);
+    Matrix3::new(a11, a12, a13, a21, a22, a23, a31, a32, a33)
+}
+
+/// An elementary rotation from the left: rows (a, b) become (c a + s b, c b - s a).
+#[inline(never)]
+fn turn(a: &mut [f32; 3], b: &mut [f32; 3], (s, c): (f32, f32)) {
+    for (a, b) in a.iter_mut().zip(b) {
+        (*a, *b) = (c * *a + s * *b, c * *b - s * *a);
+    }
 }
 
 /// The follow-up angle that makes a13 = 0 with a11 > 0: the servo's exact command, β = atan2(cos θ sin φ,

@@ -4,6 +4,7 @@ use crate::autopilot::Autopilot;
 use crate::fault::{FaultCounts, FaultInjector};
 use crate::flight::{TrueState, follow_up_exact};
 use crate::link::{Event, FrameEvent, Link, LinkError};
+use crate::render::Rendered;
 use crate::score::raw::{RawMatch, match_raw};
 use crate::sensors::{Exposure, Reading, Sample, Streams, TimerModel, exposures};
 use crate::stage::Stage;
@@ -75,13 +76,7 @@ pub fn fly(stage: &Stage, link: &mut dyn Link, keep: Keep, progress: &mut dyn Fn
     for exposure in exposures(&stage.scenario) {
         cockpit.until(exposure.readout_start_us)?;
         let truth = stage.motion.state(exposure.mid_us());
-        let rendered = stage.renderer.render(
-            &stage.ground,
-            &Stage::station(&truth),
-            stage.scenario.noise_dn,
-            stage.scenario.seed,
-            exposure.frame.into(),
-        );
+        let rendered = picture(stage, &exposure);
         progress(exposure.frame);
         cockpit.frame(&exposure, &rendered.pixels)?;
         let frame = Some(rendered.pixels);
@@ -96,6 +91,25 @@ pub fn fly(stage: &Stage, link: &mut dyn Link, keep: Keep, progress: &mut dyn Fn
         cockpit.close(last, keep);
     }
     Ok(cockpit.finish(frames))
+}
+
+/// The picture of an exposure: each row the mean of so many instants of its own exposure as the scenario says, by the
+/// midpoint rule. Frame and truth belong to mid-exposure of the middle row.
+fn picture(stage: &Stage, exposure: &Exposure) -> Rendered {
+    let scenario = &stage.scenario;
+    let station = |offset_us: f64| {
+        let at_us = exposure.mid_us().saturating_add_signed(offset_us.round() as i64);
+        Stage::station(&stage.motion.state(at_us))
+    };
+    let offsets_us = |row: usize| scenario.sample_offsets_us(row);
+    let (noise_dn, seed, index) = (scenario.noise_dn, scenario.seed, exposure.frame.into());
+    if scenario.rolling_shutter_ms == 0.0 {
+        // All rows share their instants.
+        let stations: Vec<_> = offsets_us(0).map(station).collect();
+        return stage.renderer.render_rows(&stage.ground, &|_| stations.clone(), noise_dn, seed, index);
+    }
+    let stations = |row: usize| offsets_us(row).map(station).collect();
+    stage.renderer.render_rows(&stage.ground, &stations, noise_dn, seed, index)
 }
 
 /// The simulator's side of the link.

@@ -142,29 +142,31 @@ impl Renderer {
         &self.camera
     }
 
-    /// One frame: the mean of the albedo the sub-pixels see (gain 1), plus normal noise of `noise_dn` from the ChaCha stream
-    /// (`seed`, `frame_index`), rounded and clamped. The same arguments give the same bytes, on any number of threads.
+    /// One frame of an instant: the mean of the albedo the sub-pixels see (gain 1), plus normal noise of `noise_dn`
+    /// from the ChaCha stream (`seed`, `frame_index`), rounded and clamped. The same arguments give the same bytes, on
+    /// any number of threads.
     pub fn render(&self, ground: &Ground, exposure: &Station, noise_dn: f64, seed: u64, frame_index: u64) -> Rendered {
-        let axes = exposure.axes();
-        let origin = [exposure.east_m, exposure.north_m, exposure.up_m];
-        let (cols, per_pixel) = (self.camera.cols, self.samples * self.samples);
+        self.render_rows(ground, &|_| vec![*exposure], noise_dn, seed, frame_index)
+    }
+
+    /// One frame during which the camera moves: row r is the mean over the stations `row_stations(r)`, evenly spread
+    /// over that row's exposure; at least one. Noise is added once, after the mean.
+    pub fn render_rows(
+        &self,
+        ground: &Ground,
+        row_stations: &(dyn Fn(usize) -> Vec<Station> + Sync),
+        noise_dn: f64,
+        seed: u64,
+        frame_index: u64,
+    ) -> Rendered {
+        let cols = self.camera.cols;
         let mut pixels = vec![0u8; cols * self.camera.rows];
         let render_row = |(row, line): (usize, &mut [u8])| {
-            let mut outside = 0;
             let mut values = vec![0.0; cols];
-            let rays = &self.rays[row * cols * per_pixel..][..cols * per_pixel];
-            for (value, rays) in values.iter_mut().zip(rays.chunks_exact(per_pixel)) {
-                let mut sum = 0.0;
-                for &[right, forward] in rays {
-                    let direction =
-                        std::array::from_fn(|i| right * axes.right[i] + forward * axes.forward[i] + axes.down[i]);
-                    let seen = ground.intersect(origin, direction).and_then(|[e, n, _]| ground.albedo(e, n));
-                    match seen {
-                        Some(albedo) => sum += albedo,
-                        None => outside += 1,
-                    }
-                }
-                *value = sum / per_pixel as f64;
+            let stations = row_stations(row);
+            let outside = stations.iter().map(|station| self.add_row(ground, station, row, &mut values)).sum::<usize>();
+            for value in &mut values {
+                *value /= stations.len() as f64;
             }
             add_noise(&mut values, noise_dn, seed, frame_index, row);
             for (pixel, value) in line.iter_mut().zip(values) {
@@ -174,6 +176,29 @@ impl Renderer {
         };
         let outside = if cols == 0 { 0 } else { pixels.par_chunks_mut(cols).enumerate().map(render_row).sum() };
         Rendered { pixels, outside }
+    }
+
+    /// Adds what the row `row` sees from `station` to `values`; how many rays met nothing.
+    fn add_row(&self, ground: &Ground, station: &Station, row: usize, values: &mut [f64]) -> usize {
+        let axes = station.axes();
+        let origin = [station.east_m, station.north_m, station.up_m];
+        let (cols, per_pixel) = (self.camera.cols, self.samples * self.samples);
+        let mut outside = 0;
+        let rays = &self.rays[row * cols * per_pixel..][..cols * per_pixel];
+        for (value, rays) in values.iter_mut().zip(rays.chunks_exact(per_pixel)) {
+            let mut sum = 0.0;
+            for &[right, forward] in rays {
+                let direction =
+                    std::array::from_fn(|i| right * axes.right[i] + forward * axes.forward[i] + axes.down[i]);
+                let seen = ground.intersect(origin, direction).and_then(|[e, n, _]| ground.albedo(e, n));
+                match seen {
+                    Some(albedo) => sum += albedo,
+                    None => outside += 1,
+                }
+            }
+            *value += sum / per_pixel as f64;
+        }
+        outside
     }
 
     /// Where a world point appears in the frame, fractional `(col, row)`. None behind the camera.

@@ -1,12 +1,14 @@
-//! The tables and figures of the papers by this project's own code, and where and why they differ.
+//! The tables and figures of papers by this project's own code, and where and why they differ.
 //!
-//! Paper 001 is [`paper_001`]; the rest is paper 003: [`table_1`] is geometry alone, [`table_2`] a Monte Carlo of three kernels ([`rivals`] on [`setting`]) with their
-//! [`memory`] and [`timing`], [`table_3`] a flight in-process; [`figure_1`] and [`figure_3`] are its pictures, and
-//! [`text`] is how the rows look to a person. A figure that does not reproduce stays in the list with the reason.
+//! [`paper_000`] is image motion and mid-exposure, [`paper_001`] the semi-parametric fit. Of paper 003 [`table_1`] is geometry alone, [`table_2`] a Monte
+//! Carlo of three kernels ([`rivals`] on [`setting`]) with their [`memory`] and [`timing`], [`table_3`] a flight
+//! in-process; [`figure_1`] and [`figure_3`] are its pictures. [`text`] is how the rows look to a person. A figure that
+//! does not reproduce stays in the list with the reason.
 
 pub mod figure_1;
 pub mod figure_3;
 pub mod memory;
+pub mod paper_000;
 pub mod paper_001;
 pub mod resample;
 pub mod rivals;
@@ -90,6 +92,17 @@ pub fn write_figures(folder: &Path, flown: &Flown) -> Result<(), LinkError> {
     write_file(&folder.join("figure_1.svg"), figure_1::svg().map_err(refused)?.as_bytes())?;
     for (letter, picture) in figure_3::pictures(&flown.stage.ground, SEED).map_err(refused)? {
         write_grey_png(&folder.join(format!("figure_3{letter}.png")), &picture)?;
+    }
+    Ok(())
+}
+
+/// Writes figures 3 to 5 of paper 000 into `folder`.
+///
+/// # Errors
+/// A folder that cannot be written to.
+pub fn write_figures_000(folder: &Path, reproduction: &paper_000::Reproduction) -> Result<(), InputError> {
+    for (name, svg) in paper_000::figures::figures(&reproduction.sweep) {
+        write_file(&folder.join(name), svg.as_bytes())?;
     }
     Ok(())
 }

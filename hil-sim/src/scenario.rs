@@ -60,6 +60,11 @@ pub struct Scenario {
     pub frame_jitter_us: u32,
     /// Shutter open to shutter close, microseconds.
     pub exposure_us: u32,
+    /// Instants of an exposure that a frame is the mean of, spread evenly; 1 is mid-exposure alone, a sharp picture.
+    pub exposure_samples: u32,
+    /// From the exposure of the first row to that of the last, milliseconds; 0 is a global shutter. Stamp and truth are
+    /// those of the middle row.
+    pub rolling_shutter_ms: f64,
     /// White noise of the camera's pixels, DN of 255.
     pub noise_dn: f64,
     /// The camera that is simulated. A caller that reads `camera_file` puts what it says here.
@@ -101,6 +106,8 @@ impl Default for Scenario {
             frame_interval_ms: 250,
             frame_jitter_us: 5000,
             exposure_us: 2000,
+            exposure_samples: 1,
+            rolling_shutter_ms: 0.0,
             noise_dn: 3.0,
             camera: Camera::default(),
             camera_file: None,
@@ -164,6 +171,21 @@ impl Scenario {
     #[must_use]
     pub fn duration_us(&self) -> u64 {
         WARM_UP_US + u64::from(self.frames) * self.frame_interval_us() + COOL_DOWN_US
+    }
+
+    /// Instants at which row `row` is sampled, microseconds after mid-exposure of the middle row.
+    pub fn sample_offsets_us(&self, row: usize) -> impl Iterator<Item = f64> + use<> {
+        let (count, exposure_us) = (f64::from(self.exposure_samples), f64::from(self.exposure_us));
+        let rows = f64::from(self.camera.rows);
+        let late = if rows > 1.0 { row as f64 / (rows - 1.0) - 0.5 } else { 0.0 };
+        let row_us = late * self.rolling_shutter_us() as f64;
+        (0..self.exposure_samples).map(move |index| row_us + exposure_us * ((f64::from(index) + 0.5) / count - 0.5))
+    }
+
+    /// From the exposure of the first row to that of the last, microseconds.
+    #[must_use]
+    pub fn rolling_shutter_us(&self) -> u64 {
+        (1000.0 * self.rolling_shutter_ms).round() as u64
     }
 
     /// From one frame to the next, microseconds.

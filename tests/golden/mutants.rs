@@ -158,3 +158,43 @@ fn matrix(heading: f64, pitch: f64, roll: f64, follow_up: f64) -> Matrix3 {
     let columns = [turned(0), turned(1), turned(2)];
     [0, 1, 2].map(|row| [0, 1, 2].map(|col| columns[col][row]))
 }
+
+/// Wrong terms of eq. 21, by name: (x, y), angles, rates, V/HA, f -> displacement a second.
+pub type Motion = fn([f64; 2], [f64; 3], [f64; 3], f64, f64) -> [f64; 2];
+
+/// Every wrong eq. 21, by name.
+pub const EQ21: [(&str, Motion); 3] = [
+    ("eq. 24 with the printed (1,1)", eq24_printed),
+    ("eq. 21 with the printed rate vector", eq21_printed_rates),
+    ("forward motion backwards", eq25_negated),
+];
+
+/// Eq. 24 as printed: -f for -f - x^2/f.
+pub fn eq24_printed([x, y]: [f64; 2], angles: [f64; 3], rates: [f64; 3], v: f64, f: f64) -> [f64; 2] {
+    let [ex, ey] = eq21([x, y], angles, rates, v, f);
+    [ex + x * x / f * rates[0], ey]
+}
+
+/// Eq. 21 as printed: the vector behind R_wv holds rates instead of products.
+pub fn eq21_printed_rates([x, y]: [f64; 2], angles: [f64; 3], rates: [f64; 3], v: f64, f: f64) -> [f64; 2] {
+    let [_, dw, dk] = rates;
+    let [ex, ey] = eq21([x, y], [0.0; 3], rates, v, f);
+    let [p, w, k] = angles;
+    let by_rates = [y * dw + x * y / f * dk - (f + x * x / f) * dk, -x * dw + (f + y * y / f) * dk - x * y / f * dk];
+    [ex + by_rates[0] + v * (x * w - f * k), ey + by_rates[1] + v * (x * p + 2.0 * y * w)]
+}
+
+/// Eq. 25 with its sign wrong.
+pub fn eq25_negated([x, y]: [f64; 2], angles: [f64; 3], rates: [f64; 3], v: f64, f: f64) -> [f64; 2] {
+    let [ex, ey] = eq21([x, y], angles, rates, v, f);
+    [ex, ey + 2.0 * f * v]
+}
+
+/// Right, as a base for the wrong ones.
+fn eq21([x, y]: [f64; 2], [p, w, k]: [f64; 3], [dp, dw, dk]: [f64; 3], v: f64, f: f64) -> [f64; 2] {
+    let (xx, xy, yy) = (f + x * x / f, x * y / f, f + y * y / f);
+    [
+        (y * w + xy * k - xx) * dp - (xx * k + xy) * dw + y * dk + v * (x * w - f * k),
+        (-x * w + yy * k - xy) * dp - (xy * k + yy) * dw - x * dk + v * (x * p + 2.0 * y * w - f),
+    ]
+}

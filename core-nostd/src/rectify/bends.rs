@@ -21,7 +21,8 @@ pub(super) struct Bends {
 
 impl Bends {
     /// Of a patch in a frame of `size` (cols, rows). Differences are taken along the borders and the middle, where a
-    /// homography has its extremes, and doubled where a lens distortion may peak in between.
+    /// homography has its extremes, and doubled where a lens distortion or a rolling shutter
+    /// may peak in between.
     #[inline(never)]
     pub(super) fn new(map: &FrameFromPatch<'_>, size: (f32, f32)) -> Self {
         let (cols, rows) = map.size();
@@ -52,7 +53,7 @@ impl Bends {
                 last = [last[1], last[2], now];
             }
         }
-        let doubled = if map.is_distorted() { 2.0 } else { 1.0 };
+        let doubled = if map.is_bent() { 2.0 } else { 1.0 };
         Bends { piece, second: doubled * second, third: doubled * third }
     }
 

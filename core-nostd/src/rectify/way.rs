@@ -7,7 +7,7 @@ use crate::homography::{AlongRow, FrameFromPatch};
 pub(super) enum Way<'a> {
     /// A homography and nothing else.
     Straight(AlongRow),
-    /// With lens distortion; the row.
+    /// With lens distortion or a rolling shutter; the row.
     Bent(&'a FrameFromPatch<'a>, f32),
 }
 

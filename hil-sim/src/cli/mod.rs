@@ -1,9 +1,12 @@
 //! One file a verb: parses, checks, dispatches.
 
 mod attitude;
+mod exterior;
 mod fly;
+mod intersect;
 mod map;
 mod match_;
+mod motion;
 mod rectify;
 mod reproduce;
 mod smooth;
@@ -32,6 +35,10 @@ enum Verb {
     Rectify(rectify::Args),
     /// Find a rectified patch in a reference
     Match(match_::Args),
+    /// Image motion during an exposure: exact, to first order (eq. 21), and the centroid of its track
+    Motion(motion::Args),
+    /// Intersect points of two photos on the ground, with the exterior orientation at a stamp
+    Intersect(intersect::Args),
     /// Smooth the columns of a log: value, rate and sigma at its times or at others (paper 001)
     Smooth(smooth::Args),
     /// Reproduce a paper's tables and say where and why they differ
@@ -77,6 +84,8 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Verb::Map(args) => map::run(&args),
         Verb::Rectify(args) => rectify::run(&args),
         Verb::Match(args) => match_::run(&args),
+        Verb::Motion(args) => motion::run(&args),
+        Verb::Intersect(args) => intersect::run(&args),
         Verb::Smooth(args) => smooth::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     }

@@ -2,7 +2,7 @@
 
 use super::{Failure, print, print_json};
 use indicatif::{ProgressBar, ProgressStyle};
-use plumbline_sim::reproduce::{Reproduction, paper_001, table_3, text, write_figures};
+use plumbline_sim::reproduce::{Reproduction, paper_000, paper_001, table_3, text, write_figures, write_figures_000};
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::{check_file, write_file};
 use std::path::{Path, PathBuf};
@@ -25,13 +25,17 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     match args.paper.as_str() {
-        "001" => paper_001(args),
-        "003" => paper_003(args),
-        other => Err(Failure::Input(InputError::new(format!("paper {other} is not in this version, 001 and 003 are")))),
+        "000" => of_000(args),
+        "001" => of_001(args),
+        "003" => of_003(args),
+        other => {
+            let sentence = format!("paper {other} is not in this version, 000, 001 and 003 are");
+            Err(Failure::Input(InputError::new(sentence)))
+        }
     }
 }
 
-fn paper_001(args: &Args) -> Result<(), Failure> {
+fn of_001(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.out {
         create(folder)?;
     }
@@ -51,10 +55,21 @@ fn paper_001(args: &Args) -> Result<(), Failure> {
         return print_json(&reproduction);
     }
     let head = format!("Paper 001: means over noise of {} seeds.", reproduction.seeds.len());
-    print(&text::table(&head, &reproduction.rows))
+    print(&text::table(head, &reproduction.rows))
 }
 
-fn paper_003(args: &Args) -> Result<(), Failure> {
+fn of_000(args: &Args) -> Result<(), Failure> {
+    if let Some(folder) = &args.out {
+        create(folder)?;
+    }
+    let reproduction = paper_000::Reproduction::new();
+    if let Some(folder) = &args.out {
+        write_figures_000(folder, &reproduction)?;
+    }
+    if args.json { print_json(&reproduction) } else { print(&reproduction.text()) }
+}
+
+fn of_003(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.out {
         create(folder)?;
     }

@@ -210,3 +210,55 @@ fn noise_has_the_asked_size_and_comes_from_the_seed() {
     assert!((mean - 100.0).abs() < 0.06, "mean {mean}");
     assert!((variance - 9.0 - 1.0 / 12.0).abs() < 0.25, "variance {variance}");
 }
+
+/// Stations along a flight of 3 m to the north, rolling by 2 degrees.
+fn along(part: f64) -> Station {
+    let s = station(20.0, 3.0, -4.0 + 2.0 * part, 0.0);
+    Station { north_m: s.north_m + 3.0 * part, ..s }
+}
+
+#[test]
+fn a_smeared_frame_is_the_mean_of_its_instants() {
+    let ground = dotted([EAST, NORTH], 0.0);
+    let renderer = Renderer::new(camera(), 2);
+    let parts = [0.125, 0.375, 0.625, 0.875];
+    let smeared = renderer.render_rows(&ground, &|_| parts.map(along).to_vec(), 0.0, 1, 1);
+    let sharp = parts.map(|part| renderer.render(&ground, &along(part), 0.0, 1, 1));
+    for (i, &pixel) in smeared.pixels.iter().enumerate() {
+        let mean = sharp.iter().map(|frame| f64::from(frame.pixels[i])).sum::<f64>() / 4.0;
+        // Each of the four is rounded, and so is their mean.
+        assert!((f64::from(pixel) - mean).abs() <= 1.0, "pixel {i}: {pixel} for {mean}");
+    }
+    // Its centre is that of mid-exposure to the track's bend; either end is pixels away.
+    let of = |pixels: &[u8]| centroid(pixels, 256);
+    let (centre, mid, start) = (
+        of(&smeared.pixels),
+        of(&renderer.render(&ground, &along(0.5), 0.0, 1, 1).pixels),
+        of(&renderer.render(&ground, &along(0.0), 0.0, 1, 1).pixels),
+    );
+    assert!((centre.0 - mid.0).hypot(centre.1 - mid.1) < 0.05, "{centre:?} {mid:?}");
+    assert!((centre.0 - start.0).hypot(centre.1 - start.1) > 3.0, "{centre:?} {start:?}");
+}
+
+#[test]
+fn noise_is_added_once_and_one_instant_is_todays_frame() {
+    let ground = dotted([EAST, NORTH], 0.0);
+    let renderer = Renderer::new(camera(), 2);
+    let s = along(0.0);
+    let once = renderer.render(&ground, &s, 3.0, 1, 1);
+    // Sums of four equal values and their quotients are exact.
+    assert_eq!(renderer.render_rows(&ground, &|_| vec![s; 4], 3.0, 1, 1).pixels, once.pixels);
+    assert_eq!(renderer.render_rows(&ground, &|_| vec![s], 3.0, 1, 1), once);
+}
+
+#[test]
+fn each_row_of_a_rolling_shutter_is_that_of_its_instant() {
+    let ground = dotted([EAST, NORTH], 0.0);
+    let renderer = Renderer::new(camera(), 2);
+    let of_row = |row: usize| along(row as f64 / 191.0);
+    let rolling = renderer.render_rows(&ground, &|row| vec![of_row(row)], 3.0, 1, 1);
+    for row in [0, 60, 96, 191] {
+        let instant = renderer.render(&ground, &of_row(row), 3.0, 1, 1);
+        assert_eq!(rolling.pixels[row * 256..][..256], instant.pixels[row * 256..][..256], "row {row}");
+    }
+}

@@ -14,36 +14,47 @@ pub fn text(reproduction: &Reproduction) -> String {
         "Paper {}: Table 2 by {} trials of seed {}, Table 3 by {} frames of seed {}.",
         reproduction.paper, reproduction.trials, reproduction.seed, reproduction.frames, reproduction.flight_seed
     );
-    table(&head, &reproduction.rows)
+    table(head, &reproduction.rows)
 }
 
-/// `head`, then the rows table by table.
-pub fn table(head: &str, rows: &[Row]) -> String {
-    let quantity_width = rows.iter().map(|row| row.quantity.chars().count()).max().unwrap_or(0).max(8);
-    let mut text = format!("{head}\n");
-    // Writing to a string cannot fail.
-    let (mut table, mut above) = ("", None);
-    for row in rows {
-        if row.table != table {
-            table = row.table;
-            let _ = writeln!(text, "\n{table:<quantity_width$}      {:>8}  {:>8}", "paper", "ours");
-        }
-        let _ =
-            writeln!(text, "  {:<quantity_width$}    {:>8}  {:>8}", row.quantity, number(row.paper), number(row.ours));
-        if let Some(difference) = &row.difference {
-            wrap(&mut text, if above == Some(difference) { "as above" } else { difference });
-        }
-        above = row.difference.as_ref();
-    }
+/// A line, then the rows with up to three decimals.
+pub fn table(head: String, rows: &[Row]) -> String {
+    let mut text = lines(&[head]);
+    rows_into(&mut text, rows, 3);
     text
 }
 
-/// Three decimals at most, none that says nothing.
-fn number(value: Option<f64>) -> String {
+/// Lines of a heading, each closed by a line break.
+pub fn lines(lines: &[String]) -> String {
+    lines.iter().map(|line| format!("{line}\n")).collect()
+}
+
+/// The rows, table by table, with up to `decimals` decimals.
+pub fn rows_into(text: &mut String, rows: &[Row], decimals: usize) {
+    let quantity_width = rows.iter().map(|row| row.quantity.chars().count()).max().unwrap_or(0).max(8);
+    let width = decimals + 5;
+    let (mut table, mut above) = ("", None);
+    for row in rows {
+        // Writing to a string cannot fail.
+        if row.table != table {
+            table = row.table;
+            let _ = writeln!(text, "\n{table:<quantity_width$}      {:>width$}  {:>width$}", "paper", "ours");
+        }
+        let [paper, ours] = [row.paper, row.ours].map(|value| number(value, decimals));
+        let _ = writeln!(text, "  {:<quantity_width$}    {paper:>width$}  {ours:>width$}", row.quantity);
+        if let Some(difference) = &row.difference {
+            wrap(text, if above == Some(difference) { "as above" } else { difference });
+        }
+        above = row.difference.as_ref();
+    }
+}
+
+/// So many decimals at most, none that says nothing.
+fn number(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(
         || "-".to_owned(),
         |value| {
-            let text = format!("{value:.3}");
+            let text = format!("{value:.decimals$}");
             text.trim_end_matches('0').trim_end_matches('.').to_owned()
         },
     )
@@ -70,7 +81,6 @@ fn wrap(text: &mut String, words: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reproduce::Row;
 
     #[test]
     fn columns_are_aligned_and_reasons_stand_below() {

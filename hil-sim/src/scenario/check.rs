@@ -36,6 +36,8 @@ impl Scenario {
             ("frame_interval_ms", self.frame_interval_ms.into(), 10.0, 3_600_000.0),
             ("frame_jitter_us", self.frame_jitter_us.into(), 0.0, 1e6),
             ("exposure_us", self.exposure_us.into(), 1.0, 1e6),
+            ("exposure_samples", self.exposure_samples.into(), 1.0, 1000.0),
+            ("rolling_shutter_ms", self.rolling_shutter_ms, 0.0, 1000.0),
             ("noise_dn", self.noise_dn, 0.0, 255.0),
             ("camera.cols", camera.cols.into(), 1.0, 8192.0),
             ("camera.rows", camera.rows.into(), 1.0, 8192.0),
@@ -115,10 +117,16 @@ impl Scenario {
         if low > high {
             return Err(format!("flight.tilt_hz = [{low}, {high}] has the higher value first"));
         }
-        let taken = u64::from(self.exposure_us) + u64::from(self.frame_jitter_us) + BETWEEN_FRAMES_US;
+        let rolling_us = self.rolling_shutter_us();
+        let taken = u64::from(self.exposure_us) + rolling_us + u64::from(self.frame_jitter_us) + BETWEEN_FRAMES_US;
         if taken > self.frame_interval_us() {
+            let rolling = if rolling_us > 0 {
+                format!(", rolling_shutter_ms = {}", self.rolling_shutter_ms)
+            } else {
+                String::new()
+            };
             return Err(format!(
-                "exposure_us = {} and frame_jitter_us = {} do not fit into frame_interval_ms = {}",
+                "exposure_us = {}{rolling} and frame_jitter_us = {} do not fit into frame_interval_ms = {}",
                 self.exposure_us, self.frame_jitter_us, self.frame_interval_ms
             ));
         }

@@ -81,6 +81,9 @@ fn what_is_wrong_is_named() {
         ("[camera.distortion]\nk2 = 99.0", &["camera.distortion.k2 = 99 is not between"]),
         ("[flight]\nheight_m = [150.0, 100.0]", &["flight.height_m = [150, 100] has the higher value first"]),
         ("frame_interval_ms = 10\nexposure_us = 5000", &["exposure_us = 5000", "frame_interval_ms = 10"]),
+        ("frame_interval_ms = 20\nrolling_shutter_ms = 20.0", &["rolling_shutter_ms = 20", "frame_interval_ms = 20"]),
+        ("rolling_shutter_ms = -1.0", &["rolling_shutter_ms = -1 is not between 0 and 1000"]),
+        ("exposure_samples = 0", &["exposure_samples = 0 is not between 1 and 1000"]),
         ("[camera]\nfov_v_deg = 45.0", &["follow_up.mode = \"followed\"", "camera.fov_v_deg = 45"]),
         ("[flight]\ntilt_max_deg = 45.0", &["flight.tilt_max_deg = 45 brings the horizon"]),
         ("[follow_up]\nmode = \"loose\"", &["line 2", "mode = \"loose\"", "unknown variant `loose`"]),
@@ -99,4 +102,20 @@ fn what_is_wrong_is_named() {
     }
     let missing = Scenario::load(Path::new("no/such.toml"), None).expect_err("no file").to_string();
     assert!(missing.starts_with("no/such.toml: cannot read the scenario"), "{missing}");
+}
+
+/// Evenly over the exposure about its middle, later from row to row, the middle row's middle being the stamp.
+#[test]
+fn instants_of_an_exposure_and_of_its_rows() {
+    let offsets = |scenario: &Scenario, row: usize| scenario.sample_offsets_us(row).collect::<Vec<_>>();
+    let mut scenario = Scenario::default_scene();
+    assert_eq!(offsets(&scenario, 0), [0.0]);
+    assert_eq!(offsets(&scenario, 511), [0.0]);
+    scenario.exposure_samples = 4;
+    assert_eq!(offsets(&scenario, 100), [-750.0, -250.0, 250.0, 750.0]);
+    (scenario.exposure_samples, scenario.rolling_shutter_ms) = (1, 20.0);
+    assert_eq!((offsets(&scenario, 0), offsets(&scenario, 511)), (vec![-10_000.0], vec![10_000.0]));
+    assert!((offsets(&scenario, 255)[0] + offsets(&scenario, 256)[0]).abs() < 1e-9);
+    scenario.camera.rows = 1;
+    assert_eq!(offsets(&scenario, 0), [0.0]);
 }

@@ -6,7 +6,7 @@ use crate::scenario::{Scenario, WARM_UP_US};
 /// From the shutter's close to the first row on the bus, microseconds.
 const READOUT_DELAY_US: u64 = 50;
 
-/// One exposure of the global shutter, microseconds of the autopilot's clock.
+/// One exposure, microseconds of the autopilot's clock; with a rolling shutter that of the middle row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Exposure {
     /// Counts from 0.
@@ -15,7 +15,8 @@ pub struct Exposure {
     pub open_us: u64,
     /// The shutter closes.
     pub close_us: u64,
-    /// The first row leaves the sensor.
+    /// The first row leaves the sensor; with a rolling shutter not before the last row's exposure has ended, so that no
+    /// row is handed over before it was taken.
     pub readout_start_us: u64,
 }
 
@@ -33,10 +34,11 @@ pub fn exposures(scenario: &Scenario) -> impl Iterator<Item = Exposure> + use<> 
     let interval_us = scenario.frame_interval_us();
     let jitter_us = f64::from(scenario.frame_jitter_us);
     let exposure_us = u64::from(scenario.exposure_us);
+    let last_row_us = scenario.rolling_shutter_us().div_ceil(2);
     (0..scenario.frames).map(move |frame| {
         let late_us = (jitter_us * uniform(&mut rng)) as u64;
         let open_us = WARM_UP_US + u64::from(frame) * interval_us + late_us;
         let close_us = open_us + exposure_us;
-        Exposure { frame, open_us, close_us, readout_start_us: close_us + READOUT_DELAY_US }
+        Exposure { frame, open_us, close_us, readout_start_us: close_us + last_row_us + READOUT_DELAY_US }
     })
 }
