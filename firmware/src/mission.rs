@@ -3,12 +3,16 @@
 //! Written on the ground, read once at boot. A mission that cannot be read leaves the vehicle without fixes and with a
 //! reason, never with wrong ones.
 
+mod stamps;
+
 use plumbline_core::camera::{Camera, Distortion};
 use plumbline_core::matching::judge::AcceptRule;
 use plumbline_core::pipeline::{FollowUpMode, Settings, Sigmas};
+use plumbline_core::stamp::StampSettings;
 use plumbline_core::tile::{Geographic, Georeference, Tile};
 use plumbline_core::units::{Metres, Radians};
 use serde::{Deserialize, Serialize};
+pub use stamps::Stamps;
 
 /// Why a mission was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +28,7 @@ pub enum MissionError {
 }
 
 /// Format version: the first field of the encoding.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 /// A mission as it is stored. Angles in radians, lengths in metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,6 +69,8 @@ pub struct Mission {
     pub point_scale: f32,
     /// Whether rectified patches are sent by the image transmission protocol.
     pub send_patches: bool,
+    /// Shutter line, capture timer and pulses.
+    pub stamps: Stamps,
 }
 
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
@@ -116,6 +122,14 @@ impl Mission {
         };
         settings.check().map_err(|_| MissionError::Settings)?;
         Ok(settings)
+    }
+
+    /// What stamps depend on.
+    ///
+    /// # Errors
+    /// [`MissionError::Settings`].
+    pub fn stamp_settings(&self) -> Result<StampSettings, MissionError> {
+        self.stamps.settings().ok_or(MissionError::Settings)
     }
 
     /// The reference tile over `pixels`.

@@ -13,7 +13,8 @@ mod tests;
 
 pub use ground::Ground;
 pub use tables::{
-    Attitude, Camera, Distortion, Flight, FollowUp, FollowUpMode, LinkFaults, Position, Range, Reference, Replay, Timer,
+    Attitude, Camera, Distortion, EdgeSource, Flight, FollowUp, FollowUpMode, LinkFaults, Position, Range, Reference,
+    Replay, Shutter, Timer,
 };
 
 use serde::Deserialize;
@@ -77,6 +78,8 @@ pub struct Scenario {
     pub position: Position,
     /// How the reference differs from the ground that is flown over.
     pub reference: Reference,
+    /// The shutter's line and the frames' arrival.
+    pub shutter: Shutter,
     /// The board's capture timer and the pulse per second.
     pub timer: Timer,
     /// What is flown over.
@@ -107,6 +110,7 @@ impl Default for Scenario {
             range: Range::default(),
             position: Position::default(),
             reference: Reference::default(),
+            shutter: Shutter::default(),
             timer: Timer::default(),
             ground: Ground::Procedural,
             replay: None,

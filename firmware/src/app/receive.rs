@@ -57,7 +57,7 @@ impl State {
             Incoming::Position(sample) => app.pipeline.borrow_mut().streams.position(sample),
             Incoming::Timesync { sent_ns, theirs } => {
                 let sent = Ticks((sent_ns / 1000) as u32);
-                app.clock.borrow_mut().on_timesync(sent, theirs, timer.now());
+                app.stamper.borrow_mut().clock.on_timesync(sent, theirs, timer.now());
                 Ok(())
             }
             Incoming::TimesyncRequest { theirs_ns } => {

@@ -12,7 +12,7 @@ mod board {
     use plumbline_firmware::an500::front_desk::{Camera, FrontDesk, Port};
     use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
     use plumbline_firmware::an500::{self, doorbell, psram, time_driver};
-    use plumbline_firmware::app::{App, beat, camera, receive, transmit};
+    use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
     use plumbline_firmware::mission::{Mission, MissionError};
     use plumbline_firmware::run::{self, Pending};
     use plumbline_firmware::window as at;
@@ -46,7 +46,12 @@ mod board {
 
     #[embassy_executor::task]
     async fn pulses_task(app: &'static App<'static>, mut timer: Port) -> ! {
-        beat::pulses(app, &mut timer).await
+        edges::pulses(app, &mut timer).await
+    }
+
+    #[embassy_executor::task]
+    async fn edges_task(app: &'static App<'static>, mut timer: Port) -> ! {
+        edges::edges(app, &mut timer).await
     }
 
     /// Flash as the simulator has filled it: mission and tile.
@@ -59,12 +64,13 @@ mod board {
         // SAFETY: as above.
         let pixels = unsafe { psram::bytes(at::TILE, area) }.ok_or(MissionError::Tile)?;
         let settings = mission.settings()?;
+        let stamps = mission.stamp_settings()?;
         let tile = mission.tile(pixels)?;
         // SAFETY: `boot` runs once.
         let frame_memory = unsafe { psram::frame_memory() };
         let pipeline =
             Pipeline::new(settings, tile, BUFFERS.take(), frame_memory).map_err(|_| MissionError::Settings)?;
-        Ok(APP.uninit().write(App::new(pipeline, mission.send_patches)))
+        Ok(APP.uninit().write(App::new(pipeline, &stamps, mission.send_patches)))
     }
 
     #[entry]
@@ -83,6 +89,7 @@ mod board {
                     transmit_task(app, port, port).map(|task| spawner.spawn(task)),
                     beat_task(app, port).map(|task| spawner.spawn(task)),
                     pulses_task(app, port).map(|task| spawner.spawn(task)),
+                    edges_task(app, port).map(|task| spawner.spawn(task)),
                 ];
                 if tasks.iter().all(Result::is_ok) { 1 } else { 0 }
             }

@@ -94,6 +94,8 @@ impl Timetable {
 #[derive(Debug)]
 pub struct Streams {
     timetables: Vec<Timetable>,
+    /// Pulses from the first second to the one before the second are not there.
+    pulses_lost_s: Option<[f64; 2]>,
     convergence_rad: f64,
     /// Heading, pitch, roll.
     attitude_white: [White; 3],
@@ -124,6 +126,7 @@ impl Streams {
         let shaking = |name: &str| White::new(position.velocity_sigma_m_s, seed, name);
         Streams {
             timetables: timetables(scenario),
+            pulses_lost_s: scenario.timer.pps_lost_s,
             convergence_rad,
             attitude_white: [
                 white(heading_white_deg, "attitude.heading.white"),
@@ -163,7 +166,11 @@ impl Streams {
             }
             timetable.next += 1;
             let reading = match kind {
-                Kind::Pps => Some(Reading::Pps { second: sampled_at_us / 1_000_000 }),
+                Kind::Pps => {
+                    let second = sampled_at_us / 1_000_000;
+                    let lost = self.pulses_lost_s.is_some_and(|[from, to]| (from..to).contains(&(second as f64)));
+                    (!lost).then_some(Reading::Pps { second })
+                }
                 Kind::Attitude => {
                     let reading = self.attitude(sampled_at_us, motion);
                     (!motion.in_gap(sampled_at_us)).then_some(reading)

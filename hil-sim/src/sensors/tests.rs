@@ -257,7 +257,7 @@ fn frames_open_at_their_interval_and_in_every_phase() {
 
 #[test]
 fn the_timer_drifts_and_wraps() {
-    let timer = TimerModel::new(&Scenario::default());
+    let timer = TimerModel::steady(4_290_000_000, 12.0);
     assert_eq!(timer.ticks(0), 4_290_000_000);
     // 12 ppm: 12 ticks more in each second.
     assert_eq!(timer.ticks(1_000_000), 4_291_000_012);
@@ -267,7 +267,7 @@ fn the_timer_drifts_and_wraps() {
     // A day later it has wrapped 20 times, and still counts single ticks.
     let day_us = 86_400_000_000;
     assert_eq!(timer.ticks(day_us), ((4_290_000_000_u64 + day_us + 1_036_800) % (1 << 32)) as u32);
-    let slow = TimerModel { start_ticks: 5, drift_ppm: -100.0 };
+    let slow = TimerModel::steady(5, -100.0);
     assert_eq!(slow.ticks(1_000_000), 999_905);
     assert_eq!((slow.ticks(0), slow.ticks(1)), (5, 5));
 }
