@@ -6,6 +6,8 @@ mod bad;
 mod clocks;
 #[path = "stamping/edges.rs"]
 mod edges;
+#[path = "stamping/flown.rs"]
+mod flown;
 mod seeded;
 #[path = "stamping/world.rs"]
 mod world;

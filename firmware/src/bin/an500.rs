@@ -54,7 +54,9 @@ mod board {
         edges::edges(app, &mut timer).await
     }
 
-    /// Flash as the simulator has filled it: mission and tile.
+    /// Flash as the simulator has filled it: mission and tile. A function of its own, so that what it builds is off the
+    /// stack when the flight begins.
+    #[inline(never)]
     fn boot() -> Result<&'static App<'static>, MissionError> {
         let length = psram::word(at::MISSION_BYTES).unwrap_or(0) as usize;
         // SAFETY: mission and tile stand for flash: the simulator does not change them after it has started us.
