@@ -156,9 +156,8 @@ impl StampSettings {
     pub fn check(&self) -> Result<(), SettingsError> {
         self.shutter.check()?;
         let clock = &self.clock;
-        if ![clock.pulse_sigma_us, clock.timesync_sigma_us].into_iter().all(is_sigma)
-            || !(clock.sigma_max_us > 0.0 && is_sigma(clock.sigma_max_us))
-        {
+        let sigmas = [clock.pulse_sigma_us, clock.timesync_sigma_us, clock.sigma_max_us];
+        if !sigmas.into_iter().all(is_sigma) || clock.sigma_max_us == 0.0 {
             return Err(SettingsError::Sigma);
         }
         let is_rate = |ppm: f32| (0.0..=RATE_MAX_PPM).contains(&ppm);
