@@ -6,7 +6,7 @@ fn parse(text: &str) -> Result<Scenario, ScenarioError> {
 }
 
 /// Every named flight of the repository.
-const NAMED: [(&str, &str); 7] = [
+const NAMED: [(&str, &str); 8] = [
     ("default", include_str!("../../scenarios/default.toml")),
     ("honest", include_str!("../../scenarios/honest.toml")),
     ("vienna", include_str!("../../scenarios/vienna.toml")),
@@ -14,6 +14,7 @@ const NAMED: [(&str, &str); 7] = [
     ("barrel", include_str!("../../scenarios/barrel.toml")),
     ("nadir", include_str!("../../scenarios/nadir.toml")),
     ("faults", include_str!("../../scenarios/faults.toml")),
+    ("edges", include_str!("../../scenarios/edges.toml")),
 ];
 
 #[test]

@@ -129,6 +129,25 @@ fn timesync_alone_is_as_good_as_its_quickest_exchanges() {
     assert!(squares.sqrt() < 100.0, "{} us", squares.sqrt());
 }
 
+/// Where every exchange takes all of its time one way, none of them says so: sigma has to, however many there are.
+#[test]
+fn timesync_knows_that_its_ways_may_be_unequal() {
+    for (there, back) in [(3000.0, 0.0), (0.0, 3000.0)] {
+        let mut clock = Clock::new(SETTINGS.clock);
+        for second in 0..300 {
+            let at_us = f64::from(second) * 1e6;
+            clock.on_timesync(
+                latch(3, at_us, 0.0),
+                Micros((at_us + there) as u64),
+                latch(3, at_us + there + back, 0.0),
+            );
+        }
+        let (error, sigma) = off(&clock, 3, 299.5e6);
+        assert!((error.abs() - 1500.0).abs() < 20.0, "{error}");
+        assert!((1.5..2.0).contains(&(error / sigma).abs()), "{error} us, sigma {sigma}");
+    }
+}
+
 #[test]
 fn ticks_far_from_any_tie_do_not_panic() {
     let mut random = Random::new(9);

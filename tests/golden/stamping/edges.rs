@@ -137,13 +137,14 @@ fn old_edges_make_room_and_are_forgotten() {
         push(&mut edges, &SHUTTER, &[frame * 20_000 + 30, -(frame * 20_000 + 5010)]);
     }
     assert_eq!(claim(&mut edges, &SHUTTER, 405_000), both(400_000, 405_000));
-    // Half an hour and more of silence: the next edge would look older than the last.
+    // An edge without a frame, then half an hour and more of silence: the next edge would look older than the last.
+    push(&mut edges, &SHUTTER, &[410_030]);
     let later = 405_000u32.wrapping_add(1 << 31);
     assert_eq!(
-        edges.push(Edge { at: at(later + 20), polarity: Polarity::Rising }, &SHUTTER),
+        edges.push(Edge { at: at(later + 6000), polarity: Polarity::Rising }, &SHUTTER),
         Err(EdgeError::Backwards)
     );
-    edges.forget(at(405_000 + 3_000_000));
+    edges.forget(at(410_030 + 3_000_000));
     assert_eq!(edges.push(Edge { at: at(later + 30), polarity: Polarity::Rising }, &SHUTTER), Ok(()));
     assert_eq!(edges.push(Edge { at: at(later + 5010), polarity: Polarity::Falling }, &SHUTTER), Ok(()));
     assert_eq!(claim(&mut edges, &SHUTTER, later + 5000), both(later, later + 5000));
