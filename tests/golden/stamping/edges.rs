@@ -145,7 +145,7 @@ fn old_edges_make_room_and_are_forgotten() {
         Err(EdgeError::Backwards)
     );
     edges.forget(at(410_030 + 3_000_000));
-    assert_eq!(edges.push(Edge { at: at(later + 30), polarity: Polarity::Rising }, &SHUTTER), Ok(()));
-    assert_eq!(edges.push(Edge { at: at(later + 5010), polarity: Polarity::Falling }, &SHUTTER), Ok(()));
-    assert_eq!(claim(&mut edges, &SHUTTER, later + 5000), both(later, later + 5000));
+    assert_eq!(edges.push(Edge { at: at(later + 10_030), polarity: Polarity::Rising }, &SHUTTER), Ok(()));
+    assert_eq!(edges.push(Edge { at: at(later + 15_010), polarity: Polarity::Falling }, &SHUTTER), Ok(()));
+    assert_eq!(claim(&mut edges, &SHUTTER, later + 15_000), both(later + 10_000, later + 15_000));
 }
