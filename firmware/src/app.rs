@@ -25,7 +25,7 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use plumbline_core::fix::Fix;
 use plumbline_core::pipeline::{Pipeline, Situation};
-use plumbline_core::stamp::{StampSettings, Stamper};
+use plumbline_core::stamp::Stamper;
 use plumbline_core::units::{Micros, Radians, Ticks};
 
 /// Something to be sent.
@@ -102,11 +102,11 @@ pub struct App<'t> {
 }
 
 impl<'t> App<'t> {
-    /// An application around a pipeline. The stamps' settings have been checked.
-    pub fn new(pipeline: Pipeline<'t>, stamps: &StampSettings, send_patches: bool) -> Self {
+    /// An application around a pipeline and what stamps its frames.
+    pub fn new(pipeline: Pipeline<'t>, stamper: Stamper, send_patches: bool) -> Self {
         App {
             pipeline: RefCell::new(pipeline),
-            stamper: RefCell::new(Stamper::new(stamps)),
+            stamper: RefCell::new(stamper),
             link: Cell::new(LinkCounters::default()),
             counters: Cell::new(Counters::default()),
             fresh: Signal::new(),

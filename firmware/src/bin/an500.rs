@@ -9,6 +9,7 @@ mod board {
     use cortex_m_rt::entry;
     use embassy_executor::raw::Executor;
     use plumbline_core::pipeline::{Buffers, Pipeline};
+    use plumbline_core::stamp::Stamper;
     use plumbline_firmware::an500::front_desk::{Camera, FrontDesk, Port};
     use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
     use plumbline_firmware::an500::{self, doorbell, psram, time_driver};
@@ -66,13 +67,13 @@ mod board {
         // SAFETY: as above.
         let pixels = unsafe { psram::bytes(at::TILE, area) }.ok_or(MissionError::Tile)?;
         let settings = mission.settings()?;
-        let stamps = mission.stamp_settings()?;
+        let stamper = Stamper::new(&mission.stamp_settings()?);
         let tile = mission.tile(pixels)?;
         // SAFETY: `boot` runs once.
         let frame_memory = unsafe { psram::frame_memory() };
         let pipeline =
             Pipeline::new(settings, tile, BUFFERS.take(), frame_memory).map_err(|_| MissionError::Settings)?;
-        Ok(APP.uninit().write(App::new(pipeline, &stamps, mission.send_patches)))
+        Ok(APP.uninit().write(App::new(pipeline, stamper, mission.send_patches)))
     }
 
     #[entry]

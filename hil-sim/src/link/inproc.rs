@@ -4,7 +4,7 @@ use super::{Event, Flash, Link, LinkError};
 use embassy_executor::raw::{Executor, TaskStorage};
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::pipeline::Pipeline;
-use plumbline_core::stamp::{Edge, Polarity};
+use plumbline_core::stamp::{Edge, Polarity, Stamper};
 use plumbline_core::units::Ticks;
 use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
 use plumbline_firmware::board::{FrameStart, FrontEnd, Gauge, Reader, Rows, Timer, Writer};
@@ -68,11 +68,11 @@ impl InProcess {
         // Through the stored form, as the board reads it.
         let mission = Mission::decode(&flash.encoded()?).map_err(refuse)?;
         let settings = mission.settings().map_err(refuse)?;
-        let stamps = mission.stamp_settings().map_err(refuse)?;
+        let stamper = Stamper::new(&mission.stamp_settings().map_err(refuse)?);
         let tile = mission.tile(Box::leak(flash.tile.clone().into_boxed_slice())).map_err(refuse)?;
         let pipeline = Pipeline::new(settings, tile, Box::leak(Box::default()), vec![0; FRAME_MEMORY_BYTES].leak())
             .map_err(|error| InputError::new(format!("the firmware refuses these settings: {error:?}")))?;
-        let app: &'static App<'static> = Box::leak(Box::new(App::new(pipeline, &stamps, mission.send_patches)));
+        let app: &'static App<'static> = Box::leak(Box::new(App::new(pipeline, stamper, mission.send_patches)));
         let pending: &'static Pending = Box::leak(Box::default());
         let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
         let wires = Rc::new(Wires::default());
