@@ -6,7 +6,7 @@ fn parse(text: &str) -> Result<Scenario, ScenarioError> {
 }
 
 /// Every named flight of the repository.
-const NAMED: [(&str, &str); 8] = [
+const NAMED: [(&str, &str); 9] = [
     ("default", include_str!("../../scenarios/default.toml")),
     ("honest", include_str!("../../scenarios/honest.toml")),
     ("vienna", include_str!("../../scenarios/vienna.toml")),
@@ -15,6 +15,7 @@ const NAMED: [(&str, &str); 8] = [
     ("nadir", include_str!("../../scenarios/nadir.toml")),
     ("faults", include_str!("../../scenarios/faults.toml")),
     ("edges", include_str!("../../scenarios/edges.toml")),
+    ("pulses", include_str!("../../scenarios/pulses.toml")),
 ];
 
 #[test]
