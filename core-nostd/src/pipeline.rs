@@ -120,6 +120,8 @@ impl<'t> Pipeline<'t> {
     ///
     /// # Errors
     /// [`SettingsError`] where the settings do not fit this build or each other.
+    // Inlined, it is built where it is to lie; otherwise boot carries two copies over the stack.
+    #[inline(always)]
     pub fn new(
         settings: Settings,
         tile: Tile<'t>,

@@ -1,17 +1,32 @@
 //! From shutter edges to the instant of mid-exposure on the autopilot's clock (paper 000, section 2.5 of its
 //! corrected form).
 //!
-//! A capture timer latches the shutter's opening and closing and the pulse-per-second edges, all with the same
-//! free-running 32-bit 1 MHz counter. The pulses tie that counter to the autopilot's seconds.
+//! A capture timer latches the shutter's opening and closing, the pulse-per-second edges and the arrival of a frame's
+//! first row, all with the same free-running 32-bit 1 MHz counter. [`edges`] keeps the shutter's edges without their
+//! bounces, [`assign`] finds those that belong to a frame, [`clock`] ties the counter to the autopilot's clock, and
+//! [`Stamper`] makes a [`Stamp`] of the three.
+//!
+//! Every latch is the count completed at its instant, so it comes half a tick early in the mean. Pulses, edges and
+//! arrivals do so alike, and only differences between them matter.
 
+pub mod assign;
+pub mod clock;
+pub mod edges;
+pub mod settings;
+
+use crate::math;
 use crate::units::{Micros, Ticks};
+pub use assign::Claim;
+pub use clock::{Clock, ClockState};
+pub use edges::{Edge, EdgeError, Edges, Polarity};
+pub use settings::{ClockSettings, KnownExposure, SettingsError, ShutterSettings, StampSettings, Wired};
 
 /// Longest exposure that is believed; a longer one is a lost edge.
 pub const EXPOSURE_MAX_US: i32 = 500_000;
-/// How far a pulse interval may be off one second: 500 ppm, ten times a poor crystal.
-const PULSE_TOLERANCE_TICKS: u32 = 500;
+/// Variance of a value that is rounded to whole units: of a latch in ticks, of a stamp in microseconds.
+pub(crate) const ROUNDING: f32 = 1.0 / 12.0;
 
-/// Both edges of one exposure, as the capture timer latched them.
+/// Both edges of one exposure on the capture timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Exposure {
@@ -34,86 +49,160 @@ impl Exposure {
     }
 }
 
-/// Ties the capture timer to the autopilot's clock by pulses per second, labelled by a coarse offset.
-///
-/// The offset comes from TIMESYNC and is good to the link's latency; it only has to say *which* second a pulse is.
-/// Between pulses t = s1 + (c − c1)/(c1 − c0). Without pulses the coarse offset alone is used.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Clock {
-    /// The coarse tie: this tick was about this instant.
-    coarse: Option<(Ticks, Micros)>,
-    /// The two newest pulses: older, newer with its second.
-    pulse: Option<Ticks>,
-    fine: Option<Fine>,
+/// What a stamp was made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum StampSource {
+    /// Opening and closing edge.
+    BothEdges = 0,
+    /// One of them, and the known exposure.
+    OneEdge = 1,
+    /// The frame's arrival less its calibrated latency, and the known exposure.
+    Arrival = 2,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Fine {
-    last: Ticks,
-    second: u64,
-    /// Ticks in the autopilot's second.
-    ticks_per_second: u32,
-}
-
-/// How long pulses may have ceased before the coarse offset takes over: ten minutes at 20 ppm are 12 ms.
-const FREE_WHEELING_MAX_TICKS: i32 = 600_000_000;
-/// A coarse offset further from the pulses than this says that the autopilot has booted anew.
-const CONTRADICTION_US: i32 = 500_000;
-
-impl Fine {
-    fn is_contradicted(&self, tick: Ticks, theirs: Micros) -> bool {
-        let old = tick.since(self.last).unsigned_abs() > FREE_WHEELING_MAX_TICKS as u32;
-        let ours = pulse_instant(tick, self.last, self.second, self.ticks_per_second);
-        old || ours.is_none_or(|ours| ours.since(theirs).unsigned_abs() > CONTRADICTION_US as u32)
-    }
-}
-
-impl Clock {
-    /// A TIMESYNC exchange: tick `sent`, the autopilot's answer `theirs`, tick `received`. Symmetric delay assumed.
-    pub fn on_timesync(&mut self, sent: Ticks, theirs: Micros, received: Ticks) {
-        let round_trip = received.since(sent);
-        if !(0..1_000_000).contains(&round_trip) {
-            return;
-        }
-        let middle = Ticks(sent.0.wrapping_add(round_trip as u32 / 2));
-        if self.fine.is_some_and(|fine| fine.is_contradicted(middle, theirs)) {
-            (self.fine, self.pulse) = (None, None);
-        }
-        self.coarse = Some((middle, theirs));
+impl StampSource {
+    /// The source with this code.
+    pub fn from_code(code: u8) -> Option<Self> {
+        [StampSource::BothEdges, StampSource::OneEdge, StampSource::Arrival].get(code as usize).copied()
     }
 
-    /// A pulse: an edge at `tick`, at a whole second of the autopilot. Ignored until a coarse offset exists; an edge
-    /// that is not one second after the one before starts the pair anew, so a glitch costs a second, not a wrong rate.
-    pub fn on_pulse(&mut self, tick: Ticks) {
-        let Some(near) = self.instant(tick) else { return };
-        let second = (near.0 + 500_000) / 1_000_000;
-        if let Some(before) = self.pulse {
-            let interval = tick.0.wrapping_sub(before.0);
-            if interval.abs_diff(1_000_000) <= PULSE_TOLERANCE_TICKS {
-                self.fine = Some(Fine { last: tick, second, ticks_per_second: interval });
-            }
-        }
-        self.pulse = Some(tick);
-    }
-
-    /// The autopilot's instant at `tick`, for ticks within half an hour of the newest tie. `None` before any tie, and
-    /// for instants before the autopilot booted.
-    pub fn instant(&self, tick: Ticks) -> Option<Micros> {
-        match (self.fine, self.coarse) {
-            (Some(fine), _) => pulse_instant(tick, fine.last, fine.second, fine.ticks_per_second),
-            (None, Some((at, theirs))) => theirs.0.checked_add_signed(tick.since(at) as i64).map(Micros),
-            (None, None) => None,
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            StampSource::BothEdges => "both_edges",
+            StampSource::OneEdge => "one_edge",
+            StampSource::Arrival => "arrival",
         }
     }
 }
 
-/// t = s1 + (c − c1)/(c1 − c0) in whole microseconds, rounded to nearest.
-pub fn pulse_instant(tick: Ticks, last: Ticks, second: u64, ticks_per_second: u32) -> Option<Micros> {
-    if ticks_per_second == 0 {
-        return None;
+/// When a frame was exposed, on the autopilot's clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stamp {
+    /// The shutter opened.
+    pub open: Micros,
+    /// The shutter closed.
+    pub close: Micros,
+    /// The middle of the exposure: the instant that the picture belongs to.
+    pub mid: Micros,
+    /// One sigma of `mid`: edges or arrival, exposure, the clock at that instant, rounding.
+    pub sigma_us: f32,
+    /// What it was made of.
+    pub source: StampSource,
+}
+
+/// Why a frame gets no stamp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum StampError {
+    /// The timer is not tied to the autopilot's clock.
+    NoClock,
+    /// The clock has run free for too long: its sigma is beyond the settings' limit.
+    UncertainClock,
+    /// Opening and closing edge are further apart than any exposure is long, or in the wrong order.
+    BadExposure,
+    /// The edges contradict each other, the known exposure or the frame's arrival.
+    Contradiction,
+    /// Not both edges are there, and no exposure is known that could stand for the other.
+    NoExposure,
+    /// The frame did not arrive after the one before.
+    Backwards,
+}
+
+/// How often the stamps' input was not as it should be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StampCounters {
+    /// Edges that were bounces or stray short pulses.
+    pub edges_bounced: u32,
+    /// Edges that were latched twice or ran backwards.
+    pub edges_bad: u32,
+    /// Edges that a frame should have had and had not.
+    pub edges_missing: u32,
+    /// Pulses off by more than the clock's gate.
+    pub pulses_ignored: u32,
+    /// Times that the clock was tied anew.
+    pub ties: u32,
+}
+
+/// Edges, pulses and time exchanges in, stamps out.
+#[derive(Debug)]
+pub struct Stamper {
+    shutter: ShutterSettings,
+    sigma_max_us: f32,
+    edges: Edges,
+    /// The capture timer on the autopilot's clock.
+    pub clock: Clock,
+    counters: StampCounters,
+}
+
+impl Stamper {
+    /// Before the first edge. The settings have been checked by [`StampSettings::check`].
+    pub fn new(settings: &StampSettings) -> Self {
+        Stamper {
+            shutter: settings.shutter,
+            sigma_max_us: settings.clock.sigma_max_us,
+            edges: Edges::new(),
+            clock: Clock::new(settings.clock),
+            counters: StampCounters::default(),
+        }
     }
-    let per_second = ticks_per_second as i64;
-    let scaled = tick.since(last) as i64 * 1_000_000;
-    let since = (2 * scaled + per_second).div_euclid(2 * per_second);
-    second.checked_mul(1_000_000)?.checked_add_signed(since).map(Micros)
+
+    /// An edge of the shutter's line. What is not taken is counted.
+    ///
+    /// # Errors
+    /// [`EdgeError`] says why the edge was not taken.
+    pub fn on_edge(&mut self, edge: Edge) -> Result<(), EdgeError> {
+        let taken = self.edges.push(edge, &self.shutter);
+        let counter = match taken {
+            Ok(()) => return taken,
+            Err(EdgeError::Bounce) => &mut self.counters.edges_bounced,
+            Err(EdgeError::Backwards | EdgeError::Repeated) => &mut self.counters.edges_bad,
+        };
+        *counter = counter.wrapping_add(1);
+        taken
+    }
+
+    /// To be called now and then, at least every ten minutes: what is so old that the timer's wrap would make it look
+    /// new is forgotten, and the clock's tie is carried along.
+    pub fn keep(&mut self, now: Ticks) {
+        self.edges.forget(now);
+        self.clock.keep(now);
+    }
+
+    /// The stamp of the frame whose first row arrived at `arrival`. Frames are to be handed over in their order; edges
+    /// that one of them has had, or has passed over, belong to none that follows.
+    ///
+    /// # Errors
+    /// [`StampError`].
+    pub fn frame(&mut self, arrival: Ticks) -> Result<Stamp, StampError> {
+        let claim = self.edges.claim(arrival, &self.shutter)?;
+        let missing = self.shutter.wired.count().saturating_sub(claim.edges());
+        self.counters.edges_missing = self.counters.edges_missing.wrapping_add(missing.into());
+        let exposure = claim.exposure(&self.shutter)?;
+        let mid = exposure.mid().ok_or(StampError::BadExposure)?;
+        let reading = self.clock.read(mid).ok_or(StampError::NoClock)?;
+        // An odd length's middle lies half a tick later than the whole one.
+        let half = if exposure.close.since(exposure.open) & 1 == 1 { 0.5 } else { 0.0 };
+        let sigma_us = math::sqrt(claim.variance(&self.shutter) + reading.variance + ROUNDING);
+        // Written so that NaN is refused too.
+        if sigma_us.is_nan() || sigma_us > self.sigma_max_us {
+            return Err(StampError::UncertainClock);
+        }
+        let instant = |tick| self.clock.instant(tick).map(|(at, _)| at).ok_or(StampError::NoClock);
+        Ok(Stamp {
+            open: instant(exposure.open)?,
+            close: instant(exposure.close)?,
+            mid: reading.rounded(half).ok_or(StampError::NoClock)?,
+            sigma_us,
+            source: claim.source(),
+        })
+    }
+
+    /// What was counted so far.
+    pub fn counters(&self) -> StampCounters {
+        let (pulses_ignored, ties) = self.clock.counted();
+        StampCounters { pulses_ignored, ties, ..self.counters }
+    }
 }

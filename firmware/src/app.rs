@@ -6,25 +6,27 @@
 //! | [`camera::camera`] | a frame, its rows, its pose | reduce, situate, rectify, register |
 //! | [`transmit::transmit`] | the outbox | messages to bytes |
 //! | [`beat::beat`] | the capture timer | heartbeat, time request, health, patience |
-//! | [`beat::pulses`] | pulses per second | the clock |
+//! | [`edges::pulses`] | pulses per second | the clock |
+//! | [`edges::edges`] | the shutter's edges | keeps them for their frames |
 //!
 //! All run on one executor in one thread: they share by `RefCell` and never hold a borrow across an await.
 
 pub mod beat;
 pub mod camera;
+pub mod edges;
 pub mod receive;
 pub mod transmit;
 
 use crate::wire::decoder::LinkCounters;
-use crate::wire::telemetry::FrameReport;
+use crate::wire::telemetry::{FrameReport, InstantReport};
 use core::cell::{Cell, RefCell};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use plumbline_core::fix::Fix;
 use plumbline_core::pipeline::{Pipeline, Situation};
-use plumbline_core::stamp::Clock;
-use plumbline_core::units::Radians;
+use plumbline_core::stamp::Stamper;
+use plumbline_core::units::{Micros, Radians, Ticks};
 
 /// Something to be sent.
 #[allow(clippy::large_enum_variant, reason = "no heap to put the large one on, and the outbox holds two")]
@@ -45,12 +47,27 @@ pub enum Out {
 pub struct FrameOut {
     /// The report.
     pub report: FrameReport,
+    /// All that belongs to the instant of its exposure.
+    pub instant: InstantReport,
     /// The state at mid-exposure, where it came that far.
     pub situation: Option<Situation>,
     /// The fix.
     pub fix: Option<Fix>,
     /// Number of the rectified patch, where there is one.
     pub patch: Option<u32>,
+}
+
+impl FrameOut {
+    /// Nothing known yet of a frame.
+    fn new(sequence: u32) -> Self {
+        FrameOut {
+            report: FrameReport::new(sequence),
+            instant: InstantReport::new(sequence),
+            situation: None,
+            fix: None,
+            patch: None,
+        }
+    }
 }
 
 /// Counters beside the link's.
@@ -73,7 +90,7 @@ pub struct Counters {
 pub struct App<'t> {
     /// The chain.
     pub pipeline: RefCell<Pipeline<'t>>,
-    clock: RefCell<Clock>,
+    stamper: RefCell<Stamper>,
     link: Cell<LinkCounters>,
     counters: Cell<Counters>,
     /// Raised whenever a waiting frame should look again.
@@ -85,11 +102,11 @@ pub struct App<'t> {
 }
 
 impl<'t> App<'t> {
-    /// An application around a pipeline.
-    pub fn new(pipeline: Pipeline<'t>, send_patches: bool) -> Self {
+    /// An application around a pipeline and what stamps its frames.
+    pub fn new(pipeline: Pipeline<'t>, stamper: Stamper, send_patches: bool) -> Self {
         App {
             pipeline: RefCell::new(pipeline),
-            clock: RefCell::new(Clock::default()),
+            stamper: RefCell::new(stamper),
             link: Cell::new(LinkCounters::default()),
             counters: Cell::new(Counters::default()),
             fresh: Signal::new(),
@@ -97,6 +114,11 @@ impl<'t> App<'t> {
             patch: Cell::new(0),
             send_patches,
         }
+    }
+
+    /// The autopilot's instant at a tick.
+    fn instant(&self, tick: Ticks) -> Option<Micros> {
+        self.stamper.borrow().clock.instant(tick).map(|(at, _)| at)
     }
 
     /// Counts.

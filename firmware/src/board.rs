@@ -1,15 +1,15 @@
 //! What a board must be able to do. The application knows nothing else of it.
 
-use plumbline_core::stamp::Exposure;
+use plumbline_core::stamp::Edge;
 use plumbline_core::units::Ticks;
 
-/// A frame whose shutter has closed; its rows follow.
+/// A frame whose first row has arrived; the others follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameStart {
     /// Number of the frame, counted by the front end from 0: a jump is a frame that was lost.
     pub sequence: u32,
-    /// Both shutter edges.
-    pub exposure: Exposure,
+    /// When its first row arrived.
+    pub arrival: Ticks,
     /// Size the sensor delivers, (cols, rows).
     pub size: (u16, u16),
 }
@@ -25,10 +25,10 @@ pub enum Rows<'a> {
     Overrun,
 }
 
-/// The camera's front end: shutter edges latched by the capture timer, rows as the sensor delivers them.
+/// The camera's front end: rows as the sensor delivers them.
 #[allow(async_fn_in_trait, reason = "one executor, one thread: futures need not be Send")]
 pub trait FrontEnd {
-    /// Waits for the next exposure to end.
+    /// Waits for the next frame's first row.
     async fn frame(&mut self) -> FrameStart;
     /// Waits for the frame's next `count` rows, a small part of its ring.
     async fn rows(&mut self, count: u16) -> Rows<'_>;
@@ -57,6 +57,9 @@ pub trait Timer {
     async fn until(&mut self, at: Ticks);
     /// Waits for the next pulse per second; the tick it was latched at.
     async fn pulse(&mut self) -> Ticks;
+    /// Waits for the next edge of the shutter's line, in the order in which they were latched and as they were: bounces
+    /// and all.
+    async fn edge(&mut self) -> Edge;
 }
 
 /// Figures of the board itself, for telemetry.

@@ -3,15 +3,19 @@
 //! Written on the ground, read once at boot. A mission that cannot be read leaves the vehicle without fixes and with a
 //! reason, never with wrong ones.
 
+mod stamps;
+
 use plumbline_core::camera::{Camera, Distortion};
 use plumbline_core::matching::judge::AcceptRule;
 use plumbline_core::mount::{LeverArm, Mount};
 use plumbline_core::pipeline::{FollowUpMode, Latencies, Motion, Motions, Settings, Sigmas};
 use plumbline_core::pose::noise::Wave;
+use plumbline_core::stamp::StampSettings;
 use plumbline_core::tile::{Geographic, Georeference, Tile};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Metres, Radians};
 use serde::{Deserialize, Serialize};
+pub use stamps::Stamps;
 
 /// Why a mission was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +84,8 @@ pub struct Mission {
     pub point_scale: f32,
     /// Whether rectified patches are sent by the image transmission protocol.
     pub send_patches: bool,
+    /// Shutter line, capture timer and pulses.
+    pub stamps: Stamps,
 }
 
 /// Bytes that hold any mission.
@@ -160,6 +166,14 @@ impl Mission {
         };
         settings.check().map_err(|_| MissionError::Settings)?;
         Ok(settings)
+    }
+
+    /// What stamps depend on.
+    ///
+    /// # Errors
+    /// [`MissionError::Settings`].
+    pub fn stamp_settings(&self) -> Result<StampSettings, MissionError> {
+        self.stamps.settings().ok_or(MissionError::Settings)
     }
 
     /// The reference tile over `pixels`.

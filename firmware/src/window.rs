@@ -14,8 +14,8 @@ pub const ADDRESS: usize = 0x6000_0000;
 
 /// Word: [`MAGIC_VALUE`] when the simulator has prepared the window.
 pub const MAGIC: usize = 0x00;
-/// "PLB1".
-pub const MAGIC_VALUE: u32 = 0x3142_4c50;
+/// "PLB2".
+pub const MAGIC_VALUE: u32 = 0x3242_4c50;
 /// Word: number of the step to be done, from 1.
 pub const STEP: usize = 0x04;
 /// Word: the capture timer's reading in this step.
@@ -26,14 +26,14 @@ pub const RECEIVED_TOTAL: usize = 0x0c;
 pub const PULSES: usize = 0x10;
 /// Word: the tick of the newest pulse.
 pub const PULSE_TICK: usize = 0x14;
-/// Word: frames exposed so far.
+/// Word: frames delivered so far.
 pub const FRAMES: usize = 0x18;
 /// Word: number of the newest frame.
 pub const FRAME_SEQUENCE: usize = 0x1c;
-/// Word: tick at which its shutter opened.
-pub const FRAME_OPEN: usize = 0x20;
-/// Word: tick at which its shutter closed.
-pub const FRAME_CLOSE: usize = 0x24;
+/// Word: tick at which its first row arrived.
+pub const FRAME_ARRIVAL: usize = 0x20;
+/// Word: edges of the shutter's line latched so far.
+pub const EDGES: usize = 0x24;
 /// Word: columns the sensor delivers.
 pub const FRAME_COLS: usize = 0x28;
 /// Word: rows the sensor delivers.
@@ -44,6 +44,12 @@ pub const ROW_TIME_NS: usize = 0x30;
 pub const RING_ROWS: usize = 0x34;
 /// Word: bytes of the encoded mission at [`MISSION`].
 pub const MISSION_BYTES: usize = 0x38;
+
+/// Ring of the newest edges, two words each: the tick, and 1 for a rising or 0 for a falling edge. Edge k, counted from 0,
+/// lies in place k modulo [`EDGE_RING`].
+pub const EDGE_WORDS: usize = 0x40;
+/// Places of that ring.
+pub const EDGE_RING: usize = 8;
 
 /// Word, written by the firmware: the last step done.
 pub const STEP_DONE: usize = 0x80;
@@ -64,3 +70,4 @@ pub const FRAME_MEMORY: usize = 0x7d_0000;
 pub const AREA_MAX: usize = 0x7c_0000;
 const _: () = assert!(FRAME + AREA_MAX <= FRAME_MEMORY && FRAME_MEMORY + FRAME_MEMORY_BYTES <= TILE);
 const _: () = assert!(TILE + AREA_MAX <= SIZE);
+const _: () = assert!(EDGE_WORDS + 8 * EDGE_RING <= STEP_DONE);

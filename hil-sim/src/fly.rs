@@ -6,11 +6,12 @@ use crate::flight::{TrueState, follow_up_exact};
 use crate::link::{Event, FrameEvent, Link, LinkError};
 use crate::render::Rendered;
 use crate::score::raw::{RawMatch, match_raw};
-use crate::sensors::{Exposure, Reading, Sample, Streams, TimerModel, exposures};
+use crate::sensors::noise::White;
+use crate::sensors::{Exposure, LineEdge, Reading, Sample, Streams, TimerModel, exposures, line_edges, lost_frames};
 use crate::stage::Stage;
 use crate::station::{ReceivedPatch, Station};
-use plumbline_firmware::wire::telemetry::{FrameReport, Health};
-use std::collections::BTreeMap;
+use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport};
+use std::collections::{BTreeMap, VecDeque};
 
 /// One way over the link to the autopilot, microseconds: what a TIMESYNC exchange takes each way.
 const LINK_DELAY_US: u64 = 1500;
@@ -26,6 +27,8 @@ pub struct FrameRecord {
     pub truth: TrueState,
     /// What the firmware said; `None` when it said nothing.
     pub report: Option<FrameReport>,
+    /// What it said of the instant of its exposure.
+    pub instant: Option<InstantReport>,
     /// What matching without rectification would have given.
     pub raw: Option<RawMatch>,
     /// The picture, kept for the first frames and a few others.
@@ -72,22 +75,30 @@ impl Keep {
 /// [`LinkError`] when the firmware is lost, or a position cannot be converted.
 pub fn fly(stage: &Stage, link: &mut dyn Link, keep: Keep, progress: &mut dyn FnMut(u32)) -> Result<Flight, LinkError> {
     let mut cockpit = Cockpit::new(stage, link);
-    let mut frames = Vec::with_capacity(stage.scenario.frames as usize);
-    for exposure in exposures(&stage.scenario) {
+    let mut frames: Vec<FrameRecord> = Vec::with_capacity(stage.scenario.frames as usize);
+    let mut closed = 0;
+    for (exposure, is_lost) in exposures(&stage.scenario).zip(lost_frames(&stage.scenario)) {
         cockpit.until(exposure.readout_start_us)?;
         let truth = stage.motion.state(exposure.mid_us());
+        let record = FrameRecord { exposure, truth, report: None, instant: None, raw: None, frame: None, patch: None };
+        if is_lost {
+            progress(exposure.frame);
+            frames.push(record);
+            continue;
+        }
         let rendered = picture(stage, &exposure);
         progress(exposure.frame);
         cockpit.frame(&exposure, &rendered.pixels)?;
         let frame = Some(rendered.pixels);
-        frames.push(FrameRecord { exposure, truth, report: None, raw: None, frame, patch: None });
-        // The frame before has its pose by now, and its report.
-        if let Some(before) = frames.len().checked_sub(2).and_then(|index| frames.get_mut(index)) {
+        // The frames before have their poses by now, and their reports.
+        for before in frames.get_mut(closed..).unwrap_or_default() {
             cockpit.close(before, keep);
         }
+        closed = frames.len();
+        frames.push(FrameRecord { frame, ..record });
     }
     cockpit.until(stage.scenario.duration_us())?;
-    if let Some(last) = frames.last_mut() {
+    for last in frames.get_mut(closed..).unwrap_or_default() {
         cockpit.close(last, keep);
     }
     Ok(cockpit.finish(frames))
@@ -118,6 +129,9 @@ struct Cockpit<'s> {
     link: &'s mut dyn Link,
     streams: Streams,
     timer: TimerModel,
+    pulse_jitter: White,
+    /// Edges still to come.
+    edges: VecDeque<LineEdge>,
     autopilot: Autopilot,
     injector: FaultInjector,
     station: Station,
@@ -135,6 +149,8 @@ impl<'s> Cockpit<'s> {
             link,
             streams: Streams::new(&stage.scenario, stage.convergence_rad),
             timer: TimerModel::new(&stage.scenario),
+            pulse_jitter: White::new(stage.scenario.timer.pps_jitter_us, stage.scenario.seed, "pps"),
+            edges: line_edges(&stage.scenario).into(),
             autopilot: Autopilot::default(),
             injector: FaultInjector::new(&stage.scenario, "to_firmware"),
             station: Station::default(),
@@ -149,10 +165,13 @@ impl<'s> Cockpit<'s> {
     fn until(&mut self, end_us: u64) -> Result<(), LinkError> {
         loop {
             let answer_us = self.answers.first().map_or(u64::MAX, |(at, _)| *at);
-            let horizon = end_us.min(answer_us).min(self.now_us + STEP_MAX_US);
+            let edge_us = self.edges.front().map_or(u64::MAX, LineEdge::seen_us);
+            let horizon = end_us.min(answer_us).min(edge_us).min(self.now_us + STEP_MAX_US);
             let slant = |state: &TrueState| self.stage.slant_m(state);
             if let Some(sample) = self.streams.next_before(horizon, &self.stage.motion, &slant) {
                 self.sample(&sample)?;
+            } else if edge_us <= horizon {
+                self.edge()?;
             } else if answer_us == horizon {
                 let (at_us, bytes) = self.answers.remove(0);
                 self.bytes(at_us, &bytes)?;
@@ -166,13 +185,19 @@ impl<'s> Cockpit<'s> {
 
     fn sample(&mut self, sample: &Sample) -> Result<(), LinkError> {
         if let Reading::Pps { .. } = sample.reading {
-            let tick = self.timer.ticks(sample.sampled_at_us);
+            let tick = self.timer.latch(sample.sampled_at_us as f64 + self.pulse_jitter.draw());
             return self.step(sample.arrived_at_us, Event::Pulse(tick));
         }
         match self.autopilot.message(sample, &self.stage.crs)? {
             Some(message) => self.bytes(sample.arrived_at_us, &message),
             None => Ok(()),
         }
+    }
+
+    fn edge(&mut self) -> Result<(), LinkError> {
+        let Some(edge) = self.edges.pop_front() else { return Ok(()) };
+        let tick = self.timer.latch(edge.at_us);
+        self.step(edge.seen_us(), Event::Edge { tick, rising: edge.rising })
     }
 
     /// A message, through whatever goes wrong on the link.
@@ -188,8 +213,7 @@ impl<'s> Cockpit<'s> {
             exposure.readout_start_us,
             Event::Frame(FrameEvent {
                 sequence: exposure.frame,
-                open: self.timer.ticks(exposure.open_us),
-                close: self.timer.ticks(exposure.close_us),
+                arrival: self.timer.ticks(exposure.readout_start_us),
                 size: (camera.cols, camera.rows),
                 pixels,
             }),
@@ -223,6 +247,7 @@ impl<'s> Cockpit<'s> {
     fn close(&mut self, record: &mut FrameRecord, keep: Keep) {
         let frame = record.exposure.frame;
         record.report = self.station.reports.get(&frame).copied();
+        record.instant = self.station.instants.get(&frame).copied();
         record.patch = self.station.patches.remove(&frame);
         if let Some(pixels) = &record.frame {
             record.raw = match_raw(self.stage, &record.truth, pixels, record.report.as_ref());

@@ -20,7 +20,14 @@ pub enum Event<'a> {
     Bytes(&'a [u8]),
     /// A pulse per second, latched at this tick.
     Pulse(u32),
-    /// A frame whose shutter has closed.
+    /// An edge of the shutter's line.
+    Edge {
+        /// The tick that it was latched at.
+        tick: u32,
+        /// Which way the line went.
+        rising: bool,
+    },
+    /// A frame whose first row has arrived.
     Frame(FrameEvent<'a>),
 }
 
@@ -29,10 +36,8 @@ pub enum Event<'a> {
 pub struct FrameEvent<'a> {
     /// Number of the frame.
     pub sequence: u32,
-    /// Ticks of the shutter's edges.
-    pub open: u32,
-    /// Ticks of the shutter's edges.
-    pub close: u32,
+    /// Tick at which its first row arrived.
+    pub arrival: u32,
     /// (cols, rows).
     pub size: (u16, u16),
     /// Row-major, row 0 forward.
@@ -92,6 +97,7 @@ impl Flash {
     pub fn encoded(&self) -> Result<Vec<u8>, InputError> {
         let refuse = |error| InputError::new(format!("the firmware refuses this mission: {error:?}"));
         self.mission.settings().map_err(refuse)?;
+        self.mission.stamp_settings().map_err(refuse)?;
         self.mission.tile(&self.tile).map_err(refuse)?;
         let mut buffer = vec![0; 512];
         let used = self.mission.encode(&mut buffer).map_err(refuse)?.len();

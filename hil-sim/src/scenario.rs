@@ -13,8 +13,8 @@ mod tests;
 
 pub use ground::Ground;
 pub use tables::{
-    Attitude, Camera, Distortion, Flight, FollowUp, FollowUpMode, LinkFaults, Mount, Position, Range, Reference,
-    Replay, Timer,
+    Attitude, Camera, Distortion, EdgeSource, Flight, FollowUp, FollowUpMode, LinkFaults, Mount, Position, Range,
+    Reference, Replay, Shutter, Timer,
 };
 
 use serde::Deserialize;
@@ -85,6 +85,8 @@ pub struct Scenario {
     pub position: Position,
     /// How the reference differs from the ground that is flown over.
     pub reference: Reference,
+    /// The shutter's line and the frames' arrival.
+    pub shutter: Shutter,
     /// The board's capture timer and the pulse per second.
     pub timer: Timer,
     /// What is flown over.
@@ -118,6 +120,7 @@ impl Default for Scenario {
             range: Range::default(),
             position: Position::default(),
             reference: Reference::default(),
+            shutter: Shutter::default(),
             timer: Timer::default(),
             ground: Ground::Procedural,
             replay: None,

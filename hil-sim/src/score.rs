@@ -1,12 +1,13 @@
 //! What a flight is worth: every frame against the truth, and the figures of `report.json`.
 
 pub mod raw;
+pub mod stamps;
 mod statistics;
 
 use crate::fly::{Flight, FrameRecord};
 use crate::mount::antenna;
 use crate::stage::Stage;
-use plumbline_firmware::wire::telemetry::STAGES;
+use plumbline_firmware::wire::telemetry::{STAGES, StampHealth};
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::write_file;
 use serde::{Serialize, Serializer};
@@ -157,6 +158,8 @@ pub struct Summary {
     pub ground_error_m: Spread,
     /// Mean normalised estimation error squared, 2 degrees of freedom.
     pub nees_mean: Option<f64>,
+    /// Stamps against the true middles of the exposures, all frames.
+    pub stamps: stamps::Stamps,
     /// Edge to fix; null in-process.
     pub instructions_per_frame: Cost,
     /// Mean instructions of each stage by its name; null in-process.
@@ -169,6 +172,8 @@ pub struct Summary {
     pub overruns: u32,
     /// What the firmware counted on its link.
     pub link_health: LinkHealth,
+    /// What it counted of edges and pulses.
+    pub stamp_health: StampHealth,
     /// Root mean square of the servo commands off the exact angle when they arrived, degrees.
     pub servo_rms_deg: f64,
 }
@@ -271,6 +276,7 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
         },
         ground_error_m: Spread { mean: mean(&ground), p95: percentile(&ground, 0.95) },
         nees_mean: mean(&accepted.iter().filter_map(|s| s.nees).collect::<Vec<_>>()),
+        stamps: stamps::stamps(&flight.frames),
         instructions_per_frame: Cost {
             mean: mean(&instructions.iter().map(|&i| i as f64).collect::<Vec<_>>()),
             max: instructions.iter().copied().max(),
@@ -287,6 +293,7 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
             backwards: health.backwards,
             invalid: health.invalid,
         },
+        stamp_health: health.stamps,
         servo_rms_deg: flight.servo.1.to_degrees(),
     }
 }

@@ -3,6 +3,7 @@
 //! Every sample has two instants: when it was sampled, by which its message is stamped, and when it arrives. Both are
 //! integer microseconds of the autopilot's clock; only the board's capture timer runs on its own.
 
+mod edges;
 pub mod noise;
 mod shutter;
 mod streams;
@@ -10,6 +11,7 @@ mod streams;
 mod tests;
 mod timer;
 
+pub use edges::{LineEdge, hold_off_us, line_edges, lost_frames};
 pub use shutter::{Exposure, exposures};
 pub use streams::{Reading, Sample, Streams};
 pub use timer::TimerModel;

@@ -1,6 +1,7 @@
 //! A scenario made ready to fly: ground, motion, camera, reference tile and what lies in the firmware's flash.
 
 mod georeference;
+mod stamps;
 
 use crate::camera::render_camera;
 use crate::flight::{Area, AttitudeLog, Motion, TrueState, footprint_margin_at_m, footprint_margin_m};
@@ -116,6 +117,7 @@ impl Stage {
             convergence_rad: convergence_rad as f32,
             point_scale: crs.point_scale(centre[0], centre[1])? as f32,
             send_patches: true,
+            stamps: stamps::of(&scenario),
         };
         let flash = Flash { mission, tile: tile.pixels };
         flash.encoded()?;

@@ -6,7 +6,7 @@ use mavlink::dialects::common::{
 };
 use mavlink::{MavlinkVersion, MessageData};
 use plumbline_firmware::wire::decoder::{Decoder, Packet};
-use plumbline_firmware::wire::telemetry::{FrameReport, Health, Telemetry};
+use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, Telemetry};
 use std::collections::BTreeMap;
 
 /// A rectified patch as it was received.
@@ -24,6 +24,8 @@ pub struct Station {
     decoder: Decoder,
     /// Reports by frame.
     pub reports: BTreeMap<u32, FrameReport>,
+    /// What belongs to the instants of their exposures, by frame.
+    pub instants: BTreeMap<u32, InstantReport>,
     /// Patches by frame.
     pub patches: BTreeMap<u32, ReceivedPatch>,
     /// Position fixes as an autopilot would get them, in order.
@@ -68,6 +70,9 @@ impl Station {
                     Some(Telemetry::Frame(report)) => {
                         self.current = Some(report.sequence);
                         self.reports.insert(report.sequence, report);
+                    }
+                    Some(Telemetry::Instant(report)) => {
+                        self.instants.insert(report.sequence, report);
                     }
                     Some(Telemetry::Health(health)) => self.health = health,
                     None => {}

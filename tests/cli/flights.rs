@@ -11,7 +11,7 @@ const HEADER: &str = "frame,mid_exposure_us,accepted,reason,d_col,d_row,true_col
      sigma_north_m,score,second_peak";
 
 /// What the contract promises of `report.json`; a dot leads into a table.
-const REPORT: [&str; 19] = [
+const REPORT: [&str; 27] = [
     "schema",
     "seed",
     "link",
@@ -28,6 +28,14 @@ const REPORT: [&str; 19] = [
     "ground_error_m.mean",
     "ground_error_m.p95",
     "nees_mean",
+    "stamps.rms_us",
+    "stamps.mean_us",
+    "stamps.max_us",
+    "stamps.nees_mean",
+    "stamps.sources.both_edges",
+    "stamps.sources.one_edge",
+    "stamps.sources.arrival",
+    "stamps.sources.none",
     "instructions_per_frame.mean",
     "instructions_per_frame.max",
     "ram_bytes",

@@ -10,7 +10,9 @@ use plumbline_core::tile::{Geographic, Local};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Micros, Radians};
 use plumbline_firmware::wire::outgoing::{self, CHUNK, COMPONENT, Encoder, SYSTEM};
-use plumbline_firmware::wire::telemetry::{FrameReport, Health, MARK, TUNNEL_BYTES, Telemetry};
+use plumbline_firmware::wire::telemetry::{
+    FrameReport, Health, InstantReport, MARK, StampHealth, StampTold, TUNNEL_BYTES, Telemetry,
+};
 use proptest::prelude::{any, prop_assert, prop_assert_eq, proptest};
 
 /// Encodes, checks the frame by hand, and lets the `mavlink` crate read it.
@@ -168,15 +170,39 @@ fn longest_health() -> Health {
         frames_lost: MOST,
         patches_cut: MOST,
         memory: (MOST, MOST),
+        stamps: StampHealth {
+            edges_bounced: MOST,
+            edges_bad: MOST,
+            edges_missing: MOST,
+            pulses_ignored: MOST,
+            ties: MOST,
+            free_wheeling_s: MOST,
+        },
     }
+}
+
+fn longest_instant() -> InstantReport {
+    let stamp = StampTold {
+        mid_us: u64::MAX,
+        halves_us: (u32::MAX, u32::MAX),
+        sigma_us: f32::MIN,
+        source: u8::MAX,
+        by_pulses: true,
+        rate_ppm: (f32::MIN, f32::MIN),
+        free_wheeling_s: u32::MAX,
+    };
+    InstantReport { sequence: u32::MAX, stamp: Some(stamp) }
 }
 
 #[test]
 fn the_longest_telemetry_fits_and_comes_back() {
     let mut encoder = Encoder::new();
-    for (sequence, telemetry) in
-        [Telemetry::Frame(longest_report()), Telemetry::Health(longest_health())].iter().enumerate()
-    {
+    let longest = [
+        Telemetry::Frame(longest_report()),
+        Telemetry::Health(longest_health()),
+        Telemetry::Instant(longest_instant()),
+    ];
+    for (sequence, telemetry) in longest.iter().enumerate() {
         let mut payload = [0xEE; TUNNEL_BYTES];
         let used = telemetry.encode(&mut payload).expect("it fits");
         println!("telemetry: {used} of {TUNNEL_BYTES} bytes");

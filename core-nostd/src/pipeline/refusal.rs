@@ -3,6 +3,7 @@
 use crate::matching::Rejection;
 use crate::matching::judge::Doubt;
 use crate::matching::refine::RefineError;
+use crate::stamp::StampError;
 
 /// Why a frame has no fix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,12 +50,22 @@ pub enum Refusal {
     Ambiguous = 19,
     /// The sub-pixel solution is too uncertain or left the peak.
     Imprecise = 20,
+    /// The shutter edges contradict each other, the known exposure or the frame's arrival.
+    EdgesContradict = 21,
+    /// An edge is missing, and no exposure is known that could stand for it.
+    NoExposure = 22,
+    /// The clock has run free for so long that a stamp would be too uncertain.
+    UncertainClock = 23,
+    /// The frame did not arrive after the one before.
+    FrameBackwards = 24,
     /// Every attitude around mid-exposure is the same to the last bit: the sensor hangs.
-    AttitudeStuck = 21,
+    AttitudeStuck = 25,
+    /// The camera moves too fast for its rolling shutter.
+    TooFast = 26,
 }
 
 /// Every refusal, in the order of its code.
-pub const ALL: [Refusal; 21] = [
+pub const ALL: [Refusal; 26] = [
     Refusal::NoClock,
     Refusal::BadExposure,
     Refusal::Busy,
@@ -75,7 +86,12 @@ pub const ALL: [Refusal; 21] = [
     Refusal::LowScore,
     Refusal::Ambiguous,
     Refusal::Imprecise,
+    Refusal::EdgesContradict,
+    Refusal::NoExposure,
+    Refusal::UncertainClock,
+    Refusal::FrameBackwards,
     Refusal::AttitudeStuck,
+    Refusal::TooFast,
 ];
 
 impl Refusal {
@@ -113,6 +129,24 @@ impl Refusal {
             Refusal::Ambiguous => "ambiguous",
             Refusal::Imprecise => "imprecise",
             Refusal::AttitudeStuck => "attitude_stuck",
+            Refusal::TooFast => "too_fast",
+            Refusal::EdgesContradict => "edges_contradict",
+            Refusal::NoExposure => "no_exposure",
+            Refusal::UncertainClock => "uncertain_clock",
+            Refusal::FrameBackwards => "frame_backwards",
+        }
+    }
+}
+
+impl From<StampError> for Refusal {
+    fn from(error: StampError) -> Self {
+        match error {
+            StampError::NoClock => Refusal::NoClock,
+            StampError::UncertainClock => Refusal::UncertainClock,
+            StampError::BadExposure => Refusal::BadExposure,
+            StampError::Contradiction => Refusal::EdgesContradict,
+            StampError::NoExposure => Refusal::NoExposure,
+            StampError::Backwards => Refusal::FrameBackwards,
         }
     }
 }

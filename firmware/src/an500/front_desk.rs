@@ -8,7 +8,7 @@ use core::cell::Cell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
-use plumbline_core::stamp::Exposure;
+use plumbline_core::stamp::{Edge, Polarity};
 use plumbline_core::units::Ticks;
 
 /// A register; the offsets are constants inside the window.
@@ -22,7 +22,9 @@ fn register(offset: usize) -> u32 {
 pub struct FrontDesk {
     stepped: Signal<NoopRawMutex, ()>,
     pulse: Signal<NoopRawMutex, Ticks>,
+    edge: Signal<NoopRawMutex, ()>,
     frame: Signal<NoopRawMutex, Incoming>,
+    seen_edges: Cell<u32>,
     seen_pulses: Cell<u32>,
     seen_frames: Cell<u32>,
     overruns: Cell<u32>,
@@ -42,7 +44,9 @@ impl FrontDesk {
         FrontDesk {
             stepped: Signal::new(),
             pulse: Signal::new(),
+            edge: Signal::new(),
             frame: Signal::new(),
+            seen_edges: Cell::new(0),
             seen_pulses: Cell::new(0),
             seen_frames: Cell::new(0),
             overruns: Cell::new(0),
@@ -59,13 +63,29 @@ impl FrontDesk {
         if self.seen_pulses.replace(register(at::PULSES)) != register(at::PULSES) {
             self.pulse.signal(Ticks(register(at::PULSE_TICK)));
         }
+        if self.seen_edges.get() != register(at::EDGES) {
+            self.edge.signal(());
+        }
         if self.seen_frames.replace(register(at::FRAMES)) != register(at::FRAMES) {
-            let exposure = Exposure { open: Ticks(register(at::FRAME_OPEN)), close: Ticks(register(at::FRAME_CLOSE)) };
+            let arrival = Ticks(register(at::FRAME_ARRIVAL));
             let size = (register(at::FRAME_COLS) as u16, register(at::FRAME_ROWS) as u16);
-            let start = FrameStart { sequence: register(at::FRAME_SEQUENCE), exposure, size };
+            let start = FrameStart { sequence: register(at::FRAME_SEQUENCE), arrival, size };
             self.frame.signal(Incoming { start, since: Instant::now() });
         }
         self.stepped.signal(());
+    }
+
+    /// The next edge that has been latched. Those that the ring has lost are passed over.
+    fn next_edge(&self) -> Option<Edge> {
+        let waiting = register(at::EDGES).wrapping_sub(self.seen_edges.get());
+        if waiting == 0 {
+            return None;
+        }
+        let number = register(at::EDGES).wrapping_sub(waiting.min(at::EDGE_RING as u32));
+        self.seen_edges.set(number.wrapping_add(1));
+        let place = at::EDGE_WORDS + number as usize % at::EDGE_RING * 8;
+        let polarity = if register(place + 4) == 1 { Polarity::Rising } else { Polarity::Falling };
+        Some(Edge { at: Ticks(register(place)), polarity })
     }
 }
 
@@ -146,6 +166,15 @@ impl Timer for Port {
 
     async fn pulse(&mut self) -> Ticks {
         self.0.pulse.wait().await
+    }
+
+    async fn edge(&mut self) -> Edge {
+        loop {
+            if let Some(edge) = self.0.next_edge() {
+                return edge;
+            }
+            self.0.edge.wait().await;
+        }
     }
 }
 

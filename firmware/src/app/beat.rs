@@ -1,4 +1,4 @@
-//! What happens by the clock: heartbeat and time request once a second, patience ten times.
+//! What happens by the clock: heartbeat and time request once a second, patience and tidying of stamps ten times.
 
 use super::{App, Out};
 use crate::board::Timer;
@@ -15,17 +15,10 @@ pub async fn beat(app: &App<'_>, timer: &mut impl Timer) -> ! {
         if count.is_multiple_of(BEATS_PER_SECOND) {
             app.post(Out::Beat);
         }
+        app.stamper.borrow_mut().keep(timer.now());
         app.fresh.signal(());
         count = count.wrapping_add(1);
         at = Ticks(at.0.wrapping_add(INTERVAL_TICKS));
         timer.until(at).await;
-    }
-}
-
-/// Takes pulses per second for ever.
-pub async fn pulses(app: &App<'_>, timer: &mut impl Timer) -> ! {
-    loop {
-        let tick = timer.pulse().await;
-        app.clock.borrow_mut().on_pulse(tick);
     }
 }

@@ -1,8 +1,8 @@
-//! A frame from its shutter edges to its fix.
+//! A frame from its first row to its fix.
 
 use super::{App, FrameOut, Out};
 use crate::board::{FrameStart, FrontEnd, Gauge, Rows, Timer};
-use crate::wire::telemetry::FrameReport;
+use crate::wire::telemetry::{FrameReport, StampTold};
 use plumbline_core::pipeline::{Outcome, Refusal, Situation};
 use plumbline_core::pose::Wait;
 use plumbline_core::units::Micros;
@@ -20,13 +20,11 @@ pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl T
             for sequence in (0..lost).map(|n| expected.wrapping_add(n)) {
                 app.count(|c| c.frames_lost += 1);
                 let report = FrameReport { refusal: Refusal::Busy.code(), ..FrameReport::new(sequence) };
-                app.outbox.send(Out::Frame(FrameOut { report, situation: None, fix: None, patch: None })).await;
+                app.outbox.send(Out::Frame(FrameOut { report, ..FrameOut::new(sequence) })).await;
             }
         }
         expected = start.sequence.wrapping_add(1);
-        let mut work = Work {
-            out: FrameOut { report: FrameReport::new(start.sequence), situation: None, fix: None, patch: None },
-        };
+        let mut work = Work { out: FrameOut::new(start.sequence) };
         if let Err(refusal) = work.frame(app, start, front_end, timer, gauge).await {
             work.out.report.refusal = refusal.code();
         }
@@ -48,14 +46,17 @@ impl Work {
         timer: &impl Timer,
         gauge: &impl Gauge,
     ) -> Result<(), Refusal> {
-        self.rows(app, start, front_end, gauge).await?;
-        let (mid_exposure_at, cost) = gauge.measured(|| {
-            let mid = start.exposure.mid().ok_or(Refusal::BadExposure)?;
-            app.clock.borrow().instant(mid).ok_or(Refusal::NoClock)
-        });
+        let rows = self.rows(app, start, front_end, gauge).await;
+        // A frame without rows has had its edges all the same.
+        let (stamp, cost) = gauge.measured(|| app.stamper.borrow_mut().frame(start.arrival));
         self.out.report.instructions[1] = cost;
-        let mid_exposure_at = mid_exposure_at?;
-        self.out.report.mid_exposure_us = mid_exposure_at.0;
+        if let Ok(stamp) = &stamp {
+            let clock = app.stamper.borrow().clock.state(start.arrival);
+            self.out.instant.stamp = Some(StampTold::new(stamp, &clock));
+            self.out.report.mid_exposure_us = stamp.mid.0;
+        }
+        rows?;
+        let mid_exposure_at = stamp.map_err(Refusal::from)?.mid;
         let situation = self.situation(app, mid_exposure_at, timer, gauge).await?;
         self.out.situation = Some(situation);
         let report = &mut self.out.report;
@@ -130,7 +131,7 @@ impl Work {
     ) -> Result<Situation, Refusal> {
         loop {
             app.fresh.reset();
-            let now = app.clock.borrow().instant(timer.now());
+            let now = app.instant(timer.now());
             let (situation, is_late) = {
                 let pipeline = &*app.pipeline.borrow();
                 let settings = pipeline.settings();

@@ -41,7 +41,7 @@ struct State {
 
 impl State {
     fn take(&mut self, app: &App<'_>, message: Incoming, timer: &impl Timer) {
-        let arrived_at = app.clock.borrow().instant(timer.now());
+        let arrived_at = app.instant(timer.now());
         let instants = |sampled_at| Instants { sampled_at, arrived_at };
         let result = match message {
             Incoming::Attitude(at, attitude) => {
@@ -59,7 +59,7 @@ impl State {
             Incoming::Position(sample) => app.pipeline.borrow_mut().position(sample, arrived_at),
             Incoming::Timesync { sent_ns, theirs } => {
                 let sent = Ticks((sent_ns / 1000) as u32);
-                app.clock.borrow_mut().on_timesync(sent, theirs, timer.now());
+                app.stamper.borrow_mut().clock.on_timesync(sent, theirs, timer.now());
                 Ok(())
             }
             Incoming::TimesyncRequest { theirs_ns } => {

@@ -3,7 +3,7 @@
 use super::{App, FrameOut, Out};
 use crate::board::{Gauge, Timer, Writer};
 use crate::wire::outgoing::{self, CHUNK, Encoder};
-use crate::wire::telemetry::{Health, Telemetry};
+use crate::wire::telemetry::{Health, StampHealth, Telemetry};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::Radians;
 
@@ -15,7 +15,7 @@ pub async fn transmit(app: &App<'_>, writer: &mut impl Writer, timer: &impl Time
             Out::Beat => {
                 writer.write(encoder.encode(&outgoing::heartbeat())).await;
                 writer.write(encoder.encode(&outgoing::timesync_request(nanoseconds(timer)))).await;
-                writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Health(health(app, gauge))))).await;
+                writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Health(health(app, timer, gauge))))).await;
             }
             Out::Servo(follow_up) => writer.write(encoder.encode(&outgoing::servo(follow_up))).await,
             Out::TimesyncAnswer(theirs) => {
@@ -31,8 +31,9 @@ fn nanoseconds(timer: &impl Timer) -> i64 {
     (timer.now().0 as i64 * 1000).max(1)
 }
 
-fn health(app: &App<'_>, gauge: &impl Gauge) -> Health {
+fn health(app: &App<'_>, timer: &impl Timer, gauge: &impl Gauge) -> Health {
     let (link, counters) = (app.link.get(), app.counters.get());
+    let stamper = app.stamper.borrow();
     Health {
         messages: link.good,
         bad_checksum: link.bad_checksum,
@@ -45,6 +46,7 @@ fn health(app: &App<'_>, gauge: &impl Gauge) -> Health {
         frames_lost: counters.frames_lost,
         patches_cut: counters.patches_cut,
         memory: gauge.memory(),
+        stamps: StampHealth::new(stamper.counters(), &stamper.clock.state(timer.now())),
     }
 }
 
@@ -59,7 +61,7 @@ async fn frame_out(
     if let Some(situation) = &frame.situation {
         let mid = situation.mid_exposure_at;
         if let Some(fix) = &frame.fix {
-            let now = app.clock.borrow().instant(timer.now()).unwrap_or(mid);
+            let now = app.instant(timer.now()).unwrap_or(mid);
             writer.write(encoder.encode(&outgoing::position_sensor(fix, mid, now))).await;
         }
         let (position, attitude) = {
@@ -73,6 +75,7 @@ async fn frame_out(
         let captured = outgoing::image_captured(situation, attitude, position, frame.report.sequence);
         writer.write(encoder.encode(&captured)).await;
     }
+    writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Instant(frame.instant)))).await;
     writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Frame(frame.report)))).await;
     if let (true, Some(number)) = (app.send_patches, frame.patch) {
         picture_out(app, number, encoder, writer).await;

@@ -9,10 +9,11 @@ mod board {
     use cortex_m_rt::entry;
     use embassy_executor::raw::Executor;
     use plumbline_core::pipeline::{Buffers, Pipeline};
+    use plumbline_core::stamp::Stamper;
     use plumbline_firmware::an500::front_desk::{Camera, FrontDesk, Port};
     use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
     use plumbline_firmware::an500::{self, doorbell, psram, time_driver};
-    use plumbline_firmware::app::{App, beat, camera, receive, transmit};
+    use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
     use plumbline_firmware::mission::{Mission, MissionError};
     use plumbline_firmware::run::{self, Pending};
     use plumbline_firmware::window as at;
@@ -46,10 +47,17 @@ mod board {
 
     #[embassy_executor::task]
     async fn pulses_task(app: &'static App<'static>, mut timer: Port) -> ! {
-        beat::pulses(app, &mut timer).await
+        edges::pulses(app, &mut timer).await
     }
 
-    /// Flash as the simulator has filled it: mission and tile.
+    #[embassy_executor::task]
+    async fn edges_task(app: &'static App<'static>, mut timer: Port) -> ! {
+        edges::edges(app, &mut timer).await
+    }
+
+    /// Flash as the simulator has filled it: mission and tile. A function of its own, so that what it builds is off the
+    /// stack when the flight begins.
+    #[inline(never)]
     fn boot() -> Result<&'static App<'static>, MissionError> {
         let length = psram::word(at::MISSION_BYTES).unwrap_or(0) as usize;
         // SAFETY: mission and tile stand for flash: the simulator does not change them after it has started us.
@@ -59,12 +67,13 @@ mod board {
         // SAFETY: as above.
         let pixels = unsafe { psram::bytes(at::TILE, area) }.ok_or(MissionError::Tile)?;
         let settings = mission.settings()?;
+        let stamper = Stamper::new(&mission.stamp_settings()?);
         let tile = mission.tile(pixels)?;
         // SAFETY: `boot` runs once.
         let frame_memory = unsafe { psram::frame_memory() };
         let pipeline =
             Pipeline::new(settings, tile, BUFFERS.take(), frame_memory).map_err(|_| MissionError::Settings)?;
-        Ok(APP.uninit().write(App::new(pipeline, mission.send_patches)))
+        Ok(APP.uninit().write(App::new(pipeline, stamper, mission.send_patches)))
     }
 
     #[entry]
@@ -83,6 +92,7 @@ mod board {
                     transmit_task(app, port, port).map(|task| spawner.spawn(task)),
                     beat_task(app, port).map(|task| spawner.spawn(task)),
                     pulses_task(app, port).map(|task| spawner.spawn(task)),
+                    edges_task(app, port).map(|task| spawner.spawn(task)),
                 ];
                 if tasks.iter().all(Result::is_ok) { 1 } else { 0 }
             }

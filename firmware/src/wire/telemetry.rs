@@ -3,6 +3,9 @@
 //! The payload begins with [`MARK`] and a kind. A frame's report holds everything that the simulator scores and a
 //! ground station would want to see; floats travel as their bits, so every link gives the same figures.
 
+mod instant;
+
+pub use instant::{InstantReport, StampHealth, StampTold};
 use plumbline_core::pipeline::Refusal;
 use serde::{Deserialize, Serialize};
 
@@ -87,6 +90,8 @@ pub struct Health {
     pub patches_cut: u32,
     /// Bytes of static memory and the stack's high-water mark.
     pub memory: (u32, u32),
+    /// What was wrong with edges and pulses.
+    pub stamps: StampHealth,
 }
 
 /// One of ours.
@@ -96,6 +101,8 @@ pub enum Telemetry {
     Frame(FrameReport),
     /// Health.
     Health(Health),
+    /// What belongs to the instant of a frame's exposure; sent before the frame's report.
+    Instant(InstantReport),
 }
 
 impl Telemetry {

@@ -4,9 +4,9 @@ use super::{Event, Flash, Link, LinkError};
 use embassy_executor::raw::{Executor, TaskStorage};
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::pipeline::Pipeline;
-use plumbline_core::stamp::Exposure;
+use plumbline_core::stamp::{Edge, Polarity, Stamper};
 use plumbline_core::units::Ticks;
-use plumbline_firmware::app::{App, beat, camera, receive, transmit};
+use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
 use plumbline_firmware::board::{FrameStart, FrontEnd, Gauge, Reader, Rows, Timer, Writer};
 use plumbline_firmware::mission::Mission;
 use plumbline_firmware::run::{self, Pending};
@@ -33,12 +33,13 @@ struct Wires {
     received: RefCell<VecDeque<u8>>,
     sent: RefCell<Vec<u8>>,
     pulse: Cell<Option<u32>>,
+    edges: RefCell<VecDeque<Edge>>,
     frame: RefCell<Option<(FrameStart, Vec<u8>)>>,
     wakers: RefCell<Vec<Waker>>,
 }
 
 impl Wires {
-    /// Waits until `ready` gives something. Every step wakes every waiter: there are five, and it cannot forget one.
+    /// Waits until `ready` gives something. Every step wakes every waiter: there are six, and it cannot forget one.
     async fn wait<T>(&self, mut ready: impl FnMut(&Self) -> Option<T>) -> T {
         poll_fn(|context| match ready(self) {
             Some(value) => Poll::Ready(value),
@@ -67,10 +68,11 @@ impl InProcess {
         // Through the stored form, as the board reads it.
         let mission = Mission::decode(&flash.encoded()?).map_err(refuse)?;
         let settings = mission.settings().map_err(refuse)?;
+        let stamper = Stamper::new(&mission.stamp_settings().map_err(refuse)?);
         let tile = mission.tile(Box::leak(flash.tile.clone().into_boxed_slice())).map_err(refuse)?;
         let pipeline = Pipeline::new(settings, tile, Box::leak(Box::default()), vec![0; FRAME_MEMORY_BYTES].leak())
             .map_err(|error| InputError::new(format!("the firmware refuses these settings: {error:?}")))?;
-        let app: &'static App<'static> = Box::leak(Box::new(App::new(pipeline, mission.send_patches)));
+        let app: &'static App<'static> = Box::leak(Box::new(App::new(pipeline, stamper, mission.send_patches)));
         let pending: &'static Pending = Box::leak(Box::default());
         let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
         let wires = Rc::new(Wires::default());
@@ -85,7 +87,9 @@ impl InProcess {
         let mut timer = port();
         spawn(executor, async move { beat::beat(app, &mut timer).await });
         let mut timer = port();
-        spawn(executor, async move { beat::pulses(app, &mut timer).await });
+        spawn(executor, async move { edges::pulses(app, &mut timer).await });
+        let mut timer = port();
+        spawn(executor, async move { edges::edges(app, &mut timer).await });
         Ok(InProcess { executor, pending, wires })
     }
 }
@@ -106,9 +110,13 @@ impl Link for InProcess {
             Event::Nothing => {}
             Event::Bytes(bytes) => self.wires.received.borrow_mut().extend(bytes),
             Event::Pulse(tick) => self.wires.pulse.set(Some(tick)),
+            Event::Edge { tick, rising } => {
+                let polarity = if rising { Polarity::Rising } else { Polarity::Falling };
+                self.wires.edges.borrow_mut().push_back(Edge { at: Ticks(tick), polarity });
+            }
             Event::Frame(frame) => {
-                let exposure = Exposure { open: Ticks(frame.open), close: Ticks(frame.close) };
-                let start = FrameStart { sequence: frame.sequence, exposure, size: frame.size };
+                let arrival = Ticks(frame.arrival);
+                let start = FrameStart { sequence: frame.sequence, arrival, size: frame.size };
                 *self.wires.frame.borrow_mut() = Some((start, frame.pixels.to_vec()));
             }
         }
@@ -153,6 +161,10 @@ impl Timer for Port {
 
     async fn pulse(&mut self) -> Ticks {
         Ticks(self.0.wait(|wires| wires.pulse.take()).await)
+    }
+
+    async fn edge(&mut self) -> Edge {
+        self.0.wait(|wires| wires.edges.borrow_mut().pop_front()).await
     }
 }
 

@@ -174,11 +174,17 @@ impl Link for Qemu {
                 self.set(at::PULSE_TICK, tick);
                 self.set(at::PULSES, self.word(at::PULSES).wrapping_add(1));
             }
+            Event::Edge { tick, rising } => {
+                let number = self.word(at::EDGES);
+                let place = at::EDGE_WORDS + number as usize % at::EDGE_RING * 8;
+                self.set(place, tick);
+                self.set(place + 4, rising.into());
+                self.set(at::EDGES, number.wrapping_add(1));
+            }
             Event::Frame(frame) => {
                 self.window[at::FRAME..at::FRAME + frame.pixels.len()].copy_from_slice(frame.pixels);
                 self.set(at::FRAME_SEQUENCE, frame.sequence);
-                self.set(at::FRAME_OPEN, frame.open);
-                self.set(at::FRAME_CLOSE, frame.close);
+                self.set(at::FRAME_ARRIVAL, frame.arrival);
                 self.set(at::FRAME_COLS, frame.size.0.into());
                 self.set(at::FRAME_ROWS, frame.size.1.into());
                 self.set(at::FRAMES, self.word(at::FRAMES).wrapping_add(1));

@@ -98,6 +98,11 @@ fn sensors(s: &Scenario) -> Group {
         ("Position prior", noisy(s.position_sigma_m(), " m", position.rate_hz, position.latency_us)),
         ("… time constant", format!("{} s", position.time_constant_s)),
         ("… velocity", format!("{} m/s, 1 σ", position.velocity_sigma_m_s)),
+        ("Shutter's edges", format!("{:?}, {} µs, 1 σ", s.shutter.edges, s.shutter.edge_jitter_us)),
+        (
+            "Frame's arrival",
+            format!("{} µs late, {} µs, 1 σ", s.shutter.arrival_latency_us, s.shutter.arrival_jitter_us),
+        ),
         ("Capture timer", format!("{} ppm, starts at {}", s.timer.drift_ppm, s.timer.start_ticks)),
         ("Pulse per second", if s.timer.pps { "wired" } else { "not wired" }.to_owned()),
     ];

@@ -1,14 +1,17 @@
 //! The door: what a scenario may say. Behind it nobody checks again.
 
-use super::{FollowUpMode, Scenario, ScenarioError};
+use super::{EdgeSource, FollowUpMode, Scenario, ScenarioError};
 use crate::flight::footprint_margin_m;
 use plumbline_core::budget::REACQUIRE_PX;
 use plumbline_core::pose::noise::LAGS;
+use plumbline_core::stamp::EXPOSURE_MAX_US;
 
 /// Most frames of a flight: a day at 4 Hz is 345 600.
 const FRAMES_MAX: u32 = 1_000_000;
-/// The shutter's close to the first row, and some air before the next frame opens.
-const BETWEEN_FRAMES_US: u64 = 1000;
+/// Some air between a frame's first row and the next frame's opening.
+const BETWEEN_FRAMES_US: u64 = 950;
+/// Sigmas of jitter that every order of events is kept for.
+const JITTER_SIGMAS: f64 = 6.0;
 
 impl Scenario {
     /// Checks every value. Call it again after changing one, with the name of what changed it.
@@ -28,14 +31,15 @@ impl Scenario {
     fn ranges(&self) -> Vec<(&'static str, f64, f64, f64)> {
         let (camera, flight, attitude, follow_up) = (&self.camera, &self.flight, &self.attitude, &self.follow_up);
         let (range, position, reference) = (&self.range, &self.position, &self.reference);
-        let faults = &self.link_faults;
+        let (shutter, timer, faults) = (&self.shutter, &self.timer, &self.link_faults);
+        let [lost_from_s, lost_to_s] = timer.pps_lost_s.unwrap_or_default();
         let mut ranges = vec![
             ("frames", self.frames.into(), 1.0, FRAMES_MAX.into()),
             ("resolution_m", self.resolution_m, 0.01, 1000.0),
             ("search_px", self.search_px.into(), 1.0, REACQUIRE_PX as f64),
             ("frame_interval_ms", self.frame_interval_ms.into(), 10.0, 3_600_000.0),
             ("frame_jitter_us", self.frame_jitter_us.into(), 0.0, 1e6),
-            ("exposure_us", self.exposure_us.into(), 1.0, 1e6),
+            ("exposure_us", self.exposure_us.into(), 1.0, EXPOSURE_MAX_US.into()),
             ("exposure_samples", self.exposure_samples.into(), 1.0, 1000.0),
             ("rolling_shutter_ms", self.rolling_shutter_ms, 0.0, 1000.0),
             ("noise_dn", self.noise_dn, 0.0, 255.0),
@@ -84,7 +88,20 @@ impl Scenario {
             ("reference.offset_dn", reference.offset_dn, -255.0, 255.0),
             ("reference.noise_dn", reference.noise_dn, 0.0, 255.0),
             ("reference.changed_fraction", reference.changed_fraction, 0.0, 1.0),
-            ("timer.drift_ppm", self.timer.drift_ppm, -1000.0, 1000.0),
+            ("shutter.edge_jitter_us", shutter.edge_jitter_us, 0.0, 1e4),
+            ("shutter.open_delay_us", shutter.open_delay_us.into(), -1e5, 1e5),
+            ("shutter.close_delay_us", shutter.close_delay_us.into(), -1e5, 1e5),
+            ("shutter.exposure_jitter_us", shutter.exposure_jitter_us, 0.0, 1e4),
+            ("shutter.arrival_latency_us", shutter.arrival_latency_us.into(), 1.0, 1e6),
+            ("shutter.arrival_jitter_us", shutter.arrival_jitter_us, 0.0, 1e5),
+            ("shutter.lost_edge_percent", shutter.lost_edge_percent, 0.0, 100.0),
+            ("shutter.extra_edge_percent", shutter.extra_edge_percent, 0.0, 100.0),
+            ("shutter.lost_frame_percent", shutter.lost_frame_percent, 0.0, 100.0),
+            ("timer.drift_ppm", timer.drift_ppm, -500.0, 500.0),
+            ("timer.rate_walk_ppm", timer.rate_walk_ppm, 0.0, 10.0),
+            ("timer.pps_jitter_us", timer.pps_jitter_us, 0.0, 1e4),
+            ("timer.pps_lost_s", lost_from_s, 0.0, 1e9),
+            ("timer.pps_lost_s", lost_to_s, 0.0, 1e9),
             ("link_faults.bit_error_percent", faults.bit_error_percent, 0.0, 50.0),
             ("link_faults.cut_percent", faults.cut_percent, 0.0, 100.0),
             ("link_faults.unknown_percent", faults.unknown_percent, 0.0, 100.0),
@@ -118,17 +135,37 @@ impl Scenario {
             return Err(format!("flight.tilt_hz = [{low}, {high}] has the higher value first"));
         }
         let rolling_us = self.rolling_shutter_us();
-        let taken = u64::from(self.exposure_us) + rolling_us + u64::from(self.frame_jitter_us) + BETWEEN_FRAMES_US;
-        if taken > self.frame_interval_us() {
+        let shutter = &self.shutter;
+        let most = |sigma_us: f64| (JITTER_SIGMAS * sigma_us).ceil();
+        let arrives = f64::from(shutter.arrival_latency_us) + most(shutter.arrival_jitter_us);
+        let exposed = f64::from(self.exposure_us) + most(shutter.exposure_jitter_us);
+        if exposed + rolling_us as f64 + f64::from(self.frame_jitter_us) + arrives + BETWEEN_FRAMES_US as f64
+            > self.frame_interval_us() as f64
+        {
             let rolling = if rolling_us > 0 {
                 format!(", rolling_shutter_ms = {}", self.rolling_shutter_ms)
             } else {
                 String::new()
             };
             return Err(format!(
-                "exposure_us = {}{rolling} and frame_jitter_us = {} do not fit into frame_interval_ms = {}",
-                self.exposure_us, self.frame_jitter_us, self.frame_interval_ms
+                "exposure_us = {}{rolling}, frame_jitter_us = {} and shutter.arrival_latency_us = {} with their jitter do not \
+                 fit into frame_interval_ms = {}",
+                self.exposure_us, self.frame_jitter_us, shutter.arrival_latency_us, self.frame_interval_ms
             ));
+        }
+        let edge_us = f64::from(shutter.close_delay_us) + most(shutter.edge_jitter_us);
+        let first_us = f64::from(shutter.arrival_latency_us) - 4.0 * shutter.arrival_jitter_us;
+        if shutter.edges == EdgeSource::Both && edge_us + 2.0 > first_us || first_us < 1.0 {
+            return Err(format!(
+                "shutter.arrival_latency_us = {} with its jitter is shorter than shutter.close_delay_us = {} with the \
+                 edge's: a frame would arrive before its shutter closed",
+                shutter.arrival_latency_us, shutter.close_delay_us
+            ));
+        }
+        if let Some([from_s, to_s]) = self.timer.pps_lost_s
+            && from_s > to_s
+        {
+            return Err(format!("timer.pps_lost_s = [{from_s}, {to_s}] has the later second first"));
         }
         let (k_h, k_v) = self.camera.tangent_per_px();
         if self.follow_up.mode == FollowUpMode::Followed && (k_h / k_v - 1.0).abs() > 1e-6 {

@@ -263,21 +263,91 @@ impl Default for Reference {
     }
 }
 
+/// Which of the shutter's edges are wired to the capture timer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EdgeSource {
+    /// Both.
+    #[default]
+    Both,
+    /// The opening one.
+    One,
+    /// None: frames are stamped by their arrival.
+    None,
+}
+
+/// The shutter's line, and the way of a frame to the board. The firmware is told delays, latency and sigmas, as a
+/// calibration would find them.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Shutter {
+    /// Which edges are wired.
+    pub edges: EdgeSource,
+    /// White noise of each edge, one sigma.
+    pub edge_jitter_us: f64,
+    /// From the shutter's opening to its edge.
+    pub open_delay_us: i32,
+    /// From the shutter's closing to its edge.
+    pub close_delay_us: i32,
+    /// White noise of the exposure's length, one sigma, rounded to whole microseconds.
+    pub exposure_jitter_us: f64,
+    /// From the shutter's closing to the arrival of the first row.
+    pub arrival_latency_us: u32,
+    /// White noise of the arrival, one sigma; none is off by more than four.
+    pub arrival_jitter_us: f64,
+    /// Share of the edges that are lost.
+    pub lost_edge_percent: f64,
+    /// Share of the edges beside which a bounce, a short pulse or a stray edge is put.
+    pub extra_edge_percent: f64,
+    /// Share of the frames that never arrive, though the shutter opened.
+    pub lost_frame_percent: f64,
+}
+
+impl Default for Shutter {
+    fn default() -> Self {
+        Shutter {
+            edges: EdgeSource::Both,
+            edge_jitter_us: 1.0,
+            open_delay_us: 0,
+            close_delay_us: 0,
+            exposure_jitter_us: 0.0,
+            arrival_latency_us: 50,
+            arrival_jitter_us: 5.0,
+            lost_edge_percent: 0.0,
+            extra_edge_percent: 0.0,
+            lost_frame_percent: 0.0,
+        }
+    }
+}
+
 /// The free-running 32-bit capture timer of 1 MHz, and the pulse per second that ties it to the autopilot.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Timer {
     /// Its count at the autopilot's time 0. The default wraps 5 s into the flight.
     pub start_ticks: u32,
-    /// How much faster than the autopilot's clock it runs, parts per million.
+    /// How much faster than the autopilot's clock it runs at first, parts per million.
     pub drift_ppm: f64,
+    /// Random walk of that, one sigma in a second.
+    pub rate_walk_ppm: f64,
     /// Whether the pulse per second is wired.
     pub pps: bool,
+    /// White noise of the pulse, one sigma.
+    pub pps_jitter_us: f64,
+    /// From which second of the flight to which, the latter no more, there are no pulses.
+    pub pps_lost_s: Option<[f64; 2]>,
 }
 
 impl Default for Timer {
     fn default() -> Self {
-        Timer { start_ticks: 4_290_000_000, drift_ppm: 12.0, pps: true }
+        Timer {
+            start_ticks: 4_290_000_000,
+            drift_ppm: 20.0,
+            rate_walk_ppm: 0.01,
+            pps: true,
+            pps_jitter_us: 0.5,
+            pps_lost_s: None,
+        }
     }
 }
 

@@ -6,7 +6,7 @@ fn parse(text: &str) -> Result<Scenario, ScenarioError> {
 }
 
 /// Every named flight of the repository.
-const NAMED: [(&str, &str); 7] = [
+const NAMED: [(&str, &str); 9] = [
     ("default", include_str!("../../scenarios/default.toml")),
     ("honest", include_str!("../../scenarios/honest.toml")),
     ("vienna", include_str!("../../scenarios/vienna.toml")),
@@ -14,6 +14,8 @@ const NAMED: [(&str, &str); 7] = [
     ("barrel", include_str!("../../scenarios/barrel.toml")),
     ("nadir", include_str!("../../scenarios/nadir.toml")),
     ("faults", include_str!("../../scenarios/faults.toml")),
+    ("edges", include_str!("../../scenarios/edges.toml")),
+    ("pulses", include_str!("../../scenarios/pulses.toml")),
 ];
 
 #[test]
@@ -80,6 +82,16 @@ fn what_is_wrong_is_named() {
         ("[attitude]\nheading_drift_deg = inf", &["attitude.heading_drift_deg = inf is not between"]),
         ("[camera.distortion]\nk2 = 99.0", &["camera.distortion.k2 = 99 is not between"]),
         ("[flight]\nheight_m = [150.0, 100.0]", &["flight.height_m = [150, 100] has the higher value first"]),
+        ("[shutter]\nedges = \"two\"", &["line 2", "unknown variant `two`"]),
+        ("[shutter]\nlost_edge_percent = 101", &["shutter.lost_edge_percent = 101 is not between 0 and 100"]),
+        ("[shutter]\nedge_jitter_us = nan", &["shutter.edge_jitter_us = NaN is not between"]),
+        ("[shutter]\nclose_delay_us = 60", &["shutter.arrival_latency_us = 50", "shutter.close_delay_us = 60"]),
+        ("[shutter]\narrival_jitter_us = 20", &["shutter.arrival_latency_us = 50", "before its shutter closed"]),
+        ("[timer]\ndrift_ppm = 501", &["timer.drift_ppm = 501 is not between -500 and 500"]),
+        ("[timer]\nrate_walk_ppm = -1", &["timer.rate_walk_ppm = -1 is not between"]),
+        ("[timer]\npps_lost_s = [5, 3]", &["timer.pps_lost_s = [5, 3] has the later second first"]),
+        ("[timer]\npps_lost_s = [-5, 3]", &["timer.pps_lost_s = -5 is not between"]),
+        ("exposure_us = 500001", &["exposure_us = 500001 is not between 1 and 500000"]),
         ("frame_interval_ms = 10\nexposure_us = 5000", &["exposure_us = 5000", "frame_interval_ms = 10"]),
         ("frame_interval_ms = 20\nrolling_shutter_ms = 20.0", &["rolling_shutter_ms = 20", "frame_interval_ms = 20"]),
         ("rolling_shutter_ms = -1.0", &["rolling_shutter_ms = -1 is not between 0 and 1000"]),

@@ -1,10 +1,7 @@
 //! When the camera exposes.
 
-use super::noise::{stream, uniform};
+use super::noise::{White, stream, uniform};
 use crate::scenario::{Scenario, WARM_UP_US};
-
-/// From the shutter's close to the first row on the bus, microseconds.
-const READOUT_DELAY_US: u64 = 50;
 
 /// One exposure, microseconds of the autopilot's clock; with a rolling shutter that of the middle row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,7 +12,7 @@ pub struct Exposure {
     pub open_us: u64,
     /// The shutter closes.
     pub close_us: u64,
-    /// The first row leaves the sensor; with a rolling shutter not before the last row's exposure has ended, so that no
+    /// The first row reaches the board; with a rolling shutter not before the last row's exposure has ended, so that no
     /// row is handed over before it was taken.
     pub readout_start_us: u64,
 }
@@ -26,19 +23,40 @@ impl Exposure {
     pub fn mid_us(&self) -> u64 {
         self.open_us + (self.close_us - self.open_us) / 2
     }
+
+    /// The same without rounding.
+    #[must_use]
+    pub fn mid_exact_us(&self) -> f64 {
+        self.open_us as f64 + 0.5 * (self.close_us - self.open_us) as f64
+    }
 }
 
-/// The exposures of a flight: frame k opens at the warm-up's end + k intervals + a random part of the jitter.
+/// Sigmas beyond which no arrival is early or late: the board's gate takes five.
+const ARRIVAL_SIGMAS_MAX: f64 = 4.0;
+
+/// The exposures of a flight: frame k opens at the warm-up's end + k intervals + a random part of the jitter. Its first
+/// row arrives the latency after it closed, more or less the arrival's jitter.
 pub fn exposures(scenario: &Scenario) -> impl Iterator<Item = Exposure> + use<> {
     let mut rng = stream(scenario.seed, "shutter");
+    let mut length = White::new(1.0, scenario.seed, "shutter.length");
+    let mut arrival = White::new(1.0, scenario.seed, "frame.arrival");
     let interval_us = scenario.frame_interval_us();
     let jitter_us = f64::from(scenario.frame_jitter_us);
-    let exposure_us = u64::from(scenario.exposure_us);
+    let exposure_us = f64::from(scenario.exposure_us);
+    let shutter = scenario.shutter;
     let last_row_us = scenario.rolling_shutter_us().div_ceil(2);
     (0..scenario.frames).map(move |frame| {
         let late_us = (jitter_us * uniform(&mut rng)) as u64;
         let open_us = WARM_UP_US + u64::from(frame) * interval_us + late_us;
-        let close_us = open_us + exposure_us;
-        Exposure { frame, open_us, close_us, readout_start_us: close_us + last_row_us + READOUT_DELAY_US }
+        let length_us = (exposure_us + shutter.exposure_jitter_us * length.draw()).round().max(1.0) as u64;
+        let close_us = open_us + length_us;
+        let off = arrival.draw().clamp(-ARRIVAL_SIGMAS_MAX, ARRIVAL_SIGMAS_MAX);
+        let latency_us = f64::from(shutter.arrival_latency_us) + shutter.arrival_jitter_us * off;
+        Exposure {
+            frame,
+            open_us,
+            close_us,
+            readout_start_us: close_us + last_row_us + latency_us.round().max(1.0) as u64,
+        }
     })
 }

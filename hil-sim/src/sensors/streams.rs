@@ -102,6 +102,8 @@ impl Timetable {
 #[derive(Debug)]
 pub struct Streams {
     timetables: Vec<Timetable>,
+    /// Pulses from the first second to the one before the second are not there.
+    pulses_lost_s: Option<[f64; 2]>,
     convergence_rad: f64,
     /// From the antenna to the camera: forward, right, down, metres.
     lever_arm_m: [f64; 3],
@@ -135,6 +137,7 @@ impl Streams {
         let shaking = |name: &str| White::new(position.velocity_sigma_m_s, seed, name);
         Streams {
             timetables: timetables(scenario),
+            pulses_lost_s: scenario.timer.pps_lost_s,
             convergence_rad,
             lever_arm_m: scenario.mount.lever_arm_m,
             attitude_white: [
@@ -177,7 +180,11 @@ impl Streams {
             }
             timetable.next += 1;
             let reading = match kind {
-                Kind::Pps => Some(Reading::Pps { second: sampled_at_us / 1_000_000 }),
+                Kind::Pps => {
+                    let second = sampled_at_us / 1_000_000;
+                    let lost = self.pulses_lost_s.is_some_and(|[from, to]| (from..to).contains(&(second as f64)));
+                    (!lost).then_some(Reading::Pps { second })
+                }
                 Kind::Attitude => {
                     let reading = self.attitude(held_at_us, motion);
                     (!motion.in_gap(sampled_at_us)).then_some(reading)

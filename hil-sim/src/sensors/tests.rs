@@ -1,9 +1,11 @@
 //! Bounds are 4 standard errors of the estimate: 1/√(2n) relative for a standard deviation, √(p(1 − p)/n) for a share.
 
 use super::noise::{GaussMarkov, White};
-use super::{Exposure, Reading, Sample, Streams, TimerModel, exposures};
+use super::{
+    Exposure, LineEdge, Reading, Sample, Streams, TimerModel, exposures, hold_off_us, line_edges, lost_frames,
+};
 use crate::flight::{Area, AttitudeLog, Motion, wrapped};
-use crate::scenario::{FollowUpMode, Replay, Scenario, WARM_UP_US};
+use crate::scenario::{EdgeSource, FollowUpMode, Replay, Scenario, WARM_UP_US};
 
 const AREA: Area = Area { centre_east_m: 3000.0, centre_north_m: 7000.0, half_extent_m: 1500.0, base_up_m: 0.0 };
 
@@ -257,7 +259,7 @@ fn frames_open_at_their_interval_and_in_every_phase() {
 
 #[test]
 fn the_timer_drifts_and_wraps() {
-    let timer = TimerModel::new(&Scenario::default());
+    let timer = TimerModel::steady(4_290_000_000, 12.0);
     assert_eq!(timer.ticks(0), 4_290_000_000);
     // 12 ppm: 12 ticks more in each second.
     assert_eq!(timer.ticks(1_000_000), 4_291_000_012);
@@ -267,7 +269,109 @@ fn the_timer_drifts_and_wraps() {
     // A day later it has wrapped 20 times, and still counts single ticks.
     let day_us = 86_400_000_000;
     assert_eq!(timer.ticks(day_us), ((4_290_000_000_u64 + day_us + 1_036_800) % (1 << 32)) as u32);
-    let slow = TimerModel { start_ticks: 5, drift_ppm: -100.0 };
+    let slow = TimerModel::steady(5, -100.0);
     assert_eq!(slow.ticks(1_000_000), 999_905);
     assert_eq!((slow.ticks(0), slow.ticks(1)), (5, 5));
+}
+
+/// Without faults: two edges an exposure, late by their delays and no more than their jitter.
+#[test]
+fn edges_are_late_by_their_delays() {
+    let mut scenario = Scenario { frames: 2000, ..Scenario::default() };
+    (scenario.shutter.open_delay_us, scenario.shutter.close_delay_us) = (30, -7);
+    scenario.shutter.edge_jitter_us = 2.0;
+    let edges = line_edges(&scenario);
+    assert!(edges.is_sorted_by_key(LineEdge::seen_us));
+    let mut late = [vec![], vec![]];
+    for (exposure, pair) in exposures(&scenario).zip(edges.chunks_exact(2)) {
+        assert!(pair[0].rising && !pair[1].rising);
+        late[0].push(pair[0].at_us - exposure.open_us as f64);
+        late[1].push(pair[1].at_us - exposure.close_us as f64);
+    }
+    for (late, delay) in late.iter().zip([30.0, -7.0]) {
+        assert_eq!(late.len(), 2000);
+        assert!((deviation(late) / 2.0 - 1.0).abs() < 4.0 / 4000_f64.sqrt());
+        assert!((late.iter().sum::<f64>() / 2000.0 - delay).abs() < 4.0 * 2.0 / 2000_f64.sqrt());
+    }
+    scenario.shutter.edges = EdgeSource::One;
+    assert_eq!(line_edges(&scenario), edges.iter().copied().filter(|edge| edge.rising).collect::<Vec<_>>());
+    scenario.shutter.edges = EdgeSource::None;
+    assert!(line_edges(&scenario).is_empty());
+}
+
+/// Shares as asked for; and what one fault does to an edge, it does to no other.
+#[test]
+fn edges_and_frames_are_lost_and_added_as_often_as_asked_for() {
+    let clean = Scenario { frames: 5000, ..Scenario::default() };
+    let mut faulty = clean.clone();
+    faulty.shutter.lost_edge_percent = 10.0;
+    let (all, left) = (line_edges(&clean), line_edges(&faulty));
+    let lost = 1.0 - left.len() as f64 / 10_000.0;
+    assert!((lost - 0.1).abs() < 4.0 * (0.09 / 10_000_f64).sqrt(), "{lost}");
+    assert!(left.iter().all(|edge| all.contains(edge)));
+    faulty.shutter.lost_edge_percent = 0.0;
+    faulty.shutter.extra_edge_percent = 10.0;
+    let more = line_edges(&faulty);
+    assert!(all.iter().all(|edge| more.contains(edge)));
+    // Two faults of three are of two edges, one of one.
+    let extra = (more.len() - all.len()) as f64 / 10_000.0 * 3.0 / 5.0;
+    assert!((extra - 0.1).abs() < 4.0 * (0.1 / 10_000_f64).sqrt(), "{extra}");
+    assert_eq!(hold_off_us(&faulty), 100);
+    faulty.shutter.lost_frame_percent = 20.0;
+    let lost = lost_frames(&faulty).filter(|lost| *lost).count() as f64 / 5000.0;
+    assert!((lost - 0.2).abs() < 4.0 * (0.16 / 5000_f64).sqrt(), "{lost}");
+    assert_eq!(lost_frames(&clean).filter(|lost| *lost).count(), 0);
+}
+
+/// Arrivals scatter as asked for and never beyond four sigmas; lengths too, around the exposure.
+#[test]
+fn exposures_and_arrivals_scatter() {
+    let mut scenario = Scenario { frames: 4000, ..Scenario::default() };
+    scenario.shutter.exposure_jitter_us = 20.0;
+    (scenario.shutter.arrival_latency_us, scenario.shutter.arrival_jitter_us) = (500, 40.0);
+    let flight: Vec<Exposure> = exposures(&scenario).collect();
+    let lengths: Vec<f64> = flight.iter().map(|e| (e.close_us - e.open_us) as f64).collect();
+    let latencies: Vec<f64> = flight.iter().map(|e| (e.readout_start_us - e.close_us) as f64).collect();
+    for (values, mean, sigma) in [(&lengths, 2000.0, 20.0), (&latencies, 500.0, 40.0)] {
+        assert!((deviation(values) / sigma - 1.0).abs() < 4.0 / 8000_f64.sqrt());
+        assert!((values.iter().sum::<f64>() / 4000.0 - mean).abs() < 4.0 * sigma / 4000_f64.sqrt());
+    }
+    assert!(latencies.iter().all(|latency| (340.0..=660.0).contains(latency)));
+    assert!(flight.iter().all(|e| e.mid_exact_us() - e.mid_us() as f64 <= 0.5));
+}
+
+/// Over 1000 timers: after t seconds the walk has cost √(q²t³/3) ticks, and the rate is continuous in time.
+#[test]
+fn the_timers_rate_walks() {
+    let mut scenario = Scenario { frames: 200, ..Scenario::default() };
+    (scenario.timer.rate_walk_ppm, scenario.timer.drift_ppm, scenario.timer.start_ticks) = (3.0, 20.0, 0);
+    let gained: Vec<f64> = (0..1000)
+        .map(|seed| {
+            let timer = TimerModel::new(&Scenario { seed, ..scenario.clone() });
+            f64::from(timer.ticks(40_000_000)) - 40_000_800.0
+        })
+        .collect();
+    let expected = 3.0 * (40_f64.powi(3) / 3.0).sqrt();
+    let ratio = deviation(&gained) / expected;
+    assert!((ratio - 1.0).abs() < 4.0 / 2000_f64.sqrt(), "{ratio}");
+    let timer = TimerModel::new(&scenario);
+    for step in 0..400_u32 {
+        let at_us = f64::from(step) * 100_000.0;
+        assert!(timer.latch(at_us + 0.6).wrapping_sub(timer.latch((at_us - 0.6).max(0.0))) <= 2);
+    }
+    // Captures between whole microseconds.
+    let exact = TimerModel::steady(0, 0.0);
+    assert_eq!([exact.latch(7.0), exact.latch(7.99), exact.latch(8.0)], [7, 7, 8]);
+}
+
+#[test]
+fn lost_pulses_are_not_there() {
+    let mut scenario = quiet();
+    scenario.timer.pps_lost_s = Some([3.0, 6.0]);
+    let motion = Motion::synthetic(&scenario, &AREA).expect("there is room");
+    let seconds: Vec<u64> = all(&scenario, &motion, 0.0, 8_500_000)
+        .iter()
+        .filter_map(|sample| if let Reading::Pps { second } = sample.reading { Some(second) } else { None })
+        .collect();
+    assert_eq!(seconds, [1, 2, 6, 7, 8]);
 }

@@ -8,9 +8,11 @@ use plumbline_survey::error::InputError;
 use std::path::Path;
 
 /// Built-in scenarios: name and text.
-const BUILT_IN: [(&str, &str); 7] = [
+const BUILT_IN: [(&str, &str); 9] = [
     ("default", include_str!("../../../scenarios/default.toml")),
     ("nadir", include_str!("../../../scenarios/nadir.toml")),
+    ("edges", include_str!("../../../scenarios/edges.toml")),
+    ("pulses", include_str!("../../../scenarios/pulses.toml")),
     ("honest", include_str!("../../../scenarios/honest.toml")),
     ("barrel", include_str!("../../../scenarios/barrel.toml")),
     ("faults", include_str!("../../../scenarios/faults.toml")),

@@ -1,4 +1,4 @@
-//! The flight in ten lines, for a person at a terminal.
+//! The flight in eleven lines, for a person at a terminal.
 
 use crate::cli::{Failure, print};
 use plumbline_sim::score::Summary;
@@ -33,6 +33,14 @@ fn table(summary: &Summary, out: Option<&Path>) -> String {
         ("ground error", format!("{} mean, {} p95", number(ground.mean, "m"), number(ground.p95, "m"))),
         ("NEES", format!("{}(2 expected)", number(summary.nees_mean, ""))),
         (
+            "stamps",
+            format!(
+                "{} RMS, NEES {}(1 expected)",
+                number(summary.stamps.rms_us, "us"),
+                number(summary.stamps.nees_mean, "")
+            ),
+        ),
+        (
             "instructions",
             cost.mean.zip(cost.max).map_or_else(unmeasured, |(mean, max)| format!("{mean:.0} a frame, at most {max}")),
         ),
@@ -52,10 +60,12 @@ fn table(summary: &Summary, out: Option<&Path>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plumbline_firmware::wire::telemetry::StampHealth;
+    use plumbline_sim::score::stamps::stamps;
     use plumbline_sim::score::{Cost, LinkHealth, MatchRate, MatchingError, Spread};
 
     #[test]
-    fn ten_lines_whatever_is_missing() {
+    fn eleven_lines_whatever_is_missing() {
         let nothing = MatchingError {
             unrectified_mean: None,
             rectified_integer_mean: None,
@@ -77,6 +87,7 @@ mod tests {
             matching_error_px: nothing,
             ground_error_m: Spread { mean: None, p95: None },
             nees_mean: None,
+            stamps: stamps(&[]),
             instructions_per_frame: Cost { mean: None, max: None },
             instructions_by_stage: None,
             ram_bytes: None,
@@ -90,10 +101,11 @@ mod tests {
                 backwards: 0,
                 invalid: 0,
             },
+            stamp_health: StampHealth::default(),
             servo_rms_deg: 0.0,
         };
         let text = table(&summary, None);
-        assert_eq!(text.lines().count(), 10, "{text}");
+        assert_eq!(text.lines().count(), 11, "{text}");
         assert!(text.contains("lost 3") && !text.contains("NaN"), "{text}");
     }
 }

@@ -1,0 +1,247 @@
+//! The capture timer tied to the autopilot's clock: offset and rate with their uncertainty.
+//!
+//! A Kalman filter of two states. The offset is what the autopilot's clock shows beyond a whole number of microseconds
+//! at the tie, the newest tick that it was compared at; the rate is how many microseconds more than ticks it gains in a
+//! second, in parts per million. Both stay small, so that single precision holds them; the tick and the instant of the
+//! tie are integers. Between ties t = t1 + (c − c1)(1 + rate), eq. of paper 000's section 2.5 with the rate that all
+//! pulses together say instead of the last two.
+//!
+//! *Process*: the crystal's rate walks with a variance of q a second, so that over s seconds the covariance gains
+//! q (s³/3, s²/2, s). *Pulses* are whole seconds, off by their jitter and the timer's rounding. *TIMESYNC* says which
+//! second a pulse is; only where no pulses are, or so long ago that it knows better, it disciplines the clock by itself:
+//! exchanges count the less the longer they took beyond the quickest, and the quickest may be off by its whole round
+//! trip's asymmetry, which no averaging mends.
+
+mod tie;
+
+use super::ROUNDING;
+use super::assign::undithered;
+use super::settings::ClockSettings;
+use crate::math;
+use crate::units::{Micros, Ticks};
+use tie::{NO_PULSE, Tie};
+
+/// Ticks a second.
+const SECOND: u32 = 1_000_000;
+/// How far a pulse interval may be off one second for two pulses to be believed against the clock: 500 ppm.
+const PULSE_TOLERANCE_TICKS: u32 = 500;
+/// A pulse off by more sigmas than this is a glitch.
+const GATE_SIGMAS: f32 = 5.0;
+/// Pulses in a row, a second apart, that outvote a clock disciplined by pulses, and one by TIMESYNC.
+const OUTVOTE_PULSES: u8 = 4;
+const OUTVOTE_TIMESYNC: u8 = 2;
+/// TIMESYNC further from the clock than this says that the autopilot has booted anew.
+const CONTRADICTION_US: i32 = 500_000;
+/// Longest round trip of an exchange that is used.
+const ROUND_TRIP_MAX_US: i32 = 1_000_000;
+/// What an exchange as quick as the quickest scatters, microseconds.
+const EXCHANGE_SIGMA_US: f32 = 50.0;
+/// The tie is carried along when it is older than this.
+const CARRY_TICKS: i32 = 30_000_000;
+/// Pulses younger than this discipline, and TIMESYNC only labels.
+const PULSES_LIVE_TICKS: u32 = 10 * SECOND;
+
+/// The clock at a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    at: Micros,
+    beyond_us: f32,
+    /// Variance, us².
+    pub variance: f32,
+}
+
+impl Reading {
+    /// The instant `later_us` after the tick, to the nearest microsecond.
+    pub fn rounded(&self, later_us: f32) -> Option<Micros> {
+        self.at.0.checked_add_signed(math::round(self.beyond_us + later_us) as i64).map(Micros)
+    }
+}
+
+/// What the clock says of itself, for telemetry.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ClockState {
+    /// Whether pulses discipline it; TIMESYNC otherwise.
+    pub by_pulses: bool,
+    /// Microseconds more than ticks in a second.
+    pub rate_ppm: f32,
+    /// One sigma of the rate.
+    pub rate_sigma_ppm: f32,
+    /// Seconds since the newest pulse; `u32::MAX` where there was none.
+    pub free_wheeling_s: u32,
+}
+
+/// The clock.
+#[derive(Debug)]
+pub struct Clock {
+    settings: ClockSettings,
+    tie: Option<Tie>,
+    /// The newest pulse that was not taken, and how many before it were a second apart.
+    dissent: Option<(Ticks, u8)>,
+    /// The shortest round trip of late, microseconds.
+    quickest_us: u32,
+    pulses_ignored: u32,
+    ties: u32,
+}
+
+impl Clock {
+    /// Not tied yet.
+    pub const fn new(settings: ClockSettings) -> Self {
+        Clock { settings, tie: None, dissent: None, quickest_us: u32::MAX, pulses_ignored: 0, ties: 0 }
+    }
+
+    fn pulse_variance(&self) -> f32 {
+        self.settings.pulse_sigma_us * self.settings.pulse_sigma_us + ROUNDING
+    }
+
+    /// The state at `tick`.
+    fn carried(&self, tick: Ticks) -> Option<Tie> {
+        self.tie?.carried(tick, self.settings.rate_walk_ppm)
+    }
+
+    /// A TIMESYNC exchange: tick `sent`, the autopilot's answer `theirs`, tick `received`. Symmetric delay assumed.
+    pub fn on_timesync(&mut self, sent: Ticks, theirs: Micros, received: Ticks) {
+        let round_trip = received.since(sent);
+        if !(0..ROUND_TRIP_MAX_US).contains(&round_trip) {
+            return;
+        }
+        let round_trip = round_trip as u32;
+        let middle = Ticks(sent.0.wrapping_add(round_trip / 2));
+        // The quickest is forgotten by a sixty-fourth an exchange, so that a link may become slower.
+        self.quickest_us = self.quickest_us.saturating_add(self.quickest_us / 64).saturating_add(1).min(round_trip);
+        let slow_us = 0.5 * (round_trip - self.quickest_us) as f32;
+        let variance = EXCHANGE_SIGMA_US * EXCHANGE_SIGMA_US + slow_us * slow_us;
+        let (floor_us, quickest_us) = (self.settings.timesync_sigma_us, self.quickest_us as f32);
+        // Evenly within plus and minus half the round trip.
+        let bias_variance = floor_us * floor_us + quickest_us * quickest_us * ROUNDING;
+
+        let anew = Tie {
+            tick: middle,
+            at: theirs,
+            offset_us: 0.0,
+            rate_ppm: 0.0,
+            offset_variance: variance,
+            covariance: 0.0,
+            rate_variance: self.settings.rate_sigma_ppm * self.settings.rate_sigma_ppm,
+            bias_variance,
+            pulse_age: NO_PULSE,
+        };
+        let Some(state) = self.carried(middle) else {
+            self.tie_to(anew);
+            return;
+        };
+        // The crystals are the same after a boot: their rate is kept.
+        let anew = Tie { rate_ppm: state.rate_ppm, rate_variance: state.rate_variance, ..anew };
+        if theirs.since(state.at).unsigned_abs() > CONTRADICTION_US as u32 {
+            self.tie_to(anew);
+            return;
+        }
+        if state.pulse_age < PULSES_LIVE_TICKS {
+            return;
+        }
+        let knows_better = state.bias_variance == 0.0 && state.offset_variance < bias_variance;
+        if knows_better {
+            self.tie = Some(state);
+        } else if state.bias_variance == 0.0 {
+            self.tie = Some(Tie { pulse_age: state.pulse_age, ..anew });
+        } else {
+            let updated = state.updated(state.innovation_us(theirs), variance);
+            self.tie = Tie { bias_variance, ..updated }.settled();
+        }
+    }
+
+    fn tie_to(&mut self, tie: Tie) {
+        (self.tie, self.dissent) = (Some(tie), None);
+        self.ties = self.ties.wrapping_add(1);
+    }
+
+    /// A pulse: an edge at `tick`, at a whole second of the autopilot. Ignored until a TIMESYNC has tied the clock. One
+    /// off by more than its gate is counted and ignored, unless it and some before it are a second apart each: then they
+    /// are right and the clock is not.
+    pub fn on_pulse(&mut self, tick: Ticks) {
+        let Some(state) = self.carried(tick) else {
+            self.pulses_ignored = self.pulses_ignored.wrapping_add(1);
+            return;
+        };
+        let seconds = (state.at.0.saturating_add(SECOND as u64 / 2)) / SECOND as u64;
+        let second = Micros(seconds * SECOND as u64);
+        let innovation_us = state.innovation_us(second);
+        let offset_variance = state.offset_variance + state.bias_variance;
+        let variance = self.pulse_variance();
+        let gate_us = 1.0 + GATE_SIGMAS * math::sqrt(offset_variance + variance);
+        if innovation_us.abs() <= gate_us {
+            let state = Tie { offset_variance, bias_variance: 0.0, pulse_age: 0, ..state };
+            self.tie = state.updated(innovation_us, variance).settled();
+            self.dissent = None;
+        } else {
+            self.disagree(tick, second, &state);
+        }
+    }
+
+    /// A pulse outside its gate. The rate of a clock that is tied anew is that of the last two pulses.
+    fn disagree(&mut self, tick: Ticks, second: Micros, state: &Tie) {
+        self.pulses_ignored = self.pulses_ignored.wrapping_add(1);
+        let since = |before: Ticks| tick.0.wrapping_sub(before.0);
+        let (interval, votes) = match self.dissent {
+            Some((before, votes)) if since(before).abs_diff(SECOND) <= PULSE_TOLERANCE_TICKS => {
+                (since(before), votes.saturating_add(1))
+            }
+            _ => (0, 1),
+        };
+        self.dissent = Some((tick, votes));
+        let needed = if state.bias_variance > 0.0 { OUTVOTE_TIMESYNC } else { OUTVOTE_PULSES };
+        if votes >= needed && interval > 0 {
+            let variance = self.pulse_variance();
+            self.tie_to(Tie {
+                tick,
+                at: second,
+                offset_us: 0.0,
+                rate_ppm: (SECOND as i32 - interval as i32) as f32 / (interval as f32 * 1e-6),
+                offset_variance: variance,
+                covariance: variance,
+                rate_variance: 2.0 * variance,
+                bias_variance: 0.0,
+                pulse_age: 0,
+            });
+        }
+    }
+
+    /// Carries an old tie along, so that no tick is ever half the timer's range away from it.
+    pub fn keep(&mut self, now: Ticks) {
+        if self.tie.is_some_and(|tie| now.since(tie.tick) > CARRY_TICKS) {
+            self.tie = self.carried(now);
+        }
+    }
+
+    /// The autopilot's instant at `tick` with its variance, for ticks within half an hour of the newest tie. `None`
+    /// before any tie, and for instants before the autopilot booted.
+    ///
+    /// Pulses that jitter by less than half a tick are all rounded alike as long as the rates do not change, and no
+    /// averaging mends that.
+    pub fn read(&self, tick: Ticks) -> Option<Reading> {
+        let state = self.carried(tick)?;
+        let alike = ROUNDING * undithered(self.settings.pulse_sigma_us);
+        let variance = state.offset_variance.max(0.0) + state.bias_variance + alike;
+        Some(Reading { at: state.at, beyond_us: state.offset_us, variance })
+    }
+
+    /// The autopilot's instant at `tick`, to the nearest microsecond, and its sigma in microseconds.
+    pub fn instant(&self, tick: Ticks) -> Option<(Micros, f32)> {
+        let reading = self.read(tick)?;
+        Some((reading.rounded(0.0)?, math::sqrt(reading.variance + ROUNDING)))
+    }
+
+    /// What the clock says of itself at `now`.
+    pub fn state(&self, now: Ticks) -> ClockState {
+        self.carried(now).map_or_else(ClockState::default, |state| ClockState {
+            by_pulses: state.bias_variance == 0.0,
+            rate_ppm: state.rate_ppm,
+            rate_sigma_ppm: math::sqrt(state.rate_variance),
+            free_wheeling_s: if state.pulse_age == NO_PULSE { u32::MAX } else { state.pulse_age / SECOND },
+        })
+    }
+
+    /// Pulses ignored, and times that the clock was tied.
+    pub fn counted(&self) -> (u32, u32) {
+        (self.pulses_ignored, self.ties)
+    }
+}
