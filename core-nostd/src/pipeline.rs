@@ -27,7 +27,7 @@ use heapless::Vec;
 pub use refusal::Refusal;
 use settings::Smoothers;
 pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigmas};
-pub use situation::{Prediction, Rates, Situation};
+pub use situation::{Prediction, Situation};
 pub use streams::{Instants, Latencies, PositionSample, SampleError, Streams};
 
 /// What a frame's match says, accepted or not.
@@ -229,7 +229,14 @@ impl<'t> Pipeline<'t> {
         let kept = self.frame_memory.get(..reduction.bytes()).ok_or(Refusal::BadFrame)?;
         let source = Source::new(kept, reduction).map_err(|_| Refusal::BadFrame)?;
         let size = situation.patch_size(camera, resolution).ok_or(Refusal::NoFootprint)?;
-        let map = FrameFromPatch::new(situation.homography(camera), camera, (situation.height_m, resolution), size);
+        let scale = (situation.height_m, resolution);
+        let bands;
+        let map = if self.settings.readout_us > 0 {
+            bands = situation.bands(camera, self.settings.readout_us)?;
+            FrameFromPatch::rolling(&bands, camera, scale, size)
+        } else {
+            FrameFromPatch::new(situation.homography(camera), camera, scale, size)
+        };
         rectify_into(&map, source, patch, nodes, runs).map_err(|_| Refusal::NoFootprint)?;
         self.patch_size = size;
         // From here on the frame's memory is free.

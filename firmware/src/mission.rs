@@ -60,6 +60,8 @@ pub struct Mission {
     pub motions: [(u32, [f32; 4]); 2],
     /// How much older than their stamps attitude, follow-up angle, range and position are, microseconds.
     pub latencies_us: [u32; 4],
+    /// Rolling shutter: from the first row's mid-exposure to the last one's, microseconds; 0 for a global one.
+    pub readout_us: u32,
     /// Samples that the pose lags behind the newest.
     pub lag: u8,
     /// Attitude gap, range gap, position age, patience, microseconds.
@@ -156,6 +158,7 @@ impl Mission {
             },
             motions: Motions { attitude, position },
             latencies: Latencies { attitude_us, follow_up_us, range_us, position_us },
+            readout_us: self.readout_us,
             lag: self.lag,
             gap_us,
             range_gap_us,

@@ -1,5 +1,7 @@
 //! What a flight is worth: every frame against the truth, and the figures of `report.json`.
 
+pub mod blur;
+pub mod pose;
 pub mod raw;
 pub mod stamps;
 mod statistics;
@@ -160,6 +162,10 @@ pub struct Summary {
     pub nees_mean: Option<f64>,
     /// Stamps against the true middles of the exposures, all frames.
     pub stamps: stamps::Stamps,
+    /// See [`pose::Poses`].
+    pub poses: pose::Poses,
+    /// See [`blur::Blur`].
+    pub blur: blur::Blur,
     /// Edge to fix; null in-process.
     pub instructions_per_frame: Cost,
     /// Mean instructions of each stage by its name; null in-process.
@@ -277,6 +283,8 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
         ground_error_m: Spread { mean: mean(&ground), p95: percentile(&ground, 0.95) },
         nees_mean: mean(&accepted.iter().filter_map(|s| s.nees).collect::<Vec<_>>()),
         stamps: stamps::stamps(&flight.frames),
+        poses: pose::poses(&flight.frames),
+        blur: blur::blur(&flight.frames),
         instructions_per_frame: Cost {
             mean: mean(&instructions.iter().map(|&i| i as f64).collect::<Vec<_>>()),
             max: instructions.iter().copied().max(),

@@ -105,6 +105,7 @@ impl Stage {
             sigmas: sigmas_of(&scenario),
             motions: motions_of(&scenario),
             latencies_us: latencies_of(&scenario),
+            readout_us: scenario.rolling_shutter_us() as u32,
             lag: scenario.attitude.lag,
             limits_us: limits_of(&scenario),
             search_px: scenario.search_px,

@@ -11,7 +11,7 @@ const HEADER: &str = "frame,mid_exposure_us,accepted,reason,d_col,d_row,true_col
      sigma_north_m,score,second_peak";
 
 /// What the contract promises of `report.json`; a dot leads into a table.
-const REPORT: [&str; 27] = [
+const REPORT: [&str; 39] = [
     "schema",
     "seed",
     "link",
@@ -36,6 +36,18 @@ const REPORT: [&str; 27] = [
     "stamps.sources.one_edge",
     "stamps.sources.arrival",
     "stamps.sources.none",
+    "poses.tilt_rms_deg",
+    "poses.nees_mean",
+    "poses.methods.second",
+    "poses.methods.third",
+    "poses.methods.straight",
+    "poses.methods.none",
+    "poses.rejected_samples",
+    "blur.mean_px",
+    "blur.max_px",
+    "blur.blurred",
+    "blur.beyond_standard",
+    "blur.exposure_max_us",
     "instructions_per_frame.mean",
     "instructions_per_frame.max",
     "ram_bytes",

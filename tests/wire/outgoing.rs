@@ -11,7 +11,7 @@ use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Micros, Radians};
 use plumbline_firmware::wire::outgoing::{self, CHUNK, COMPONENT, Encoder, SYSTEM};
 use plumbline_firmware::wire::telemetry::{
-    FrameReport, Health, InstantReport, MARK, StampHealth, StampTold, TUNNEL_BYTES, Telemetry,
+    FrameReport, Health, InstantReport, MARK, MotionTold, PoseTold, StampHealth, StampTold, TUNNEL_BYTES, Telemetry,
 };
 use proptest::prelude::{any, prop_assert, prop_assert_eq, proptest};
 
@@ -170,6 +170,7 @@ fn longest_health() -> Health {
         frames_lost: MOST,
         patches_cut: MOST,
         memory: (MOST, MOST),
+        delays_us: [MOST; 4],
         stamps: StampHealth {
             edges_bounced: MOST,
             edges_bad: MOST,
@@ -191,7 +192,19 @@ fn longest_instant() -> InstantReport {
         rate_ppm: (f32::MIN, f32::MIN),
         free_wheeling_s: u32::MAX,
     };
-    InstantReport { sequence: u32::MAX, stamp: Some(stamp) }
+    let pose = PoseTold {
+        order: 3,
+        alpha: f32::MIN,
+        samples: [u8::MAX; 3],
+        noise: f32::MIN,
+        sigma: [f32::MIN; 2],
+        rates: [f32::MIN; 3],
+        is_position_fitted: true,
+        position_sigma_m: f32::MIN,
+    };
+    let motion =
+        MotionTold { max_px: f32::MIN, centre_px: [f32::MIN; 2], exposure_max_us: u32::MAX, warnings: [true; 2] };
+    InstantReport { sequence: u32::MAX, stamp: Some(stamp), pose: Some(pose), motion: Some(motion) }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Every reason for which a frame ends without a fix. Each is counted and reported; none is fatal.
 
+use crate::homography::rolling::BandsError;
 use crate::matching::Rejection;
 use crate::matching::judge::Doubt;
 use crate::matching::refine::RefineError;
@@ -134,6 +135,16 @@ impl Refusal {
             Refusal::NoExposure => "no_exposure",
             Refusal::UncertainClock => "uncertain_clock",
             Refusal::FrameBackwards => "frame_backwards",
+        }
+    }
+}
+
+impl From<BandsError> for Refusal {
+    fn from(error: BandsError) -> Self {
+        match error {
+            BandsError::TooFast => Refusal::TooFast,
+            BandsError::Height => Refusal::NoRange,
+            BandsError::NotFinite | BandsError::Count => Refusal::Tilt,
         }
     }
 }

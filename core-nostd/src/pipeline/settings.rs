@@ -102,6 +102,8 @@ pub enum SettingsError {
     Motion,
     /// A lever arm or a boresight is not a number, or the boresight is not a small turn.
     Mount,
+    /// A readout longer than a second.
+    Readout,
     /// More later samples are waited for than a window holds.
     Lag,
 }
@@ -121,6 +123,8 @@ pub struct Settings {
     pub motions: Motions,
     /// How much older than their stamps their values are.
     pub latencies: Latencies,
+    /// Rolling shutter: from the first row's mid-exposure to the last one's, microseconds; 0 for a global one.
+    pub readout_us: u32,
     /// Whole samples that the pose lags behind the newest: 2 give most of what smoothing can.
     pub lag: u8,
     /// Largest distance of two attitude or follow-up samples to interpolate between, microseconds.
@@ -164,6 +168,9 @@ impl Settings {
         if !is_mount {
             return Err(SettingsError::Mount);
         }
+        if self.readout_us > READOUT_MAX_US {
+            return Err(SettingsError::Readout);
+        }
         if self.lag as usize >= LAGS {
             return Err(SettingsError::Lag);
         }
@@ -196,5 +203,7 @@ impl Settings {
     }
 }
 
+/// Longest readout of a rolling shutter.
+const READOUT_MAX_US: u32 = 1_000_000;
 /// Largest angle of a boresight: beyond it the camera is mounted in another way.
 const BORESIGHT_MAX_RAD: f32 = 0.2;

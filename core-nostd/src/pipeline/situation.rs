@@ -4,12 +4,15 @@ use super::{FollowUpMode, Pipeline, Refusal};
 use crate::budget::PATCH_MAX_PX;
 use crate::camera::Camera;
 use crate::homography::Homography;
+use crate::homography::rolling::{Band, Bands, BandsError, Displacement, offset_us};
 use crate::math;
+use crate::motion::{Moving, Rates, Velocity};
 use crate::mount::Mount;
 use crate::pose::{Method, PoseError, Wait};
 use crate::tile::Local;
 use crate::tilt::{Attitude, equivalent_tilt, follow_up_command};
 use crate::units::{Micros, Radians};
+use heapless::Vec;
 
 /// Where the navigation believes the camera to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,17 +23,6 @@ pub struct Prediction {
     pub velocity_m_per_s: [f32; 2],
     /// Sigma of each axis, metres.
     pub sigma_m: f32,
-}
-
-/// How things move at mid-exposure.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rates {
-    /// Heading, pitch, roll, radians per second.
-    pub attitude: [f32; 3],
-    /// Follow-up angle, radians per second.
-    pub follow_up: f32,
-    /// Sigma of pitch's and roll's rates, each.
-    pub sigma: f32,
 }
 
 /// The state at mid-exposure.
@@ -48,6 +40,8 @@ pub struct Situation {
     pub mount: Mount,
     /// Rates of both.
     pub rates: Rates,
+    /// Sigma of pitch's and roll's rates, each, radians a second.
+    pub sigma_rate_rad_s: f32,
     /// Height above ground, metres.
     pub height_m: f32,
     /// Predicted position.
@@ -68,6 +62,9 @@ pub struct Situation {
 
 /// Smallest a22 that is worked with: 60° between optical axis and plumb line.
 const COS_TILT_MIN: f32 = 0.5;
+/// Instants of a rolling shutter's readout at which the pose is taken: 5 ms apart for 20 ms, between which blending is off
+/// by less than 0.01 px of the frame.
+const BANDS: usize = 5;
 /// Smallest patch side, pixels: less is no template.
 const PATCH_MIN_PX: f32 = 7.0;
 
@@ -125,14 +122,15 @@ impl Pipeline<'_> {
         let [offset_north_m, _, offset_east_m] = settings.mount.camera_offset(attitude.value);
         let camera_offset_m = [offset_east_m, offset_north_m];
         let (prediction, position_method) = self.predict(mid_exposure_at, camera_offset_m)?;
-        let [_, pitch_rate, roll_rate] = attitude.rate_sigma;
+        let ([heading, pitch, roll], [_, pitch_sigma, roll_sigma]) = (attitude.rate, attitude.rate_sigma);
         Ok(Some(Situation {
             mid_exposure_at,
             attitude: attitude.value,
             follow_up,
             followed: settings.follow_up == FollowUpMode::Followed,
             mount: settings.mount,
-            rates: Rates { attitude: attitude.rate, follow_up: follow_up_rate, sigma: pitch_rate.max(roll_rate) },
+            rates: Rates { heading, pitch, roll, follow_up: follow_up_rate },
+            sigma_rate_rad_s: pitch_sigma.max(roll_sigma),
             height_m,
             prediction,
             camera_offset_m,
@@ -186,6 +184,7 @@ impl Situation {
             followed: follow_up.1,
             mount: Mount::default(),
             rates: Rates::default(),
+            sigma_rate_rad_s: 0.0,
             height_m,
             prediction: Prediction { local, velocity_m_per_s: [0.0; 2], sigma_m: 0.0 },
             camera_offset_m: [0.0; 2],
@@ -203,6 +202,48 @@ impl Situation {
             Homography::simplified(equivalent_tilt(self.attitude, self.follow_up), camera)
         } else {
             Homography::full(&self.mount.camera_from_local(self.attitude, self.follow_up), camera)
+        }
+    }
+
+    /// The same situation `after_us` after mid-exposure: angles and place carried on with their rates. Over the readout of a
+    /// rolling shutter, ±10 ms, that is off by half of an angular acceleration of 100°/s² times 10 ms squared, 0.005°.
+    fn after(&self, after_us: i32) -> Self {
+        let seconds = after_us as f32 * 1e-6;
+        let carried = |angle: Radians, rate: f32| Radians(angle.0 + rate * seconds);
+        let attitude = Attitude {
+            heading: carried(self.attitude.heading, self.rates.heading),
+            pitch: carried(self.attitude.pitch, self.rates.pitch),
+            roll: carried(self.attitude.roll, self.rates.roll),
+        };
+        let follow_up =
+            if self.followed { follow_up_command(attitude) } else { carried(self.follow_up, self.rates.follow_up) };
+        Situation { attitude, follow_up, ..*self }
+    }
+
+    /// The homographies of a rolling shutter that reads all rows in `readout_us`, at [`BANDS`] instants: of each its own
+    /// attitude, follow-up angle and place.
+    pub(super) fn bands(&self, camera: &Camera, readout_us: u32) -> Result<Bands, BandsError> {
+        let mut bands = Vec::<Band, BANDS>::new();
+        for index in 0..BANDS {
+            let after_us = offset_us(index, BANDS, readout_us);
+            let seconds = after_us as f32 * 1e-6;
+            let [east, north] = self.prediction.velocity_m_per_s;
+            let displacement = Displacement { east_m: east * seconds, north_m: north * seconds, up_m: 0.0 };
+            let homography = self.after(after_us).homography(camera);
+            bands.push(Band { homography, displacement }).map_err(|_| BandsError::Count)?;
+        }
+        Bands::new(&bands, camera, self.height_m)
+    }
+
+    /// What moves the picture. The vehicle is taken to fly level: nothing measures its climb.
+    pub fn moving(&self) -> Moving {
+        let [east, north] = self.prediction.velocity_m_per_s;
+        Moving {
+            attitude: self.attitude,
+            follow_up: self.follow_up,
+            rates: self.rates,
+            velocity: Velocity { north, up: 0.0, east },
+            height_m: self.height_m,
         }
     }
 

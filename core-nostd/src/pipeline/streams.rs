@@ -142,6 +142,11 @@ impl Streams {
         }
     }
 
+    /// [`Stream::delay_us`] of attitude, follow-up angle, range and position.
+    pub fn delays_us(&self) -> [u32; 4] {
+        [self.attitude.delay_us(), self.follow_up.delay_us(), self.slant.delay_us(), self.position.delay_us()]
+    }
+
     /// Takes an attitude whose heading is relative to grid north.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use super::{App, FrameOut, Out};
 use crate::board::{FrameStart, FrontEnd, Gauge, Rows, Timer};
-use crate::wire::telemetry::{FrameReport, StampTold};
+use crate::wire::telemetry::{FrameReport, PoseTold, StampTold};
 use plumbline_core::pipeline::{Outcome, Refusal, Situation};
 use plumbline_core::pose::Wait;
 use plumbline_core::units::Micros;
@@ -59,6 +59,7 @@ impl Work {
         let mid_exposure_at = stamp.map_err(Refusal::from)?.mid;
         let situation = self.situation(app, mid_exposure_at, timer, gauge).await?;
         self.out.situation = Some(situation);
+        self.out.instant.pose = Some(PoseTold::new(&situation));
         let report = &mut self.out.report;
         report.predicted = Some([situation.prediction.local.east_m, situation.prediction.local.north_m]);
         report.situation = Some([

@@ -3,7 +3,8 @@
 use super::{App, FrameOut, Out};
 use crate::board::{Gauge, Timer, Writer};
 use crate::wire::outgoing::{self, CHUNK, Encoder};
-use crate::wire::telemetry::{Health, StampHealth, Telemetry};
+use crate::wire::telemetry::{Health, InstantReport, MotionTold, StampHealth, Telemetry};
+use plumbline_core::motion::image_motion;
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::Radians;
 
@@ -46,8 +47,17 @@ fn health(app: &App<'_>, timer: &impl Timer, gauge: &impl Gauge) -> Health {
         frames_lost: counters.frames_lost,
         patches_cut: counters.patches_cut,
         memory: gauge.memory(),
+        delays_us: app.pipeline.borrow().streams.delays_us(),
         stamps: StampHealth::new(stamper.counters(), &stamper.clock.state(timer.now())),
     }
+}
+
+/// How far the picture moved during a frame's exposure; nothing without a stamp or a pose.
+fn motion(app: &App<'_>, frame: &FrameOut) -> Option<MotionTold> {
+    let (stamp, situation) = (frame.instant.stamp?, frame.situation.as_ref()?);
+    let exposure_us = stamp.halves_us.0.saturating_add(stamp.halves_us.1);
+    let camera = app.pipeline.borrow().settings().camera;
+    image_motion(&camera, &situation.moving(), exposure_us).ok().map(|motion| MotionTold::new(&motion))
 }
 
 /// A frame's messages: the fix first, since somebody waits for it, the picture last.
@@ -75,7 +85,9 @@ async fn frame_out(
         let captured = outgoing::image_captured(situation, attitude, position, frame.report.sequence);
         writer.write(encoder.encode(&captured)).await;
     }
-    writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Instant(frame.instant)))).await;
+    // After the fix, which does not wait for it.
+    let instant = InstantReport { motion: motion(app, frame), ..frame.instant };
+    writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Instant(instant)))).await;
     writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Frame(frame.report)))).await;
     if let (true, Some(number)) = (app.send_patches, frame.patch) {
         picture_out(app, number, encoder, writer).await;

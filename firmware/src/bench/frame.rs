@@ -142,6 +142,7 @@ fn settings(camera: Camera, pose: &Pose, search_px: u16) -> Settings {
         mount: Mount::default(),
         motions: Motions::default(),
         latencies: Latencies::default(),
+        readout_us: 0,
         lag: 2,
         gap_us: 20_000,
         range_gap_us: 100_000,

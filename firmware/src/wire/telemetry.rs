@@ -5,7 +5,7 @@
 
 mod instant;
 
-pub use instant::{InstantReport, StampHealth, StampTold};
+pub use instant::{InstantReport, MotionTold, PoseTold, StampHealth, StampTold};
 use plumbline_core::pipeline::Refusal;
 use serde::{Deserialize, Serialize};
 
@@ -90,6 +90,9 @@ pub struct Health {
     pub patches_cut: u32,
     /// Bytes of static memory and the stack's high-water mark.
     pub memory: (u32, u32),
+    /// How long the newest sample of attitude, follow-up angle, range and position took from the instant at which its value
+    /// held to its arrival, microseconds; 0 where that cannot be told.
+    pub delays_us: [u32; 4],
     /// What was wrong with edges and pulses.
     pub stamps: StampHealth,
 }

@@ -40,6 +40,7 @@ fn settings(search_px: u16) -> Settings {
         mount: Mount::default(),
         motions: Motions::default(),
         latencies: Latencies::default(),
+        readout_us: 0,
         lag: 0,
         gap_us: 20_000,
         range_gap_us: 100_000,

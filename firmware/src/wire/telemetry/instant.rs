@@ -1,5 +1,8 @@
 //! What belongs to the instant of a frame's exposure, beside the frame's report, which fills its message.
 
+use plumbline_core::motion::ImageMotion;
+use plumbline_core::pipeline::Situation;
+use plumbline_core::pose::Method;
 use plumbline_core::stamp::{ClockState, Stamp, StampCounters, StampSource};
 use serde::{Deserialize, Serialize};
 
@@ -10,12 +13,16 @@ pub struct InstantReport {
     pub sequence: u32,
     /// Its stamp; the frame's report says why there is none.
     pub stamp: Option<StampTold>,
+    /// How attitude and position at that instant were found.
+    pub pose: Option<PoseTold>,
+    /// How far the picture moved while the shutter was open.
+    pub motion: Option<MotionTold>,
 }
 
 impl InstantReport {
     /// Nothing known yet.
     pub fn new(sequence: u32) -> Self {
-        InstantReport { sequence, stamp: None }
+        InstantReport { sequence, stamp: None, pose: None, motion: None }
     }
 }
 
@@ -55,6 +62,76 @@ impl StampTold {
     /// What it was made of.
     pub fn source(&self) -> Option<StampSource> {
         StampSource::from_code(self.source)
+    }
+}
+
+/// How a pose was found, as it is told.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PoseTold {
+    /// How the attitude was: 0 on the straight way between two samples, 2 or 3 by a fit of that order.
+    pub order: u8,
+    /// α of the fit; 0 without one.
+    pub alpha: f32,
+    /// Whole samples between the instant's own interval and the nearer end of the window; samples in the window; samples
+    /// left out of it as mistakes.
+    pub samples: [u8; 3],
+    /// The samples' noise over what it was said to be.
+    pub noise: f32,
+    /// One sigma of pitch and roll, each, radians, and of their rates, radians a second.
+    pub sigma: [f32; 2],
+    /// Rates of heading, pitch and roll, radians a second.
+    pub rates: [f32; 3],
+    /// Whether the position was predicted by a fit; by the newest sample's velocity otherwise.
+    pub is_position_fitted: bool,
+    /// One sigma of the predicted position, each axis, metres.
+    pub position_sigma_m: f32,
+}
+
+impl PoseTold {
+    /// Of a situation.
+    pub fn new(situation: &Situation) -> Self {
+        let rates = &situation.rates;
+        let told = PoseTold {
+            order: 0,
+            alpha: 0.0,
+            samples: [0; 3],
+            noise: 0.0,
+            sigma: [situation.sigma_tilt_rad, situation.sigma_rate_rad_s],
+            rates: [rates.heading, rates.pitch, rates.roll],
+            is_position_fitted: matches!(situation.position_method, Method::Fitted { .. }),
+            position_sigma_m: situation.prediction.sigma_m,
+        };
+        match situation.attitude_method {
+            Method::Fitted { order, alpha, lag, count, rejected, scale } => {
+                PoseTold { order: order.number() as u8, alpha, samples: [lag, count, rejected], noise: scale, ..told }
+            }
+            Method::Straight | Method::Carried => told,
+        }
+    }
+}
+
+/// Image motion as it is told.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionTold {
+    /// Longest displacement in the frame, pixels of the frame: the blur.
+    pub max_px: f32,
+    /// Displacement at the frame's centre, right and forward.
+    pub centre_px: [f32; 2],
+    /// Longest exposure that keeps the blur at half a pixel, microseconds.
+    pub exposure_max_us: u32,
+    /// Whether the blur is above half a pixel, and above the limit of GB/T 27920.1.
+    pub warnings: [bool; 2],
+}
+
+impl MotionTold {
+    /// Of a motion.
+    pub fn new(motion: &ImageMotion) -> Self {
+        MotionTold {
+            max_px: motion.max_px,
+            centre_px: motion.centre_px.into(),
+            exposure_max_us: motion.exposure_max_us,
+            warnings: [motion.is_blurred(), motion.exceeds_standard()],
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The flight in eleven lines, for a person at a terminal.
+//! The flight in thirteen lines, for a person at a terminal.
 
 use crate::cli::{Failure, print};
 use plumbline_sim::score::Summary;
@@ -15,6 +15,15 @@ fn table(summary: &Summary, out: Option<&Path>) -> String {
     let number = |value: Option<f64>, unit: &str| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2} {unit}"));
     let unmeasured = || "not measured on this link".to_owned();
     let refused: Vec<String> = summary.refused.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
+    // Hundredths of a degree matter.
+    let tilt = summary.poses.tilt_rms_deg.map_or_else(|| "-".to_owned(), |rms| format!("{rms:.4} deg"));
+    let blur = &summary.blur;
+    let longest = blur.exposure_max_us.map_or_else(|| "-".to_owned(), |us| format!("{:.1} ms", f64::from(us) * 1e-3));
+    let blur = format!(
+        "{} mean, {} largest; half a pixel at {longest}",
+        number(blur.mean_px, "px"),
+        number(blur.max_px, "px")
+    );
     let share = 100.0 * summary.accepted as f64 / summary.frames.max(1) as f64;
     let rows = [
         ("frames", format!("{} over {}, seed {}", summary.frames, summary.link, summary.seed)),
@@ -40,6 +49,8 @@ fn table(summary: &Summary, out: Option<&Path>) -> String {
                 number(summary.stamps.nees_mean, "")
             ),
         ),
+        ("pose", format!("{} RMS of pitch and roll, NEES {}(1 expected)", tilt, number(summary.poses.nees_mean, ""))),
+        ("blur", blur),
         (
             "instructions",
             cost.mean.zip(cost.max).map_or_else(unmeasured, |(mean, max)| format!("{mean:.0} a frame, at most {max}")),
@@ -61,11 +72,13 @@ fn table(summary: &Summary, out: Option<&Path>) -> String {
 mod tests {
     use super::*;
     use plumbline_firmware::wire::telemetry::StampHealth;
+    use plumbline_sim::score::blur::blur;
+    use plumbline_sim::score::pose::poses;
     use plumbline_sim::score::stamps::stamps;
     use plumbline_sim::score::{Cost, LinkHealth, MatchRate, MatchingError, Spread};
 
     #[test]
-    fn eleven_lines_whatever_is_missing() {
+    fn thirteen_lines_whatever_is_missing() {
         let nothing = MatchingError {
             unrectified_mean: None,
             rectified_integer_mean: None,
@@ -88,6 +101,8 @@ mod tests {
             ground_error_m: Spread { mean: None, p95: None },
             nees_mean: None,
             stamps: stamps(&[]),
+            poses: poses(&[]),
+            blur: blur(&[]),
             instructions_per_frame: Cost { mean: None, max: None },
             instructions_by_stage: None,
             ram_bytes: None,
@@ -105,7 +120,7 @@ mod tests {
             servo_rms_deg: 0.0,
         };
         let text = table(&summary, None);
-        assert_eq!(text.lines().count(), 11, "{text}");
+        assert_eq!(text.lines().count(), 13, "{text}");
         assert!(text.contains("lost 3") && !text.contains("NaN"), "{text}");
     }
 }
