@@ -30,3 +30,5 @@ const _: () = assert!(
     PATCH_MAX_AREA + 2 * SCORES_MAX + 6 * RUNS_MAX < PAPER_MEMORY_BYTES,
     "the image buffers alone pass the paper's 25 KB"
 );
+/// What the pose keeps: the streams' rings and how to smooth them, bytes.
+pub const POSE_MAX_BYTES: usize = 3 * 1024;

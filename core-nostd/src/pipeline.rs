@@ -11,7 +11,7 @@ mod situation;
 mod streams;
 
 use crate::budget::{
-    FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, REACQUIRE_PX, RUNS_MAX, SCORES_MAX, SEARCH_MAX_PX,
+    FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, REACQUIRE_PX, RUNS_MAX, SCORES_MAX, SEARCH_MAX_PX,
 };
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::FrameFromPatch;
@@ -320,6 +320,7 @@ impl<'t> Pipeline<'t> {
 }
 
 const _: () = assert!((2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1) == SCORES_MAX);
+const _: () = assert!(size_of::<Streams>() + size_of::<Smoothers>() <= POSE_MAX_BYTES);
 /// Ratio of a patch pixel to a frame pixel beyond which boxes grow no further: 16 rows are the most that a front end's ring
 /// has to hold at a time.
 const RATIO_MAX: f32 = 90.0;

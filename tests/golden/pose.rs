@@ -13,6 +13,8 @@ mod place;
 mod seeded;
 #[path = "pose/smoother.rs"]
 mod smoother;
+#[path = "pose/streams.rs"]
+mod streams;
 #[path = "pose/table.rs"]
 mod table;
 mod vectors;

@@ -54,6 +54,10 @@ fn the_nearer_of_both_ways_is_taken() {
     println!("good velocities: {error:.3} m, told {told:.3} m, {fits:.2} fitted");
     assert!(error < 0.16 && fits < 0.6, "{error} {fits}");
     assert!((0.8..1.1).contains(&(error / told)), "{error} for {told}");
+    // With neither noise the acceleration is all that is left, of one axis of both.
+    let (error, told, _) = flown(1e-3, 1e-3);
+    println!("no noise: {error:.4} m, told {told:.4} m");
+    assert!((0.5..1.0).contains(&(error / told)), "{error} for {told}");
     let (error, told, fits) = flown(0.144, 3.0);
     println!("bad velocities: {error:.3} m, told {told:.3} m, {fits:.2} fitted");
     // The reference's table, one and two tenths of a second ahead: 0.16 m with third differences.

@@ -150,6 +150,9 @@ fn short_windows_are_bridged_straight() {
     let cut = history(1, (0, 20), &[10, 11, 12, 13, 14, 15], 0.0);
     let estimate = smoother.at(&cut, mid(17), 10_000, Wait::No).expect("an estimate");
     let Method::Fitted { count: 5, .. } = estimate.method else { panic!("{:?}", estimate.method) };
+    // And on the other side: what comes after the gap is not of this window.
+    let estimate = smoother.at(&cut, mid(6), 10_000, Wait::No).expect("an estimate");
+    let Method::Fitted { count: 10, lag: 2, .. } = estimate.method else { panic!("{:?}", estimate.method) };
     assert_eq!(smoother.at(&cut, mid(12), 10_000, Wait::No).err(), Some(PoseError::Gap));
 }
 
