@@ -1,4 +1,4 @@
-//! A short flight over both links: the emulated Cortex-M7 must find what the host finds, byte for byte.
+//! Short flights over both links: the emulated Cortex-M7 must find what the host finds, byte for byte.
 
 use super::process::run;
 use super::{Failure, places};
@@ -7,21 +7,26 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Frames of the flight.
+/// The scenarios that are flown, and frames of each: the default, and one that has everything else.
+const FLIGHTS: [(&str, usize); 2] = [("rolling", 30), ("default", FRAMES)];
 const FRAMES: usize = 60;
 
-/// Flies both and compares; the emulated flight's report.
+/// Flies each over both links and compares; the emulated default flight's report.
 pub fn flight() -> Result<Value, Failure> {
-    let in_process = fly("inproc", FRAMES)?;
-    let emulated = fly("qemu", FRAMES)?;
-    let [ours, theirs] = [read(&in_process.join("fixes.csv"))?, read(&emulated.join("fixes.csv"))?];
-    compare(&ours, &theirs)?;
-    report(&emulated)
+    let mut told = Value::Null;
+    for (scenario, frames) in FLIGHTS {
+        let in_process = fly("inproc", scenario, frames)?;
+        let emulated = fly("qemu", scenario, frames)?;
+        let [ours, theirs] = [read(&in_process.join("fixes.csv"))?, read(&emulated.join("fixes.csv"))?];
+        compare(&ours, &theirs, frames).map_err(|error| format!("{scenario}: {error}"))?;
+        told = report(&emulated)?;
+    }
+    Ok(told)
 }
 
 /// Bytes of RAM that a short emulated flight takes, static data and the stack's high-water mark.
 pub fn ram_bytes(frames: usize) -> Result<u32, Failure> {
-    let report = report(&fly("qemu", frames)?)?;
+    let report = report(&fly("qemu", "default", frames)?)?;
     Ok(number(&report, "/ram_bytes") as u32)
 }
 
@@ -34,13 +39,15 @@ fn report(folder: &Path) -> Result<Value, Failure> {
 }
 
 /// One flight; the folder it wrote.
-fn fly(link: &str, frames: usize) -> Result<PathBuf, Failure> {
-    let folder = places::scratch().join(format!("flight-{link}"));
+fn fly(link: &str, scenario: &str, frames: usize) -> Result<PathBuf, Failure> {
+    let folder = places::scratch().join(format!("flight-{scenario}-{link}"));
     // What an earlier run left there must not pass for this one's.
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut command = Command::new(places::plumbline());
-    command.args(["fly", "--link", link, "--frames", &frames.to_string(), "--out"]).arg(&folder);
+    command
+        .args(["fly", "--link", link, "--scenario", scenario, "--frames", &frames.to_string(), "--out"])
+        .arg(&folder);
     if link == "qemu" {
         command.arg("--firmware").arg(places::image("an500"));
     }
@@ -50,10 +57,10 @@ fn fly(link: &str, frames: usize) -> Result<PathBuf, Failure> {
 }
 
 /// Equal, of the right length, and not empty of fixes.
-fn compare(ours: &str, theirs: &str) -> Result<(), Failure> {
+fn compare(ours: &str, theirs: &str, frames: usize) -> Result<(), Failure> {
     let rows = ours.lines().skip(1).count();
-    if rows != FRAMES {
-        return Err(format!("fixes.csv has {rows} rows for {FRAMES} frames"));
+    if rows != frames {
+        return Err(format!("fixes.csv has {rows} rows for {frames} frames"));
     }
     if ours == theirs {
         return Ok(());
@@ -100,12 +107,12 @@ mod tests {
     #[test]
     fn equal_flights_pass_and_the_first_difference_is_named() {
         let flight = format!("frame,accepted\n{}", "0,1\n".repeat(FRAMES));
-        assert_eq!(compare(&flight, &flight), Ok(()));
+        assert_eq!(compare(&flight, &flight, FRAMES), Ok(()));
         let other = flight.replacen("0,1\n", "0,0\n", 1);
-        assert!(compare(&flight, &other).unwrap_err().contains("line 2"));
+        assert!(compare(&flight, &other, FRAMES).unwrap_err().contains("line 2"));
         let longer = format!("{flight}0,1\n");
-        assert!(compare(&flight, &longer).unwrap_err().contains("62 lines"));
-        assert!(compare("frame\n", "frame\n").unwrap_err().contains("0 rows"));
+        assert!(compare(&flight, &longer, FRAMES).unwrap_err().contains("62 lines"));
+        assert!(compare("frame\n", "frame\n", FRAMES).unwrap_err().contains("0 rows"));
     }
 
     #[test]

@@ -16,6 +16,7 @@ const NAMED: [(&str, &str); 9] = [
     ("faults", include_str!("../../scenarios/faults.toml")),
     ("edges", include_str!("../../scenarios/edges.toml")),
     ("pulses", include_str!("../../scenarios/pulses.toml")),
+    ("rolling", include_str!("../../scenarios/rolling.toml")),
 ];
 
 #[test]

@@ -13,6 +13,7 @@ const BUILT_IN: [(&str, &str); 9] = [
     ("nadir", include_str!("../../../scenarios/nadir.toml")),
     ("edges", include_str!("../../../scenarios/edges.toml")),
     ("pulses", include_str!("../../../scenarios/pulses.toml")),
+    ("rolling", include_str!("../../../scenarios/rolling.toml")),
     ("honest", include_str!("../../../scenarios/honest.toml")),
     ("barrel", include_str!("../../../scenarios/barrel.toml")),
     ("faults", include_str!("../../../scenarios/faults.toml")),
