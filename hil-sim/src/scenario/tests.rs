@@ -6,7 +6,7 @@ fn parse(text: &str) -> Result<Scenario, ScenarioError> {
 }
 
 /// Every named flight of the repository.
-const NAMED: [(&str, &str); 9] = [
+const NAMED: [(&str, &str); 10] = [
     ("default", include_str!("../../scenarios/default.toml")),
     ("honest", include_str!("../../scenarios/honest.toml")),
     ("vienna", include_str!("../../scenarios/vienna.toml")),

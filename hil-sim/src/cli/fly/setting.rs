@@ -8,7 +8,7 @@ use plumbline_survey::error::InputError;
 use std::path::Path;
 
 /// Built-in scenarios: name and text.
-const BUILT_IN: [(&str, &str); 9] = [
+const BUILT_IN: [(&str, &str); 10] = [
     ("default", include_str!("../../../scenarios/default.toml")),
     ("nadir", include_str!("../../../scenarios/nadir.toml")),
     ("edges", include_str!("../../../scenarios/edges.toml")),
