@@ -8,6 +8,7 @@ mod board;
 mod errors;
 mod format;
 mod head;
+mod instants;
 mod overlay;
 mod paper;
 mod parameters;
@@ -80,6 +81,7 @@ impl Report<'_> {
                         (self.against_the_paper())
                         (plots)
                         (self.error_parts())
+                        (self.instants())
                         (self.strip())
                         (self.board())
                         (self.parameters())
