@@ -165,8 +165,8 @@ impl<const C: usize> Samples<C> {
         let (value, rate) = row(times, 0.0, order);
         let (value, correction) = refined(&factors, &penalty, &weights, &value);
         let largest = |x: &Column| x.iter().fold(0.0f32, |most, x| most.max(x.abs()));
-        // Written so that NaN is refused too.
-        if !(largest(&correction) <= CORRECTION_MAX * largest(&value)) {
+        let is_solved = value.iter().chain(&correction).all(|x| x.is_finite());
+        if !is_solved || largest(&correction) > CORRECTION_MAX * largest(&value) {
             return Err(FitError::Condition);
         }
         let value = Estimator::new(&value, &weights);
