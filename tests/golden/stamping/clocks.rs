@@ -108,7 +108,7 @@ fn the_clock_runs_free_and_does_not_jump() {
 fn pulses_off_the_autopilots_seconds_are_not_believed() {
     for late_us in [3e3, 100e3, -100e3, 400e3] {
         let mut clock = Clock::new(SETTINGS.clock);
-        let mut exchange = |clock: &mut Clock, at_us: f64| {
+        let exchange = |clock: &mut Clock, at_us: f64| {
             clock.on_timesync(latch(7, at_us, 0.0), Micros(at_us as u64 + 2000), latch(7, at_us + 4000.0, 0.0));
         };
         for second in 1..10 {
