@@ -99,7 +99,8 @@ pub struct Stamp {
 pub enum StampError {
     /// The timer is not tied to the autopilot's clock.
     NoClock,
-    /// The clock has run free for too long: its sigma is beyond the settings' limit.
+    /// The clock has run free for too long, or pulses and time exchanges contradict each other: its sigma is beyond the
+    /// settings' limit.
     UncertainClock,
     /// Opening and closing edge are further apart than any exposure is long, or in the wrong order.
     BadExposure,

@@ -106,6 +106,8 @@ const WEIGHT_RATIO: f64 = 1e6;
 
 /// Largest amount of a value: its squares can be summed.
 const VALUE_MAX: f64 = 1e140;
+/// Smallest amount that the largest value may have, for the same reason.
+const VALUE_MIN: f64 = 1e-140;
 
 /// Fits one channel: `values` in any unit, `weights` of the same length (inverse variances in units of sigma0²; 0 = no
 /// sample, whose value is not looked at).
@@ -173,7 +175,9 @@ fn check(values: &[f64], weights: &[f64], order: Order) -> Result<(), SmoothErro
     }
     let mut all = counting().map(|i| values[i]);
     match all.next() {
-        Some(first) if all.all(|value| value == first) => Err(SmoothError::AllEqual { value: first }),
-        _ => Ok(()),
+        Some(first) if all.all(|value| value == first) => return Err(SmoothError::AllEqual { value: first }),
+        _ => {}
     }
+    let largest = counting().map(|i| values[i].abs()).fold(0.0, f64::max);
+    if largest < VALUE_MIN { Err(SmoothError::ValuesTooSmall { largest }) } else { Ok(()) }
 }

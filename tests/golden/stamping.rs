@@ -8,6 +8,8 @@ mod clocks;
 mod edges;
 #[path = "stamping/flown.rs"]
 mod flown;
+#[path = "stamping/reboot.rs"]
+mod reboot;
 mod seeded;
 #[path = "stamping/world.rs"]
 mod world;

@@ -34,6 +34,8 @@ pub enum FitError {
     Alpha,
     /// The instant lies before the samples, or further ahead of them than [`AHEAD_MAX`].
     Outside,
+    /// Samples so near to each other that single precision cannot solve for a curve so stiff.
+    Condition,
 }
 
 /// The curve at the instant.
@@ -61,6 +63,8 @@ pub const AHEAD_MAX: f32 = 2.0;
 const GATE: f32 = 5.0;
 /// Mistakes left out at most; a window with more is judged by its scale.
 const REJECTED_MAX: u8 = 3;
+/// Largest share of the refinement in the weights of an estimate: its square, a thousandth, is what is left of it.
+const CORRECTION_MAX: f32 = 1.0 / 32.0;
 /// Median of the largest size among one, two and three standard normal numbers: 2 Φ(x) − 1 = 0.5^(1/C).
 const MEDIAN_OF_NORMAL: [f32; 3] = [0.674_49, 1.051_80, 1.263_81];
 
@@ -159,7 +163,13 @@ impl<const C: usize> Samples<C> {
         };
         // The estimate is a weighted sum of the samples: one solution serves every channel.
         let (value, rate) = row(times, 0.0, order);
-        let value = Estimator::new(&refined(&factors, &penalty, &weights, &value), &weights);
+        let (value, correction) = refined(&factors, &penalty, &weights, &value);
+        let largest = |x: &Column| x.iter().fold(0.0f32, |most, x| most.max(x.abs()));
+        let is_solved = value.iter().chain(&correction).all(|x| x.is_finite());
+        if !is_solved || largest(&correction) > CORRECTION_MAX * largest(&value) {
+            return Err(FitError::Condition);
+        }
+        let value = Estimator::new(&value, &weights);
         let rate = Estimator::new(&factors.solve(&rate), &weights);
         Ok(Fitted {
             value: core::array::from_fn(|c| line[c].0 + value.of(&about[c])),
@@ -225,7 +235,7 @@ fn judge<const C: usize>(
 ) -> (Option<usize>, f32) {
     let mut sizes = [0.0f32; WINDOW + BELOW];
     for (about, sigma) in about.iter().zip(sigmas).filter(|(_, sigma)| *sigma > 0.0) {
-        let g = refined(factors, penalty, weights, &core::array::from_fn(|i| weights[i] * about[i]));
+        let (g, _) = refined(factors, penalty, weights, &core::array::from_fn(|i| weights[i] * about[i]));
         for ((size, weight), (about, g)) in sizes.iter_mut().zip(weights).zip(about.iter().zip(g)) {
             if *weight > 0.0 {
                 *size = size.max((about - g).abs() / sigma);
@@ -263,12 +273,13 @@ impl Estimator {
 }
 
 /// x of (P + α R) x = `right`, once refined: the factors' rounding, enlarged by the system's condition, would be a hundredth
-/// of the noise at the largest α; a thousandth of that is left.
-fn refined(factors: &Factors, penalty: &Penalty, weights: &Column, right: &Column) -> Column {
+/// of the noise at the largest α; a thousandth of that is left. Beside it what the refinement added: the share of it in x
+/// is about the condition times the rounding.
+fn refined(factors: &Factors, penalty: &Penalty, weights: &Column, right: &Column) -> (Column, Column) {
     let x = factors.solve(right);
     let bent = penalty.times(&x);
     let correction = factors.solve(&core::array::from_fn(|i| right[i] - weights[i] * x[i] - bent[i]));
-    core::array::from_fn(|i| x[i] + correction[i])
+    (core::array::from_fn(|i| x[i] + correction[i]), correction)
 }
 
 impl<const C: usize> Default for Samples<C> {

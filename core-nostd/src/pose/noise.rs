@@ -134,7 +134,7 @@ fn best<const G: usize, const N: usize>(model: &NoiseModel, orders: &[Order], gr
         for _ in 0..ALPHAS.2 {
             let mut band = Band::diagonal(&[1.0; WINDOW]);
             Penalty::new(&times, *order, alpha).add_to(&mut band);
-            let Some(factors) = band.factor() else { continue };
+            let Some(factors) = band.factor() else { break };
             for (group, best) in groups.iter().zip(&mut best) {
                 let (mut noise, mut bias, mut rate_bias) = (0.0, 0.0, 0.0);
                 for at in group {
@@ -152,7 +152,8 @@ fn best<const G: usize, const N: usize>(model: &NoiseModel, orders: &[Order], gr
                     *best = (noise + bias * bias, Choice { order, alpha, bias, rate_bias });
                 }
             }
-            alpha *= ALPHAS.1;
+            // Rounding must not lead the last beyond what a fit takes.
+            alpha = (alpha * ALPHAS.1).min(order.alpha_max());
         }
     }
     best.map(|(_, choice)| choice)

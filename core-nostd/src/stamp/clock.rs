@@ -11,6 +11,10 @@
 //! second a pulse is; only where no pulses are, or so long ago that it knows better, it disciplines the clock by itself:
 //! exchanges count the less the longer they took beyond the quickest, and the quickest may be off by its whole round
 //! trip's asymmetry, which no averaging mends.
+//!
+//! An answer is given between request and receipt, whatever the asymmetry. Where exchange after exchange puts it outside,
+//! the pulses are not the autopilot's whole seconds (a receiver's own, or the wrong edge of theirs): until the two agree
+//! again, what the clock says has no bound.
 
 mod tie;
 
@@ -32,6 +36,8 @@ const OUTVOTE_PULSES: u8 = 4;
 const OUTVOTE_TIMESYNC: u8 = 2;
 /// TIMESYNC further from the clock than this says that the autopilot has booted anew.
 const CONTRADICTION_US: i32 = 500_000;
+/// Exchanges in a row that the clock puts outside their round trip before it is not believed.
+const DISPUTES_MAX: u8 = 3;
 /// Longest round trip of an exchange that is used.
 const ROUND_TRIP_MAX_US: i32 = 1_000_000;
 /// What an exchange as quick as the quickest scatters, microseconds.
@@ -79,6 +85,8 @@ pub struct Clock {
     dissent: Option<(Ticks, u8)>,
     /// The shortest round trip of late, microseconds.
     quickest_us: u32,
+    /// Exchanges in a row that contradict the pulses.
+    disputes: u8,
     pulses_ignored: u32,
     ties: u32,
 }
@@ -86,7 +94,7 @@ pub struct Clock {
 impl Clock {
     /// Not tied yet.
     pub const fn new(settings: ClockSettings) -> Self {
-        Clock { settings, tie: None, dissent: None, quickest_us: u32::MAX, pulses_ignored: 0, ties: 0 }
+        Clock { settings, tie: None, dissent: None, quickest_us: u32::MAX, disputes: 0, pulses_ignored: 0, ties: 0 }
     }
 
     fn pulse_variance(&self) -> f32 {
@@ -135,13 +143,17 @@ impl Clock {
             self.tie_to(anew);
             return;
         }
+        if state.bias_variance == 0.0 {
+            self.compare(state.innovation_us(theirs).abs(), round_trip, state.offset_variance);
+        }
         if state.pulse_age < PULSES_LIVE_TICKS {
             return;
         }
-        let knows_better = state.bias_variance == 0.0 && state.offset_variance < bias_variance;
+        let knows_better = state.bias_variance == 0.0 && state.offset_variance < bias_variance && !self.is_disputed();
         if knows_better {
             self.tie = Some(state);
         } else if state.bias_variance == 0.0 {
+            self.disputes = 0;
             self.tie = Some(Tie { pulse_age: state.pulse_age, ..anew });
         } else {
             let updated = state.updated(state.innovation_us(theirs), variance);
@@ -149,8 +161,28 @@ impl Clock {
         }
     }
 
+    /// An exchange of `round_trip` ticks that is `off_us` from what the pulses say. One much slower than the quickest proves
+    /// little when it agrees.
+    fn compare(&mut self, off_us: f32, round_trip: u32, offset_variance: f32) {
+        if off_us > 0.5 * round_trip as f32 + self.exchange_gate_us(offset_variance) {
+            self.disputes = self.disputes.saturating_add(1);
+        } else if round_trip / 2 <= self.quickest_us {
+            self.disputes = 0;
+        }
+    }
+
+    /// How far an exchange may be off beyond half its round trip.
+    fn exchange_gate_us(&self, variance: f32) -> f32 {
+        let floor_us = self.settings.timesync_sigma_us;
+        1.0 + GATE_SIGMAS * math::sqrt(floor_us * floor_us + EXCHANGE_SIGMA_US * EXCHANGE_SIGMA_US + variance)
+    }
+
+    fn is_disputed(&self) -> bool {
+        self.disputes >= DISPUTES_MAX
+    }
+
     fn tie_to(&mut self, tie: Tie) {
-        (self.tie, self.dissent) = (Some(tie), None);
+        (self.tie, self.dissent, self.disputes) = (Some(tie), None, 0);
         self.ties = self.ties.wrapping_add(1);
     }
 
@@ -167,7 +199,11 @@ impl Clock {
         let innovation_us = state.innovation_us(second);
         let offset_variance = state.offset_variance + state.bias_variance;
         let variance = self.pulse_variance();
-        let gate_us = 1.0 + GATE_SIGMAS * math::sqrt(offset_variance + variance);
+        let gate_us = if state.bias_variance > 0.0 {
+            0.5 * self.quickest_us as f32 + self.exchange_gate_us(state.offset_variance + variance)
+        } else {
+            1.0 + GATE_SIGMAS * math::sqrt(offset_variance + variance)
+        };
         if innovation_us.abs() <= gate_us {
             let state = Tie { offset_variance, bias_variance: 0.0, pulse_age: 0, ..state };
             self.tie = state.updated(innovation_us, variance).settled();
@@ -202,6 +238,8 @@ impl Clock {
                 bias_variance: 0.0,
                 pulse_age: 0,
             });
+            // An exchange has to agree first.
+            self.disputes = DISPUTES_MAX;
         }
     }
 
@@ -216,11 +254,12 @@ impl Clock {
     /// before any tie, and for instants before the autopilot booted.
     ///
     /// Pulses that jitter by less than half a tick are all rounded alike as long as the rates do not change, and no
-    /// averaging mends that.
+    /// averaging mends that. While pulses and exchanges contradict each other the variance is infinite.
     pub fn read(&self, tick: Ticks) -> Option<Reading> {
         let state = self.carried(tick)?;
         let alike = ROUNDING * undithered(self.settings.pulse_sigma_us);
         let variance = state.offset_variance.max(0.0) + state.bias_variance + alike;
+        let variance = if self.is_disputed() { f32::INFINITY } else { variance };
         Some(Reading { at: state.at, beyond_us: state.offset_us, variance })
     }
 

@@ -10,9 +10,9 @@ use plumbline_core::tilt::{Attitude, follow_up_command};
 use plumbline_core::units::{Micros, Radians, Ticks};
 
 /// Least distance of two servo commands, microseconds: 50 Hz.
-const SERVO_INTERVAL_US: i32 = 20_000;
+const SERVO_INTERVAL_US: u32 = 20_000;
 /// How long attitudes stamped in milliseconds are ignored after one stamped in microseconds.
-const FINE_PREFERRED_US: i32 = 1_000_000;
+const FINE_PREFERRED_US: u32 = 1_000_000;
 
 /// Receives for ever.
 pub async fn receive(app: &App<'_>, reader: &mut impl Reader, timer: &impl Timer) -> ! {
@@ -49,7 +49,8 @@ impl State {
                 self.attitude(app, instants(at), attitude)
             }
             Incoming::CoarseAttitude(at, attitude) => {
-                if self.fine.is_some_and(|fine| at.since(fine) < FINE_PREFERRED_US) {
+                // Unsigned: after the autopilot has booted anew its stamps lie far before the last.
+                if self.fine.is_some_and(|fine| at.since(fine).unsigned_abs() < FINE_PREFERRED_US) {
                     return;
                 }
                 self.attitude(app, instants(at), attitude)
@@ -83,7 +84,7 @@ impl State {
         let attitude = Attitude { heading, ..attitude };
         pipeline.streams.attitude(instants, attitude)?;
         let at = instants.sampled_at;
-        let due = self.servo.is_none_or(|last| at.since(last) >= SERVO_INTERVAL_US);
+        let due = self.servo.is_none_or(|last| at.since(last).unsigned_abs() >= SERVO_INTERVAL_US);
         if due && pipeline.settings().follow_up != plumbline_core::pipeline::FollowUpMode::Fixed {
             self.servo = Some(at);
             app.post(Out::Servo(follow_up_command(attitude)));

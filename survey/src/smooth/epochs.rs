@@ -6,6 +6,8 @@ use super::error::{Gap, SmoothError};
 
 /// Spacings this near to each other are equal, in the unit of time; of spacings above 1, relative to them.
 const EQUAL: f64 = 1e-6;
+/// Spacings whose powers, up to the fifth, are numbers.
+const SPACINGS_S: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 /// A gap is a spacing above this many usual ones, unless a limit in seconds is given: 4 s of positions at 5 Hz, 0.4 s of
 /// attitudes at 50 Hz.
 pub const GAP_SPACINGS: f64 = 20.0;
@@ -23,7 +25,8 @@ impl Epochs {
     /// Checks `t_s`: two at least, finite, each after the one before.
     ///
     /// # Errors
-    /// [`SmoothError::TooFew`], [`SmoothError::NotFinite`], [`SmoothError::NotForward`].
+    /// [`SmoothError::TooFew`], [`SmoothError::NotFinite`], [`SmoothError::NotForward`],
+    /// [`SmoothError::SpacingOutOfRange`].
     pub fn new(t_s: Vec<f64>) -> Result<Self, SmoothError> {
         for (sample, t) in t_s.iter().enumerate() {
             if !t.is_finite() {
@@ -31,6 +34,9 @@ impl Epochs {
             }
             if sample > 0 && *t <= t_s[sample - 1] {
                 return Err(SmoothError::NotForward { sample, t_s: *t, before_s: t_s[sample - 1] });
+            }
+            if sample > 0 && !SPACINGS_S.contains(&(t - t_s[sample - 1])) {
+                return Err(SmoothError::SpacingOutOfRange { sample, spacing_s: t - t_s[sample - 1] });
             }
         }
         let [first, .., last] = t_s[..] else {
@@ -152,6 +158,8 @@ mod tests {
         assert_eq!(refused(&[0.0, 1.0, 1.0]), "sample 3: the time 1 is repeated");
         assert_eq!(refused(&[0.0, 1.0, 0.5]), "sample 3: the time 0.5 goes back, 1 stands before it");
         assert_eq!(refused(&[0.0, f64::NAN, 0.5]), "sample 2: the time is not a finite number");
+        assert_eq!(refused(&[0.0, 1e-200]), "sample 2: 1e-200 after the time before, beyond the range of numbers");
+        assert!(refused(&[-1e308, 0.0, 1e308]).contains("beyond the range"));
         assert_eq!(refused(&[0.0]), "1 sample, but order 2 needs 3 at least");
         assert_eq!(refused(&[]), "0 samples, but order 2 needs 3 at least");
     }

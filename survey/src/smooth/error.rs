@@ -36,6 +36,10 @@ pub enum SmoothError {
     NotFinite { sample: usize, what: &'static str },
     /// A time that does not come after the one before.
     NotForward { sample: usize, t_s: f64, before_s: f64 },
+    /// Times so far apart, or two of them so near to each other, that their powers are no numbers, seconds.
+    SpacingOutOfRange { sample: usize, spacing_s: f64 },
+    /// Values so small that their squares vanish.
+    ValuesTooSmall { largest: f64 },
     /// Gaps longer than the limit, which is in seconds.
     GapTooLong { gaps: Vec<Gap>, limit_s: f64 },
     /// A weight below zero or not finite, or two that are too far apart to be added.
@@ -79,6 +83,12 @@ impl SmoothError {
             }
             SmoothError::NotForward { sample, t_s, before_s } => {
                 format!("{}: the time {t_s} goes back, {before_s} stands before it", place(*sample))
+            }
+            SmoothError::SpacingOutOfRange { sample, spacing_s } => {
+                format!("{}: {spacing_s:e} after the time before, beyond the range of numbers", place(*sample))
+            }
+            SmoothError::ValuesTooSmall { largest } => {
+                format!("no value is above {largest:e}: their squares are beyond the range of numbers")
             }
             SmoothError::GapTooLong { gaps, limit_s } => {
                 let told = |gap: &Gap| format!("{:.3} s at {}", gap.length_s(), gap.from_s);

@@ -1,7 +1,7 @@
 //! One window: golden values of the reference (adjustment, 1.5), single precision against double, errors, mistakes.
 
 use crate::dense::{Uniform, between, fitted};
-use crate::seeded::config;
+use crate::seeded::{Random, config};
 use plumbline_core::pose::band::WINDOW;
 use plumbline_core::pose::fit::{FitError, Fitted, Samples};
 use plumbline_core::pose::penalty::Order;
@@ -210,4 +210,34 @@ proptest! {
             prop_assert!((f64::from(ours.rate[0]) - b).abs() < 1e-3 * size, "{ours:?} for {b}");
         }
     }
+}
+
+/// Samples that follow each other at once, as after a jam on the link, make a stiff curve's equations too ill for single
+/// precision. What is given is a mean of samples all the same, at most a sample's noise; else it is refused.
+#[test]
+fn bunched_samples_are_fitted_well_or_not_at_all() {
+    let mut random = Random::new(1);
+    let (mut fits, mut refused) = (0, 0);
+    for spacing in [0.5, 0.2, 0.05, 0.01] {
+        for (number, alpha) in [(2, 1.0), (2, 100.0), (2, 1e4), (3, 1.0), (3, 100.0), (3, 1e4)] {
+            for _ in 0..200 {
+                let (mut samples, mut time) = (Samples::<1>::new(), -10.3);
+                for _ in 0..WINDOW {
+                    samples.push(time as f32, [0.0], 1.0).expect("in order");
+                    time += if random.uniform() < 0.2 { spacing } else { random.between(0.8, 1.2) };
+                }
+                match samples.fit(order(number), alpha as f32, [1.0]) {
+                    Ok(fitted) => {
+                        assert!(fitted.gain < 1.0 && fitted.rate_gain < 1.0, "{spacing} {number} {alpha}: {fitted:?}");
+                        fits += 1;
+                    }
+                    Err(error) => {
+                        assert!(matches!(error, FitError::Condition | FitError::TooFew), "{error:?}");
+                        refused += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(fits > 2000 && refused > 500, "{fits} fits, {refused} refused");
 }

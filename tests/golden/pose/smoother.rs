@@ -1,7 +1,8 @@
 //! A stream's value at an instant: what is waited for, what serves when the window is short, and which streams have none.
 
 use crate::seeded::Random;
-use plumbline_core::pose::noise::{NoiseModel, Wave};
+use plumbline_core::pose::noise::{AHEAD, Choices, LAGS, NoiseModel, Wave};
+use plumbline_core::pose::penalty::Order;
 use plumbline_core::pose::{Estimate, History, Method, PoseError, Smoother, Wait};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Micros, Radians};
@@ -193,4 +194,24 @@ fn spikes_are_left_out_and_more_noise_is_believed() {
     }
     let loud = smoother.at(&loud, mid(23), 30_000, Wait::For(3)).expect("an estimate");
     assert!(loud.sigma[1] > 1.8 * quiet.sigma[1], "{loud:?} {quiet:?}");
+}
+
+/// A vehicle that hardly moves asks for the stiffest curve of all, which a fit must take: else it falls back in silence.
+#[test]
+fn no_choice_is_stiffer_than_a_fit_takes() {
+    let mut stiffest = 0.0f32;
+    for interval_us in [5_000, 10_000, 20_000, 200_000] {
+        for white in [1e-6, 1e-4, 1e-2, 1.0] {
+            for (amplitude, period_s) in [(0.0, 1.0), (1e-5, 4.0), (1e-3, 600.0), (30.0, 2000.0)] {
+                let waves = [Wave { amplitude, period_s }, Wave::default()];
+                let choices = Choices::of(&NoiseModel { interval_us, white, waves }, &[Order::Second, Order::Third]);
+                let ahead = AHEAD.into_iter().filter_map(|ahead| choices.ahead(ahead));
+                for choice in (0..LAGS).map(|lag| choices.at(lag)).chain(ahead) {
+                    assert!(choice.alpha <= choice.order.alpha_max(), "{choice:?} for {white}, {waves:?}");
+                    stiffest = stiffest.max(choice.alpha);
+                }
+            }
+        }
+    }
+    assert_eq!(stiffest, Order::Second.alpha_max(), "none of them needs the limit");
 }

@@ -24,6 +24,8 @@ fn samples() {
     }
     spoilt[4] = 1e200;
     assert!(matches!(refused(&spoilt, &all, 2, one), SmoothError::NotFinite { sample: 4, .. }));
+    let tiny = GOOD.map(|value| 1e-200 * value);
+    assert!(matches!(refused(&tiny, &all, 2, one), SmoothError::ValuesTooSmall { .. }));
     let mut few = [0.0; 8];
     (few[1], few[6]) = (1.0, 1.0);
     assert_eq!(said(&GOOD, &few, 2, one), "rank-deficient: 2 samples have a weight above 0, order 2 needs 3");

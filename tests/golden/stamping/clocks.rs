@@ -102,6 +102,41 @@ fn the_clock_runs_free_and_does_not_jump() {
     }
 }
 
+/// Pulses of a receiver whose seconds are not the autopilot's, or the wrong edge of a pulse: no sigma holds them, so there is
+/// none, until the two agree again or the pulses are gone and TIMESYNC serves alone.
+#[test]
+fn pulses_off_the_autopilots_seconds_are_not_believed() {
+    for late_us in [3e3, 100e3, -100e3, 400e3] {
+        let mut clock = Clock::new(SETTINGS.clock);
+        let exchange = |clock: &mut Clock, at_us: f64| {
+            clock.on_timesync(latch(7, at_us, 0.0), Micros(at_us as u64 + 2000), latch(7, at_us + 4000.0, 0.0));
+        };
+        for second in 1..10 {
+            let at_us = f64::from(second) * 1e6;
+            clock.on_pulse(latch(7, at_us + late_us, 0.0));
+            exchange(&mut clock, at_us + 0.45e6);
+            let (error, sigma) = off(&clock, 7, at_us + 0.48e6);
+            assert!(error.abs() < 5.0 * sigma, "{late_us} us late: {error} us off, sigma {sigma} in second {second}");
+        }
+        assert_eq!(off(&clock, 7, 9.5e6).1, f64::INFINITY, "{late_us}");
+        let mut gone = clock;
+        for second in 10..22 {
+            exchange(&mut gone, f64::from(second) * 1e6);
+        }
+        let (error, sigma) = off(&gone, 7, 21.1e6);
+        assert!(error.abs() < 200.0 && sigma < 2000.0, "{late_us} us late, gone: {error} us off, sigma {sigma}");
+    }
+    // The line is mended in flight: once enough pulses agree with each other, an exchange agrees with them.
+    let mut clock = Clock::new(SETTINGS.clock);
+    for second in 1..20 {
+        let at_us = f64::from(second) * 1e6;
+        clock.on_pulse(latch(7, at_us + if second < 10 { 50e3 } else { 0.0 }, 0.0));
+        clock.on_timesync(latch(7, at_us + 0.4e6, 0.0), Micros(at_us as u64 + 402_000), latch(7, at_us + 0.404e6, 0.0));
+    }
+    let (error, sigma) = off(&clock, 7, 19.5e6);
+    assert!(error.abs() < 5.0 * sigma && sigma < 5.0, "{error} us off, sigma {sigma}");
+}
+
 /// No pulses ever: half a round trip is all that is sure, and slow exchanges do not spoil quick ones.
 #[test]
 fn timesync_alone_is_as_good_as_its_quickest_exchanges() {
