@@ -110,7 +110,7 @@ fn picture(stage: &Stage, exposure: &Exposure) -> Rendered {
     let scenario = &stage.scenario;
     let station = |offset_us: f64| {
         let at_us = exposure.mid_us().saturating_add_signed(offset_us.round() as i64);
-        Stage::station(&stage.motion.state(at_us))
+        stage.station(&stage.motion.state(at_us))
     };
     let offsets_us = |row: usize| scenario.sample_offsets_us(row);
     let (noise_dn, seed, index) = (scenario.noise_dn, scenario.seed, exposure.frame.into());
