@@ -2,6 +2,8 @@
 
 #[path = "flights/mount.rs"]
 mod mount;
+#[path = "flights/paired.rs"]
+mod paired;
 
 use plumbline_firmware::mission::Mission;
 use plumbline_firmware::wire::telemetry::Health;
