@@ -4,6 +4,8 @@
 mod mount;
 #[path = "flights/paired.rs"]
 mod paired;
+#[path = "flights/trouble.rs"]
+mod trouble;
 
 use plumbline_firmware::mission::Mission;
 use plumbline_firmware::wire::telemetry::Health;

@@ -79,14 +79,26 @@ fn stamps_from_the_field_cost_nothing_against_perfect_ones() {
     assert!(rms_px > 0.005 && both >= 18, "a stamp at the start of the exposure passes: {rms_px} px over {both}");
 }
 
-/// 20 ms from the first row to the last: the middle row's pose for all of them would be 0.2° off at either end.
-#[test]
-#[ignore = "needs bands in the pipeline"]
-fn a_rolling_shutter_costs_a_twentieth_of_a_pixel() {
+/// A shutter of so many milliseconds from the first row to the last against a global one; pixels, RMS.
+fn rolled_px(rolling_shutter_ms: f64) -> f64 {
     let flight = |rolling_shutter_ms| {
         let scenario = Scenario { rolling_shutter_ms, exposure_samples: 1, ..fast(40) };
         flown(scenario)
     };
-    let (rms_px, both) = apart("rolling shutter", &flight(20.0), &flight(0.0));
-    assert!(rms_px <= 0.05 && both >= 36, "{rms_px} px over {both}");
+    let (rms_px, both) = apart("rolling shutter", &flight(rolling_shutter_ms), &flight(0.0));
+    assert!(both >= 36, "{both}");
+    rms_px
+}
+
+#[test]
+fn a_rolling_shutter_costs_less_than_a_twentieth_of_a_pixel() {
+    assert!(rolled_px(20.0) <= 0.05);
+}
+
+/// With the middle row's pose for all rows the first and the last are 0.2° off, a tenth of a pixel, and half of that is left
+/// in the fix. A rate known to 1 deg/s leaves 0.01°, 0.005 px; three of that.
+#[test]
+#[ignore = "needs bands in the pipeline"]
+fn bands_take_a_rolling_shutter_off() {
+    assert!(rolled_px(20.0) <= 0.015);
 }
