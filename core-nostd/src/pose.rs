@@ -32,7 +32,7 @@ pub enum PoseError {
     TooOld,
     /// The two samples around the instant are too far apart.
     Gap,
-    /// Every sample around the instant has exactly the same value, though the sensor is noisy: it hangs.
+    /// Several samples in a row around the instant have exactly the same value, though the sensor is noisy: it hangs.
     Stuck,
 }
 

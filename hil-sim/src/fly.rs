@@ -110,7 +110,7 @@ fn picture(stage: &Stage, exposure: &Exposure) -> Rendered {
     let scenario = &stage.scenario;
     let station = |offset_us: f64| {
         let at_us = exposure.mid_us().saturating_add_signed(offset_us.round() as i64);
-        Stage::station(&stage.motion.state(at_us))
+        stage.station(&stage.motion.state(at_us))
     };
     let offsets_us = |row: usize| scenario.sample_offsets_us(row);
     let (noise_dn, seed, index) = (scenario.noise_dn, scenario.seed, exposure.frame.into());
@@ -225,7 +225,9 @@ impl<'s> Cockpit<'s> {
         self.steps += 1;
         let sent = self.link.step(self.timer.ticks(self.now_us), event)?;
         self.station.take(&sent);
-        for (stamp, system, component) in std::mem::take(&mut self.station.timesync) {
+        let mut asked = std::mem::take(&mut self.station.timesync);
+        asked.retain(|_| self.stage.scenario.timer.timesync);
+        for (stamp, system, component) in asked {
             let at_autopilot = self.now_us + LINK_DELAY_US;
             let answer = self.autopilot.timesync_answer(stamp, at_autopilot, (system, component));
             self.answers.push((at_autopilot + LINK_DELAY_US, answer));

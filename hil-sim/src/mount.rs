@@ -8,7 +8,7 @@ use crate::stage::Stage;
 /// right, down) from the antenna.
 #[must_use]
 pub fn antenna(state: &TrueState, [forward_m, right_m, down_m]: [f64; 3]) -> [f64; 3] {
-    let body = Station { follow_up_rad: 0.0, ..Stage::station(state) }.axes();
+    let body = Station { follow_up_rad: 0.0, ..Stage::mount_station(state) }.axes();
     let camera = [state.east_m, state.north_m, state.up_m];
     std::array::from_fn(|i| camera[i] - forward_m * body.forward[i] - right_m * body.right[i] - down_m * body.down[i])
 }

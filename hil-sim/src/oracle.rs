@@ -1,5 +1,5 @@
-//! The judge: eq. 1-7 of paper 003, the stamps and the image motion of paper 000 in `f64`, written apart from the core
-//! and from the renderer.
+//! The judge: eq. 1-7 of paper 003, the stamps and the image motion of paper 000, the mounting of paper 001 in `f64`,
+//! written apart from the core and from the renderer.
 //!
 //! It shares no code with either, on purpose: a sign that is wrong in both of two copies would never be seen. For the
 //! same reason it projects by the bare ray `v_m = A v_b` and not by the algebra of eq. 3. It is slow and plain.
@@ -12,6 +12,7 @@
 
 mod area;
 pub mod motion;
+pub mod mount;
 mod projection;
 mod remap;
 mod rotation;

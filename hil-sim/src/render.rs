@@ -35,7 +35,7 @@ pub struct RenderCamera {
 }
 
 /// Place and attitude of the camera at one instant. Metres and radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Station {
     /// East coordinate of the projection centre.
     pub east_m: f64,
@@ -51,6 +51,8 @@ pub struct Station {
     pub roll_rad: f64,
     /// Turn of the camera against the body about the body's up axis, counter-clockwise seen from above.
     pub follow_up_rad: f64,
+    /// Turn of the camera against where the follow-up axis has it look: heading, pitch, roll, as of an aircraft.
+    pub boresight_rad: [f64; 3],
 }
 
 /// A frame.
@@ -75,23 +77,31 @@ pub struct CameraAxes {
 
 impl Station {
     /// The camera's axes in the world: start level and facing north, then turn the aircraft by heading about up, by pitch
-    /// about its own right axis, by roll about its own forward axis, and at last the camera about the aircraft's up axis.
+    /// about its own right axis, by roll about its own forward axis, then the camera about the aircraft's up axis, and at
+    /// last by its boresight about its own axes as the aircraft about its.
     pub fn axes(&self) -> CameraAxes {
-        let mut axes = CameraAxes { forward: [0.0, 1.0, 0.0], right: [1.0, 0.0, 0.0], down: [0.0, 0.0, -1.0] };
-        let turn = |axes: CameraAxes, about: [f64; 3], angle: f64| CameraAxes {
-            forward: rotated(axes.forward, about, angle),
-            right: rotated(axes.right, about, angle),
-            down: rotated(axes.down, about, angle),
-        };
-        axes = turn(axes, axes.down, self.heading_rad); // right-handed about DOWN = clockwise seen from above
-        axes = turn(axes, axes.right, self.pitch_rad);
-        axes = turn(axes, axes.forward, self.roll_rad);
-        turn(axes, axes.down.map(|x| -x), self.follow_up_rad)
+        let level = CameraAxes { forward: [0.0, 1.0, 0.0], right: [1.0, 0.0, 0.0], down: [0.0, 0.0, -1.0] };
+        let body = level.turned([self.heading_rad, self.pitch_rad, self.roll_rad]);
+        body.about(body.down, -self.follow_up_rad).turned(self.boresight_rad)
     }
 
     /// The ground point plumb below the camera, `[east, north, up]`.
     pub fn nadir(&self, ground: &Ground) -> [f64; 3] {
         [self.east_m, self.north_m, ground.height(self.east_m, self.north_m)]
+    }
+}
+
+impl CameraAxes {
+    /// Turned by heading, pitch and roll, each about its own axis as the turns before it have left that.
+    fn turned(self, [heading, pitch, roll]: [f64; 3]) -> Self {
+        let headed = self.about(self.down, heading); // right-handed about DOWN = clockwise seen from above
+        let pitched = headed.about(headed.right, pitch);
+        pitched.about(pitched.forward, roll)
+    }
+
+    fn about(self, axis: [f64; 3], angle: f64) -> Self {
+        let [forward, right, down] = [self.forward, self.right, self.down].map(|v| rotated(v, axis, angle));
+        CameraAxes { forward, right, down }
     }
 }
 

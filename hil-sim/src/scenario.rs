@@ -6,15 +6,17 @@
 //! Degrees and milliseconds stand in the file only; what flies is in radians and microseconds.
 
 mod check;
+mod faults;
 mod ground;
 mod tables;
 #[cfg(test)]
 mod tests;
 
+pub use faults::{AttitudeFaults, LinkFaults, Seconds};
 pub use ground::Ground;
 pub use tables::{
-    Attitude, Camera, Distortion, EdgeSource, Flight, FollowUp, FollowUpMode, LinkFaults, Mount, Position, Range,
-    Reference, Replay, Shutter, Timer,
+    Attitude, Camera, Distortion, EdgeSource, Flight, FollowUp, FollowUpMode, Mount, Position, Range, Reference,
+    Replay, Shutter, Timer,
 };
 
 use serde::Deserialize;
@@ -93,6 +95,8 @@ pub struct Scenario {
     pub ground: Ground,
     /// A recorded attitude instead of a made-up one.
     pub replay: Option<Replay>,
+    /// What the attitude sensor does wrong.
+    pub attitude_faults: AttitudeFaults,
     /// What goes wrong on the link.
     pub link_faults: LinkFaults,
 }
@@ -124,6 +128,7 @@ impl Default for Scenario {
             timer: Timer::default(),
             ground: Ground::Procedural,
             replay: None,
+            attitude_faults: AttitudeFaults::default(),
             link_faults: LinkFaults::default(),
         }
     }

@@ -3,6 +3,7 @@
 //! Every sample has two instants: when it was sampled, by which its message is stamped, and when it arrives. Both are
 //! integer microseconds of the autopilot's clock; only the board's capture timer runs on its own.
 
+mod attitude_faults;
 mod edges;
 pub mod noise;
 mod shutter;

@@ -126,8 +126,9 @@ impl Stage {
         Ok(Stage { scenario, camera, ground, crs, motion, renderer, flash, tile_centre: centre, convergence_rad })
     }
 
-    /// Where the camera is in `state`.
-    pub fn station(state: &TrueState) -> Station {
+    /// Where the camera's mount is in `state`, and where the follow-up axis has it look: the camera's own station less its
+    /// boresight.
+    pub fn mount_station(state: &TrueState) -> Station {
         Station {
             east_m: state.east_m,
             north_m: state.north_m,
@@ -136,12 +137,20 @@ impl Stage {
             pitch_rad: state.pitch_rad,
             roll_rad: state.roll_rad,
             follow_up_rad: state.follow_up_rad,
+            boresight_rad: [0.0; 3],
         }
     }
 
-    /// The laser's slant range in `state`: along the camera's axis to where it really hits the ground.
+    /// Where the camera is in `state`, and where it looks.
+    pub fn station(&self, state: &TrueState) -> Station {
+        let boresight_rad = self.scenario.mount.boresight_deg.map(f64::to_radians);
+        Station { boresight_rad, ..Stage::mount_station(state) }
+    }
+
+    /// The laser's slant range in `state`: along the follow-up axis, to which it is strapped beside the camera, to where it
+    /// really hits the ground.
     pub fn slant_m(&self, state: &TrueState) -> Option<f64> {
-        let station = Stage::station(state);
+        let station = Stage::mount_station(state);
         let origin = [state.east_m, state.north_m, state.up_m];
         let hit = self.ground.intersect(origin, station.axes().down)?;
         Some(hit.iter().zip(origin).map(|(h, o)| (h - o) * (h - o)).sum::<f64>().sqrt())

@@ -66,7 +66,9 @@ impl Truth {
     fn station(&self, t_s: f64) -> Station {
         let [heading_rad, pitch_rad, roll_rad, follow_up_rad] = self.angles(t_s);
         let [east_m, north_m, up_m] = self.moved(t_s);
-        Station { east_m, north_m, up_m: self.height_m + up_m, heading_rad, pitch_rad, roll_rad, follow_up_rad }
+        let boresight_rad = [0.0; 3];
+        let up_m = self.height_m + up_m;
+        Station { east_m, north_m, up_m, heading_rad, pitch_rad, roll_rad, follow_up_rad, boresight_rad }
     }
 
     fn homography(&self, t_s: f64, camera: &Camera) -> Homography {

@@ -59,7 +59,7 @@ pub enum Refusal {
     UncertainClock = 23,
     /// The frame did not arrive after the one before.
     FrameBackwards = 24,
-    /// Every attitude around mid-exposure is the same to the last bit: the sensor hangs.
+    /// Several attitudes in a row around mid-exposure are the same to the last bit: the sensor hangs.
     AttitudeStuck = 25,
     /// The camera moves too fast for its rolling shutter.
     TooFast = 26,

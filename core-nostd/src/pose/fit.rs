@@ -115,9 +115,14 @@ impl<const C: usize> Samples<C> {
         self.times.get(..self.count).unwrap_or(&self.times)
     }
 
-    /// Whether no value differs from the first.
-    pub fn is_constant(&self) -> bool {
-        self.values.iter().all(|column| column.iter().take(self.count).all(|value| column.first() == Some(value)))
+    /// Whether so many samples in a row, at least, are the same in every channel.
+    pub fn repeats(&self, least: usize) -> bool {
+        let mut run = 1;
+        (1..self.count).any(|i| {
+            let is_same = self.values.iter().all(|column| column.get(i) == column.get(i - 1));
+            run = if is_same { run + 1 } else { 1 };
+            run >= least
+        })
     }
 
     /// Fits, and evaluates at time 0. `sigmas` are the channels' standard deviations, by which the gate judges; a channel

@@ -76,7 +76,7 @@ impl<const C: usize> Smoother<C> {
         let reference = straight.value;
         let (samples, lag) = self.window(history, at, reference, gap_us, later);
         let count = samples.times().len();
-        if count >= 5 && samples.is_constant() {
+        if samples.repeats(STUCK) {
             return Err(PoseError::Stuck);
         }
         let choice = self.choices.at(lag);
@@ -151,6 +151,11 @@ impl<const C: usize> Smoother<C> {
         (samples, counts[0].min(counts[1]).saturating_sub(1))
     }
 }
+
+/// So many samples in a row without any noise between them are a sensor that hangs, or did so a moment ago: what it says is
+/// old, though its stamps are fresh. Fewer come from a sensor whose messages are sent more often than its filter steps, and
+/// make no more than two intervals of age.
+const STUCK: usize = 5;
 
 fn sq(x: f32) -> f32 {
     x * x

@@ -12,11 +12,14 @@ pub fn footprint_margin_m(scenario: &Scenario) -> f64 {
     footprint_margin_at_m(scenario, tilt_max_rad.cos().powi(2).acos())
 }
 
-/// The same for a given angle between camera axis and vertical, radians; a replay's is
-/// [`AttitudeLog::largest_tilt_rad`](super::AttitudeLog::largest_tilt_rad).
+/// The same for a given angle between the follow-up axis and vertical, radians; a replay's is
+/// [`AttitudeLog::largest_tilt_rad`](super::AttitudeLog::largest_tilt_rad). The camera may lean away from that axis by its
+/// boresight.
 #[must_use]
 pub fn footprint_margin_at_m(scenario: &Scenario, tilt_rad: f64) -> f64 {
-    let off_nadir_rad = corner_tangent(&scenario.camera).atan() + tilt_rad;
+    let [_, pitch_deg, roll_deg] = scenario.mount.boresight_deg;
+    let leans_rad = (pitch_deg.to_radians().cos() * roll_deg.to_radians().cos()).acos();
+    let off_nadir_rad = corner_tangent(&scenario.camera).atan() + tilt_rad + leans_rad;
     if off_nadir_rad < FRAC_PI_2 { scenario.flight.height_m[1] * off_nadir_rad.tan() } else { f64::INFINITY }
 }
 

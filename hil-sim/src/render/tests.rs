@@ -28,6 +28,7 @@ fn station(heading: f64, pitch: f64, roll: f64, follow_up: f64) -> Station {
         pitch_rad: pitch.to_radians(),
         roll_rad: roll.to_radians(),
         follow_up_rad: follow_up.to_radians(),
+        boresight_rad: [0.0; 3],
     }
 }
 

@@ -58,7 +58,7 @@ fn frame(ground: &Ground, setting: &Setting, seed: u64) -> Picture {
     let [east_m, north_m] = ground.bounds().centre();
     let [heading_rad, pitch_rad, roll_rad] = setting.angles_rad;
     let up_m = ground.height(east_m, north_m) + HEIGHT_M;
-    let station = Station { east_m, north_m, up_m, heading_rad, pitch_rad, roll_rad, follow_up_rad: 0.0 };
+    let station = Station { east_m, north_m, up_m, heading_rad, pitch_rad, roll_rad, ..Station::default() };
     let rendered = Renderer::new(camera, 2).render(ground, &station, NOISE_DN, seed, 0);
     Picture { cols: side, rows: side, pixels: rendered.pixels }
 }

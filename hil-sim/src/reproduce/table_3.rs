@@ -54,7 +54,7 @@ pub fn flown(frames: u32, progress: &mut dyn FnMut(u32)) -> Result<Flown, LinkEr
 /// The ground point at the frame's centre less the nadir, over ground that is level there: an unrectified patch is matched
 /// where its centre lies.
 fn centre_offset_px(stage: &Stage, truth: &TrueState) -> [f64; 2] {
-    let down = Stage::station(truth).axes().down;
+    let down = stage.station(truth).axes().down;
     let height_m = truth.up_m - stage.ground.height(truth.east_m, truth.north_m);
     let [east, north] = [down[0], down[1]].map(|part| part / -down[2] * height_m / stage.scenario.resolution_m);
     [east, -north]

@@ -1,6 +1,6 @@
 //! The door: what a scenario may say. Behind it nobody checks again.
 
-use super::{EdgeSource, FollowUpMode, Scenario, ScenarioError};
+use super::{EdgeSource, FollowUpMode, Scenario, ScenarioError, Seconds};
 use crate::flight::footprint_margin_m;
 use plumbline_core::budget::REACQUIRE_PX;
 use plumbline_core::pose::noise::LAGS;
@@ -32,7 +32,6 @@ impl Scenario {
         let (camera, flight, attitude, follow_up) = (&self.camera, &self.flight, &self.attitude, &self.follow_up);
         let (range, position, reference) = (&self.range, &self.position, &self.reference);
         let (shutter, timer, faults) = (&self.shutter, &self.timer, &self.link_faults);
-        let [lost_from_s, lost_to_s] = timer.pps_lost_s.unwrap_or_default();
         let mut ranges = vec![
             ("frames", self.frames.into(), 1.0, FRAMES_MAX.into()),
             ("resolution_m", self.resolution_m, 0.01, 1000.0),
@@ -100,8 +99,6 @@ impl Scenario {
             ("timer.drift_ppm", timer.drift_ppm, -500.0, 500.0),
             ("timer.rate_walk_ppm", timer.rate_walk_ppm, 0.0, 10.0),
             ("timer.pps_jitter_us", timer.pps_jitter_us, 0.0, 1e4),
-            ("timer.pps_lost_s", lost_from_s, 0.0, 1e9),
-            ("timer.pps_lost_s", lost_to_s, 0.0, 1e9),
             ("link_faults.bit_error_percent", faults.bit_error_percent, 0.0, 50.0),
             ("link_faults.cut_percent", faults.cut_percent, 0.0, 100.0),
             ("link_faults.unknown_percent", faults.unknown_percent, 0.0, 100.0),
@@ -115,6 +112,7 @@ impl Scenario {
                 ("camera.distortion.p2", d.p2, -10.0, 10.0),
             ]);
         }
+        ranges.extend(self.spells().flat_map(|(key, spell)| spell.map(|s| (key, s, 0.0, 1e9))));
         ranges.extend(self.mount.lever_arm_m.map(|m| ("mount.lever_arm_m", m, -100.0, 100.0)));
         ranges.extend(self.mount.boresight_deg.map(|deg| ("mount.boresight_deg", deg, -10.0, 10.0)));
         if let Some(replay) = &self.replay {
@@ -122,6 +120,19 @@ impl Scenario {
             ranges.push(("replay.time_scale", replay.time_scale, 0.01, 100.0));
         }
         ranges
+    }
+
+    /// Every spell of trouble that is given, by its key.
+    fn spells(&self) -> impl Iterator<Item = (&'static str, Seconds)> + use<> {
+        let attitude = &self.attitude_faults;
+        let all = [
+            ("timer.pps_lost_s", self.timer.pps_lost_s),
+            ("attitude_faults.gap_s", attitude.gap_s),
+            ("attitude_faults.stuck_s", attitude.stuck_s),
+            ("attitude_faults.backwards_s", attitude.backwards_s),
+            ("attitude_faults.nan_s", attitude.nan_s),
+        ];
+        all.into_iter().filter_map(|(key, spell)| Some((key, spell?)))
     }
 
     /// What single values cannot say.
@@ -162,10 +173,8 @@ impl Scenario {
                 shutter.arrival_latency_us, shutter.close_delay_us
             ));
         }
-        if let Some([from_s, to_s]) = self.timer.pps_lost_s
-            && from_s > to_s
-        {
-            return Err(format!("timer.pps_lost_s = [{from_s}, {to_s}] has the later second first"));
+        if let Some((key, [from_s, to_s])) = self.spells().find(|(_, [from_s, to_s])| from_s > to_s) {
+            return Err(format!("{key} = [{from_s}, {to_s}] has the later second first"));
         }
         let (k_h, k_v) = self.camera.tangent_per_px();
         if self.follow_up.mode == FollowUpMode::Followed && (k_h / k_v - 1.0).abs() > 1e-6 {

@@ -1,5 +1,6 @@
 //! The tables of a scenario file. Keys carry their units; angles are degrees here and nowhere else.
 
+use super::faults::Seconds;
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -334,8 +335,10 @@ pub struct Timer {
     pub pps: bool,
     /// White noise of the pulse, one sigma.
     pub pps_jitter_us: f64,
-    /// From which second of the flight to which, the latter no more, there are no pulses.
-    pub pps_lost_s: Option<[f64; 2]>,
+    /// When there are no pulses.
+    pub pps_lost_s: Option<Seconds>,
+    /// Whether the autopilot answers TIMESYNC, without which no pulse has a name.
+    pub timesync: bool,
 }
 
 impl Default for Timer {
@@ -347,6 +350,7 @@ impl Default for Timer {
             pps: true,
             pps_jitter_us: 0.5,
             pps_lost_s: None,
+            timesync: true,
         }
     }
 }
@@ -367,16 +371,4 @@ pub struct Replay {
 
 fn real_time() -> f64 {
     1.0
-}
-
-/// What goes wrong on the link, all in percent. See [`crate::fault`].
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LinkFaults {
-    /// Share of all bits that arrive flipped. A message has some 300 bits.
-    pub bit_error_percent: f64,
-    /// Share of the messages of which the end, or all, is missing.
-    pub cut_percent: f64,
-    /// Share of the messages before which one of an unknown kind arrives.
-    pub unknown_percent: f64,
 }

@@ -1,5 +1,6 @@
 //! The streams, merged in the order in which they arrive at the board.
 
+use super::attitude_faults::FaultyAttitude;
 use super::noise::{GaussMarkov, White, stream, uniform};
 use crate::flight::{Motion, TrueState, wrapped};
 use crate::mount::antenna;
@@ -110,6 +111,7 @@ pub struct Streams {
     /// Heading, pitch, roll.
     attitude_white: [White; 3],
     attitude_drift: [GaussMarkov; 3],
+    faulty_attitude: FaultyAttitude,
     follow_up_white: White,
     range_white: White,
     dropout: (f64, ChaCha12Rng),
@@ -150,6 +152,7 @@ impl Streams {
                 drift(attitude.drift_deg, "attitude.pitch.drift"),
                 drift(attitude.drift_deg, "attitude.roll.drift"),
             ],
+            faulty_attitude: FaultyAttitude::new(scenario.attitude_faults),
             follow_up_white: white(scenario.follow_up.noise_deg, "follow_up"),
             range_white: White::new(scenario.range.sigma_m, seed, "range"),
             dropout: (scenario.range.dropout_percent / 100.0, stream(seed, "range.dropout")),
@@ -193,8 +196,13 @@ impl Streams {
                 Kind::Range => Some(self.range(slant(&motion.state(held_at_us)))),
                 Kind::Position => Some(self.position(held_at_us, motion)),
             };
-            if let Some(reading) = reading {
-                return Some(Sample { sampled_at_us, arrived_at_us, reading });
+            let sample = reading.map(|reading| Sample { sampled_at_us, arrived_at_us, reading });
+            let sample = match kind {
+                Kind::Attitude => sample.and_then(|sample| self.faulty_attitude.pass(sample)),
+                _ => sample,
+            };
+            if sample.is_some() {
+                return sample;
             }
         }
     }

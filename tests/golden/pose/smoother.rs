@@ -165,6 +165,17 @@ fn a_sensor_that_hangs_has_no_value() {
         history.push(Micros(i * INTERVAL_US), attitude([1.0, 2.0, 3.0])).expect("forwards");
     }
     assert_eq!(smoother.at(&history, Micros(70_000), 30_000, Wait::No).err(), Some(PoseError::Stuck));
+    // As soon as it is seen: four later samples that repeat the last good one; and while it is remembered.
+    let hung = |from: u64, to: u64| {
+        let mut history = History::<Attitude, 3, 40>::new();
+        for i in 0..30 {
+            let moved = if (from..to).contains(&i) { from } else { i } as f64;
+            history.push(Micros(i * INTERVAL_US), attitude([0.1 * moved, 2.0, 3.0])).expect("forwards");
+        }
+        smoother.at(&history, Micros(15 * INTERVAL_US + 2500), 30_000, Wait::No).map(|_| ())
+    };
+    assert_eq!([hung(15, 20), hung(11, 16), hung(8, 13)], [Err(PoseError::Stuck); 3]);
+    assert_eq!([hung(15, 19), hung(12, 16), hung(0, 5)], [Ok(()); 3]);
     // Without noise a sensor may say the same.
     let model = NoiseModel { interval_us: 5_000, white: 0.0, waves: [Wave::default(); 2] };
     let still = Smoother::new(&model, [0.0; 3]).at(&history, Micros(70_000), 30_000, Wait::No).expect("an estimate");

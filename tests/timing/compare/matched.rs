@@ -96,6 +96,7 @@ pub fn cases(
                 pitch_rad,
                 roll_rad,
                 follow_up_rad: if pose.is_followed { follow_up_exact(heading_rad, pitch_rad, roll_rad) } else { 0.0 },
+                boresight_rad: [0.0; 3],
             };
             let rendered = renderer.render(&land, &station, 0.0, 0, 0);
             if rendered.outside > 0 {
