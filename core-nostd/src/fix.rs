@@ -23,6 +23,8 @@ pub struct Uncertainty {
     pub tilt_rad: f32,
     /// Height above ground, metres.
     pub height_m: f32,
+    /// How far the vehicle flies, east and north, in one sigma of the stamp, metres.
+    pub along_m: [f32; 2],
 }
 
 /// Second moments of the valid pixels about the nadir, square pixels: how the footprint lies.
@@ -81,6 +83,9 @@ pub fn fix(
     // Rows run south: the sign of the cross term turns.
     let c = &solution.covariance;
     let matched = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * (resolution * resolution);
-    let covariance = matched + tilt_east * tilt_east.transpose() + tilt_north * tilt_north.transpose();
+    // The fix is where the picture was taken; it is told for the stamp's instant, which may be another.
+    let along = Vector2::from(uncertainty.along_m);
+    let covariance =
+        matched + tilt_east * tilt_east.transpose() + tilt_north * tilt_north.transpose() + along * along.transpose();
     Fix { position: tile.georeference().geographic(local), local, covariance }
 }

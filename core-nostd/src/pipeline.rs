@@ -297,7 +297,11 @@ impl<'t> Pipeline<'t> {
     pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
         let Matched { located, centre, off, search_px } = matched;
         let footprint = Footprint::of(&self.buffers.runs, self.patch_size);
-        let uncertainty = Uncertainty { tilt_rad: situation.sigma_tilt_rad, height_m: situation.sigma_height_m };
+        let uncertainty = Uncertainty {
+            tilt_rad: situation.sigma_tilt_rad,
+            height_m: situation.sigma_height_m,
+            along_m: situation.prediction.velocity_m_per_s.map(|speed| speed * situation.sigma_stamp_s),
+        };
         let place = (situation.height_m, situation.camera_offset_m);
         let fixed = |s| fix(&self.tile, *centre, &s, &footprint, place, uncertainty);
         let shift = located.shift();

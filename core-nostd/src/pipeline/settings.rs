@@ -104,6 +104,8 @@ pub enum SettingsError {
     Mount,
     /// A readout longer than a second.
     Readout,
+    /// A gap, an age, a patience or a latency that is longer than any use.
+    Limit,
     /// More later samples are waited for than a window holds.
     Lag,
 }
@@ -168,6 +170,11 @@ impl Settings {
         if !is_mount {
             return Err(SettingsError::Mount);
         }
+        let Latencies { attitude_us, follow_up_us, range_us, position_us } = self.latencies;
+        let limits = [self.gap_us, self.range_gap_us, self.position_age_us, self.patience_us];
+        if ![attitude_us, follow_up_us, range_us, position_us].iter().chain(&limits).all(|us| *us <= LIMIT_MAX_US) {
+            return Err(SettingsError::Limit);
+        }
         if self.readout_us > READOUT_MAX_US {
             return Err(SettingsError::Readout);
         }
@@ -203,6 +210,8 @@ impl Settings {
     }
 }
 
+/// Longest gap, age, patience and latency: a minute.
+const LIMIT_MAX_US: u32 = 60_000_000;
 /// Longest readout of a rolling shutter.
 const READOUT_MAX_US: u32 = 1_000_000;
 /// Largest angle of a boresight: beyond it the camera is mounted in another way.

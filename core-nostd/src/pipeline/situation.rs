@@ -54,6 +54,8 @@ pub struct Situation {
     pub sigma_heading_rad: f32,
     /// Sigma of the height.
     pub sigma_height_m: f32,
+    /// Sigma of mid-exposure, seconds.
+    pub sigma_stamp_s: f32,
     /// How the attitude was found.
     pub attitude_method: Method,
     /// How the position was predicted.
@@ -69,12 +71,16 @@ const BANDS: usize = 5;
 const PATCH_MIN_PX: f32 = 7.0;
 
 impl Pipeline<'_> {
-    /// Every stream at mid-exposure. `Ok(None)`: a stream's next samples have not arrived yet; try again when they have, as
+    /// Every stream at mid-exposure, an instant with its sigma in microseconds. `Ok(None)`: a stream's next samples have not arrived yet; try again when they have, as
     /// long as patience lasts, and then with [`Wait::No`], which takes what is there.
     ///
     /// # Errors
     /// The [`Refusal`] that waiting cannot mend.
-    pub fn situate(&self, mid_exposure_at: Micros, wait: Wait) -> Result<Option<Situation>, Refusal> {
+    pub fn situate(
+        &self,
+        (mid_exposure_at, sigma_us): (Micros, f32),
+        wait: Wait,
+    ) -> Result<Option<Situation>, Refusal> {
         let settings = self.settings();
         let (smoothers, streams) = (&self.smoothers, &self.streams);
         let history = streams.attitude.history();
@@ -114,15 +120,20 @@ impl Pipeline<'_> {
         let height_m = slant.value * cos_tilt;
         // White noise is averaged by the fit, drift is not.
         let sigmas = &settings.sigmas;
-        let sigma_tilt_rad = hypot(attitude.sigma[1].max(attitude.sigma[2]), sigmas.tilt_drift_rad);
-        let sigma_heading_rad = hypot(hypot(attitude.sigma[0], sigmas.heading_drift_rad), sigma_follow_up_rad);
+        // What turns while the stamp may be off is uncertain by that.
+        let ([heading, pitch, roll], [_, pitch_sigma, roll_sigma]) = (attitude.rate, attitude.rate_sigma);
+        let sigma_s = sigma_us * 1e-6;
+        let late = |sigma: f32, rate: f32| hypot(sigma, rate * sigma_s);
+        let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
+        let sigma_tilt_rad = hypot(tilt, sigmas.tilt_drift_rad);
+        let heading_sigma = late(attitude.sigma[0], heading - follow_up_rate);
+        let sigma_heading_rad = hypot(hypot(heading_sigma, sigmas.heading_drift_rad), sigma_follow_up_rad);
         let sigma_range_m = sigmas.range_m * slant.noise_factor();
         // H = s cos t: a tilt error changes the height by s sin t.
         let sigma_lean_m = slant.value * math::sqrt((1.0 - cos_tilt * cos_tilt).max(0.0)) * sigma_tilt_rad;
         let [offset_north_m, _, offset_east_m] = settings.mount.camera_offset(attitude.value);
         let camera_offset_m = [offset_east_m, offset_north_m];
         let (prediction, position_method) = self.predict(mid_exposure_at, camera_offset_m)?;
-        let ([heading, pitch, roll], [_, pitch_sigma, roll_sigma]) = (attitude.rate, attitude.rate_sigma);
         Ok(Some(Situation {
             mid_exposure_at,
             attitude: attitude.value,
@@ -137,6 +148,7 @@ impl Pipeline<'_> {
             sigma_tilt_rad,
             sigma_heading_rad,
             sigma_height_m: hypot(sigma_range_m, sigma_lean_m),
+            sigma_stamp_s: sigma_s,
             attitude_method: attitude.method,
             position_method,
         }))
@@ -191,6 +203,7 @@ impl Situation {
             sigma_tilt_rad: 0.0,
             sigma_heading_rad: 0.0,
             sigma_height_m: 0.0,
+            sigma_stamp_s: 0.0,
             attitude_method: Method::Straight,
             position_method: Method::Carried,
         }

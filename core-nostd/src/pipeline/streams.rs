@@ -93,6 +93,10 @@ impl<T: Channels<C>, const C: usize, const N: usize> Stream<T, C, N> {
         Ok(())
     }
 
+    fn clear(&mut self) {
+        *self = Stream::new(self.latency_us);
+    }
+
     /// The samples, at the instants at which their values held.
     pub fn history(&self) -> &History<T, C, N> {
         &self.history
@@ -140,6 +144,14 @@ impl Streams {
             slant: Stream::new(latencies.range_us),
             position: Stream::new(latencies.position_us),
         }
+    }
+
+    /// Forgets all samples: their stamps are of a clock that is no more.
+    pub fn clear(&mut self) {
+        self.attitude.clear();
+        self.follow_up.clear();
+        self.slant.clear();
+        self.position.clear();
     }
 
     /// [`Stream::delay_us`] of attitude, follow-up angle, range and position.

@@ -63,6 +63,8 @@ pub struct Interpolated<T, const C: usize> {
     pub value: T,
     /// The fraction from the older sample to the newer.
     pub u: f32,
+    /// How far apart the two are, microseconds; 0 where the instant is a sample's and no later one is there.
+    pub apart_us: u32,
     /// Rate of each channel, per second; 0 where the instant is a sample's and no later one is there.
     pub rate: [f32; C],
 }
@@ -130,7 +132,7 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
         for &(stamp, value) in self.samples.iter().rev() {
             if stamp <= at {
                 let Some((next_stamp, next)) = after else {
-                    return Ok(Interpolated { value, u: 0.0, rate: [0.0; C] });
+                    return Ok(Interpolated { value, u: 0.0, apart_us: 0, rate: [0.0; C] });
                 };
                 let apart = next_stamp.since(stamp);
                 if apart as u32 > gap_us {
@@ -139,7 +141,12 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
                 let u = at.since(stamp) as f32 / apart as f32;
                 let way = next.away_from(value);
                 let per_s = 1e6 / apart as f32;
-                return Ok(Interpolated { value: value.moved(way.map(|w| w * u)), u, rate: way.map(|w| w * per_s) });
+                return Ok(Interpolated {
+                    value: value.moved(way.map(|w| w * u)),
+                    u,
+                    apart_us: apart as u32,
+                    rate: way.map(|w| w * per_s),
+                });
             }
             after = Some((stamp, value));
         }

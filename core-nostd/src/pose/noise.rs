@@ -74,6 +74,16 @@ impl NoiseModel {
         if self.waves.iter().all(sound) { Ok(()) } else { Err(ModelError::Wave) }
     }
 
+    /// Root mean square acceleration of the motions, channel units per second squared.
+    pub fn acceleration(&self) -> f32 {
+        let mean_square = |wave: &Wave| {
+            let frequency = if wave.amplitude > 0.0 { TAU / wave.period_s } else { 0.0 };
+            let peak = wave.amplitude * frequency * frequency;
+            0.5 * peak * peak
+        };
+        math::sqrt(self.waves.iter().map(mean_square).sum())
+    }
+
     /// Angular frequency of a wave in radians an interval; 0 where there is none.
     fn step_rad(&self, wave: &Wave) -> f32 {
         if wave.amplitude > 0.0 { TAU * 1e-6 * self.interval_us as f32 / wave.period_s } else { 0.0 }

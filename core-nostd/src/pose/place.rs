@@ -11,7 +11,6 @@ use super::penalty::Order;
 use super::{Method, PoseError};
 use crate::math;
 use crate::units::Micros;
-use core::f32::consts::TAU;
 
 /// A position on the grid, metres from the tile's centre, and its rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,6 +64,9 @@ pub struct Predictor {
     choices: Choices,
 }
 
+/// So far a vehicle flies before equal positions are a sensor that hangs, metres.
+const HUNG_M: f32 = 1.0;
+
 /// A predicted position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
@@ -85,7 +87,7 @@ impl Predictor {
     /// The position at `at`, no further than `age_us` from the newest sample.
     ///
     /// # Errors
-    /// [`PoseError::TooOld`] without a sample so near.
+    /// [`PoseError::TooOld`] without a sample so near, [`PoseError::Stuck`] where the vehicle flies and its position does not.
     pub fn at<const N: usize>(
         &self,
         history: &History<Place, 4, N>,
@@ -97,6 +99,9 @@ impl Predictor {
         if age.unsigned_abs() > age_us {
             return Err(PoseError::TooOld);
         }
+        if self.hangs(history) {
+            return Err(PoseError::Stuck);
+        }
         let carried = self.carried(newest, age as f32 * 1e-6);
         match self.fitted(history, at, newest) {
             Some(fitted) if fitted.sigma_m < carried.sigma_m => Ok(fitted),
@@ -104,17 +109,25 @@ impl Predictor {
         }
     }
 
+    /// Whether the last positions are the same to the bit though the vehicle, by its velocity, has gone further than noise
+    /// and the message's centimetre can hide.
+    fn hangs<const N: usize>(&self, history: &History<Place, 4, N>) -> bool {
+        let mut newest_first = history.samples().rev();
+        let Some((newest_at, newest)) = newest_first.next() else { return false };
+        let same = |place: &Place| (place.east_m, place.north_m) == (newest.east_m, newest.north_m);
+        let Some((since, _)) = newest_first.take_while(|(_, place)| same(place)).last() else { return false };
+        let seconds = newest_at.since(since) as f32 * 1e-6;
+        let speed = math::sqrt(sq(newest.east_m_per_s) + sq(newest.north_m_per_s));
+        speed * seconds > HUNG_M + 5.0 * (self.model.white + self.sigmas.velocity_m_per_s * seconds)
+    }
+
     /// The newest sample and its velocity. The motion's accelerations, which it does not know, add to the sigma.
     fn carried(&self, newest: Place, seconds: f32) -> Predicted {
         let place = newest.moved([newest.east_m_per_s * seconds, newest.north_m_per_s * seconds, 0.0, 0.0]);
-        let acceleration = self.model.waves.iter().fold(0.0, |sum, wave| {
-            let frequency = if wave.amplitude > 0.0 { TAU / wave.period_s } else { 0.0 };
-            sum + 0.5 * sq(wave.amplitude * sq(frequency))
-        });
         let variance = sq(self.sigmas.drift_m)
             + sq(self.model.white)
             + sq(self.sigmas.velocity_m_per_s * seconds)
-            + acceleration * sq(0.5 * seconds * seconds);
+            + sq(0.5 * self.model.acceleration() * seconds * seconds);
         Predicted { place, sigma_m: math::sqrt(variance), method: Method::Carried }
     }
 
@@ -142,13 +155,14 @@ impl Predictor {
         let fitted = samples.fit(choice.order, choice.alpha, [self.model.white; 2]).ok()?;
         let per_s = 1e6 / interval_us as f32;
         let [east, north] = fitted.value;
-        let place = Place {
-            east_m: newest.east_m + east,
-            north_m: newest.north_m + north,
-            east_m_per_s: fitted.rate[0] * per_s,
-            north_m_per_s: fitted.rate[1] * per_s,
-        };
-        let noise = self.model.white * fitted.scale.max(1.0) * fitted.gain;
+        let white = self.model.white * fitted.scale.max(1.0);
+        let rate_sigma = math::sqrt(sq(white * fitted.rate_gain) + sq(choice.rate_bias)) * per_s;
+        let mut place = Place { east_m: newest.east_m + east, north_m: newest.north_m + north, ..newest };
+        // The measured velocity stays where it is the better one.
+        if rate_sigma < self.sigmas.velocity_m_per_s {
+            (place.east_m_per_s, place.north_m_per_s) = (fitted.rate[0] * per_s, fitted.rate[1] * per_s);
+        }
+        let noise = white * fitted.gain;
         let sigma_m = math::sqrt(sq(self.sigmas.drift_m) + sq(noise) + sq(choice.bias));
         let count = samples.times().len();
         Some(Predicted { place, sigma_m, method: Method::fitted(&choice, 0, count, &fitted) })

@@ -15,6 +15,8 @@ pub struct Smoother<const C: usize> {
     interval_us: u32,
     /// Sigma of a sample's own noise, each channel.
     sigmas: [f32; C],
+    /// Root mean square acceleration of the motion, channel units per second squared.
+    acceleration: f32,
     choices: Choices,
 }
 
@@ -46,13 +48,13 @@ impl<const C: usize> Smoother<C> {
     /// For a sensor of `model`, α by the model's own noise; `sigmas` are those of the channels.
     pub fn new(model: &NoiseModel, sigmas: [f32; C]) -> Self {
         let choices = Choices::of(model, &[Order::Second, Order::Third]);
-        Smoother { interval_us: model.interval_us, sigmas, choices }
+        Smoother { interval_us: model.interval_us, sigmas, acceleration: model.acceleration(), choices }
     }
 
     /// The value of `history` at `at`.
     ///
-    /// The window reaches equally far to both sides of the instant, as far as samples are there and none is further than
-    /// `gap_us` from the next. With fewer than five, or without noise to smooth, the straight way between the two samples
+    /// The window ends half its length after the instant, or with the newest sample, and begins as far back as it is long; no
+    /// two neighbours in it are further than `gap_us` apart. With fewer than five, or without noise to smooth, the straight way between the two samples
     /// around it serves.
     ///
     /// # Errors
@@ -65,7 +67,9 @@ impl<const C: usize> Smoother<C> {
         wait: Wait,
     ) -> Result<Estimate<T, C>, PoseError> {
         let later = history.later_than(at);
-        if matches!(wait, Wait::For(wanted) if later < wanted as usize) {
+        // A sample at the very instant has a value, but no rate.
+        let wanted = if let Wait::For(wanted) = wait { wanted.max(1) } else { 1 };
+        if later < wanted as usize {
             return Err(PoseError::NotYet);
         }
         // Between the two samples around it, which also says whether there are any.
@@ -109,12 +113,16 @@ impl<const C: usize> Smoother<C> {
 
     fn straight<T: Channels<C>>(&self, between: &super::history::Interpolated<T, C>) -> Estimate<T, C> {
         let factor = between.noise_factor();
-        let per_s = 1e6 / self.interval_us as f32;
+        // A bend of acceleration a lies u (1 − u) a t²/2 off the straight way, and its slope up to a t/2 off.
+        let apart_s = between.apart_us as f32 * 1e-6;
+        let bend = 0.5 * between.u * (1.0 - between.u) * self.acceleration * sq(apart_s);
+        let turn = 0.5 * self.acceleration * apart_s;
+        let noise = core::f32::consts::SQRT_2 / apart_s;
         Estimate {
             value: between.value,
             rate: between.rate,
-            sigma: self.sigmas.map(|sigma| sigma * factor),
-            rate_sigma: self.sigmas.map(|sigma| sigma * core::f32::consts::SQRT_2 * per_s),
+            sigma: self.sigmas.map(|sigma| math::sqrt(sq(sigma * factor) + sq(bend))),
+            rate_sigma: self.sigmas.map(|sigma| math::sqrt(sq(sigma * noise) + sq(turn))),
             method: Method::Straight,
         }
     }

@@ -56,8 +56,8 @@ impl Work {
             self.out.report.mid_exposure_us = stamp.mid.0;
         }
         rows?;
-        let mid_exposure_at = stamp.map_err(Refusal::from)?.mid;
-        let situation = self.situation(app, mid_exposure_at, timer, gauge).await?;
+        let stamp = stamp.map_err(Refusal::from)?;
+        let situation = self.situation(app, (stamp.mid, stamp.sigma_us), timer, gauge).await?;
         self.out.situation = Some(situation);
         self.out.instant.pose = Some(PoseTold::new(&situation));
         let report = &mut self.out.report;
@@ -126,19 +126,21 @@ impl Work {
     async fn situation(
         &mut self,
         app: &App<'_>,
-        mid_exposure_at: Micros,
+        mid: (Micros, f32),
         timer: &impl Timer,
         gauge: &impl Gauge,
     ) -> Result<Situation, Refusal> {
+        let mid_exposure_at = mid.0;
         loop {
             app.fresh.reset();
+            // On a clock that has been tied anew the exposure may lie ahead.
             let now = app.instant(timer.now());
             let (situation, is_late) = {
                 let pipeline = &*app.pipeline.borrow();
                 let settings = pipeline.settings();
-                let is_late = now.is_none_or(|now| now.since(mid_exposure_at) > settings.patience_us as i32);
+                let is_late = now.is_none_or(|now| now.since(mid_exposure_at).unsigned_abs() > settings.patience_us);
                 let wait = if is_late { Wait::No } else { settings.wait() };
-                let (situation, cost) = gauge.measured(|| pipeline.situate(mid_exposure_at, wait));
+                let (situation, cost) = gauge.measured(|| pipeline.situate(mid, wait));
                 self.out.report.instructions[2] += cost;
                 (situation?, is_late)
             };

@@ -11,6 +11,8 @@ use plumbline_core::units::{Micros, Radians, Ticks};
 
 /// Least distance of two servo commands, microseconds: 50 Hz.
 const SERVO_INTERVAL_US: u32 = 20_000;
+/// A clock that is corrected by more than this has begun anew.
+const JUMP_US: u32 = 500_000;
 /// How long attitudes stamped in milliseconds are ignored after one stamped in microseconds.
 const FINE_PREFERRED_US: u32 = 1_000_000;
 
@@ -60,7 +62,14 @@ impl State {
             Incoming::Position(sample) => app.pipeline.borrow_mut().position(sample, arrived_at),
             Incoming::Timesync { sent_ns, theirs } => {
                 let sent = Ticks((sent_ns / 1000) as u32);
-                app.stamper.borrow_mut().clock.on_timesync(sent, theirs, timer.now());
+                let now = timer.now();
+                app.stamper.borrow_mut().clock.on_timesync(sent, theirs, now);
+                // A clock that jumps is another one: the autopilot has booted anew.
+                let has_jumped = |(before, after): (Micros, Micros)| after.since(before).unsigned_abs() > JUMP_US;
+                if arrived_at.zip(app.instant(now)).is_some_and(has_jumped) {
+                    app.pipeline.borrow_mut().streams.clear();
+                    *self = State::default();
+                }
                 Ok(())
             }
             Incoming::TimesyncRequest { theirs_ns } => {

@@ -96,14 +96,14 @@ pub fn run(
     let situation = if case.has_stages {
         region(stand, (name, "begin"), pose, || pipeline.begin_frame())?;
         region(stand, (name, "rows"), pose, || pipeline.rows(frame))?;
-        let situation = region(stand, (name, "situate"), pose, || pipeline.situate(MID_EXPOSURE, wait))?;
+        let situation = region(stand, (name, "situate"), pose, || pipeline.situate((MID_EXPOSURE, 1.0), wait))?;
         let situation = situation.ok_or(Refusal::NoAttitude)?;
         region(stand, (name, "rectify"), pose, || pipeline.rectify(&situation))?;
         situation
     } else {
         pipeline.begin_frame()?;
         pipeline.rows(frame)?;
-        let situation = pipeline.situate(MID_EXPOSURE, wait)?.ok_or(Refusal::NoAttitude)?;
+        let situation = pipeline.situate((MID_EXPOSURE, 1.0), wait)?.ok_or(Refusal::NoAttitude)?;
         pipeline.rectify(&situation)?;
         situation
     };

@@ -59,6 +59,10 @@ pub enum Unusable {
 /// # Errors
 /// [`Unusable`].
 pub fn incoming(packet: &Packet<'_>, us: (u8, u8)) -> Result<Incoming, Unusable> {
+    // Another vehicle on the link is none of ours.
+    if packet.system != us.0 {
+        return Err(Unusable::NotOurs);
+    }
     match packet.id {
         AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::ID => {
             let state: AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA = payload(packet)?;

@@ -88,7 +88,7 @@ fn flown(search_px: u16, frames: impl Iterator<Item = (u64, (f32, f32))>) -> Vec
         pipeline.position(sample, None).expect("in time");
         pipeline.begin_frame().expect("a range");
         pipeline.rows(&frame.pixels).expect("rows");
-        let situation = pipeline.situate(mid, Wait::For(1)).expect("samples").expect("around it");
+        let situation = pipeline.situate((mid, 0.0), Wait::For(1)).expect("samples").expect("around it");
         pipeline.rectify(&situation).expect("a footprint");
         outcomes.push(pipeline.register(&situation));
     }
