@@ -34,7 +34,7 @@ fn a_mount_that_is_known_costs_nothing() {
 /// sign goes unseen, not even that of the turn about the axis: it moves what the tilts have put off the axis.
 #[test]
 fn a_mount_that_is_not_told_is_seen() {
-    let mounted = || mounted(MOUNT, 12);
+    let mounted = || mounted(MOUNT, 8);
     let arm = flown_told(mounted(), |mission| mission.lever_arm_m = [0.0; 3]);
     assert!(told("arm not told", &arm) > 8.0);
     let turn = flown_told(mounted(), |mission| mission.boresight_rad = [0.0; 3]);
