@@ -2,6 +2,7 @@
 
 use crate::{Flown, flown, flown_told, scenario};
 use plumbline_sim::scenario::{Mount, Scenario};
+use plumbline_sim::stage::Stage;
 
 const FRAMES: u32 = 50;
 /// Forward, right, down; heading, pitch, roll. Two pixels of the reference, and one at 125 m.
@@ -33,7 +34,7 @@ fn a_mount_that_is_known_costs_nothing() {
 /// sign goes unseen, not even that of the turn about the axis: it moves what the tilts have put off the axis.
 #[test]
 fn a_mount_that_is_not_told_is_seen() {
-    let mounted = || mounted(MOUNT, 12);
+    let mounted = || mounted(MOUNT, 8);
     let arm = flown_told(mounted(), |mission| mission.lever_arm_m = [0.0; 3]);
     assert!(told("arm not told", &arm) > 8.0);
     let turn = flown_told(mounted(), |mission| mission.boresight_rad = [0.0; 3]);
@@ -41,5 +42,16 @@ fn a_mount_that_is_not_told_is_seen() {
     for (axis, least_m) in [0.7, 7.0, 3.5].into_iter().enumerate() {
         let flipped = flown_told(mounted(), |mission| mission.boresight_rad[axis] *= -1.0);
         assert!(told(&format!("boresight {axis} of the other sign"), &flipped) > least_m);
+    }
+}
+
+/// It is strapped to the follow-up axis beside the camera, so that the core may take its slant for that axis.
+#[test]
+fn the_laser_does_not_share_the_boresight() {
+    let [plain, turned] = [Mount::default(), MOUNT].map(|mount| Stage::prepare(mounted(mount, 2)).expect("a stage"));
+    for t_us in (3_000_000..3_500_000).step_by(100_000) {
+        let state = plain.motion.state(t_us);
+        assert_eq!(turned.slant_m(&state), plain.slant_m(&state));
+        assert_ne!(turned.station(&state).axes(), plain.station(&state).axes());
     }
 }

@@ -86,7 +86,7 @@ fn an_attitude_sensor_that_hangs() {
 /// deg/s.
 #[test]
 fn an_attitude_sensor_that_has_just_hung() {
-    for before_ms in [-8, 2, 20, 40, 60, 80] {
+    for before_ms in [-8, 2, 40, 80] {
         println!("{before_ms} ms before frame 4");
         let mut scenario = scenario(1, 6);
         (scenario.flight.tilt_hz, scenario.frame_jitter_us) = ([0.4, 0.65], 0);
