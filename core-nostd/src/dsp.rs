@@ -268,7 +268,7 @@ macro_rules! from_row_to_row {
     };
 }
 
-/// `WHICH` of the integrals of each of `count` nodes from `first` on: ∫ F dy from there to the node `further` nodes
+/// Integral `which` of each of `count` nodes from `first` on: ∫ F dy from there to the node `further` nodes
 /// behind it, in 2⁻¹⁵ of a grey level times the area of a box, modulo 2^32. F(x, y) is the sum of the boxes of the row at
 /// y up to x: `sums` points to the first row of two-byte sums, entry `i` + 1 up to border `i`; rows are `stride` bytes
 /// apart.
@@ -277,15 +277,14 @@ macro_rules! from_row_to_row {
 ///
 /// # Safety
 /// All these nodes lie in one object and in the table: 0 ≤ x < boxes of a row, 0 ≤ y < rows, and `sums` holds them all. No
-/// two lie 256 boxes apart along a row. `WHICH` is 0 or 1.
+/// two lie 256 boxes apart along a row. `which` is 0 or 1.
 // All that is read lies between the nodes: the slope is rounded to 0, t is at most dy, and what is rounded down at the
 // end are whole 2⁻¹⁶, of which both x are some. Products stay below 2^31: dx is below 2^16, and slope · t at most 2^15 dx.
 #[inline(never)]
-pub unsafe fn border_integrals<const WHICH: usize>(
-    sums: *const u8,
-    stride: usize,
+pub unsafe fn border_integrals(
+    (sums, stride): (*const u8, usize),
     first: *mut Node,
-    further: isize,
+    (which, further): (usize, isize),
     count: usize,
 ) {
     #[cfg(feature = "dsp")]
@@ -295,13 +294,11 @@ pub unsafe fn border_integrals<const WHICH: usize>(
         unsafe {
             core::arch::asm!(
                 "sub sp, sp, #24",
-                "str {row}, [sp]",
-                "str {n}, [sp, #4]",
-                "str {u}, [sp, #8]",
+                "strd {row}, {u}, [sp]",
+                "strd {x}, {n}, [sp, #8]",
                 "1:",
-                "ldr {u}, [sp, #8]",
+                "ldrd {row}, {u}, [sp]",
                 "ldrd {x}, {f}, [{node}]",
-                "ldr {row}, [sp]",
                 "add {u}, {node}, {u}",
                 "ldrd {t}, {n}, [{u}]",
                 "asr {u}, {f}, #8",
@@ -311,8 +308,8 @@ pub unsafe fn border_integrals<const WHICH: usize>(
                 "beq 4f",
                 from_row_to_row!(),
                 "5:",
-                "str {f}, [{node}, #{at}]",
-                "ldr {u}, [sp, #4]",
+                "ldrd {t}, {u}, [sp, #8]",
+                "str {f}, [{node}, {t}]",
                 "add {node}, {node}, #16",
                 "cmp {node}, {u}",
                 "bne 1b",
@@ -344,7 +341,6 @@ pub unsafe fn border_integrals<const WHICH: usize>(
                 "b 5b",
                 "9:",
                 "add sp, sp, #24",
-                at = const 8 + 4 * WHICH,
                 node = inout(reg) first => _,
                 row = inout(reg) sums.wrapping_add(2) => _,
                 n = inout(reg) first.wrapping_add(count) => _,
@@ -352,7 +348,7 @@ pub unsafe fn border_integrals<const WHICH: usize>(
                 stride = in(reg) stride,
                 k = in(reg) 0xffff,
                 one = in(reg) 128,
-                x = out(reg) _,
+                x = inout(reg) 8 + 4 * which => _,
                 f = out(reg) _,
                 t = out(reg) _,
                 slope = out(reg) _,
@@ -366,7 +362,7 @@ pub unsafe fn border_integrals<const WHICH: usize>(
         unsafe {
             let node = first.add(index);
             let other = *node.offset(further);
-            (*node).integrals[WHICH] = if other.at[1] >> 8 >= (*node).at[1] >> 8 {
+            (*node).integrals[which] = if other.at[1] >> 8 >= (*node).at[1] >> 8 {
                 border_integral(sums, stride, (*node).at, other.at)
             } else {
                 border_integral(sums, stride, other.at, (*node).at).wrapping_neg()
