@@ -89,8 +89,8 @@ impl Lines {
     fn follow(&self, [start, middle, end]: [[f32; 2]; 3], nodes: &mut [Node]) -> Range<usize> {
         let (cols, rows) = self.reduction.size();
         let steps = (self.length, self.per);
-        let x = Axis::through([start[0], middle[0], end[0]], steps, cols as f32);
-        let y = Axis::through([start[1], middle[1], end[1]], steps, rows as f32);
+        let x = Axis::through(start[0], middle[0], end[0], steps, cols as f32);
+        let y = Axis::through(start[1], middle[1], end[1], steps, rows as f32);
         let Some((mut x, mut y)) = x.zip(y) else { return 0..0 };
         for node in nodes.iter_mut() {
             node.at = [x.next(), y.next()];
@@ -116,10 +116,10 @@ struct Axis {
 }
 
 impl Axis {
-    /// From the first of three coordinates through the second, after `steps`, of which `per` is the reciprocal, at the third. `None` where any of it is so
-    /// far away that numbers do not hold it; the frame, of 0 to `limit`, ends long before.
+    /// From the first of three coordinates through the second, after `steps` at the third; `per` is one over them. `None`
+    /// where any of it is so far away that numbers do not hold it; the frame, of 0 to `limit`, ends long before.
     #[inline(never)]
-    fn through([start, middle, end]: [f32; 3], (steps, per): (f32, f32), limit: f32) -> Option<Axis> {
+    fn through(start: f32, middle: f32, end: f32, (steps, per): (f32, f32), limit: f32) -> Option<Axis> {
         let growth = 4.0 * (start - 2.0 * middle + end) * (per * per);
         let step = (4.0 * middle - 3.0 * start - end) * per + 0.5 * growth;
         let (least, most) = if start < end { (start, end) } else { (end, start) };
