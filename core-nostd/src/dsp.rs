@@ -268,7 +268,7 @@ macro_rules! from_row_to_row {
     };
 }
 
-/// `WHICH` of the integrals of each of `count` nodes from `first` on: ∫ F dy from there to the node `further` nodes
+/// Integral `which` of each of `count` nodes from `first` on: ∫ F dy from there to the node `further` nodes
 /// behind it, in 2⁻¹⁵ of a grey level times the area of a box, modulo 2^32. F(x, y) is the sum of the boxes of the row at
 /// y up to x: `sums` points to the first row of two-byte sums, entry `i` + 1 up to border `i`; rows are `stride` bytes
 /// apart.
@@ -277,15 +277,14 @@ macro_rules! from_row_to_row {
 ///
 /// # Safety
 /// All these nodes lie in one object and in the table: 0 ≤ x < boxes of a row, 0 ≤ y < rows, and `sums` holds them all. No
-/// two lie 256 boxes apart along a row. `WHICH` is 0 or 1.
+/// two lie 256 boxes apart along a row. `which` is 0 or 1.
 // All that is read lies between the nodes: the slope is rounded to 0, t is at most dy, and what is rounded down at the
 // end are whole 2⁻¹⁶, of which both x are some. Products stay below 2^31: dx is below 2^16, and slope · t at most 2^15 dx.
 #[inline(never)]
-pub unsafe fn border_integrals<const WHICH: usize>(
-    sums: *const u8,
-    stride: usize,
+pub unsafe fn border_integrals(
+    (sums, stride): (*const u8, usize),
     first: *mut Node,
-    further: isize,
+    (which, further): (usize, isize),
     count: usize,
 ) {
     #[cfg(feature = "dsp")]
@@ -295,13 +294,11 @@ pub unsafe fn border_integrals<const WHICH: usize>(
         unsafe {
             core::arch::asm!(
                 "sub sp, sp, #24",
-                "str {row}, [sp]",
-                "str {n}, [sp, #4]",
-                "str {u}, [sp, #8]",
+                "strd {row}, {u}, [sp]",
+                "strd {x}, {n}, [sp, #8]",
                 "1:",
-                "ldr {u}, [sp, #8]",
+                "ldrd {row}, {u}, [sp]",
                 "ldrd {x}, {f}, [{node}]",
-                "ldr {row}, [sp]",
                 "add {u}, {node}, {u}",
                 "ldrd {t}, {n}, [{u}]",
                 "asr {u}, {f}, #8",
@@ -311,8 +308,8 @@ pub unsafe fn border_integrals<const WHICH: usize>(
                 "beq 4f",
                 from_row_to_row!(),
                 "5:",
-                "str {f}, [{node}, #{at}]",
-                "ldr {u}, [sp, #4]",
+                "ldrd {t}, {u}, [sp, #8]",
+                "str {f}, [{node}, {t}]",
                 "add {node}, {node}, #16",
                 "cmp {node}, {u}",
                 "bne 1b",
@@ -344,7 +341,6 @@ pub unsafe fn border_integrals<const WHICH: usize>(
                 "b 5b",
                 "9:",
                 "add sp, sp, #24",
-                at = const 8 + 4 * WHICH,
                 node = inout(reg) first => _,
                 row = inout(reg) sums.wrapping_add(2) => _,
                 n = inout(reg) first.wrapping_add(count) => _,
@@ -352,7 +348,7 @@ pub unsafe fn border_integrals<const WHICH: usize>(
                 stride = in(reg) stride,
                 k = in(reg) 0xffff,
                 one = in(reg) 128,
-                x = out(reg) _,
+                x = inout(reg) 8 + 4 * which => _,
                 f = out(reg) _,
                 t = out(reg) _,
                 slope = out(reg) _,
@@ -366,7 +362,7 @@ pub unsafe fn border_integrals<const WHICH: usize>(
         unsafe {
             let node = first.add(index);
             let other = *node.offset(further);
-            (*node).integrals[WHICH] = if other.at[1] >> 8 >= (*node).at[1] >> 8 {
+            (*node).integrals[which] = if other.at[1] >> 8 >= (*node).at[1] >> 8 {
                 border_integral(sums, stride, (*node).at, other.at)
             } else {
                 border_integral(sums, stride, other.at, (*node).at).wrapping_neg()
@@ -737,68 +733,113 @@ impl Default for Digits {
 }
 
 /// The loop over `n` bytes, a multiple of four, of `own` and `others` that adds to `dot` and `energy`.
+/// Loads a word of others' bytes, adds their products with the own ones in `{a}` and `{p}`, and their squares.
 #[cfg(feature = "dsp")]
-macro_rules! products_and_squares {
-    () => {
+macro_rules! one_more_place {
+    ($others:literal, $dot:literal, $energy:literal) => {
         concat!(
-            "2:\n",
-            "ldr {p}, [{own}], #4\n",
-            "ldr {r}, [{others}], #4\n",
-            "sxtb16 {a}, {p}\n",
-            "sxtb16 {p}, {p}, ror #8\n",
+            "ldr {r}, [{",
+            $others,
+            "}], #4\n",
             "sxtb16 {b}, {r}\n",
             "sxtb16 {r}, {r}, ror #8\n",
-            "smlad {dot}, {a}, {b}, {dot}\n",
-            "smlad {energy}, {b}, {b}, {energy}\n",
-            "smlad {dot}, {p}, {r}, {dot}\n",
-            "smlad {energy}, {r}, {r}, {energy}\n",
-            "subs {n}, #4\n",
-            "bne 2b",
+            "smlad {",
+            $dot,
+            "}, {a}, {b}, {",
+            $dot,
+            "}\n",
+            "smlad {",
+            $energy,
+            "}, {b}, {b}, {",
+            $energy,
+            "}\n",
+            "smlad {",
+            $dot,
+            "}, {p}, {r}, {",
+            $dot,
+            "}\n",
+            "smlad {",
+            $energy,
+            "}, {r}, {r}, {",
+            $energy,
+            "}\n",
         )
     };
 }
 
-/// Σ p r and Σ r² of the first `length` bytes of two's complement, p of `own` and r of `others`. `own` has zeros behind
-/// them up to a multiple of four. (0, 0) where either is too short; at most 2^16 bytes.
+/// Takes the squares of what lies behind others' bytes off again: of the last word, shifted right by `{n}`'s lowest byte.
+#[cfg(feature = "dsp")]
+macro_rules! less_what_is_behind {
+    ($others:literal, $energy:literal) => {
+        concat!(
+            "ldr {r}, [{",
+            $others,
+            "}, #-4]\n",
+            "lsr {r}, {r}, {n}\n",
+            "sxtb16 {b}, {r}\n",
+            "sxtb16 {r}, {r}, ror #8\n",
+            "smuad {b}, {b}, {b}\n",
+            "smlad {r}, {r}, {r}, {b}\n",
+            "sub {",
+            $energy,
+            "}, {",
+            $energy,
+            "}, {r}\n",
+        )
+    };
+}
+
+/// Σ p r and Σ r² of `length` bytes of two's complement at two places at once: p of `own`, r of `others` from each of `at`
+/// on. `own` has zeros behind them up to a multiple of four. 0 where any of them is too short; at most 2^16 bytes.
 #[inline(always)]
-pub fn dot_and_energy_padded(own: &[u8], others: &[u8], length: usize) -> (i32, i32) {
+pub fn dots_and_energies(own: &[u8], others: &[u8], at: [usize; 2], length: usize) -> [(i32, i32); 2] {
     let padded = length.next_multiple_of(4);
-    if length == 0 || own.len() < padded || others.len() < padded {
-        return (0, 0);
+    let last = others.len().wrapping_sub(padded);
+    if length == 0 || own.len() < padded || others.len() < padded || at[0] > last || at[1] > last {
+        return [(0, 0); 2];
     }
     #[cfg(feature = "dsp")]
     {
-        let (mut dot, mut energy) = (0i32, 0i32);
-        // SAFETY: each turn reads four bytes of both, which were checked to have as many; the last word of `others` is
-        // read again.
+        let (dot_0, energy_0, dot_1, energy_1): (i32, i32, i32, i32);
+        // Words left but one, and the bits of the last one that count.
+        let words_and_bits = (padded / 4 - 1) << 8 | (32 - 8 * (padded - length));
+        // SAFETY: each turn reads four bytes of all three, which were checked to have as many; the last words of `others`
+        // are read again. Both places lie in `others`.
         unsafe {
             core::arch::asm!(
-                products_and_squares!(),
-                // What lies behind them is taken off again.
-                "ldr {r}, [{others}, #-4]",
-                "lsr {r}, {r}, {bits}",
-                "sxtb16 {b}, {r}",
-                "sxtb16 {r}, {r}, ror #8",
-                "smuad {b}, {b}, {b}",
-                "smlad {r}, {r}, {r}, {b}",
-                "sub {energy}, {energy}, {r}",
+                "mov {dot_0}, #0",
+                "mov {energy_0}, #0",
+                "mov {dot_1}, #0",
+                "mov {energy_1}, #0",
+                "2:",
+                "ldr {p}, [{own}], #4",
+                "sxtb16 {a}, {p}",
+                "sxtb16 {p}, {p}, ror #8",
+                one_more_place!("others_0", "dot_0", "energy_0"),
+                one_more_place!("others_1", "dot_1", "energy_1"),
+                "subs {n}, {n}, #256",
+                "bhs 2b",
+                less_what_is_behind!("others_0", "energy_0"),
+                less_what_is_behind!("others_1", "energy_1"),
                 own = inout(reg) own.as_ptr() => _,
-                others = inout(reg) others.as_ptr() => _,
-                n = inout(reg) padded => _,
-                bits = in(reg) 32 - 8 * (padded - length),
+                others_0 = inout(reg) others.as_ptr().add(at[0]) => _,
+                others_1 = inout(reg) others.as_ptr().add(at[1]) => _,
+                n = inout(reg) words_and_bits => _,
                 p = out(reg) _,
                 r = out(reg) _,
                 a = out(reg) _,
                 b = out(reg) _,
-                dot = inout(reg) dot,
-                energy = inout(reg) energy,
+                dot_0 = out(reg) dot_0,
+                energy_0 = out(reg) energy_0,
+                dot_1 = out(reg) dot_1,
+                energy_1 = out(reg) energy_1,
                 options(pure, readonly, nostack),
             );
         }
-        (dot, energy)
+        [(dot_0, energy_0), (dot_1, energy_1)]
     }
     #[cfg(not(feature = "dsp"))]
-    dot_and_energy(&own[..length], &others[..length])
+    at.map(|at| dot_and_energy(&own[..length], &others[at..at + length]))
 }
 
 /// Σ p, Σ r, Σ p², Σ r² and Σ p r of bytes, p of `own` and r of `others`, over as many as both have. At most 2^16 bytes.
@@ -969,7 +1010,19 @@ pub fn dot_and_energy(own: &[u8], others: &[u8]) -> (i32, i32) {
         // SAFETY: each turn reads four bytes of both, as long as both have them.
         unsafe {
             core::arch::asm!(
-                products_and_squares!(),
+                "2:",
+                "ldr {p}, [{own}], #4",
+                "ldr {r}, [{others}], #4",
+                "sxtb16 {a}, {p}",
+                "sxtb16 {p}, {p}, ror #8",
+                "sxtb16 {b}, {r}",
+                "sxtb16 {r}, {r}, ror #8",
+                "smlad {dot}, {a}, {b}, {dot}",
+                "smlad {energy}, {b}, {b}, {energy}",
+                "smlad {dot}, {p}, {r}, {dot}",
+                "smlad {energy}, {r}, {r}, {energy}",
+                "subs {n}, #4",
+                "bne 2b",
                 own = inout(reg) own.as_ptr() => _,
                 others = inout(reg) others.as_ptr() => _,
                 n = inout(reg) done => _,
@@ -1018,12 +1071,54 @@ pub fn copy(from: &[u8], to: &mut [u8]) {
                 );
             }
         }
+        if words > 0 && length > words {
+            // SAFETY: both have four bytes before their ends.
+            unsafe {
+                let last = from.as_ptr().add(length - 4).cast::<u32>().read_unaligned();
+                to.as_mut_ptr().add(length - 4).cast::<u32>().write_unaligned(last);
+            }
+            return;
+        }
         let mut at = words;
         while at < length {
             // Volatile, lest the compiler makes a call of it again.
             // SAFETY: `at` is below the length of both.
             unsafe { to.as_mut_ptr().add(at).write_volatile(*from.as_ptr().add(at)) };
             at += 1;
+        }
+    }
+}
+
+/// Fills bytes, word by word: what lies beside the rows of a patch is too short for a call.
+#[inline(always)]
+pub fn fill(value: u8, to: &mut [u8]) {
+    #[cfg(not(feature = "dsp"))]
+    to.fill(value);
+    #[cfg(feature = "dsp")]
+    {
+        let words = to.len() & !3;
+        if words > 0 {
+            let word = value as u32 * 0x0101_0101;
+            // SAFETY: each turn writes four bytes, as long as there are so many; what is left lies in the last four.
+            unsafe {
+                core::arch::asm!(
+                    "2:",
+                    "subs {n}, #4",
+                    "str {word}, [{to}], #4",
+                    "bne 2b",
+                    to = inout(reg) to.as_mut_ptr() => _,
+                    n = inout(reg) words => _,
+                    word = in(reg) word,
+                    options(nostack),
+                );
+                to.as_mut_ptr().add(to.len() - 4).cast::<u32>().write_unaligned(word);
+            }
+            return;
+        }
+        for at in 0..to.len() {
+            // Volatile, lest the compiler makes a call of it again.
+            // SAFETY: `at` is below the length.
+            unsafe { to.as_mut_ptr().add(at).write_volatile(value) };
         }
     }
 }
@@ -1252,9 +1347,10 @@ mod tests {
         let others: [u8; 12] = core::array::from_fn(|i| (50 * i + 90) as u8);
         for length in 1..=8 {
             let own: [u8; 8] = core::array::from_fn(|i| if i < length { (i * 77 + 13) as u8 } else { 0 });
-            assert_eq!(dot_and_energy_padded(&own, &others, length), dot_and_energy(&own[..length], &others));
+            let expected = [0, 3].map(|at| dot_and_energy(&own[..length], &others[at..]));
+            assert_eq!(dots_and_energies(&own, &others, [0, 3], length), expected);
         }
-        assert_eq!(dot_and_energy_padded(&[1; 8], &[1; 6], 6), (0, 0), "too short");
+        assert_eq!(dots_and_energies(&[1; 8], &[1; 8], [0, 1], 6), [(0, 0); 2], "too short");
     }
 
     #[test]

@@ -64,11 +64,11 @@ impl Homography {
         let dot = |c: &[f32; 3]| c[0] * m + c[1] * n + c[2];
         let [across, along, den] = &self.rows;
         let den = dot(den);
-        if den.is_nan() || den < DEN_MIN {
-            return None;
-        }
-        let reciprocal = 1.0 / den;
-        Some((dot(across) * reciprocal, dot(along) * reciprocal))
+        // False for a NaN as well.
+        (den >= DEN_MIN).then(|| {
+            let reciprocal = 1.0 / den;
+            (dot(across) * reciprocal, dot(along) * reciprocal)
+        })
     }
 
     /// Undistorted pixel of the ideal frame position (`m`, `n`): the way back of [`Homography::ideal`], by Cramer's
@@ -245,11 +245,11 @@ impl AlongRow {
     /// Frame (col, row) at patch column `col`; `None` beyond the horizon guard.
     pub(crate) fn position(&self, col: f32) -> Option<(f32, f32)> {
         let depth = self.depth.at(col);
-        if depth.is_nan() || depth < DEN_MIN {
-            return None;
-        }
-        let reciprocal = 1.0 / depth;
-        Some((self.col.at(col) * reciprocal, self.row.at(col) * reciprocal))
+        // False for a NaN as well.
+        (depth >= DEN_MIN).then(|| {
+            let reciprocal = 1.0 / depth;
+            (self.col.at(col) * reciprocal, self.row.at(col) * reciprocal)
+        })
     }
 
     /// First and last column, fractions, whose positions lie in the frame of `size` (cols, rows) with `margin_px` to

@@ -8,7 +8,7 @@
 //! along the borders of its cells (module `rectify`), and such a sum is one reading where the boxes would be many. Only
 //! where a patch pixel spans less than two frame pixels are the pixels themselves kept, for bilinear readings.
 
-use crate::dsp::{add_bytes, opaque, prefix_fours, prefix_pairs};
+use crate::dsp::{add_bytes, prefix_fours, prefix_pairs};
 
 /// Why rows were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -203,11 +203,8 @@ fn prefix_from((done, mut total): (usize, i32), rows: &[u8], cols: usize, reduct
         let mut bytes = 0;
         for line in rows.chunks_exact(cols) {
             let (words, rest) = line.get(from..from + factor).unwrap_or(&[]).as_chunks::<4>();
-            let mut left = words.len();
-            let mut words = words.iter();
-            while left > 0 {
-                bytes = words.next().map_or(bytes, |word| add_bytes(u32::from_le_bytes(*word), bytes));
-                left = opaque(left - 1);
+            for word in words {
+                bytes = add_bytes(u32::from_le_bytes(*word), bytes);
             }
             bytes += rest.iter().map(|&pixel| pixel as u32).sum::<u32>();
         }

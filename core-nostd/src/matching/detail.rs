@@ -11,7 +11,7 @@
 
 use super::View;
 use super::histogram::Histogram;
-use crate::dsp::{SIDE, STRIP, WIDTH, clamp_bytes, copy, details};
+use crate::dsp::{SIDE, STRIP, WIDTH, clamp_bytes, copy, details, fill};
 use crate::rectify::Run;
 
 /// Largest detail.
@@ -36,13 +36,13 @@ impl Ring {
         let at = |col: usize| (col + REACH).saturating_sub(strip).min(WIDTH);
         let (from, to) = (at(start), at(start + pixels.len()));
         if leads {
-            line[..from].fill(first);
+            fill(first, &mut line[..from]);
         }
         let skipped = strip.saturating_sub(start + REACH);
         if let Some(pixels) = pixels.get(skipped..skipped + to - from) {
             copy(pixels, &mut line[from..to]);
         }
-        line[to..].fill(last);
+        fill(last, &mut line[to..]);
     }
 }
 

@@ -81,8 +81,8 @@ const EFFICIENCY: f32 = 1.39;
 const SYSTEMATIC_PX: f32 = 0.005;
 /// How far the solution may go from the whole-pixel peak, pixels.
 const REACH_PX: f32 = 1.5;
-/// Pixels around a patch pixel that have to be valid: one for the smoothing, one for the gradient.
-const BORDER: u16 = 2;
+/// Rows and columns around a patch pixel that have to be valid: to each side one for the smoothing, one for the gradient.
+const AROUND: usize = 5;
 
 /// The sub-pixel shift around `peak`. `reference` is the view that was searched, `radius` the search's; `bytes`: room
 /// for the smoothed patch.
@@ -154,7 +154,7 @@ impl Inner {
     }
 
     fn at(runs: &[Run], index: usize) -> Option<Run> {
-        let (row, cols) = inner(runs, index, BORDER)?;
+        let (row, cols) = inner::<AROUND>(runs, index)?;
         Some(Run { row: row as u16, start: cols.start, end: cols.end })
     }
 }

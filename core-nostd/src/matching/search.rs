@@ -11,7 +11,7 @@
 use super::detail::{Limit, each_piece, limit_to, sweep};
 use super::look::Look;
 use super::{View, valid};
-use crate::dsp::{STRIP, copy, dot_and_energy, dot_and_energy_padded, moments};
+use crate::dsp::{STRIP, copy, dot_and_energy, dots_and_energies, fill, moments};
 use crate::math;
 use crate::rectify::Run;
 
@@ -119,12 +119,13 @@ pub fn search(
     let looked = valid(runs).clamp(LOOK_PX, LOOK_EVERY * LOOK_PX);
     let large = details.look((LOOK_PX, looked), side, scores);
     let mut room = [Place::default(); SUMMITS];
-    let found = rivals(summits(scores, side, &mut room), large);
+    let found = rivals(summits(scores, side, &mut room), large).len();
     if details.energy == 0 {
         return Err(SearchError::Featureless);
     }
-    details.decide(found);
-    details.climb(found, radius, scores).ok_or(SearchError::Featureless)
+    // Of an odd number one more is looked at, and not taken.
+    details.decide(&mut room[..found.next_multiple_of(2)]);
+    details.climb(&room[..found], radius, scores).ok_or(SearchError::Featureless)
 }
 
 /// Whether all runs lie in the patch.
@@ -233,7 +234,7 @@ fn padded(piece: &Run) -> usize {
 fn put(details: &[u8], room: &mut [u8]) {
     let (own, rest) = room.split_at_mut(details.len().min(room.len()));
     copy(details, own);
-    rest.fill(0);
+    fill(0, rest);
 }
 
 /// Both pictures' details.
@@ -255,7 +256,7 @@ impl Details<'_> {
         look.counted()
     }
 
-    /// Fills in what the whole patch says about the places.
+    /// Fills in what the whole patch says about the places, two at a time: an even number of them.
     fn decide(&self, places: &mut [Place]) {
         for place in places.iter_mut() {
             place.offset = place.row as usize * self.reference.stride + place.col as usize;
@@ -263,11 +264,13 @@ impl Details<'_> {
         self.own.each((1, 1), |piece, own| {
             let length = (piece.end - piece.start) as usize;
             let base = piece.row as usize * self.reference.stride + piece.start as usize;
-            for place in places.iter_mut() {
-                let others = self.reference.pixels.get(base + place.offset..).unwrap_or(&[]);
-                let (products, energy) = dot_and_energy_padded(own, others, length);
-                place.products += products as i64;
-                place.energy += energy as i64;
+            for [a, b] in places.as_chunks_mut::<2>().0 {
+                let at = [base + a.offset, base + b.offset];
+                let sums = dots_and_energies(own, self.reference.pixels, at, length);
+                for (place, (products, energy)) in [a, b].into_iter().zip(sums) {
+                    place.products += products as i64;
+                    place.energy += energy as i64;
+                }
             }
         });
         for place in places {
@@ -290,9 +293,9 @@ impl Details<'_> {
             let look = |&(col, row): &(u16, u16)| scores.get(row as usize * (last as usize + 1) + col as usize);
             let corner = [(0, 0), (2, 0), (0, 2), (2, 2)].map(beside).into_iter().max_by_key(look).unwrap_or_default();
             let [left, right, above, below] = [(0, 1), (2, 1), (1, 0), (1, 2)].map(beside);
-            [left, right, above, below, corner].map(|(col, row)| Place { col, row, ..Place::default() })
+            [left, right, above, below, corner, corner].map(|(col, row)| Place { col, row, ..Place::default() })
         };
-        let mut near = [[Place::default(); 5]; 2];
+        let mut near = [[Place::default(); 6]; 2];
         let rivals = |top: &Place, second: &Place| second.score >= RIVAL * top.score;
         let mut moved = (true, second.is_some_and(|second| rivals(&top, &second)));
         for _ in 0..CLIMB {

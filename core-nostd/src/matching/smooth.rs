@@ -17,7 +17,7 @@ pub(super) fn smooth_into<'b>(patch: &View<'_>, runs: &[Run], pixels: &'b mut [u
     let stride = cols as usize;
     pixels.get(..stride * rows as usize)?;
     for index in 0..runs.len() {
-        let Some((row, inner)) = inner(runs, index, 1) else { continue };
+        let Some((row, inner)) = inner::<3>(runs, index) else { continue };
         let (start, length) = (inner.start as usize, inner.len());
         let line = |row: usize| patch.run(row, start - 1, length + 2);
         let (Some(above), Some(own), Some(below)) = (line(row - 1), line(row), line(row + 1)) else { continue };
@@ -62,10 +62,11 @@ fn thirty_sixth(sum: u32) -> u8 {
     (((sum + 18) * 7282) >> 18) as u8
 }
 
-/// Row and columns of `runs[index]` whose neighbours up to `reach` pixels away are valid too; `None` where there are
-/// none.
-pub(super) fn inner(runs: &[Run], index: usize, reach: u16) -> Option<(usize, Range<u16>)> {
-    if let Some(common) = stack(runs, index, reach as usize) {
+/// Row and columns of `runs[index]` around which `ROWS` rows and columns, an odd number, are valid; `None` where there
+/// are none.
+pub(super) fn inner<const ROWS: usize>(runs: &[Run], index: usize) -> Option<(usize, Range<u16>)> {
+    let reach = ROWS as u16 / 2;
+    if let Some(common) = stack::<ROWS>(runs, index) {
         let (start, end) = (common.start + reach, common.end.checked_sub(reach)?);
         return (start < end).then_some((common.row as usize, start..end));
     }
@@ -80,11 +81,10 @@ pub(super) fn inner(runs: &[Run], index: usize, reach: u16) -> Option<(usize, Ra
     (start < end).then_some((run.row as usize, start..end))
 }
 
-/// The columns that `runs[index]` shares with the `reach` runs before and behind it, where those are the only ones of the
-/// rows around it.
-fn stack(runs: &[Run], index: usize, reach: usize) -> Option<Run> {
-    let first = index.checked_sub(reach)?;
-    let stack = runs.get(first..=index + reach)?;
+/// The columns that the `ROWS` runs around `runs[index]` share, where those are the only ones of their rows.
+fn stack<const ROWS: usize>(runs: &[Run], index: usize) -> Option<Run> {
+    let first = index.checked_sub(ROWS / 2)?;
+    let stack = runs.get(first..)?.first_chunk::<ROWS>()?;
     let mut common = *stack.first()?;
     let mut row = common.row;
     for run in &stack[1..] {
@@ -95,9 +95,9 @@ fn stack(runs: &[Run], index: usize, reach: usize) -> Option<Run> {
         common.start = common.start.max(run.start);
         common.end = common.end.min(run.end);
     }
-    let top = core::mem::replace(&mut common.row, row.wrapping_sub(reach as u16));
+    let top = core::mem::replace(&mut common.row, row.wrapping_sub(ROWS as u16 / 2));
     let before = first.checked_sub(1).and_then(|before| runs.get(before));
-    let behind = runs.get(index + reach + 1);
+    let behind = runs.get(first + ROWS);
     (before.is_none_or(|run| run.row < top) && behind.is_none_or(|run| run.row > row)).then_some(common)
 }
 
@@ -206,8 +206,8 @@ mod tests {
     fn the_inner_part_has_valid_neighbours() {
         let runs = [(0, 2, 9), (1, 1, 9), (2, 0, 5), (2, 6, 12), (3, 3, 12)];
         let runs = runs.map(|(row, start, end)| Run { row, start, end });
-        assert_eq!(inner(&runs, 1, 1), Some((1, 3..4)));
-        assert_eq!(inner(&runs, 0, 1), None);
-        assert_eq!(inner(&runs, 3, 1), Some((2, 7..8)));
+        assert_eq!(inner::<3>(&runs, 1), Some((1, 3..4)));
+        assert_eq!(inner::<3>(&runs, 0), None);
+        assert_eq!(inner::<3>(&runs, 3), Some((2, 7..8)));
     }
 }

@@ -33,12 +33,13 @@ pub struct Factors {
 
 impl Band {
     /// The diagonal matrix of `diagonal`, ones beyond its end.
+    #[inline]
     pub fn diagonal(diagonal: &[f32]) -> Self {
-        let mut rows = [[1.0, 0.0, 0.0, 0.0]; ROWS];
-        for (row, value) in rows.iter_mut().skip(BELOW).zip(diagonal) {
+        let mut band = Band { rows: [[1.0, 0.0, 0.0, 0.0]; ROWS] };
+        for (row, value) in band.rows.iter_mut().skip(BELOW).zip(diagonal) {
             row[0] = *value;
         }
-        Band { rows }
+        band
     }
 
     /// Adds `factor` r r', r being zero but for `elements` from the unknown `first` on.
@@ -61,11 +62,10 @@ impl Band {
         z[3] += fd * a;
     }
 
-    /// A = L D L'. `None` where A is not positive definite.
+    /// A = L D L'. `false` where A is not positive definite.
     #[inline(never)]
-    pub fn factor(&self) -> Option<Factors> {
-        let mut lower = [[0.0f32; BELOW]; ROWS];
-        let mut reciprocal = [1.0f32; ROWS];
+    pub fn factor_into(&self, factors: &mut Factors) -> bool {
+        let Factors { lower, reciprocal } = factors;
         for i in BELOW..BELOW + WINDOW {
             let [a0, a1, a2, a3] = self.rows[i];
             // c = l d, from the farthest diagonal to the nearest.
@@ -75,15 +75,18 @@ impl Band {
             let l = [c1 * reciprocal[i - 1], c2 * reciprocal[i - 2], c3 * reciprocal[i - 3]];
             let d = a0 - l[0] * c1 - l[1] * c2 - l[2] * c3;
             if !(d > 0.0 && d < f32::INFINITY) {
-                return None;
+                return false;
             }
             (lower[i], reciprocal[i]) = (l, 1.0 / d);
         }
-        Some(Factors { lower, reciprocal })
+        true
     }
 }
 
 impl Factors {
+    /// Room for factors.
+    pub const NONE: Factors = Factors { lower: [[0.0; BELOW]; ROWS], reciprocal: [1.0; ROWS] };
+
     /// x of A x = `right`.
     #[inline(never)]
     pub fn solve(&self, right: &Column) -> Column {

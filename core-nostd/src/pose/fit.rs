@@ -150,7 +150,8 @@ impl<const C: usize> Samples<C> {
         let mut line = self.line(&weights);
         let mut about = self.about(&line);
         let mut rejected = 0;
-        let mut factors = self.factors(&penalty, &weights)?;
+        let mut factors = Factors::NONE;
+        self.factor(&penalty, &weights, &mut factors)?;
         let scale = match noise(&penalty, &about, sigmas) {
             Some(scale) => scale,
             // Whose spikes are they? That takes the curves, and a new factorisation for each.
@@ -163,33 +164,32 @@ impl<const C: usize> Samples<C> {
                 rejected += 1;
                 line = self.line(&weights);
                 about = self.about(&line);
-                factors = self.factors(&penalty, &weights)?;
+                self.factor(&penalty, &weights, &mut factors)?;
             },
         };
         // The estimate is a weighted sum of the samples: one solution serves every channel.
-        let (value, rate) = row(times, 0.0, order);
-        let (value, correction) = refined(&factors, &penalty, &weights, &value);
-        let largest = |x: &Column| x.iter().fold(0.0f32, |most, x| most.max(x.abs()));
-        let is_solved = value.iter().chain(&correction).all(|x| x.is_finite());
-        if !is_solved || largest(&correction) > CORRECTION_MAX * largest(&value) {
+        let (value, rate) = &row(times, 0.0, order);
+        let ((mut value, correction), mut rate) = (refined(&factors, &penalty, &weights, value), factors.solve(rate));
+        // False for a NaN as well.
+        let is_solved = value.iter().all(|x| x.is_finite()) && correction <= CORRECTION_MAX * largest(&value);
+        if !is_solved {
             return Err(FitError::Condition);
         }
-        let value = Estimator::new(&value, &weights);
-        let rate = Estimator::new(&factors.solve(&rate), &weights);
+        let (gain, rate_gain) = (estimator(&mut value, &weights), estimator(&mut rate, &weights));
         Ok(Fitted {
-            value: core::array::from_fn(|c| line[c].0 + value.of(&about[c])),
-            rate: core::array::from_fn(|c| line[c].1 + rate.of(&about[c])),
-            gain: value.gain,
-            rate_gain: rate.gain,
+            value: core::array::from_fn(|c| line[c].0 + dot(&value, &about[c])),
+            rate: core::array::from_fn(|c| line[c].1 + dot(&rate, &about[c])),
+            gain,
+            rate_gain,
             scale,
             rejected,
         })
     }
 
-    fn factors(&self, penalty: &Penalty, weights: &Column) -> Result<Factors, FitError> {
+    fn factor(&self, penalty: &Penalty, weights: &Column, factors: &mut Factors) -> Result<(), FitError> {
         let mut band = Band::diagonal(weights.get(..self.count).unwrap_or(weights));
         penalty.add_to(&mut band);
-        band.factor().ok_or(FitError::TooFew)
+        band.factor_into(factors).then_some(()).ok_or(FitError::TooFew)
     }
 
     /// Value at 0 and slope of the line through the first and the last sample that count. What is fitted lies about this
@@ -211,14 +211,13 @@ impl<const C: usize> Samples<C> {
 
     /// The samples about the channels' lines.
     fn about(&self, line: &[(f32, f32); C]) -> [Column; C] {
-        core::array::from_fn(|c| {
-            let mut about = [0.0; WINDOW + BELOW];
-            let samples = self.times.iter().zip(&self.values[c]).take(self.count);
-            for (about, (time, value)) in about.iter_mut().zip(samples) {
-                *about = value - (line[c].0 + line[c].1 * time);
+        let mut about = [NONE; C];
+        for ((about, values), line) in about.iter_mut().zip(&self.values).zip(line) {
+            for (about, (time, value)) in about.iter_mut().zip(self.times.iter().zip(values)).take(self.count) {
+                *about = value - (line.0 + line.1 * time);
             }
-            about
-        })
+        }
+        about
     }
 }
 
@@ -257,34 +256,43 @@ fn judge<const C: usize>(
     ((largest.1 > GATE * scale.max(1.0)).then_some(largest.0), scale)
 }
 
-/// The weights of the samples in an estimate.
-struct Estimator {
-    weights: Column,
-    /// The estimate's standard deviation for samples of standard deviation 1 and weight 1.
-    gain: f32,
+/// The samples' weights in an estimate, of `x` what a row makes of the curve; the estimate's standard deviation for samples of
+/// standard deviation 1 and weight 1.
+///
+/// With (P + α R) g = P L it is row'g = (P x)'L, where x = (P + α R)⁻¹ row.
+fn estimator(x: &mut Column, weights: &Column) -> f32 {
+    // The noise of a sample of weight P has variance 1/P.
+    let mut variance = 0.0;
+    for (x, weight) in x.iter_mut().zip(weights) {
+        variance += *x * *x * weight;
+        *x *= weight;
+    }
+    math::sqrt(variance)
 }
 
-impl Estimator {
-    /// Of what a row makes of the curve: with (P + α R) g = P L it is row'g = (P x)'L, where x = (P + α R)⁻¹ row.
-    fn new(x: &Column, weights: &Column) -> Self {
-        // The noise of a sample of weight P has variance 1/P.
-        let variance: f32 = x.iter().zip(weights).map(|(x, weight)| x * x * weight).sum();
-        Estimator { weights: core::array::from_fn(|i| x[i] * weights[i]), gain: math::sqrt(variance) }
-    }
-
-    fn of(&self, samples: &Column) -> f32 {
-        self.weights.iter().zip(samples).map(|(weight, sample)| weight * sample).sum()
-    }
+fn dot(weights: &Column, samples: &Column) -> f32 {
+    weights.iter().zip(samples).map(|(weight, sample)| weight * sample).sum()
 }
 
 /// x of (P + α R) x = `right`, once refined: the factors' rounding, enlarged by the system's condition, would be a hundredth
-/// of the noise at the largest α; a thousandth of that is left. Beside it what the refinement added: the share of it in x
-/// is about the condition times the rounding.
-fn refined(factors: &Factors, penalty: &Penalty, weights: &Column, right: &Column) -> (Column, Column) {
-    let x = factors.solve(right);
-    let bent = penalty.times(&x);
-    let correction = factors.solve(&core::array::from_fn(|i| right[i] - weights[i] * x[i] - bent[i]));
-    (core::array::from_fn(|i| x[i] + correction[i]), correction)
+/// of the noise at the largest α; a thousandth of that is left. Beside it the largest that the refinement added: its share of
+/// x is about the condition times the rounding.
+fn refined(factors: &Factors, penalty: &Penalty, weights: &Column, right: &Column) -> (Column, f32) {
+    let mut x = factors.solve(right);
+    let mut left = penalty.times(&x);
+    for (((left, right), weight), x) in left.iter_mut().zip(right).zip(weights).zip(&x) {
+        *left = right - weight * x - *left;
+    }
+    let correction = factors.solve(&left);
+    for (x, correction) in x.iter_mut().zip(&correction) {
+        *x += correction;
+    }
+    (x, largest(&correction))
+}
+
+/// Largest size; NaNs are passed over.
+fn largest(column: &Column) -> f32 {
+    column.iter().fold(0.0, |most: f32, x| most.max(x.abs()))
 }
 
 impl<const C: usize> Default for Samples<C> {

@@ -7,7 +7,7 @@
 //! its middle: α = 100, best for a whole flight of paper 001's positions, is off by 0.56 m at its newest sample, α = 1 by
 //! 0.10 m.
 
-use super::band::{Band, Column, WINDOW};
+use super::band::{Band, Column, Factors, WINDOW};
 use super::penalty::{Order, Penalty, row};
 use crate::math;
 use core::f32::consts::TAU;
@@ -144,7 +144,10 @@ fn best<const G: usize, const N: usize>(model: &NoiseModel, orders: &[Order], gr
         for _ in 0..ALPHAS.2 {
             let mut band = Band::diagonal(&[1.0; WINDOW]);
             Penalty::new(&times, *order, alpha).add_to(&mut band);
-            let Some(factors) = band.factor() else { break };
+            let mut factors = Factors::NONE;
+            if !band.factor_into(&mut factors) {
+                break;
+            }
             for (group, best) in groups.iter().zip(&mut best) {
                 let (mut noise, mut bias, mut rate_bias) = (0.0, 0.0, 0.0);
                 for at in group {

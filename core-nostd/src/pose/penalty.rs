@@ -48,12 +48,12 @@ impl Penalty {
     /// squares is the integral of the squared d-th derivative by the rule of rectangles, for any spacing.
     #[inline(never)]
     pub fn new(times: &[f32], order: Order, alpha: f32) -> Self {
-        let mut rows = [([0.0; BELOW + 1], 0.0); WINDOW];
+        let mut penalty = Penalty { rows: [([0.0; BELOW + 1], 0.0); WINDOW] };
         match order {
-            Order::Second => fill::<3>(&mut rows, times, 2.0, alpha / 2.0),
-            Order::Third => fill::<4>(&mut rows, times, 6.0, alpha / 3.0),
+            Order::Second => fill::<3>(&mut penalty.rows, times, 2.0, alpha / 2.0),
+            Order::Third => fill::<4>(&mut penalty.rows, times, 6.0, alpha / 3.0),
         }
-        Penalty { rows }
+        penalty
     }
 
     /// Adds it to `band`.
@@ -150,7 +150,7 @@ pub fn row(times: &[f32], at: f32, order: Order) -> (Column, Column) {
     let ahead = times.last().is_some_and(|newest| *newest < at);
     let points = if ahead { order.number() } else { 4 };
     let first = after.saturating_sub(if ahead { points } else { 2 }).min(times.len().saturating_sub(points));
-    let (mut value, mut rate) = ([0.0; WINDOW + BELOW], [0.0; WINDOW + BELOW]);
+    let mut rows = ([0.0; WINDOW + BELOW], [0.0; WINDOW + BELOW]);
     let around = times.get(first..).unwrap_or(&[]);
     let around = around.get(..points).unwrap_or(around);
     for (k, knot) in around.iter().enumerate() {
@@ -161,9 +161,9 @@ pub fn row(times: &[f32], at: f32, order: Order) -> (Column, Column) {
             slope = (slope * (at - other) + basis) * reciprocal;
             basis *= (at - other) * reciprocal;
         }
-        if let (Some(value), Some(rate)) = (value.get_mut(first + k), rate.get_mut(first + k)) {
+        if let (Some(value), Some(rate)) = (rows.0.get_mut(first + k), rows.1.get_mut(first + k)) {
             (*value, *rate) = (basis, slope);
         }
     }
-    (value, rate)
+    rows
 }

@@ -78,7 +78,8 @@ impl<const C: usize> Smoother<C> {
             return Ok(self.straight(&straight));
         }
         let reference = straight.value;
-        let (samples, lag) = self.window(history, at, reference, gap_us, later);
+        let mut samples = Samples::new();
+        let lag = self.window(history, at, reference, (gap_us, later), &mut samples);
         let count = samples.times().len();
         if samples.repeats(STUCK) {
             return Err(PoseError::Stuck);
@@ -127,19 +128,18 @@ impl<const C: usize> Smoother<C> {
         }
     }
 
-    /// The samples around `at`, and the lag: whole samples between the instant's own interval and the window's nearer end.
+    /// Fills in the samples around `at`; the lag: whole samples between the instant's own interval and the window's nearer end.
     fn window<T: Channels<C>, const N: usize>(
         &self,
         history: &History<T, C, N>,
         at: Micros,
         reference: T,
-        gap_us: u32,
-        later: usize,
-    ) -> (Samples<C>, usize) {
+        (gap_us, later): (u32, usize),
+        samples: &mut Samples<C>,
+    ) -> usize {
         let after = later.min(WINDOW / 2);
         let earlier = history.samples().len() - later;
         let before = earlier.min(WINDOW - after);
-        let mut samples = Samples::new();
         let (mut counts, mut newest) = ([0usize; 2], None::<Micros>);
         let per_us = 1.0 / self.interval_us as f32;
         for (stamp, value) in history.samples().skip(earlier - before).take(before + after) {
@@ -156,7 +156,7 @@ impl<const C: usize> Smoother<C> {
             // Finite, in order and no more than fit: the push cannot fail.
             let _ = samples.push(stamp.since(at) as f32 * per_us, value.away_from(reference), 1.0);
         }
-        (samples, counts[0].min(counts[1]).saturating_sub(1))
+        counts[0].min(counts[1]).saturating_sub(1)
     }
 }
 

@@ -29,10 +29,10 @@ impl<'a> Table<'a> {
         (reduction.is_boxes() && sums.len() == reduction.bytes()).then_some(Table { sums, reduction })
     }
 
-    /// `WHICH` of the integrals of `count` nodes from `first` on, each to the node `further` behind it (before it where that
+    /// Integral `which` of `count` nodes from `first` on, each to the node `further` behind it (before it where that
     /// is negative); all of them are inside. `false` where they are not all there, or too far apart for the numbers, which in
     /// a row of up to 256 boxes no two are.
-    fn integrate<const WHICH: usize>(&self, nodes: &mut [Node], first: usize, further: isize, count: usize) -> bool {
+    fn integrate(&self, nodes: &mut [Node], first: usize, (which, further): (usize, isize), count: usize) -> bool {
         let line = |first: usize| nodes.get(first..first + count);
         let Some((from, to)) = line(first).zip(first.checked_add_signed(further).and_then(line)) else { return false };
         if self.reduction.size().0 > WIDEST && !are_near(from, to) {
@@ -41,7 +41,7 @@ impl<'a> Table<'a> {
         // SAFETY: the nodes are there, and nodes inside lie in the table; steps from one to the next fit the numbers.
         unsafe {
             let first = nodes.as_mut_ptr().add(first);
-            border_integrals::<WHICH>(self.sums.as_ptr(), self.reduction.stride(), first, further, count);
+            border_integrals((self.sums.as_ptr(), self.reduction.stride()), first, (which, further), count);
         }
         true
     }
@@ -80,7 +80,7 @@ pub(super) fn rectify(
         let inside = lines.nodes(map, row, nodes.get_mut(first..first + cols + 1).unwrap_or(&mut []));
         // The last one has no next one.
         let borders = inside.len().saturating_sub(1);
-        if table.integrate::<0>(nodes, first + inside.start, 1, borders) { inside } else { 0..0 }
+        if table.integrate(nodes, first + inside.start, (0, 1), borders) { inside } else { 0..0 }
     };
     let mut above = line(0, upper, nodes);
     for (row, out) in (0..rows).zip(patch.chunks_exact_mut(cols)) {
@@ -90,7 +90,7 @@ pub(super) fn rectify(
         // One cell fewer than nodes.
         if both.len() > 1 {
             let further = lower as isize - upper as isize;
-            let is_whole = table.integrate::<1>(nodes, upper + both.start, further, both.len());
+            let is_whole = table.integrate(nodes, upper + both.start, (1, further), both.len());
             let part = |first: usize| nodes.get(first + both.start..first + both.end).unwrap_or(&[]);
             let cells = both.start..both.end - 1;
             let means = out.get_mut(cells.clone()).unwrap_or(&mut []);

@@ -27,8 +27,13 @@ const STRAY: f32 = 1.0 / 16.0;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lines {
     reduction: Reduction,
-    /// Cells a stretch; `None` where even the shortest strays too far, near the horizon.
-    cells: Option<u16>,
+    /// Cells a stretch, one where even the shortest strays too far, near the horizon: then each node is the start of a
+    /// stretch that has no length.
+    cells: u16,
+    /// The same; 0 without a length.
+    length: f32,
+    /// One over it, or 0.
+    per: f32,
 }
 
 impl Lines {
@@ -40,7 +45,9 @@ impl Lines {
         let nodes = cols.saturating_add(1);
         let lengths = (1..=nodes).map(|count| nodes.div_ceil(count)).take_while(|&cells| cells >= SHORTEST);
         let near = |&cells: &u16| bends.strays(cells as f32) <= TOLERANCE * factor;
-        Lines { reduction, cells: lengths.into_iter().find(near) }
+        let cells = lengths.into_iter().find(near);
+        let length = cells.map_or(0.0, |cells| cells as f32);
+        Lines { reduction, cells: cells.unwrap_or(1), length, per: if length > 0.0 { 1.0 / length } else { 0.0 } }
     }
 
     /// The nodes above patch row `row`, from the left border of the first cell to the right one of the last; which of them
@@ -53,8 +60,7 @@ impl Lines {
             let (x, y) = line.position(col - 0.5)?;
             Some([(x + 0.5) * per_factor, (y + 0.5) * per_factor])
         };
-        // Without stretches each node is the start of one that has no length.
-        let (cells, length) = self.cells.map_or((1, 0.0), |cells| (cells as usize, cells as f32));
+        let (cells, length) = (self.cells as usize, self.length);
         let mut inside = 0..0;
         let mut start = position(0.0);
         for (index, nodes) in nodes.chunks_mut(cells).enumerate() {
@@ -63,7 +69,7 @@ impl Lines {
             let middle = position(first + 0.5 * length);
             let end = position(first + length);
             let own = match start.zip(middle).zip(end) {
-                Some(((start, middle), end)) => self.follow([start, middle, end], length, nodes),
+                Some(((start, middle), end)) => self.follow([start, middle, end], nodes),
                 None => 0..0,
             };
             let own = index * cells + own.start..index * cells + own.end;
@@ -77,13 +83,14 @@ impl Lines {
         inside
     }
 
-    /// The nodes of a stretch from the first of three positions on, where the second is half of `length` and the third all
+    /// The nodes of a stretch from the first of three positions on, where the second is half of its length and the third all
     /// of it further, in boxes; which of them lie in the frame.
     #[inline(never)]
-    fn follow(&self, [start, middle, end]: [[f32; 2]; 3], length: f32, nodes: &mut [Node]) -> Range<usize> {
+    fn follow(&self, [start, middle, end]: [[f32; 2]; 3], nodes: &mut [Node]) -> Range<usize> {
         let (cols, rows) = self.reduction.size();
-        let x = Axis::through([start[0], middle[0], end[0]], length, cols as f32);
-        let y = Axis::through([start[1], middle[1], end[1]], length, rows as f32);
+        let steps = (self.length, self.per);
+        let x = Axis::through(start[0], middle[0], end[0], steps, cols as f32);
+        let y = Axis::through(start[1], middle[1], end[1], steps, rows as f32);
         let Some((mut x, mut y)) = x.zip(y) else { return 0..0 };
         for node in nodes.iter_mut() {
             node.at = [x.next(), y.next()];
@@ -109,11 +116,10 @@ struct Axis {
 }
 
 impl Axis {
-    /// From the first of three coordinates through the second, after `steps` at the third. `None` where any of it is so
-    /// far away that numbers do not hold it; the frame, of 0 to `limit`, ends long before.
+    /// From the first of three coordinates through the second, after `steps` at the third; `per` is one over them. `None`
+    /// where any of it is so far away that numbers do not hold it; the frame, of 0 to `limit`, ends long before.
     #[inline(never)]
-    fn through([start, middle, end]: [f32; 3], steps: f32, limit: f32) -> Option<Axis> {
-        let per = if steps > 0.0 { 1.0 / steps } else { 0.0 };
+    fn through(start: f32, middle: f32, end: f32, (steps, per): (f32, f32), limit: f32) -> Option<Axis> {
         let growth = 4.0 * (start - 2.0 * middle + end) * (per * per);
         let step = (4.0 * middle - 3.0 * start - end) * per + 0.5 * growth;
         let (least, most) = if start < end { (start, end) } else { (end, start) };

@@ -98,7 +98,6 @@ fn a_rolling_shutter_costs_less_than_a_twentieth_of_a_pixel() {
 /// With the middle row's pose for all rows the first and the last are 0.2° off, a tenth of a pixel, and half of that is left
 /// in the fix. A rate known to 1 deg/s leaves 0.01°, 0.005 px; three of that.
 #[test]
-#[ignore = "needs bands in the pipeline"]
 fn bands_take_a_rolling_shutter_off() {
     assert!(rolled_px(20.0) <= 0.015);
 }

@@ -25,10 +25,11 @@ fn eliminated(mut a: Vec<Vec<f64>>) -> Vec<f64> {
     for column in 0..n {
         let pivot = (column..n).max_by(|i, j| a[*i][column].abs().total_cmp(&a[*j][column].abs())).expect("rows");
         a.swap(column, pivot);
-        for row in column + 1..n {
-            let factor = a[row][column] / a[column][column];
-            for k in column..=n {
-                a[row][k] -= factor * a[column][k];
+        let top = a[column].clone();
+        for row in &mut a[column + 1..] {
+            let factor = row[column] / top[column];
+            for (value, above) in row.iter_mut().zip(&top).skip(column) {
+                *value -= factor * above;
             }
         }
     }
