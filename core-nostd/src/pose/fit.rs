@@ -49,8 +49,8 @@ pub struct Fitted<const C: usize> {
     pub gain: f32,
     /// The same of a rate.
     pub rate_gain: f32,
-    /// Median size of the residuals in standard deviations of a sample, over that of normal noise: about 1 where the noise
-    /// is what it was said to be.
+    /// The samples' noise over what it was said to be, about 1 where that is right: by their differences, or by the median of
+    /// their residuals where some may be mistakes.
     pub scale: f32,
     /// Samples that the gate left out.
     pub rejected: u8,
