@@ -154,7 +154,7 @@ impl Streams {
         self.position.clear();
     }
 
-    /// [`Stream::delay_us`] of attitude, follow-up angle, range and position.
+    /// How long the newest sample of attitude, follow-up angle, range and position took to arrive, microseconds.
     pub fn delays_us(&self) -> [u32; 4] {
         [self.attitude.delay_us(), self.follow_up.delay_us(), self.slant.delay_us(), self.position.delay_us()]
     }
