@@ -127,6 +127,8 @@ fn intersections_that_cannot_be_meant() {
     // No base, and rays that meet behind.
     refusals.expect(&with(&with(INTERSECT, "--station-2-m", "0,0,2000"), "--", "1,2,1,2"), &["1,2,1,2"]);
     refusals.expect(&with(INTERSECT, "--", "5,-10,5,8"), &["5,-10,5,8", "behind"]);
+    // A parallax of 1 um at 120 mm: 8e-6 rad.
+    refusals.expect(&with(INTERSECT, "--", "5,8,5,7.999"), &["5,8,5,7.999", "meet at"]);
     refusals.done();
 }
 

@@ -97,12 +97,28 @@ impl Args {
     }
 }
 
+/// Least angle at which two rays meet in a point.
+const MEETING_MIN_RAD: f64 = 1e-4;
+
+/// The angle between the rays from a point to two stations.
+fn meeting(point: [f64; 3], stations: [[f64; 3]; 2]) -> f64 {
+    let [a, b] = stations.map(|station| -> [f64; 3] { std::array::from_fn(|i| station[i] - point[i]) });
+    let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+    cross.iter().map(|c| c * c).sum::<f64>().sqrt().atan2(dot)
+}
+
 fn ground(focal: f64, [first, second]: [Exterior; 2], measured: [f64; 4]) -> Result<Point, Failure> {
     let [x1, y1, x2, y2] = measured;
     let lost = |why: &str| Input(InputError::new(format!("points {x1},{y1},{x2},{y2}: {why}")));
     let ground_m = intersect(focal, [(first, [x1, y1]), (second, [x2, y2])])
         .filter(|ground| ground.iter().all(|coordinate| coordinate.is_finite()))
         .ok_or_else(|| lost("their rays are parallel, the photos have no base across them"))?;
+    // A point at the end of such rays is a guess: 1e-4 rad is a pixel of 12 µm at 120 mm.
+    let meeting_rad = meeting(ground_m, [first.station_m, second.station_m]);
+    if meeting_rad.is_nan() || meeting_rad < MEETING_MIN_RAD {
+        return Err(lost(&format!("their rays meet at {:.1e} degrees only", meeting_rad.to_degrees())));
+    }
     let behind = || lost("their rays meet behind a camera");
     let [[u1, v1], [u2, v2]] =
         [first.image(focal, ground_m).ok_or_else(behind)?, second.image(focal, ground_m).ok_or_else(behind)?];
