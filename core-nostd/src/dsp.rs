@@ -732,7 +732,6 @@ impl Default for Digits {
     }
 }
 
-/// The loop over `n` bytes, a multiple of four, of `own` and `others` that adds to `dot` and `energy`.
 /// Loads a word of others' bytes, adds their products with the own ones in `{a}` and `{p}`, and their squares.
 #[cfg(feature = "dsp")]
 macro_rules! one_more_place {

@@ -30,6 +30,16 @@ pub fn sqrt(value: f32) -> f32 {
     crate::dsp::sqrt(value)
 }
 
+/// Length of the vector (`a`, `b`): of two independent sigmas, the sigma of their sum.
+pub fn hypot(a: f32, b: f32) -> f32 {
+    sqrt(squared(a) + squared(b))
+}
+
+/// `x` times itself.
+pub fn squared(x: f32) -> f32 {
+    x * x
+}
+
 /// Nearest integer, halves away from zero.
 pub fn round(value: f32) -> f32 {
     libm::roundf(value)

@@ -5,7 +5,7 @@ use crate::budget::PATCH_MAX_PX;
 use crate::camera::Camera;
 use crate::homography::Homography;
 use crate::homography::rolling::{Band, Bands, BandsError, Displacement, offset_us};
-use crate::math;
+use crate::math::{self, hypot};
 use crate::motion::{Moving, Rates, Velocity};
 use crate::mount::Mount;
 use crate::pose::{Method, PoseError, Wait};
@@ -267,8 +267,4 @@ impl Situation {
         let side = |px: f32| px.min(PATCH_MAX_PX as f32) as u16;
         (cols >= PATCH_MIN_PX && rows >= PATCH_MIN_PX).then(|| (side(cols), side(rows)))
     }
-}
-
-fn hypot(a: f32, b: f32) -> f32 {
-    math::sqrt(a * a + b * b)
 }

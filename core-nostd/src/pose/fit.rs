@@ -144,7 +144,7 @@ impl<const C: usize> Samples<C> {
         }
         let penalty = Penalty::new(times, order, alpha);
         let mut weights = self.weights;
-        if weights.iter().filter(|w| **w > 0.0).count() < order.number() + 3 {
+        if counted(&weights) < order.number() + 3 {
             return Err(FitError::TooFew);
         }
         let mut line = self.line(&weights);
@@ -157,8 +157,7 @@ impl<const C: usize> Samples<C> {
             // Whose spikes are they? That takes the curves, and a new factorisation for each.
             None => loop {
                 let (worst, scale) = judge(&factors, &penalty, &weights, &about, sigmas);
-                let counted = weights.iter().filter(|w| **w > 0.0).count();
-                let may_go = rejected < REJECTED_MAX && counted > order.number() + 3;
+                let may_go = rejected < REJECTED_MAX && counted(&weights) > order.number() + 3;
                 let Some(worst) = worst.filter(|_| may_go) else { break scale };
                 weights[worst] = 0.0;
                 rejected += 1;
@@ -196,16 +195,14 @@ impl<const C: usize> Samples<C> {
     /// line: it is small, and single precision holds; the penalty does not see a line.
     fn line(&self, weights: &Column) -> [(f32, f32); C] {
         let mut counted = (0..self.count).filter(|i| weights.get(*i).is_some_and(|w| *w > 0.0));
-        let ends = counted.next().zip(counted.next_back());
-        let (Some(&t0), Some(&t1)) = ends.map_or((None, None), |(a, b)| (self.times.get(a), self.times.get(b))) else {
-            return [(0.0, 0.0); C];
-        };
-        let (a, b) = ends.unwrap_or((0, 0));
+        let (Some(a), Some(b)) = (counted.next(), counted.next_back()) else { return [(0.0, 0.0); C] };
+        let at = |column: &Column, i: usize| column.get(i).copied().unwrap_or(0.0);
+        let (t0, t1) = (at(&self.times, a), at(&self.times, b));
         let reciprocal = 1.0 / (t1 - t0);
         core::array::from_fn(|c| {
-            let at = |i: usize| self.values[c].get(i).copied().unwrap_or(0.0);
-            let slope = (at(b) - at(a)) * reciprocal;
-            (at(a) - slope * t0, slope)
+            let column = &self.values[c];
+            let slope = (at(column, b) - at(column, a)) * reciprocal;
+            (at(column, a) - slope * t0, slope)
         })
     }
 
@@ -219,6 +216,11 @@ impl<const C: usize> Samples<C> {
         }
         about
     }
+}
+
+/// Samples that count.
+fn counted(weights: &Column) -> usize {
+    weights.iter().filter(|weight| **weight > 0.0).count()
 }
 
 /// The samples' noise over what it was said to be, from their differences; `None` where one of these is no noise.
@@ -249,7 +251,7 @@ fn judge<const C: usize>(
     let largest =
         sizes.iter().enumerate().fold((0, 0.0), |worst, (i, size)| if *size > worst.1 { (i, *size) } else { worst });
     // Zeros of samples that do not count come first.
-    let counted = weights.iter().filter(|w| **w > 0.0).count();
+    let counted = counted(weights);
     sizes.sort_unstable_by(f32::total_cmp);
     let median = sizes.get(sizes.len() - counted + counted / 2).copied().unwrap_or(0.0);
     let scale = median / MEDIAN_OF_NORMAL[(C - 1).min(2)];

@@ -9,7 +9,7 @@ use super::history::{Channels, History};
 use super::noise::{Choices, NoiseModel};
 use super::penalty::Order;
 use super::{Method, PoseError};
-use crate::math;
+use crate::math::{hypot, sqrt, squared};
 use crate::units::Micros;
 
 /// A position on the grid, metres from the tile's centre, and its rate.
@@ -117,18 +117,18 @@ impl Predictor {
         let same = |place: &Place| (place.east_m, place.north_m) == (newest.east_m, newest.north_m);
         let Some((since, _)) = newest_first.take_while(|(_, place)| same(place)).last() else { return false };
         let seconds = newest_at.since(since) as f32 * 1e-6;
-        let speed = math::sqrt(sq(newest.east_m_per_s) + sq(newest.north_m_per_s));
+        let speed = hypot(newest.east_m_per_s, newest.north_m_per_s);
         speed * seconds > HUNG_M + 5.0 * (self.model.white + self.sigmas.velocity_m_per_s * seconds)
     }
 
     /// The newest sample and its velocity. The motion's accelerations, which it does not know, add to the sigma.
     fn carried(&self, newest: Place, seconds: f32) -> Predicted {
         let place = newest.moved([newest.east_m_per_s * seconds, newest.north_m_per_s * seconds, 0.0, 0.0]);
-        let variance = sq(self.sigmas.drift_m)
-            + sq(self.model.white)
-            + sq(self.sigmas.velocity_m_per_s * seconds)
-            + sq(0.5 * self.model.acceleration() * seconds * seconds);
-        Predicted { place, sigma_m: math::sqrt(variance), method: Method::Carried }
+        let variance = squared(self.sigmas.drift_m)
+            + squared(self.model.white)
+            + squared(self.sigmas.velocity_m_per_s * seconds)
+            + squared(0.5 * self.model.acceleration() * seconds * seconds);
+        Predicted { place, sigma_m: sqrt(variance), method: Method::Carried }
     }
 
     /// The fit over the last positions, carried on by what its penalty does not see; `None` where there are too few, a gap
@@ -156,19 +156,15 @@ impl Predictor {
         let per_s = 1e6 / interval_us as f32;
         let [east, north] = fitted.value;
         let white = self.model.white * fitted.scale.max(1.0);
-        let rate_sigma = math::sqrt(sq(white * fitted.rate_gain) + sq(choice.rate_bias)) * per_s;
+        let rate_sigma = hypot(white * fitted.rate_gain, choice.rate_bias) * per_s;
         let mut place = Place { east_m: newest.east_m + east, north_m: newest.north_m + north, ..newest };
         // The measured velocity stays where it is the better one.
         if rate_sigma < self.sigmas.velocity_m_per_s {
             (place.east_m_per_s, place.north_m_per_s) = (fitted.rate[0] * per_s, fitted.rate[1] * per_s);
         }
         let noise = white * fitted.gain;
-        let sigma_m = math::sqrt(sq(self.sigmas.drift_m) + sq(noise) + sq(choice.bias));
+        let sigma_m = sqrt(squared(self.sigmas.drift_m) + squared(noise) + squared(choice.bias));
         let count = samples.times().len();
         Some(Predicted { place, sigma_m, method: Method::fitted(&choice, 0, count, &fitted) })
     }
-}
-
-fn sq(x: f32) -> f32 {
-    x * x
 }

@@ -2,11 +2,11 @@
 
 use super::band::WINDOW;
 use super::fit::{Fitted, Samples};
-use super::history::{Channels, History};
+use super::history::{Channels, History, Interpolated};
 use super::noise::{Choice, Choices, NoiseModel};
 use super::penalty::Order;
 use super::{Method, PoseError};
-use crate::math;
+use crate::math::{hypot, squared};
 use crate::units::Micros;
 
 /// How a stream of `C` channels is smoothed.
@@ -54,8 +54,8 @@ impl<const C: usize> Smoother<C> {
     /// The value of `history` at `at`.
     ///
     /// The window ends half its length after the instant, or with the newest sample, and begins as far back as it is long; no
-    /// two neighbours in it are further than `gap_us` apart. With fewer than five, or without noise to smooth, the straight way between the two samples
-    /// around it serves.
+    /// two neighbours in it are further than `gap_us` apart. With fewer than five, or without noise to smooth, the straight
+    /// way between the two samples around it serves.
     ///
     /// # Errors
     /// [`PoseError`].
@@ -104,26 +104,24 @@ impl<const C: usize> Smoother<C> {
         Estimate {
             value: reference.moved(fitted.value),
             rate: fitted.rate.map(|rate| rate * per_s),
-            sigma: self.sigmas.map(|sigma| math::sqrt(sq(sigma * scale * fitted.gain) + sq(choice.bias))),
-            rate_sigma: self
-                .sigmas
-                .map(|sigma| math::sqrt(sq(sigma * scale * fitted.rate_gain) + sq(choice.rate_bias)) * per_s),
+            sigma: self.sigmas.map(|sigma| hypot(sigma * scale * fitted.gain, choice.bias)),
+            rate_sigma: self.sigmas.map(|sigma| hypot(sigma * scale * fitted.rate_gain, choice.rate_bias) * per_s),
             method,
         }
     }
 
-    fn straight<T: Channels<C>>(&self, between: &super::history::Interpolated<T, C>) -> Estimate<T, C> {
+    fn straight<T: Channels<C>>(&self, between: &Interpolated<T, C>) -> Estimate<T, C> {
         let factor = between.noise_factor();
         // A bend of acceleration a lies u (1 − u) a t²/2 off the straight way, and its slope up to a t/2 off.
         let apart_s = between.apart_us as f32 * 1e-6;
-        let bend = 0.5 * between.u * (1.0 - between.u) * self.acceleration * sq(apart_s);
+        let bend = 0.5 * between.u * (1.0 - between.u) * self.acceleration * squared(apart_s);
         let turn = 0.5 * self.acceleration * apart_s;
         let noise = core::f32::consts::SQRT_2 / apart_s;
         Estimate {
             value: between.value,
             rate: between.rate,
-            sigma: self.sigmas.map(|sigma| math::sqrt(sq(sigma * factor) + sq(bend))),
-            rate_sigma: self.sigmas.map(|sigma| math::sqrt(sq(sigma * noise) + sq(turn))),
+            sigma: self.sigmas.map(|sigma| hypot(sigma * factor, bend)),
+            rate_sigma: self.sigmas.map(|sigma| hypot(sigma * noise, turn)),
             method: Method::Straight,
         }
     }
@@ -164,7 +162,3 @@ impl<const C: usize> Smoother<C> {
 /// old, though its stamps are fresh. Fewer come from a sensor whose messages are sent more often than its filter steps, and
 /// make no more than two intervals of age.
 const STUCK: usize = 5;
-
-fn sq(x: f32) -> f32 {
-    x * x
-}
