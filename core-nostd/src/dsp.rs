@@ -499,7 +499,7 @@ pub fn details<'o>(rows: &[[u8; WIDTH]; SIDE], own: usize, first: usize, out: &'
     #[cfg(feature = "dsp")]
     if count > 0 {
         // SAFETY: each turn reads a word of every row, one beyond the pixels at most, and writes one of `out`: `count`
-        // keeps both within.
+        // keeps both within, and `first` lies in a row since `count` is not 0.
         unsafe {
             core::arch::asm!(
                 // Sums of the columns 0 and 2, then with 1 and 3 added: pairs of neighbours.
@@ -569,8 +569,8 @@ pub fn details<'o>(rows: &[[u8; WIDTH]; SIDE], own: usize, first: usize, out: &'
                 w2 = const 2 * WIDTH - 4,
                 w3 = const 3 * WIDTH - 4,
                 w4 = const 4 * WIDTH - 4,
-                rows = inout(reg) rows.as_flattened()[4 * first..].as_ptr() => _,
-                own = inout(reg) rows[own][4 * first + 2..].as_ptr() => _,
+                rows = inout(reg) rows.as_flattened().as_ptr().add(4 * first) => _,
+                own = inout(reg) rows.as_flattened().as_ptr().add(own * WIDTH + 4 * first + 2) => _,
                 out = inout(reg) out.as_mut_ptr() => _,
                 n = inout(reg) count => _,
                 area = in(reg) (SIDE * SIDE) as u32,
@@ -637,15 +637,17 @@ impl Digits {
         if words == 0 || !start.is_multiple_of(4) || !self.has_room(words) {
             return &mut [];
         }
-        let (even, at) = (words.next_multiple_of(2), self.used);
-        self.used += even + 2;
+        let even = words.next_multiple_of(2);
+        let Some([skipped, length, rest @ ..]) = self.stream.get_mut(self.used..) else { return &mut [] };
+        let Some((piece, [_, next_length, ..])) = rest.split_at_mut_checked(even) else { return &mut [] };
         let from = core::mem::replace(&mut self.end, start + 4 * even + 8);
+        self.used += even + 2;
         self.reach = self.reach.max(self.end);
-        self.stream[at] = start.wrapping_sub(from) as u32;
-        self.stream[at + 1] = even as u32;
-        self.stream[self.used - 1] = 0;
-        self.stream[self.used + 1] = 0;
-        &mut self.stream[at + 2..at + 2 + words]
+        (*skipped, *length, *next_length) = (start.wrapping_sub(from) as u32, even as u32, 0);
+        if let Some(last) = piece.last_mut() {
+            *last = 0;
+        }
+        piece.get_mut(..words).unwrap_or(&mut [])
     }
 
     /// Adds to `sums[m]` the products of every digit and the signs of `others`, `m` words further on each: a negative byte

@@ -174,8 +174,10 @@ impl Reducer {
             let (ahead, sums) = line.as_chunks_mut::<2>().0.split_at_mut(2);
             ahead.fill([0; 2]);
             prefix(rows, self.frame.0 as usize, self.reduction, sums);
-        } else {
+        } else if line.len() == rows.len() {
             line.copy_from_slice(rows);
+        } else {
+            return Err(ReduceError::Size);
         }
         Ok(())
     }
@@ -201,7 +203,7 @@ fn prefix_from((done, mut total): (usize, i32), rows: &[u8], cols: usize, reduct
     let first = done * factor;
     for (from, sum) in (first..).step_by(factor).zip(sums.iter_mut().skip(done)) {
         let mut bytes = 0;
-        for line in rows.chunks_exact(cols) {
+        for line in rows.chunks_exact(cols.max(1)) {
             let (words, rest) = line.get(from..from + factor).unwrap_or(&[]).as_chunks::<4>();
             for word in words {
                 bytes = add_bytes(u32::from_le_bytes(*word), bytes);

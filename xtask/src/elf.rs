@@ -24,6 +24,19 @@ pub struct Symbol {
     pub size: u32,
 }
 
+/// A function and its machine code.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Function {
+    /// Mangled.
+    pub name: String,
+    /// Where it lies.
+    pub address: u32,
+    /// Bytes, constants between its code included.
+    pub size: u32,
+    /// Its code, piece by piece with addresses: what the compiler marked as data is left out.
+    pub code: Vec<(u32, Vec<u8>)>,
+}
+
 const SECTION_OCCUPIES_MEMORY: u32 = 2;
 const SYMBOL_TABLE: u32 = 2;
 const SYMBOL_BYTES: usize = 16;
@@ -38,6 +51,11 @@ pub fn sections(file: &[u8]) -> Result<Vec<Section>, Failure> {
 /// The functions and objects that `file` names.
 pub fn symbols(file: &[u8]) -> Result<Vec<Symbol>, Failure> {
     read(file, read_symbols)
+}
+
+/// The functions of `file` with their code.
+pub fn functions(file: &[u8]) -> Result<Vec<Function>, Failure> {
+    read(file, read_functions)
 }
 
 fn read<T>(file: &[u8], what: impl Fn(&[u8]) -> Option<T>) -> Result<T, Failure> {
@@ -84,6 +102,56 @@ fn read_symbols(file: &[u8]) -> Option<Vec<Symbol>> {
         }
     }
     Some(symbols)
+}
+
+fn read_functions(file: &[u8]) -> Option<Vec<Function>> {
+    const FUNCTION: u8 = 2;
+    let (headers, _) = headers(file)?;
+    // Places where code or data begins within a section: `$t` and `$d`.
+    let mut marks: Vec<(u32, bool)> = Vec::new();
+    let mut functions: Vec<(String, u32, u32)> = Vec::new();
+    for header in headers.iter().filter(|header| word(header, 4) == Some(SYMBOL_TABLE)) {
+        let names = file.get(word(headers.get(word(header, 24)? as usize)?, 16)? as usize..)?;
+        let table = file.get(word(header, 16)? as usize..)?.get(..word(header, 20)? as usize)?;
+        for symbol in table.chunks_exact(SYMBOL_BYTES) {
+            let (name, value, size) = (name(names, word(symbol, 0)?)?, word(symbol, 4)?, word(symbol, 8)?);
+            match name.get(..2) {
+                Some("$t") => marks.push((value, true)),
+                Some("$d") => marks.push((value, false)),
+                // The lowest bit of a function's address says Thumb.
+                _ if symbol.get(12)? & 0xf == FUNCTION => functions.push((name, value & !1, size)),
+                _ => {}
+            }
+        }
+    }
+    marks.sort_unstable();
+    let code = |from: u32, to: u32| {
+        headers.iter().find_map(|header| {
+            let (address, size) = (word(header, 12)?, word(header, 20)?);
+            let is_there = word(header, 8)? & SECTION_OCCUPIES_MEMORY != 0 && word(header, 4)? != NO_BITS;
+            let holds = is_there && from >= address && to <= address.checked_add(size)?;
+            let at = (word(header, 16)? as usize).checked_add(from.wrapping_sub(address) as usize)?;
+            if holds { file.get(at..at.checked_add((to - from) as usize)?).map(<[u8]>::to_vec) } else { None }
+        })
+    };
+    let pieces = |address: u32, size: u32| {
+        let end = address.checked_add(size)?;
+        let first = marks.partition_point(|(at, _)| *at <= address).saturating_sub(1);
+        let inside = marks.iter().skip(first).take_while(|(at, _)| *at < end);
+        let mut pieces = Vec::new();
+        for (nth, (at, is_code)) in inside.enumerate() {
+            let to = marks.get(first + nth + 1).map_or(end, |(next, _)| (*next).min(end));
+            let from = (*at).max(address);
+            if *is_code && from < to {
+                pieces.push((from, code(from, to)?));
+            }
+        }
+        Some(pieces)
+    };
+    functions
+        .into_iter()
+        .map(|(name, address, size)| Some(Function { name, address, size, code: pieces(address, size)? }))
+        .collect()
 }
 
 /// The string that begins at `at`.

@@ -6,12 +6,14 @@ mod compare;
 mod elf;
 mod flight;
 mod fly;
+mod panics;
 mod places;
 mod process;
 mod selftest;
 mod set_up;
 mod steps;
 mod test;
+mod thumb;
 
 use std::process::ExitCode;
 
@@ -27,6 +29,10 @@ fn main() -> ExitCode {
         "fly" => Ok(fly::fly(&rest).unwrap_or_else(failed)),
         "budget" => budget::budget(&rest),
         "compare" => compare::compare(&rest),
+        "panics" => none_left(&rest).map(|()| panics::check("an500").map_or_else(failed, |(all, some)| {
+            println!("{some} of {all} functions of an500 may panic, none of them in a frame's way");
+            ExitCode::SUCCESS
+        })),
         "test" => none_left(&rest).map(|()| test::test()),
         "" => Err(format!("cargo xtask needs a verb: {VERBS}")),
         unknown => Err(format!("cargo xtask knows no verb {unknown:?}; it knows {VERBS}")),

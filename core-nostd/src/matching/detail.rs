@@ -35,14 +35,18 @@ impl Ring {
         let (Some(&first), Some(&last)) = (pixels.first(), pixels.last()) else { return };
         let at = |col: usize| (col + REACH).saturating_sub(strip).min(WIDTH);
         let (from, to) = (at(start), at(start + pixels.len()));
+        let (before, line) = line.split_at_mut(from);
         if leads {
-            fill(first, &mut line[..from]);
+            fill(first, before);
         }
+        // At most the whole line, since `to` is not below `from`.
+        let length = to.wrapping_sub(from).min(line.len());
+        let (line, behind) = line.split_at_mut(length);
         let skipped = strip.saturating_sub(start + REACH);
-        if let Some(pixels) = pixels.get(skipped..skipped + to - from) {
-            copy(pixels, &mut line[from..to]);
+        if let Some(pixels) = pixels.get(skipped..skipped + line.len()) {
+            copy(pixels, line);
         }
-        fill(last, &mut line[to..]);
+        fill(last, behind);
     }
 }
 
@@ -83,8 +87,11 @@ pub(super) fn sweep(view: &View<'_>, runs: impl Iterator<Item = Run> + Clone, mu
             let Some(piece) = piece(&run, strip as u16) else { continue };
             let (from, to) = (piece.start as usize - strip, piece.end as usize - strip);
             let words = from / 4..to.div_ceil(4);
-            let bytes = details(&ring.0, Ring::slot(run.row as usize), words.start, &mut out[words.clone()]);
-            each(piece, &mut bytes[from - 4 * words.start..to - 4 * words.start]);
+            let Some(out) = out.get_mut(words.clone()) else { continue };
+            let bytes = details(&ring.0, Ring::slot(run.row as usize), words.start, out);
+            if let Some(bytes) = bytes.get_mut(from - 4 * words.start..to - 4 * words.start) {
+                each(piece, bytes);
+            }
         }
     }
 }
@@ -134,6 +141,6 @@ pub(super) fn limit_to(limit: u8, details: &mut [u8]) {
         *four = clamp_bytes(u32::from_le_bytes(*four), limit).to_le_bytes();
     }
     for detail in rest {
-        *detail = (*detail as i8).clamp(-(limit as i8), limit as i8) as u8;
+        *detail = (*detail as i8).max(-(limit as i8)).min(limit as i8) as u8;
     }
 }

@@ -69,7 +69,7 @@ impl<'a> Look<'a> {
     pub(super) fn flush(&mut self) {
         // Makes every digit positive.
         let bias = (self.negative as u8 as u32 * 0x0101_0101) as i64;
-        for (down, scores) in self.scores.chunks_exact_mut(self.side).enumerate() {
+        for (down, scores) in self.scores.chunks_exact_mut(self.side.max(1)).enumerate() {
             let mut carry = 0;
             for first in (0..(self.side + BEFORE).div_ceil(4)).step_by(SUMS) {
                 let mut sums = [0; SUMS];

@@ -79,7 +79,9 @@ pub(super) fn reacquire(
             if !place.local.on_border || next == place.centre {
                 break;
             }
-            found[index] = Some(fine.look(tile, at, next)?);
+            if let Some(found) = found.get_mut(index) {
+                *found = Some(fine.look(tile, at, next)?);
+            }
         }
         best = highest(&found, None).map(|(_, place)| place);
     }
@@ -239,10 +241,11 @@ fn coarse<'s>(
     let (_, scores) = ranked(own, tile, corner, &sizes, every, rest)?;
     let count = summits(scores, sizes.shifts, room);
     let shift = |first: i16, boxes: i16| first + sizes.factor as i16 * boxes;
-    for summit in &mut room[..count] {
+    let found = room.get_mut(..count).unwrap_or(&mut []);
+    for summit in &mut *found {
         summit.centre = (shift(span.cols.0, summit.centre.0), shift(span.rows.0, summit.centre.1));
     }
-    Ok(&room[..count])
+    Ok(found)
 }
 
 /// Scores of all shifts of the patch's boxes from `corner` of the tile on, and the reference's details they were made of.
@@ -269,8 +272,8 @@ fn ranked<'b>(
     slack.fill(0);
     details_into(grey, (cols, rows), stride, (&mut *details, columns));
     let mut limit = Limit::new();
-    for line in details.chunks_exact(stride).step_by(LIMIT_ROWS) {
-        limit.add(&line[..cols]);
+    for line in details.chunks_exact(stride.max(1)).step_by(LIMIT_ROWS) {
+        limit.add(line.get(..cols).unwrap_or(&[]));
     }
     limit_to(limit.value(), details);
     let words = room.as_chunks_mut::<4>().0;
@@ -375,7 +378,7 @@ fn own_details(patch: &View<'_>, runs: &[Run], sizes: &Sizes, out: &mut [u8], ro
     let Sizes { factor, own: (cols, rows), .. } = *sizes;
     let (filled, room) = room.split_at_mut_checked(width * height)?;
     let (columns, room) = room.split_at_mut_checked(2 * (cols + 2 * REACH))?;
-    let (grey, counts) = room.get_mut(..2 * cols * rows)?.split_at_mut(cols * rows);
+    let (grey, counts) = room.get_mut(..2 * cols * rows)?.split_at_mut_checked(cols * rows)?;
     counts.fill(0);
     let first = runs.first()?.row as usize;
     let mut done = 0;
@@ -385,17 +388,19 @@ fn own_details(patch: &View<'_>, runs: &[Run], sizes: &Sizes, out: &mut [u8], ro
         let (Some(&left), Some(&right)) = (pixels.first(), pixels.last()) else { continue };
         // Rows without a run are those of the row before.
         while done < row && done > first {
-            filled.copy_within((done - 1) * width..done * width, done * width);
+            copy_line(filled, width, done - 1, done);
             done += 1;
         }
         let line = filled.get_mut(row * width..(row + 1) * width)?;
+        let (before, line) = line.split_at_mut_checked(start)?;
         if done <= row {
-            line[..start].fill(left);
+            before.fill(left);
         }
         done = row + 1;
-        line[start..end].copy_from_slice(pixels);
-        line[end..].fill(right);
-        if let Some(counts) = counts.chunks_exact_mut(cols.max(1)).nth(row / factor) {
+        let (line, behind) = line.split_at_mut_checked(pixels.len())?;
+        line.iter_mut().zip(pixels).for_each(|(to, &from)| *to = from);
+        behind.fill(right);
+        if let Some(counts) = counts.chunks_exact_mut(cols.max(1)).nth(row / factor.max(1)) {
             for (col, count) in counts.iter_mut().enumerate() {
                 let (from, to) = ((col * factor).max(start), (col * factor + factor).min(end));
                 *count = count.saturating_add(to.saturating_sub(from) as u8);
@@ -403,10 +408,10 @@ fn own_details(patch: &View<'_>, runs: &[Run], sizes: &Sizes, out: &mut [u8], ro
         }
     }
     for row in (0..first.min(height)).rev() {
-        filled.copy_within((row + 1) * width..(row + 2) * width, row * width);
+        copy_line(filled, width, row + 1, row);
     }
     for row in done.max(1)..height {
-        filled.copy_within((row - 1) * width..row * width, row * width);
+        copy_line(filled, width, row - 1, row);
     }
     reduce(&View::new(filled, patch.size())?, (0, 0), factor, (cols, rows), grey)?;
     let stride = sizes.strides().0;
@@ -414,7 +419,9 @@ fn own_details(patch: &View<'_>, runs: &[Run], sizes: &Sizes, out: &mut [u8], ro
     let mut limit = Limit::new();
     let mut valid = 0;
     let whole = (factor * factor) as u8;
-    for (line, counts) in out.chunks_exact_mut(stride.max(1)).zip(counts.chunks_exact(cols.max(1))) {
+    let mut counts = counts.chunks_exact(cols.max(1));
+    for line in out.chunks_exact_mut(stride.max(1)) {
+        let Some(counts) = counts.next() else { break };
         for (detail, &count) in line.iter_mut().zip(counts) {
             if count == whole {
                 limit.add(core::slice::from_ref(detail));
@@ -428,6 +435,15 @@ fn own_details(patch: &View<'_>, runs: &[Run], sizes: &Sizes, out: &mut [u8], ro
     out.iter().any(|&detail| detail != 0).then_some(valid)
 }
 
+/// Copies a line of a picture onto a neighbour of it.
+fn copy_line(picture: &mut [u8], width: usize, from: usize, to: usize) {
+    let upper = from.min(to) * width;
+    let both = picture.get_mut(upper..upper + 2 * width).and_then(|both| both.split_at_mut_checked(width));
+    let Some((upper, lower)) = both else { return };
+    let (from, to) = if from < to { (upper, lower) } else { (lower, upper) };
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+}
+
 /// Means of `cols` x `rows` boxes of a picture from `corner` on, rounded to nearest. `None` where they leave it.
 fn reduce(
     picture: &View<'_>,
@@ -439,7 +455,7 @@ fn reduce(
     for (row, line) in (0..rows).zip(out.chunks_exact_mut(cols.max(1))) {
         let at = |n: usize| picture.run(corner.1 + row * factor + n, corner.0, cols * factor);
         match factor {
-            1 => line.copy_from_slice(at(0)?),
+            1 => line.iter_mut().zip(at(0)?).for_each(|(to, &from)| *to = from),
             2 => {
                 let (above, below) = (at(0)?.as_chunks::<2>().0, at(1)?.as_chunks::<2>().0);
                 for ((grey, a), b) in line.iter_mut().zip(above).zip(below) {
@@ -461,7 +477,7 @@ fn reduce(
                     for n in 0..factor {
                         sum += at(n)?.iter().skip(col * factor).take(factor).map(|&grey| grey as u32).sum::<u32>();
                     }
-                    let area = (factor * factor) as u32;
+                    let area = (factor * factor).max(1) as u32;
                     *grey = ((sum + area / 2) / area) as u8;
                 }
             }
@@ -533,7 +549,7 @@ fn normalise(other: &[u8], sizes: &Sizes, energies: &mut [[u8; 4]], scores: &mut
     for row in 0..rows {
         add_squares(energies, line(row), 1);
     }
-    for (row, scores) in scores.chunks_exact_mut(sizes.shifts.0).enumerate() {
+    for (row, scores) in scores.chunks_exact_mut(sizes.shifts.0.max(1)).enumerate() {
         let mut energy: i32 = energies.iter().take(cols).map(|&energy| i32::from_le_bytes(energy)).sum();
         let entering = energies.iter().skip(cols).map(|&energy| i32::from_le_bytes(energy)).chain([0]);
         for ((score, leaving), entering) in scores.iter_mut().zip(energies.iter()).zip(entering) {
@@ -571,10 +587,13 @@ fn summits(scores: &[[u8; 4]], (cols, rows): (usize, usize), room: &mut [Summit;
             if around.into_iter().any(|(col, row)| score(col, row) > own) {
                 continue;
             }
-            let at = room[..count].iter().position(|summit| own > summit.score).unwrap_or(count);
+            let at = room.iter().take(count).position(|summit| own > summit.score).unwrap_or(count);
             count = (count + 1).min(SUMMITS);
-            room[at..count].rotate_right(1);
-            room[at] = Summit { centre: (col as i16, row as i16), score: own };
+            // Each from there on moves down a place; the last one goes.
+            let mut moved = Summit { centre: (col as i16, row as i16), score: own };
+            for summit in room.iter_mut().take(count).skip(at) {
+                core::mem::swap(summit, &mut moved);
+            }
         }
     }
     count

@@ -146,7 +146,10 @@ struct Inner {
 
 impl Inner {
     fn new(runs: &[Run]) -> Self {
-        Inner { kept: (0..runs.len().min(RUNS_MAX)).map(|index| Inner::at(runs, index)).collect() }
+        let mut kept = Vec::new();
+        // Those that find no room are made each time.
+        (0..runs.len()).map(|index| Inner::at(runs, index)).try_for_each(|run| kept.push(run)).unwrap_or(());
+        Inner { kept }
     }
 
     fn of(&self, runs: &[Run], index: usize) -> Option<Run> {

@@ -124,8 +124,10 @@ pub fn search(
         return Err(SearchError::Featureless);
     }
     // Of an odd number one more is looked at, and not taken.
-    details.decide(&mut room[..found.next_multiple_of(2)]);
-    details.climb(&room[..found], radius, scores).ok_or(SearchError::Featureless)
+    let asked = room.get_mut(..found.next_multiple_of(2)).ok_or(SearchError::Featureless)?;
+    details.decide(asked);
+    let found = asked.get(..found).ok_or(SearchError::Featureless)?;
+    details.climb(found, radius, scores).ok_or(SearchError::Featureless)
 }
 
 /// Whether all runs lie in the patch.
@@ -366,7 +368,8 @@ fn details_of<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> View<'b> {
             limit.add(details);
         }
         if let Some(room) = bytes.get_mut(piece.row as usize * stride + piece.start as usize..) {
-            put(details, &mut room[..details.len()]);
+            let length = details.len().min(room.len());
+            put(details, room.split_at_mut(length).0);
         }
     });
     limit_to(limit.value(), bytes);
@@ -388,16 +391,19 @@ fn summits<'r>(scores: &[i16], side: usize, room: &'r mut [Place; SUMMITS]) -> &
             }
         }
     }
-    &mut room[..count]
+    room.get_mut(..count).unwrap_or(&mut [])
 }
 
 /// Sorts a place in, behind those as high. Kept apart: it is rare.
 #[inline(never)]
 fn insert(room: &mut [Place; SUMMITS], count: &mut usize, place: Place) {
-    let at = room[..*count].iter().position(|other| place.score > other.score).unwrap_or(*count);
+    let at = room.iter().take(*count).position(|other| place.score > other.score).unwrap_or(*count);
     *count = (*count + 1).min(SUMMITS);
-    room[at..*count].rotate_right(1);
-    room[at] = place;
+    // Each from there on moves down a place; the last one goes.
+    let mut moved = place;
+    for other in room.iter_mut().take(*count).skip(at) {
+        core::mem::swap(other, &mut moved);
+    }
 }
 
 /// Those of the `places`, highest first, that may be the peak or the second one, by their scores of `large` details.
@@ -408,7 +414,7 @@ fn rivals(places: &mut [Place], large: u32) -> &mut [Place] {
     let least = highest.score - BELOW * math::sqrt(0.5 * large as f32);
     let other = places.iter().position(|place| place.apart(&highest) >= HILL_PX as u16).unwrap_or(0);
     let close = places.iter().take_while(|place| place.score >= least).count();
-    &mut places[..close.max(other + 1)]
+    places.get_mut(..close.max(other + 1)).unwrap_or(&mut [])
 }
 
 /// Whether no neighbour is higher. The flank of a broad hill is no second place, however high it is where the hill's

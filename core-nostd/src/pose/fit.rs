@@ -252,10 +252,24 @@ fn judge<const C: usize>(
         sizes.iter().enumerate().fold((0, 0.0), |worst, (i, size)| if *size > worst.1 { (i, *size) } else { worst });
     // Zeros of samples that do not count come first.
     let counted = counted(weights);
-    sizes.sort_unstable_by(f32::total_cmp);
+    sort(&mut sizes);
     let median = sizes.get(sizes.len() - counted + counted / 2).copied().unwrap_or(0.0);
     let scale = median / MEDIAN_OF_NORMAL[(C - 1).min(2)];
     ((largest.1 > GATE * scale.max(1.0)).then_some(largest.0), scale)
+}
+
+/// Sorts a few numbers, smallest first. By insertion: the library's sort has a branch that panics where an order
+/// contradicts itself. Kept apart: of known length it would be unrolled to kilobytes.
+#[inline(never)]
+fn sort(sizes: &mut [f32]) {
+    for end in 1..sizes.len() {
+        for at in (0..end).rev() {
+            match sizes.get_mut(at..at + 2) {
+                Some([below, above]) if *below > *above => core::mem::swap(below, above),
+                _ => break,
+            }
+        }
+    }
 }
 
 /// The samples' weights in an estimate, of `x` what a row makes of the curve; the estimate's standard deviation for samples of

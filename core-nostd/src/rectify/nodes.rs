@@ -63,7 +63,7 @@ impl Lines {
         let (cells, length) = (self.cells as usize, self.length);
         let mut inside = 0..0;
         let mut start = position(0.0);
-        for (index, nodes) in nodes.chunks_mut(cells).enumerate() {
+        for (index, nodes) in nodes.chunks_mut(cells.max(1)).enumerate() {
             let first = (index * cells) as f32;
             // The last stretch may end beyond the patch: the geometry goes on there.
             let middle = position(first + 0.5 * length);

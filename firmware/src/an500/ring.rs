@@ -31,7 +31,8 @@ impl Ring {
     /// emptied keeps its bytes: nothing is lost.
     pub fn fill(&self, mut source: impl FnMut() -> Option<u8>) {
         let moved = self.bytes.lock(|bytes| {
-            let bytes = &mut *bytes.borrow_mut();
+            // Held for no longer than a call of this file, so it is never taken.
+            let Ok(mut bytes) = bytes.try_borrow_mut() else { return 0 };
             let before = bytes.len();
             while !bytes.is_full() {
                 let Some(byte) = source() else { break };
@@ -49,14 +50,14 @@ impl Ring {
     /// Moves what there is into `buffer`, as much as fits; how much.
     pub fn take(&self, buffer: &mut [u8]) -> usize {
         self.bytes.lock(|bytes| {
-            let bytes = &mut *bytes.borrow_mut();
+            let Ok(mut bytes) = bytes.try_borrow_mut() else { return 0 };
             buffer.iter_mut().map_while(|to| bytes.pop_front().map(|byte| *to = byte)).count()
         })
     }
 
     /// Whether there is nothing to take.
     pub fn is_empty(&self) -> bool {
-        self.bytes.lock(|bytes| bytes.borrow().is_empty())
+        self.bytes.lock(|bytes| bytes.try_borrow().is_ok_and(|bytes| bytes.is_empty()))
     }
 
     /// Bytes that ever went in, wrapping.

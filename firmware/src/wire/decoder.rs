@@ -139,8 +139,13 @@ impl Decoder {
         if self.filled < length {
             return Candidate::Incomplete;
         }
-        let sent = u16::from_le_bytes([self.buffer[checked], self.buffer[checked + 1]]);
-        if calculate_crc(&self.buffer[1..checked], extra) != sent {
+        // Longer than the longest message it cannot be: its length is a byte.
+        let (Some(body), Some(&sent)) =
+            (self.buffer.get(1..checked), self.buffer.get(checked..).and_then(|rest| rest.first_chunk()))
+        else {
+            return Candidate::Wrong;
+        };
+        if calculate_crc(body, extra) != u16::from_le_bytes(sent) {
             self.counters.bad_checksum += 1;
             return Candidate::Wrong;
         }
@@ -149,12 +154,18 @@ impl Decoder {
 
     /// Drops what was used and, in one go, everything up to the next possible start.
     fn compact(&mut self) {
-        let mut drop = self.used.min(self.filled);
-        let noise = self.buffer[drop..self.filled].iter().take_while(|&&byte| byte != MAV_STX_V2).count();
+        let filled = self.filled.min(LONGEST);
+        let used = self.used.min(filled);
+        let held = self.buffer.get(used..filled).unwrap_or(&[]);
+        let noise = held.iter().take_while(|&&byte| byte != MAV_STX_V2).count();
         self.counters.skipped_bytes += noise as u32;
-        drop += noise;
-        self.buffer.copy_within(drop..self.filled, 0);
-        self.filled -= drop;
+        let drop = used + noise;
+        self.filled = filled.saturating_sub(drop);
+        // By bytes: few are left behind a message.
+        for to in 0..if drop > 0 { self.filled } else { 0 } {
+            let Some(&byte) = self.buffer.get(drop + to) else { break };
+            self.buffer.get_mut(to).into_iter().for_each(|to| *to = byte);
+        }
         self.used = 0;
     }
 }

@@ -8,7 +8,7 @@ use mavlink::dialects::common::{
     GlobalPositionSrc, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag, MavState, MavTunnelPayloadType, MavType,
     MavlinkDataStreamType, TUNNEL_DATA,
 };
-use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
+use mavlink::{MAV_STX_V2, MavlinkVersion, MessageData, calculate_crc};
 use plumbline_core::fix::Fix;
 use plumbline_core::frames::{gimbal_quaternion_from_follow_up, ned_quaternion_from_attitude};
 use plumbline_core::math;
@@ -26,25 +26,49 @@ const AUTOPILOT: u8 = 1;
 /// Bytes of picture in an ENCAPSULATED_DATA message.
 pub const CHUNK: usize = 253;
 
-/// Encodes messages and numbers them.
+/// Encodes messages and numbers them. The frame around a payload is our own, ten lines: the `mavlink` crate's reads its
+/// lengths back from the buffer and checks them by panics.
 #[derive(Debug)]
 pub struct Encoder {
     sequence: u8,
-    raw: MAVLinkV2MessageRaw,
+    bytes: [u8; HEADER + PAYLOAD + CHECKSUM],
 }
+
+/// Bytes of a frame before its payload, of the longest payload, and behind it.
+const HEADER: usize = 10;
+const PAYLOAD: usize = 255;
+const CHECKSUM: usize = 2;
 
 impl Encoder {
     /// Sequence from 0.
     pub const fn new() -> Self {
-        Encoder { sequence: 0, raw: MAVLinkV2MessageRaw::new() }
+        Encoder { sequence: 0, bytes: [0; HEADER + PAYLOAD + CHECKSUM] }
     }
 
     /// The message's bytes, valid until the next call.
     pub fn encode<D: MessageData>(&mut self, data: &D) -> &[u8] {
-        let header = MavHeader { system_id: SYSTEM.into(), component_id: COMPONENT, sequence: self.sequence };
+        let length = match self.bytes.get_mut(HEADER..HEADER + PAYLOAD) {
+            Some(payload) => data.ser(MavlinkVersion::V2, payload),
+            None => 0,
+        };
+        self.frame((D::ID, D::EXTRA_CRC), length)
+    }
+
+    /// Puts header and checksum around a payload that is in place. Kept apart: it is the same for all messages.
+    #[inline(never)]
+    fn frame(&mut self, (id, extra): (u32, u8), length: usize) -> &[u8] {
+        let end = HEADER + length.min(PAYLOAD);
+        let [low, middle, high, _] = id.to_le_bytes();
+        let Some(header) = self.bytes.first_chunk_mut::<HEADER>() else { return &[] };
+        // No flag of either kind: not signed.
+        *header = [MAV_STX_V2, length as u8, 0, 0, self.sequence, SYSTEM, COMPONENT, low, middle, high];
         self.sequence = self.sequence.wrapping_add(1);
-        self.raw.serialize_message_data(header, data);
-        self.raw.raw_bytes()
+        // From the length on.
+        let checksum = calculate_crc(self.bytes.get(1..end).unwrap_or(&[]), extra).to_le_bytes();
+        if let Some(place) = self.bytes.get_mut(end..).and_then(|rest| rest.first_chunk_mut()) {
+            *place = checksum;
+        }
+        self.bytes.get(..end + CHECKSUM).unwrap_or(&[])
     }
 }
 

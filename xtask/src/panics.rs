@@ -1,0 +1,107 @@
+//! That nothing in a frame's way can panic: which functions of an image can reach its panic handler.
+//!
+//! Every panic ends in `rust_begin_unwind`. From there the branches of the machine code are followed backwards, as far
+//! as direct calls go, so what remains is the set of functions that may panic, themselves or by what they call. Whoever is
+//! in it must be named here with the reason.
+
+use super::elf::{self, Function};
+use super::thumb::branches;
+use super::{Failure, places};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+
+/// Where every panic ends.
+const HANDLER: &str = "rust_begin_unwind";
+
+/// Not panics that can happen: the states of a finished future, which `.await` and the executor never poll again. The
+/// compiler writes this branch into every async function.
+const UNREACHABLE: &str = "panic_const_async_fn_resumed";
+
+/// Who may panic, and why that is no frame's business.
+const ALLOWED: [(&str, &str); 7] = [
+    ("4core", "the library's own panics, reached from the functions below alone"),
+    ("__cortex_m_rt_main", "boot: each task and buffer is taken once, before the first frame"),
+    ("5board4boot", "boot"),
+    ("__cortex_m_rt_HardFault", "prints the fault, then ends"),
+    ("__cortex_m_rt_DefaultHandler", "prints the interrupt, then ends"),
+    ("_defmt_", "the emulator's log, which no flight computer has"),
+    ("semihosting", "the emulator's console"),
+];
+
+/// Checks the image of a board; how many functions there are, and how many of them may panic.
+pub fn check(board: &str) -> Result<(usize, usize), Failure> {
+    let path = places::image(board);
+    let file = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let functions = elf::functions(&file).map_err(|why| format!("{}: {why}", path.display()))?;
+    if !functions.iter().any(|function| function.name.contains(HANDLER)) {
+        return Err(format!("{}: there is no panic handler to be found", path.display()));
+    }
+    let panicking = panicking(&functions);
+    let is_allowed = |name: &str| name.contains(HANDLER) || ALLOWED.iter().any(|(part, _)| name.contains(part));
+    let others: Vec<&str> = panicking.iter().map(String::as_str).filter(|name| !is_allowed(name)).collect();
+    match others.as_slice() {
+        [] => Ok((functions.len(), panicking.len())),
+        _ => Err(format!("{board}: these may panic: {}", others.join(", "))),
+    }
+}
+
+/// Names of the functions from which branches lead to the panic handler.
+fn panicking(functions: &[Function]) -> BTreeSet<String> {
+    let starts: BTreeMap<u32, &Function> = functions.iter().map(|function| (function.address, function)).collect();
+    let at = |address: u32| {
+        let (_, function) = starts.range(..=address).next_back()?;
+        (address < function.address + function.size.max(1)).then_some(*function)
+    };
+    // Callers of each function, by its address.
+    let mut callers: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+    for function in functions {
+        for (base, code) in &function.code {
+            for (_, target) in branches(*base, code) {
+                if let Some(called) = at(target).filter(|called| called.address != function.address) {
+                    callers.entry(called.address).or_default().insert(function.address);
+                }
+            }
+        }
+    }
+    let mut found: BTreeSet<u32> = BTreeSet::new();
+    let mut next: Vec<u32> =
+        functions.iter().filter(|function| function.name.contains(HANDLER)).map(|function| function.address).collect();
+    while let Some(address) = next.pop() {
+        let is_reachable = starts.get(&address).is_some_and(|function| !function.name.contains(UNREACHABLE));
+        if is_reachable && found.insert(address) {
+            next.extend(callers.get(&address).into_iter().flatten());
+        }
+    }
+    found.iter().filter_map(|address| starts.get(address)).map(|function| function.name.clone()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::panicking;
+    use crate::elf::Function;
+
+    /// A function that calls (BL) another one, `offset` bytes from its start.
+    fn calls(name: &str, address: u32, target: Option<u32>) -> Function {
+        let code = target.map_or(vec![0x70, 0x47, 0x00, 0xbf], |target| {
+            let half = target.wrapping_sub(address + 4) >> 1;
+            let (high, low) = (0xf000 | half >> 11 & 0x3ff | (target < address) as u32 * 0x400, 0xf800 | half & 0x7ff);
+            [high as u16, low as u16].iter().flat_map(|word| word.to_le_bytes()).collect()
+        });
+        Function { name: name.into(), address, size: 4, code: vec![(address, code)] }
+    }
+
+    #[test]
+    fn callers_of_callers_are_found_and_others_are_not() {
+        let functions = [
+            calls("rust_begin_unwind", 0x100, None),
+            calls("a", 0x104, Some(0x100)),
+            calls("b", 0x108, Some(0x104)),
+            calls("quiet", 0x10c, None),
+            calls("calls_quiet", 0x110, Some(0x10c)),
+            calls("panic_const_async_fn_resumed", 0x114, Some(0x104)),
+            calls("task", 0x118, Some(0x114)),
+        ];
+        let found: Vec<String> = panicking(&functions).into_iter().collect();
+        assert_eq!(found, ["a", "b", "rust_begin_unwind"]);
+    }
+}
