@@ -1,7 +1,10 @@
-//! What every test target shares, the golden values; and the comparison of kernels, which is a program as well.
+//! What every test target shares, the golden values; the comparison of kernels and the hunt for inputs that break a
+//! reader, which are programs as well.
 
 #[path = "timing/compare/mod.rs"]
 pub mod compare;
+#[path = "fuzz/mod.rs"]
+pub mod fuzz;
 
 /// The golden values of paper 003 (rectification), JSON.
 pub const GOLDEN_003: &str = include_str!("vectors/golden_003.json");

@@ -18,7 +18,7 @@ const US: (u8, u8) = (1, 154);
 /// What the sample of a message with this payload is; trailing zeros are cut off, as on the wire.
 fn taken(id: u32, payload: &[u8]) -> Result<Incoming, Unusable> {
     let length = payload.iter().rposition(|&byte| byte != 0).map_or(1, |last| last + 1);
-    incoming(&Packet { id, system: 1, component: 1, payload: &payload[..length] }, US)
+    incoming(&Packet { id, system: 1, component: 1, payload: &payload[..length], is_signed: false }, US)
 }
 
 fn taken_from<D: MessageData>(data: &D) -> Result<Incoming, Unusable> {
@@ -190,7 +190,7 @@ proptest! {
         ];
         let mut random = Random::new(seed);
         let payload: Vec<u8> = (0..length).map(|_| random.byte()).collect();
-        match incoming(&Packet { id: ids[which], system: 1, component: 1, payload: &payload }, US) {
+        match incoming(&Packet { id: ids[which], system: 1, component: 1, payload: &payload, is_signed: false }, US) {
             Ok(Incoming::Attitude(_, a) | Incoming::CoarseAttitude(_, a)) => {
                 prop_assert!([a.heading, a.pitch, a.roll].iter().all(|angle| angle.0.is_finite()));
             }

@@ -6,6 +6,7 @@ mod compare;
 mod elf;
 mod flight;
 mod fly;
+mod fuzz;
 mod panics;
 mod places;
 mod process;
@@ -29,10 +30,13 @@ fn main() -> ExitCode {
         "fly" => Ok(fly::fly(&rest).unwrap_or_else(failed)),
         "budget" => budget::budget(&rest),
         "compare" => compare::compare(&rest),
-        "panics" => none_left(&rest).map(|()| panics::check("an500").map_or_else(failed, |(all, some)| {
-            println!("{some} of {all} functions of an500 may panic, none of them in a frame's way");
-            ExitCode::SUCCESS
-        })),
+        "fuzz" => Ok(fuzz::fuzz(&rest).map_or_else(failed, |()| ExitCode::SUCCESS)),
+        "panics" => none_left(&rest).map(|()| {
+            panics::check("an500").map_or_else(failed, |(all, some)| {
+                println!("{some} of {all} functions of an500 may panic, none of them in a frame's way");
+                ExitCode::SUCCESS
+            })
+        }),
         "test" => none_left(&rest).map(|()| test::test()),
         "" => Err(format!("cargo xtask needs a verb: {VERBS}")),
         unknown => Err(format!("cargo xtask knows no verb {unknown:?}; it knows {VERBS}")),
@@ -44,7 +48,7 @@ fn main() -> ExitCode {
 }
 
 const VERBS: &str = "build (all images and the plumbline command), fly [options of plumbline fly], budget [--json] \
-    [--overwrite] [--against REVISION], compare [--json] [--frame PICTURE ...], and test";
+    [--overwrite] [--against REVISION], compare [--json] [--frame PICTURE ...], fuzz [--inputs N] [--seed S] [--target READER], panics, and test";
 
 fn none_left(rest: &[String]) -> Result<(), Failure> {
     rest.first().map_or(Ok(()), |extra| Err(format!("this verb takes no arguments, but got {extra:?}")))

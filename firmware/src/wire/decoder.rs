@@ -37,6 +37,8 @@ pub struct Packet<'a> {
     pub component: u8,
     /// Payload, trailing zeros cut off as MAVLink 2 does.
     pub payload: &'a [u8],
+    /// Whether a signature followed, which is not checked.
+    pub is_signed: bool,
 }
 
 /// Gathers bytes until they are a message. A candidate that turns out wrong costs one byte, not its claimed length, so
@@ -72,6 +74,11 @@ impl Decoder {
         self.counters
     }
 
+    /// Bytes that may yet become a message.
+    pub fn waiting(&self) -> usize {
+        self.filled.saturating_sub(self.used)
+    }
+
     /// Room for more bytes, never empty after [`Decoder::next`] has returned `None`.
     pub fn room(&mut self) -> &mut [u8] {
         self.compact();
@@ -105,6 +112,7 @@ impl Decoder {
             system: self.buffer[5],
             component: self.buffer[6],
             payload: self.buffer.get(HEADER..payload_end).unwrap_or(&[]),
+            is_signed: self.buffer[2] & SIGNED != 0,
         })
     }
 

@@ -1,0 +1,23 @@
+//! 100,000 damaged inputs for every reader of bytes; `cargo xtask fuzz` makes ten million of each.
+
+use plumbline_tests::fuzz::{hunt, targets};
+
+const INPUTS: u64 = 100_000;
+const SEED: u64 = 20_261_122;
+/// No input may take so many times what they take in the mean. A search that grows with the square of a length would.
+const SLOWEST_OVER_MEAN: f64 = 2000.0;
+
+#[test]
+fn damaged_inputs_are_survived() {
+    for mut target in targets() {
+        let name = target.name();
+        match hunt(target.as_mut(), SEED, INPUTS, &mut |_| {}) {
+            Ok(hunted) => {
+                println!("{name}: {hunted:?}");
+                assert_eq!(hunted.inputs, INPUTS);
+                assert!(hunted.slowest_over_mean < SLOWEST_OVER_MEAN, "{name}: {hunted:?}");
+            }
+            Err(found) => panic!("{name}, input {} of seed {SEED}: {}: {:02x?}", found.number, found.what, found.input),
+        }
+    }
+}

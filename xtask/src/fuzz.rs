@@ -1,0 +1,30 @@
+//! `cargo xtask fuzz`: ten million damaged inputs for each reader of bytes, then cargo-fuzz's coverage-guided search where
+//! it runs.
+
+use super::process::{cargo, run, succeeds};
+use super::{Failure, places};
+use std::process::Command;
+
+/// Inputs for each reader, of either kind.
+const INPUTS: &str = "10000000";
+/// The readers, as `fuzz/Cargo.toml` has them.
+const TARGETS: [&str; 1] = ["mavlink"];
+
+/// `cargo xtask fuzz [--inputs N] [--seed S] [--target NAME]`.
+pub fn fuzz(args: &[String]) -> Result<(), Failure> {
+    run(cargo().args(["build", "--release", "--package", "plumbline-tests", "--bin", "hunt"]))?;
+    run(Command::new(places::release("hunt")).args(args))?;
+    // The compiler's coverage is a nightly feature, and cargo-fuzz a program of its own.
+    if !succeeds(Command::new("cargo").args(["+nightly", "fuzz", "--version"])) {
+        println!("coverage-guided search: skipped, it needs a nightly toolchain and `cargo install cargo-fuzz`");
+        return Ok(());
+    }
+    let of = |option: &str| args.iter().position(|arg| arg == option).and_then(|at| args.get(at + 1));
+    let runs = of("--inputs").map_or(INPUTS, String::as_str);
+    for target in TARGETS.iter().filter(|target| of("--target").is_none_or(|wanted| wanted == *target)) {
+        let mut search = Command::new("cargo");
+        search.current_dir(places::root()).args(["+nightly", "fuzz", "run", target, "--", "-max_len=8192"]);
+        run(search.arg(format!("-runs={runs}")))?;
+    }
+    Ok(())
+}
