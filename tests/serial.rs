@@ -117,7 +117,7 @@ fn a_good_line_changes_nothing() {
 #[test]
 fn a_large_camera_is_served_in_pieces() {
     let mut scenario = small(4, 3);
-    (scenario.camera.cols, scenario.camera.rows) = (752, 480);
+    (scenario.camera.cols, scenario.camera.rows, scenario.camera.fov_v_deg) = (752, 480, 40.5);
     let stage = stage(scenario);
     let device = Device::socket(&socket("large")).expect("a socket");
     let flown = flown(&stage, &mut open(&stage, device.path(), Patience::default()));

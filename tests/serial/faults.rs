@@ -78,7 +78,7 @@ fn a_line_that_is_unplugged_and_plugged_in_changes_no_fix() {
 fn a_board_that_reboots_leaves_a_gap_that_is_counted() {
     let stage = stage(small(9, 120));
     let expected = in_process(&stage);
-    let (flown, counts) = fly(&stage, LineFaults { rebooted: 0.06, cut: 0.05, ..bad(0.3) }, 10);
+    let (flown, counts) = fly(&stage, LineFaults { rebooted: 0.15, cut: 0.05, ..bad(0.3) }, 10);
     let trouble = flown.account.trouble.expect("it is counted");
     assert!(counts.rebooted >= 2 && trouble.reboots >= 1 && trouble.reboots <= counts.rebooted, "{trouble} {counts:?}");
     flown.has_no_wrong_fix(stage.scenario.resolution_m);
@@ -104,5 +104,5 @@ fn a_board_that_reboots_leaves_a_gap_that_is_counted() {
     println!("{equal} fixes equal bit by bit, {gap} refused, {lost} lost");
     // What has no report is what the link counted.
     assert_eq!(lost, trouble.frames_abandoned, "{trouble}");
-    assert!(equal > 0 && flown.accepted() >= 40, "{} accepted", flown.accepted());
+    assert!(equal > 0 && flown.accepted() >= 30, "{} accepted", flown.accepted());
 }
