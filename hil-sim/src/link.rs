@@ -7,6 +7,7 @@
 pub mod device;
 pub mod inproc;
 pub mod line;
+pub mod mutants;
 pub mod pace;
 pub mod qemu;
 pub mod serial;

@@ -24,7 +24,7 @@ impl Default for Patience {
     fn default() -> Self {
         Patience {
             first: Duration::from_millis(500),
-            least: Duration::from_millis(200),
+            least: Duration::from_millis(300),
             most: Duration::from_secs(2),
             hello: Duration::from_secs(3),
             stall: Duration::from_secs(10),
