@@ -284,8 +284,10 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
             *refused.entry(reason.to_owned()).or_insert(0) += 1;
         }
     }
-    let per_frame =
-        Cost { mean: mean(&costs.iter().map(|&cost| cost as f64).collect::<Vec<_>>()), max: costs.iter().copied().max() };
+    let per_frame = Cost {
+        mean: mean(&costs.iter().map(|&cost| cost as f64).collect::<Vec<_>>()),
+        max: costs.iter().copied().max(),
+    };
     // What was counted stands under its own name, and nothing under another.
     let counted = |counts| match linked.account.counts == counts {
         true => (per_frame, by_stage),

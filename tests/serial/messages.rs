@@ -164,7 +164,10 @@ fn a_request_is_done_once_however_often_it_comes() {
 fn a_board_flies_once_between_two_resets() {
     let mut board = board(idle);
     board.fly();
-    assert_eq!(board.uploaded.get().map(|uploaded| (uploaded.mission, uploaded.tile)), Some((&b"mission"[..], &b"tile"[..])));
+    assert_eq!(
+        board.uploaded.get().map(|uploaded| (uploaded.mission, uploaded.tile)),
+        Some((&b"mission"[..], &b"tile"[..]))
+    );
     board.is(2, 1, Request::Open, Answer::Refused(Refused::Busy));
     // The flight goes on.
     assert_eq!(board.asked(1, 7, STEP, stepped), Some(Some((7, Next::Idle, 0))));

@@ -90,7 +90,10 @@ fn every_line_that_cannot_be_flown_has_its_sentence() {
         (deserted.as_path(), "nobody listens on this socket"),
         (&answering("silent", |_, _| Vec::new()), "nobody answers"),
         (&answering("babbling", |_, _| b"\0login: \0\0AT OK\0".to_vec()), "nobody answers"),
-        (&answering("newer", welcome(VERSION + 1, 1 << 20)), "speaks version 2 of the protocol, this command version 1"),
+        (
+            &answering("newer", welcome(VERSION + 1, 1 << 20)),
+            "speaks version 2 of the protocol, this command version 1",
+        ),
         (&answering("small", welcome(VERSION, 10_000)), "and the board has room for 10000"),
     ];
     for (path, expected) in cases {
@@ -143,11 +146,8 @@ fn a_board_that_stays_away_ends_the_flight() {
 
     // The proxy swallows everything from the tenth message on.
     let device = Device::socket(&socket("stalling")).expect("a socket");
-    let faults = plumbline_sim::fault::line::LineFaults {
-        stalled: 0.2,
-        stall: Duration::from_secs(3600),
-        ..Default::default()
-    };
+    let faults =
+        plumbline_sim::fault::line::LineFaults { stalled: 0.2, stall: Duration::from_secs(3600), ..Default::default() };
     let line = plumbline_sim::fault::line::FaultyLine::new(&socket("stalled"), device.path(), faults, 4, || ())
         .expect("a proxy");
     let mut link = Serial::open(&stage.flash, line.path(), hurried()).expect("a link");

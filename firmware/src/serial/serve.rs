@@ -17,11 +17,7 @@ pub enum End {
 
 /// Serves `session` over a line until it is unplugged, which a reader tells by reading no bytes at all, or until the
 /// board is to reboot. The application's tasks run inside, on an executor of their own: see [`Machine::run`].
-pub async fn serve<M: Machine>(
-    session: &mut Session<M>,
-    reader: &mut impl Reader,
-    writer: &mut impl Writer,
-) -> End {
+pub async fn serve<M: Machine>(session: &mut Session<M>, reader: &mut impl Reader, writer: &mut impl Writer) -> End {
     let mut buffer = [0; READ_MAX];
     loop {
         let count = reader.read(&mut buffer).await;

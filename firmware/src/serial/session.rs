@@ -222,9 +222,8 @@ struct Work<'s, M> {
 
 impl<M: Machine> Work<'_, M> {
     fn request(&mut self, request: Request<'_>) -> Done {
-        let told = |result: Result<(), Refused<'static>>| {
-            Done::Answer(result.map_or_else(Answer::Refused, |()| Answer::Done))
-        };
+        let told =
+            |result: Result<(), Refused<'static>>| Done::Answer(result.map_or_else(Answer::Refused, |()| Answer::Done));
         match (*self.stage, request) {
             (Stage::Loading, Request::Announce { store, bytes, crc }) => told(self.stores.announce(store, bytes, crc)),
             (Stage::Loading, Request::Piece { store, offset, bytes }) => told(self.stores.piece(store, offset, bytes)),

@@ -150,11 +150,8 @@ impl From<ReportError> for Failure {
 
 /// The firmware, booted, and what the report calls it.
 fn link(args: &Args, stage: &Stage) -> Result<(Box<dyn Link>, Linked), Failure> {
-    let linked = |name: &str, firmware_sha256| Linked {
-        name: name.to_owned(),
-        firmware_sha256,
-        account: Account::default(),
-    };
+    let linked =
+        |name: &str, firmware_sha256| Linked { name: name.to_owned(), firmware_sha256, account: Account::default() };
     match &args.link {
         Reach::InProcess => Ok((Box::new(InProcess::new(&stage.flash)?), linked("inproc", None))),
         Reach::Serial(path) => {

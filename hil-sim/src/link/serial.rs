@@ -54,7 +54,15 @@ impl Serial {
             tile_room: 0,
             board: String::new(),
         };
-        let mut serial = Serial { talk, path: path.to_owned(), board: nobody, stores, frame: None, at_work: None, work: WorkCost::default() };
+        let mut serial = Serial {
+            talk,
+            path: path.to_owned(),
+            board: nobody,
+            stores,
+            frame: None,
+            at_work: None,
+            work: WorkCost::default(),
+        };
         serial.begin().map_err(|error| serial.refuse(&error))?;
         Ok(serial)
     }
@@ -184,7 +192,9 @@ impl Serial {
                     let pixels = self.frame.as_ref().filter(|(held, _)| *held == sequence).map(|(_, pixels)| pixels);
                     let rest = pixels.and_then(|pixels| pixels.get(offset as usize..)).unwrap_or(&[]);
                     if rest.is_empty() {
-                        return Err(Failed::Lost(format!("the board asks for rows of frame {sequence} that are not there")));
+                        return Err(Failed::Lost(format!(
+                            "the board asks for rows of frame {sequence} that are not there"
+                        )));
                     }
                     let bytes = &rest[..rest.len().min(piece_max)];
                     self.talk.ask(Request::Rows { sequence, offset, bytes })?

@@ -9,9 +9,7 @@ impl Report<'_> {
         let summary = self.summary;
         let (title, firmware) = match (&summary.firmware_sha256, &summary.board) {
             (None, Some(board)) => ("Board and version of its firmware", board.as_str()),
-            (image, _) => {
-                ("Firmware, SHA-256", image.as_deref().unwrap_or("no image: linked into the simulator"))
-            }
+            (image, _) => ("Firmware, SHA-256", image.as_deref().unwrap_or("no image: linked into the simulator")),
         };
         html! {
             footer {

@@ -82,7 +82,8 @@ fn a_flight_without_a_single_fix_has_a_page_too() {
         (record.report, record.patch) = (None, None);
     }
     let scored: Vec<_> = flight.frames.iter().map(|record| score::score(stage, record)).collect();
-    let linked = Linked { name: "qemu".to_owned(), firmware_sha256: Some("ab".repeat(32)), account: Account::default() };
+    let linked =
+        Linked { name: "qemu".to_owned(), firmware_sha256: Some("ab".repeat(32)), account: Account::default() };
     let summary = score::summarise(stage, &flight, &scored, &linked);
     let page = Report { stage, flight: &flight, scored: &scored, summary: &summary }.html().expect("a page");
     assert!(page.contains("None of the 6 frames became a fix."));

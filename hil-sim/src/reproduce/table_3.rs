@@ -6,8 +6,8 @@
 use super::Row;
 use crate::flight::TrueState;
 use crate::fly::{Keep, fly};
-use crate::link::{Account, LinkError};
 use crate::link::inproc::InProcess;
+use crate::link::{Account, LinkError};
 use crate::scenario::Scenario;
 use crate::score::{self, Linked, Scored, Summary, length};
 use crate::stage::Stage;

@@ -26,7 +26,8 @@ fn table(summary: &Summary, out: Option<&Path>) -> String {
     let share = 100.0 * summary.accepted as f64 / summary.frames.max(1) as f64;
     let cost = summary.cost().map_or_else(unmeasured, |(mean, max, _, name)| {
         let time = summary.core_clock_hz.filter(|_| name == "cycles").map(f64::from);
-        let time = time.map_or_else(String::new, |hz| format!("; {:.2} ms, {:.2} ms", 1e3 * mean / hz, 1e3 * max as f64 / hz));
+        let time =
+            time.map_or_else(String::new, |hz| format!("; {:.2} ms, {:.2} ms", 1e3 * mean / hz, 1e3 * max as f64 / hz));
         format!("{mean:.0} {name} a frame, at most {max}{time}")
     });
     let mut rows = vec![

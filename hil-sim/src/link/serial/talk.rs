@@ -152,7 +152,8 @@ impl Talk {
         let session = self.session;
         // Any number that no request of the session has.
         let id = u32::MAX;
-        let bytes = bytes_of(&Envelope { session, id, message: Request::Hello { version: VERSION } }, &mut self.buffer)?;
+        let bytes =
+            bytes_of(&Envelope { session, id, message: Request::Hello { version: VERSION } }, &mut self.buffer)?;
         loop {
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
@@ -224,7 +225,9 @@ impl Talk {
         self.trouble.reconnects += 1;
         let absence_s = self.patience.absence.as_secs();
         let welcomed = self.hello(self.patience.absence).map_err(|failed| match failed {
-            Failed::Lost(_) => Failed::Lost(format!("the line was unplugged and did not come back within {absence_s} s")),
+            Failed::Lost(_) => {
+                Failed::Lost(format!("the line was unplugged and did not come back within {absence_s} s"))
+            }
             other => other,
         })?;
         if self.boot.is_some_and(|boot| boot != welcomed.boot) { Err(Failed::Rebooted) } else { Ok(()) }
