@@ -21,6 +21,8 @@ mod command;
 mod flights;
 #[path = "cli/folder.rs"]
 mod folder;
+#[path = "cli/lines.rs"]
+mod lines;
 #[path = "cli/map.rs"]
 mod map;
 #[path = "cli/matching.rs"]

@@ -4,8 +4,8 @@
 //! in the emulated Cortex-M7 and on a board differ in who delivers the bytes and in nothing else.
 //!
 //! [`mission`]: what lies in flash (camera, settings, reference tile). [`wire`]: MAVLink 2 in and out. [`app`]: the
-//! tasks. [`run`]: the executor's loop. [`window`]: the memory shared with the emulator. [`mod@bench`]: what a frame
-//! costs.
+//! tasks. [`run`]: the executor's loop. [`window`]: the memory shared with the emulator. [`serial`]: the
+//! simulator's line to a board. [`mod@bench`]: what a frame costs.
 #![no_std]
 
 #[cfg(all(target_os = "none", feature = "an500"))]
@@ -15,5 +15,6 @@ pub mod bench;
 pub mod board;
 pub mod mission;
 pub mod run;
+pub mod serial;
 pub mod window;
 pub mod wire;

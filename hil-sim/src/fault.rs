@@ -1,5 +1,6 @@
 //! What goes wrong on the link, after the fault injector of smoltcp's examples: seeded and counted.
 
+pub mod line;
 #[cfg(test)]
 mod tests;
 

@@ -4,11 +4,19 @@
 //! a frame) and ends when the firmware has nothing left to do; what it sent meanwhile is the step's result. One event a
 //! step makes the order of events the same on every link.
 
+pub mod device;
 pub mod inproc;
+pub mod line;
+pub mod mutants;
+pub mod pace;
 pub mod qemu;
+pub mod serial;
+mod tasks;
 
 use plumbline_firmware::mission::Mission;
+use plumbline_firmware::serial::message::Counts;
 use plumbline_survey::error::InputError;
+use serde::Serialize;
 use std::fmt;
 
 /// What happens in a step.
@@ -78,6 +86,79 @@ pub trait Link {
     /// # Errors
     /// [`LinkError`].
     fn step(&mut self, timer: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError>;
+
+    /// What the link itself has to tell of the flight so far.
+    fn account(&self) -> Account {
+        Account::default()
+    }
+}
+
+/// What a link tells of itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Account {
+    /// What the costs in the firmware's reports count.
+    pub counts: Counts,
+    /// Clock of the firmware's core, where there is one to tell.
+    pub core_clock_hz: Option<u32>,
+    /// Name of the board and version of its firmware, where it told them.
+    pub board: Option<String>,
+    /// What went wrong; `None` on a link on which nothing can.
+    pub trouble: Option<LinkTrouble>,
+    /// What the board's work came to, tasks and executor included, where it counts.
+    pub work: Option<WorkCost>,
+}
+
+/// What a board's work came to, in what it counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct WorkCost {
+    /// Steps and pieces of steps.
+    pub steps: u64,
+    /// All of them.
+    pub total: u64,
+    /// The most expensive one.
+    pub max: u32,
+}
+
+impl WorkCost {
+    /// Counts one.
+    pub fn count(&mut self, cost: u32) {
+        (self.steps, self.total, self.max) = (self.steps + 1, self.total + u64::from(cost), self.max.max(cost));
+    }
+}
+
+/// What went wrong on a line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct LinkTrouble {
+    /// Requests sent again.
+    pub resends: u64,
+    /// Waits for an answer that ended without one.
+    pub timeouts: u64,
+    /// Messages dropped: a wrong CRC, or no message at all.
+    pub bad_checksum: u64,
+    /// Answers to requests that had been answered.
+    pub stale: u64,
+    /// Lines opened anew.
+    pub reconnects: u64,
+    /// Reboots of the board in mid-flight.
+    pub reboots: u64,
+    /// Frames that a reboot took: not yet handed over whole, or not yet reported.
+    pub frames_abandoned: u64,
+}
+
+impl fmt::Display for LinkTrouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} resends, {} time-outs, {} bad checksums, {} stale answers, {} reconnects, {} reboots, {} frames abandoned",
+            self.resends,
+            self.timeouts,
+            self.bad_checksum,
+            self.stale,
+            self.reconnects,
+            self.reboots,
+            self.frames_abandoned
+        )
+    }
 }
 
 /// What a firmware needs before it boots: what lies in its flash.

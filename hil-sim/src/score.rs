@@ -7,8 +7,10 @@ pub mod stamps;
 mod statistics;
 
 use crate::fly::{Flight, FrameRecord};
+use crate::link::{Account, LinkTrouble, WorkCost};
 use crate::mount::antenna;
 use crate::stage::Stage;
+use plumbline_firmware::serial::message::Counts;
 use plumbline_firmware::wire::telemetry::{STAGES, StampHealth};
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::write_file;
@@ -38,8 +40,8 @@ pub struct Scored {
     pub nees: Option<f64>,
     /// Error of the pose the firmware used: what the attitude alone does to the nadir, (columns, rows) pixels.
     pub attitude_px: Option<[f64; 2]>,
-    /// Instructions from edge to fix; `None` where the link cannot tell.
-    pub instructions: Option<u64>,
+    /// Instructions or cycles from edge to fix; `None` where the link cannot tell.
+    pub cost: Option<u64>,
 }
 
 /// Scores a frame.
@@ -59,7 +61,7 @@ pub fn score(stage: &Stage, record: &FrameRecord) -> Scored {
     let nees = fix
         .zip(error_m)
         .map(|([_, _, ee, en, nn], [e, n])| (e * e * nn - 2.0 * e * n * en + n * n * ee) / (ee * nn - en * en));
-    let instructions = report.map(|r| r.instructions.iter().map(|&i| u64::from(i)).sum()).filter(|&sum| sum > 0);
+    let cost = report.map(|r| r.instructions.iter().map(|&i| u64::from(i)).sum()).filter(|&sum| sum > 0);
     Scored {
         frame: record.exposure.frame,
         accepted: fix.is_some(),
@@ -70,7 +72,7 @@ pub fn score(stage: &Stage, record: &FrameRecord) -> Scored {
         error_m,
         nees,
         attitude_px: report.and_then(|r| r.situation).map(|s| attitude_part(stage, truth, s)),
-        instructions,
+        cost,
     }
 }
 
@@ -146,8 +148,10 @@ pub struct Summary {
     pub seed: u64,
     /// `inproc`, `qemu` or `serial`.
     pub link: String,
-    /// Of the image flown; null in-process.
+    /// Of the image flown; null in-process and on a line.
     pub firmware_sha256: Option<String>,
+    /// Name and firmware version of the board on a line; null elsewhere.
+    pub board: Option<String>,
     /// Frames exposed.
     pub frames: usize,
     /// Frames with a fix.
@@ -166,16 +170,26 @@ pub struct Summary {
     pub poses: pose::Poses,
     /// See [`blur::Blur`].
     pub blur: blur::Blur,
-    /// Edge to fix; null in-process.
+    /// Edge to fix; null where instructions are not counted.
     pub instructions_per_frame: Cost,
-    /// Mean instructions of each stage by its name; null in-process.
+    /// Mean instructions of each stage by its name; null where they are not counted.
     pub instructions_by_stage: Option<Stages>,
+    /// Edge to fix; null where cycles are not counted.
+    pub cycles_per_frame: Cost,
+    /// Mean cycles of each stage by its name; null where they are not counted.
+    pub cycles_by_stage: Option<Stages>,
+    /// What the board's work came to, step by step, in what it counts; null but on a line.
+    pub work_per_step: Option<WorkCost>,
+    /// Clock of the board's core, where it told one.
+    pub core_clock_hz: Option<u32>,
     /// Static memory and the stack's high-water mark; null in-process.
     pub ram_bytes: Option<u64>,
     /// Frames without a fix, by reason.
     pub refused: std::collections::BTreeMap<String, usize>,
     /// Rows lost to overruns.
     pub overruns: u32,
+    /// What went wrong on the line; null on a link on which nothing can.
+    pub link_faults: Option<LinkTrouble>,
     /// What the firmware counted on its link.
     pub link_health: LinkHealth,
     /// What it counted of edges and pulses.
@@ -184,7 +198,18 @@ pub struct Summary {
     pub servo_rms_deg: f64,
 }
 
-/// Instructions of the stages that the firmware counts apart, in their order; see
+impl Summary {
+    /// Edge to fix and each stage's part, in what the board counts and what that is called; `None` where it counts nothing.
+    pub fn cost(&self) -> Option<(f64, u64, Stages, &'static str)> {
+        let counted = [
+            (&self.instructions_per_frame, self.instructions_by_stage, "instructions"),
+            (&self.cycles_per_frame, self.cycles_by_stage, "cycles"),
+        ];
+        counted.into_iter().find_map(|(cost, stages, name)| Some((cost.mean?, cost.max?, stages?, name)))
+    }
+}
+
+/// Instructions or cycles of the stages that the firmware counts apart, in their order; see
 /// [`STAGES`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stages(pub [f64; STAGES.len()]);
@@ -219,6 +244,8 @@ pub struct Linked {
     pub name: String,
     /// SHA-256 of the image.
     pub firmware_sha256: Option<String>,
+    /// What the link told of itself.
+    pub account: Account,
 }
 
 /// Distance at which a match counts as right, pixels.
@@ -244,8 +271,8 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
         s.error_px.zip(s.attitude_px).map(|(error, attitude)| [error[0] - attitude[0], error[1] - attitude[1]])
     };
     let ground = of(&|s| s.error_m);
-    let instructions: Vec<u64> = accepted.iter().filter_map(|s| s.instructions).collect();
-    let by_stage = (!instructions.is_empty()).then(|| {
+    let costs: Vec<u64> = accepted.iter().filter_map(|s| s.cost).collect();
+    let by_stage = (!costs.is_empty()).then(|| {
         let reports: Vec<_> = flight.frames.iter().filter_map(|f| f.report).filter(|r| r.fix.is_some()).collect();
         Stages(std::array::from_fn(|stage| {
             reports.iter().map(|r| f64::from(r.instructions[stage])).sum::<f64>() / reports.len().max(1) as f64
@@ -257,6 +284,17 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
             *refused.entry(reason.to_owned()).or_insert(0) += 1;
         }
     }
+    let per_frame = Cost {
+        mean: mean(&costs.iter().map(|&cost| cost as f64).collect::<Vec<_>>()),
+        max: costs.iter().copied().max(),
+    };
+    // What was counted stands under its own name, and nothing under another.
+    let counted = |counts| match linked.account.counts == counts {
+        true => (per_frame, by_stage),
+        false => (Cost { mean: None, max: None }, None),
+    };
+    let [(instructions_per_frame, instructions_by_stage), (cycles_per_frame, cycles_by_stage)] =
+        [counted(Counts::Instructions), counted(Counts::Cycles)];
     let health = &flight.health;
     let ram = u64::from(health.memory.0) + u64::from(health.memory.1);
     Summary {
@@ -265,6 +303,7 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
         seed: stage.scenario.seed,
         link: linked.name.clone(),
         firmware_sha256: linked.firmware_sha256.clone(),
+        board: linked.account.board.clone(),
         frames: scored.len(),
         accepted: accepted.len(),
         match_rate: MatchRate {
@@ -285,14 +324,16 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
         stamps: stamps::stamps(&flight.frames),
         poses: pose::poses(&flight.frames),
         blur: blur::blur(&flight.frames),
-        instructions_per_frame: Cost {
-            mean: mean(&instructions.iter().map(|&i| i as f64).collect::<Vec<_>>()),
-            max: instructions.iter().copied().max(),
-        },
-        instructions_by_stage: by_stage,
+        instructions_per_frame,
+        instructions_by_stage,
+        cycles_per_frame,
+        cycles_by_stage,
+        work_per_step: linked.account.work,
+        core_clock_hz: linked.account.core_clock_hz,
         ram_bytes: (ram > 0).then_some(ram),
         refused,
         overruns: health.overruns,
+        link_faults: linked.account.trouble,
         link_health: LinkHealth {
             messages: health.messages,
             bad_checksum: health.bad_checksum,

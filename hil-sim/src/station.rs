@@ -69,10 +69,11 @@ impl Station {
                 match Telemetry::decode(used) {
                     Some(Telemetry::Frame(report)) => {
                         self.current = Some(report.sequence);
-                        self.reports.insert(report.sequence, report);
+                        // The first word stands: a board that has booted anew calls all earlier frames lost.
+                        self.reports.entry(report.sequence).or_insert(report);
                     }
                     Some(Telemetry::Instant(report)) => {
-                        self.instants.insert(report.sequence, report);
+                        self.instants.entry(report.sequence).or_insert(report);
                     }
                     Some(Telemetry::Health(health)) => self.health = health,
                     None => {}

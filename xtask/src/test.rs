@@ -9,7 +9,7 @@ use std::process::{Command, ExitCode};
 
 /// Runs every step, building first, and goes on after a failure unless it was the building.
 pub fn test() -> ExitCode {
-    let mut steps = Steps::new(13);
+    let mut steps = Steps::new(14);
     if all(&mut steps) & steps.report() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -36,12 +36,15 @@ fn all(steps: &mut Steps) -> bool {
     });
     steps.step("tests of the core", || run(cargo().args(["test", "--package", "plumbline-core"])).into());
     steps.step("tests of the workspace", || run(cargo().args(["test", "--workspace"])).into());
+    steps.step("a thousand frames over a bad line", || bad_line().into());
     steps.step("self-test of the emulated board", || selftest::selftest().into());
     let mut flown = None;
     steps.step("emulated flight equals the one in-process", || {
         flight::flight().map(|report| flown = Some(report)).into()
     });
-    steps.step("memory map", || budget::map::print("an500", flown.as_ref()).into());
+    steps.step("memory map", || {
+        budget::map::print("an500", flown.as_ref()).and_then(|()| budget::map::print("serial", None)).into()
+    });
     steps.step("budget", || match budget::holds(&compiler) {
         Ok(budget::Verdict::Holds) => Ok(()).into(),
         Ok(budget::Verdict::Fails) => Err("a gate fails, see above".to_owned()).into(),
@@ -67,6 +70,11 @@ fn core_alone(compiler: &Compiler, features: &[&str]) -> Result<(), Failure> {
     cargo.args(["build", "--package", "plumbline-core", "--profile", places::PROFILE]).args(features);
     compiler.apply(&mut cargo);
     run(&mut cargo)
+}
+
+/// What takes too long without optimisation.
+fn bad_line() -> Result<(), Failure> {
+    run(cargo().args(["test", "--release", "--package", "plumbline-tests", "--test", "serial", "--", "--ignored"]))
 }
 
 fn documentation() -> Result<(), Failure> {

@@ -6,6 +6,7 @@
 //! | [`uart`] | the vehicle's link on UART 0 |
 //! | [`doorbell`] | the simulator's knock on UART 1 |
 //! | [`front_desk`] | camera, link and capture timer as the application sees them |
+//! | [`line`] | the simulator's line on UART 0, for the image that is fed by nothing else |
 //! | [`instructions`] | what a piece of work costs |
 //! | [`psram`] | the window that the simulator shares |
 //! | [`idle`] | waiting, with the clock running or standing |
@@ -20,6 +21,7 @@ pub mod fault;
 pub mod front_desk;
 pub mod idle;
 pub mod instructions;
+pub mod line;
 pub mod psram;
 pub mod ring;
 pub mod stack;

@@ -55,6 +55,18 @@ pub unsafe fn frame_memory() -> &'static mut [u8] {
     unsafe { core::slice::from_raw_parts_mut((ADDRESS + FRAME_MEMORY) as *mut u8, FRAME_MEMORY_BYTES) }
 }
 
+/// Room of an image that shares nothing with the simulator; `None` where it is not all inside the PSRAM.
+///
+/// # Safety
+/// Nobody else uses these bytes.
+pub unsafe fn room(offset: usize, length: usize) -> Option<&'static mut [u8]> {
+    if offset.checked_add(length)? > SIZE {
+        return None;
+    }
+    // SAFETY: plain memory inside the PSRAM, which the caller has for itself.
+    Some(unsafe { core::slice::from_raw_parts_mut((ADDRESS + offset) as *mut u8, length) })
+}
+
 /// Where the control words end.
 const FLOOR: usize = 0x1000;
 

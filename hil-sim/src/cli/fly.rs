@@ -9,8 +9,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use output::Output;
 use plumbline_sim::fly::{Keep, fly};
 use plumbline_sim::link::inproc::InProcess;
+use plumbline_sim::link::pace::Patience;
 use plumbline_sim::link::qemu::{Qemu, default_image};
-use plumbline_sim::link::{Link, LinkError};
+use plumbline_sim::link::serial::Serial;
+use plumbline_sim::link::{Account, Link, LinkError};
 use plumbline_sim::report::{Report, ReportError};
 use plumbline_sim::score::{self, Linked};
 use plumbline_sim::stage::Stage;
@@ -27,6 +29,11 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
     /// Where the firmware runs: inproc, qemu or serial:PATH
+    ///
+    /// serial:PATH is a board on a serial port (set to 921600 baud where it has a rate), or whatever serves a UNIX socket
+    /// or a pseudo-terminal, as `plumbline serve` does. Mission and reference tile are uploaded first. Requests that are
+    /// not answered are sent again; a line may be unplugged for ten seconds, and a board that boots in mid-flight is
+    /// loaded anew: report.json counts all of it under link_faults, and the frames a reboot took as lost.
     #[arg(long, default_value = "inproc", value_parser = reach)]
     link: Reach,
     /// Firmware image for --link qemu; the one `cargo xtask build` makes unless given
@@ -65,18 +72,22 @@ pub struct Args {
 }
 
 /// Where the firmware runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 enum Reach {
     InProcess,
     Qemu,
+    Serial(PathBuf),
 }
 
 fn reach(text: &str) -> Result<Reach, String> {
     match text {
         "inproc" => Ok(Reach::InProcess),
         "qemu" => Ok(Reach::Qemu),
-        _ if text.starts_with("serial:") => Err("a serial link is not in this version".to_owned()),
-        _ => Err("not one of inproc, qemu and serial:PATH".to_owned()),
+        _ => match text.strip_prefix("serial:") {
+            Some("") => Err("serial: lacks the path of a serial port or a socket".to_owned()),
+            Some(path) => Ok(Reach::Serial(PathBuf::from(path))),
+            None => Err("not one of inproc, qemu and serial:PATH".to_owned()),
+        },
     }
 }
 
@@ -92,12 +103,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let stage = Stage::prepare(scenario)?;
     let frames = stage.scenario.frames;
-    let (mut link, linked) = link(args, &stage)?;
+    let (mut link, mut linked) = link(args, &stage)?;
     let keep = Keep { first: args.dump.unwrap_or(0), every: frames.div_ceil(PICTURED).max(1) };
     let bar = progress_bar(frames);
     let flight = fly(&stage, link.as_mut(), keep, &mut |frame| bar.set_position(u64::from(frame) + 1));
     bar.finish_and_clear();
     let flight = flight?;
+    linked.account = link.account();
+    // A board on a line is free for the next one.
+    drop(link);
     let scored: Vec<_> = flight.frames.iter().map(|record| score::score(&stage, record)).collect();
     let summary = score::summarise(&stage, &flight, &scored, &linked);
     let report = Report { stage: &stage, flight: &flight, scored: &scored, summary: &summary };
@@ -136,14 +150,21 @@ impl From<ReportError> for Failure {
 
 /// The firmware, booted, and what the report calls it.
 fn link(args: &Args, stage: &Stage) -> Result<(Box<dyn Link>, Linked), Failure> {
-    if args.link == Reach::InProcess {
-        let linked = Linked { name: "inproc".to_owned(), firmware_sha256: None };
-        return Ok((Box::new(InProcess::new(&stage.flash)?), linked));
+    let linked =
+        |name: &str, firmware_sha256| Linked { name: name.to_owned(), firmware_sha256, account: Account::default() };
+    match &args.link {
+        Reach::InProcess => Ok((Box::new(InProcess::new(&stage.flash)?), linked("inproc", None))),
+        Reach::Serial(path) => {
+            let link = Serial::open(&stage.flash, path, Patience::default())?;
+            Ok((Box::new(link), linked("serial", None)))
+        }
+        Reach::Qemu => {
+            let image = args.firmware.clone().unwrap_or_else(default_image);
+            let link = Qemu::launch(&stage.flash, &image)?;
+            let bytes = std::fs::read(&image)
+                .map_err(|error| InputError::new(format!("cannot read {}: {error}", image.display())))?;
+            let digest = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+            Ok((Box::new(link), linked("qemu", Some(digest))))
+        }
     }
-    let image = args.firmware.clone().unwrap_or_else(default_image);
-    let link = Qemu::launch(&stage.flash, &image)?;
-    let bytes =
-        std::fs::read(&image).map_err(|error| InputError::new(format!("cannot read {}: {error}", image.display())))?;
-    let digest = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    Ok((Box::new(link), Linked { name: "qemu".to_owned(), firmware_sha256: Some(digest) }))
 }

@@ -9,6 +9,7 @@ mod match_;
 mod motion;
 mod rectify;
 mod reproduce;
+mod serve;
 mod smooth;
 
 use clap::{Parser, Subcommand};
@@ -29,6 +30,9 @@ pub struct Cli {
 enum Verb {
     /// Fly the firmware over real or procedural ground and judge its fixes
     Fly(fly::Args),
+    /// Be a board for `fly --link serial:PATH`, without one: the application behind a socket or a pseudo-terminal, until it
+    /// is interrupted
+    Serve(serve::Args),
     /// Map undistorted pixels to frame pixels (eq. 3 and 7)
     Map(map::Args),
     /// Rectify one frame onto the ground plane
@@ -81,6 +85,7 @@ impl From<InputError> for Failure {
 pub fn run(cli: Cli) -> Result<(), Failure> {
     match cli.verb {
         Verb::Fly(args) => fly::run(&args),
+        Verb::Serve(args) => serve::run(&args),
         Verb::Map(args) => map::run(&args),
         Verb::Rectify(args) => rectify::run(&args),
         Verb::Match(args) => match_::run(&args),

@@ -1,13 +1,13 @@
 //! The application on the host: the firmware's own tasks on embassy's executor, in this process.
 
-use super::{Event, Flash, Link, LinkError};
-use embassy_executor::raw::{Executor, TaskStorage};
+use super::{Event, Flash, Link, LinkError, tasks};
+use embassy_executor::raw::Executor;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::pipeline::Pipeline;
 use plumbline_core::stamp::{Edge, Polarity, Stamper};
 use plumbline_core::units::Ticks;
-use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
-use plumbline_firmware::board::{FrameStart, FrontEnd, Gauge, Reader, Rows, Timer, Writer};
+use plumbline_firmware::app::App;
+use plumbline_firmware::board::{FrameStart, FrontEnd, Reader, Rows, Timer, Writer};
 use plumbline_firmware::mission::Mission;
 use plumbline_firmware::run::{self, Pending};
 use plumbline_survey::error::InputError;
@@ -76,30 +76,9 @@ impl InProcess {
         let pending: &'static Pending = Box::leak(Box::default());
         let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
         let wires = Rc::new(Wires::default());
-        let port = || Port(wires.clone());
-        let (mut reader, timer) = (port(), port());
-        spawn(executor, async move { receive::receive(app, &mut reader, &timer).await });
-        let (mut front_end, timer) =
-            (Camera { wires: wires.clone(), size: (0, 0), pixels: Vec::new(), row: 0 }, port());
-        spawn(executor, async move { camera::camera(app, &mut front_end, &timer, &HostGauge).await });
-        let (mut writer, timer) = (port(), port());
-        spawn(executor, async move { transmit::transmit(app, &mut writer, &timer, &HostGauge).await });
-        let mut timer = port();
-        spawn(executor, async move { beat::beat(app, &mut timer).await });
-        let mut timer = port();
-        spawn(executor, async move { edges::pulses(app, &mut timer).await });
-        let mut timer = port();
-        spawn(executor, async move { edges::edges(app, &mut timer).await });
+        let front_end = Camera { wires: wires.clone(), size: (0, 0), pixels: Vec::new(), row: 0 };
+        tasks::spawn(executor, app, || Port(wires.clone()), front_end);
         Ok(InProcess { executor, pending, wires })
-    }
-}
-
-/// Spawns a task that never ends.
-fn spawn<F: Future + 'static>(executor: &'static Executor, task: F) {
-    let storage: &'static TaskStorage<F> = Box::leak(Box::new(TaskStorage::new()));
-    // A storage made a line above is free: the spawn cannot fail.
-    if let Ok(token) = storage.spawn(|| task) {
-        executor.spawner().spawn(token);
     }
 }
 
@@ -191,22 +170,5 @@ impl FrontEnd for Camera {
             Some(pixels) if cols > 0 => Rows::Pixels(pixels),
             _ => Rows::End,
         }
-    }
-}
-
-/// No counters and no memory limits on the host.
-struct HostGauge;
-
-impl Gauge for HostGauge {
-    fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {
-        (work(), 0)
-    }
-
-    fn overruns(&self) -> u32 {
-        0
-    }
-
-    fn memory(&self) -> (u32, u32) {
-        (0, 0)
     }
 }

@@ -4,8 +4,9 @@
 //! travel through it, see [`plumbline_firmware::window`]. MAVLink goes over one serial port, the knocks of the lockstep
 //! over another. Emulated time is a function of the instructions executed, so counts repeat.
 
-use super::{Event, Flash, Link, LinkError};
+use super::{Account, Event, Flash, Link, LinkError};
 use memmap2::MmapMut;
+use plumbline_firmware::serial::message::Counts;
 use plumbline_firmware::window as at;
 use plumbline_survey::error::InputError;
 use std::ffi::OsString;
@@ -191,6 +192,10 @@ impl Link for Qemu {
             }
         }
         self.knock()
+    }
+
+    fn account(&self) -> Account {
+        Account { counts: Counts::Instructions, ..Account::default() }
     }
 }
 

@@ -42,20 +42,22 @@ impl Report<'_> {
                 div {
                     h2 { "Link" }
                     (self.link())
+                    (self.line())
                 }
             }
         }
     }
 
-    /// Instructions of each stage, as bars.
+    /// What each stage costs, as bars.
     fn stages(&self) -> Markup {
-        let Some(Stages(stages)) = self.summary.instructions_by_stage else {
+        let Some((_, _, Stages(stages), name)) = self.summary.cost() else {
             return html! { p class="note" { "Instructions a frame: " (NOT_MEASURED) "." } };
         };
+        let title = if name == "cycles" { "Cycles a frame, mean" } else { "Instructions a frame, mean" };
         let sum = stages.iter().sum::<f64>().max(1.0);
         html! {
             table class="bars" {
-                thead { tr { th { "Instructions a frame, mean" } th class="r" { "Count" } th class="r" { "Share" } } }
+                thead { tr { th { (title) } th class="r" { "Count" } th class="r" { "Share" } } }
                 tbody {
                     @for (name, count) in TITLES.iter().zip(stages) {
                         tr {
@@ -84,6 +86,26 @@ impl Report<'_> {
                     }
                     @if summary.refused.is_empty() { tr { th { "none" } td class="n" { "0" } td class="n" { (percent(0.0)) } } }
                 }
+            }
+        }
+    }
+
+    /// What the line did, where the link is one.
+    fn line(&self) -> Markup {
+        let Some(trouble) = &self.summary.link_faults else { return html! {} };
+        let rows = [
+            ("Requests sent again", trouble.resends),
+            ("Waits without an answer", trouble.timeouts),
+            ("Messages damaged", trouble.bad_checksum),
+            ("Answers that came again", trouble.stale),
+            ("Line plugged in anew", trouble.reconnects),
+            ("Board booted anew", trouble.reboots),
+            ("Frames lost to that", trouble.frames_abandoned),
+        ];
+        html! {
+            table {
+                thead { tr { th { "Serial line" } th class="r" { "Count" } } }
+                tbody { @for (name, count) in rows { tr { th { (name) } td class="n" { (whole(count)) } } } }
             }
         }
     }

@@ -50,6 +50,7 @@ pub fn link_name(link: &str) -> &str {
     match link {
         "inproc" => "firmware in this process",
         "qemu" => "firmware on an emulated Cortex-M7 (QEMU)",
+        "serial" => "firmware on a board, over a serial line",
         other => other,
     }
 }

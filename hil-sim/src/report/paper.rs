@@ -20,13 +20,10 @@ impl Report<'_> {
     pub(super) fn against_the_paper(&self) -> Markup {
         let summary = self.summary;
         let (matching, ground, rate) = (&summary.matching_error_px, &summary.ground_error_m, &summary.match_rate);
-        let cost = &summary.instructions_per_frame;
-        let time = match (cost.mean, cost.max) {
-            (Some(mean), Some(max)) => {
-                format!("{} instructions a frame, at most {}", whole(mean.round() as u64), whole(max))
-            }
-            _ => NOT_MEASURED.to_owned(),
-        };
+        let time = summary.cost().map_or_else(
+            || NOT_MEASURED.to_owned(),
+            |(mean, max, _, name)| format!("{} {name} a frame, at most {}", whole(mean.round() as u64), whole(max)),
+        );
         let px = |value| maybe(value, 2, "px");
         html! {
             section {
@@ -35,7 +32,7 @@ impl Report<'_> {
                     thead { tr { th { "Quantity" } th class="r" { "Paper" } th class="r" { "This flight" } } }
                     tbody {
                         tr {
-                            th { "Time for one frame" small { "Table 2, one rectification on a TMS320C6701. Ours: the whole frame from edge to fix, matching included. An instruction count is no time: no milliseconds are claimed." } }
+                            th { "Time for one frame" small { "Table 2, one rectification on a TMS320C6701. Ours: the whole frame from edge to fix, matching included. An instruction count is no time: no milliseconds are claimed. Cycles are those of the board’s own counter." } }
                             td class="n" { (number(f64::from(PAPER_TIME_MS), 0, "ms")) }
                             td class="n" { (time) }
                         }

@@ -7,7 +7,10 @@ use maud::{Markup, html};
 impl Report<'_> {
     pub(super) fn provenance(&self) -> Markup {
         let summary = self.summary;
-        let firmware = summary.firmware_sha256.as_deref().unwrap_or("no image: linked into the simulator");
+        let (title, firmware) = match (&summary.firmware_sha256, &summary.board) {
+            (None, Some(board)) => ("Board and version of its firmware", board.as_str()),
+            (image, _) => ("Firmware, SHA-256", image.as_deref().unwrap_or("no image: linked into the simulator")),
+        };
         html! {
             footer {
                 h2 { "Measured and modelled" }
@@ -24,7 +27,7 @@ impl Report<'_> {
                         tr { th { "Plumbline" } td class="t" { (env!("CARGO_PKG_VERSION")) } }
                         tr { th { "Layout of report.json" } td class="t" { (summary.schema) } }
                         tr { th { "Link" } td class="t" { (link_name(&summary.link)) } }
-                        tr { th { "Firmware, SHA-256" } td class="t hash" { (firmware) } }
+                        tr { th { (title) } td class="t hash" { (firmware) } }
                         tr { th { "Seed of every random number" } td class="t" { (summary.seed) } }
                     }
                 }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::fly::{Keep, fly};
+use crate::link::Account;
 use crate::link::inproc::InProcess;
 use crate::scenario::Scenario;
 use crate::score::{self, Linked};
@@ -22,7 +23,7 @@ impl Flown {
         let mut link = InProcess::new(&stage.flash).expect("a firmware");
         let flight = fly(&stage, &mut link, Keep { first: 6, every: 0 }, &mut |_| {}).expect("a flight");
         let scored: Vec<_> = flight.frames.iter().map(|record| score::score(&stage, record)).collect();
-        let linked = Linked { name: "inproc".to_owned(), firmware_sha256: None };
+        let linked = Linked { name: "inproc".to_owned(), firmware_sha256: None, account: Account::default() };
         let summary = score::summarise(&stage, &flight, &scored, &linked);
         Flown { stage, flight, scored, summary }
     }
@@ -81,7 +82,8 @@ fn a_flight_without_a_single_fix_has_a_page_too() {
         (record.report, record.patch) = (None, None);
     }
     let scored: Vec<_> = flight.frames.iter().map(|record| score::score(stage, record)).collect();
-    let linked = Linked { name: "qemu".to_owned(), firmware_sha256: Some("ab".repeat(32)) };
+    let linked =
+        Linked { name: "qemu".to_owned(), firmware_sha256: Some("ab".repeat(32)), account: Account::default() };
     let summary = score::summarise(stage, &flight, &scored, &linked);
     let page = Report { stage, flight: &flight, scored: &scored, summary: &summary }.html().expect("a page");
     assert!(page.contains("None of the 6 frames became a fix."));

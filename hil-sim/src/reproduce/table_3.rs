@@ -6,8 +6,8 @@
 use super::Row;
 use crate::flight::TrueState;
 use crate::fly::{Keep, fly};
-use crate::link::LinkError;
 use crate::link::inproc::InProcess;
+use crate::link::{Account, LinkError};
 use crate::scenario::Scenario;
 use crate::score::{self, Linked, Scored, Summary, length};
 use crate::stage::Stage;
@@ -45,7 +45,7 @@ pub fn flown(frames: u32, progress: &mut dyn FnMut(u32)) -> Result<Flown, LinkEr
     let mut link = InProcess::new(&stage.flash)?;
     let flight = fly(&stage, &mut link, Keep { first: 0, every: 0 }, progress)?;
     let scored: Vec<Scored> = flight.frames.iter().map(|record| score::score(&stage, record)).collect();
-    let linked = Linked { name: "inproc".to_owned(), firmware_sha256: None };
+    let linked = Linked { name: "inproc".to_owned(), firmware_sha256: None, account: Account::default() };
     let summary = score::summarise(&stage, &flight, &scored, &linked);
     let offsets_px = flight.frames.iter().map(|record| centre_offset_px(&stage, &record.truth)).collect();
     Ok(Flown { stage, scored, summary, offsets_px })

@@ -1,4 +1,4 @@
-//! The flight in thirteen lines, for a person at a terminal.
+//! The flight in thirteen lines, for a person at a terminal; one more where a serial line was in between.
 
 use crate::cli::{Failure, print};
 use plumbline_sim::score::Summary;
@@ -10,8 +10,7 @@ pub fn tell(summary: &Summary, out: Option<&Path>) -> Result<(), Failure> {
 }
 
 fn table(summary: &Summary, out: Option<&Path>) -> String {
-    let (matching, ground, cost) =
-        (&summary.matching_error_px, &summary.ground_error_m, &summary.instructions_per_frame);
+    let (matching, ground) = (&summary.matching_error_px, &summary.ground_error_m);
     let number = |value: Option<f64>, unit: &str| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2} {unit}"));
     let unmeasured = || "not measured on this link".to_owned();
     let refused: Vec<String> = summary.refused.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
@@ -25,7 +24,13 @@ fn table(summary: &Summary, out: Option<&Path>) -> String {
         number(blur.max_px, "px")
     );
     let share = 100.0 * summary.accepted as f64 / summary.frames.max(1) as f64;
-    let rows = [
+    let cost = summary.cost().map_or_else(unmeasured, |(mean, max, _, name)| {
+        let time = summary.core_clock_hz.filter(|_| name == "cycles").map(f64::from);
+        let time =
+            time.map_or_else(String::new, |hz| format!("; {:.2} ms, {:.2} ms", 1e3 * mean / hz, 1e3 * max as f64 / hz));
+        format!("{mean:.0} {name} a frame, at most {max}{time}")
+    });
+    let mut rows = vec![
         ("frames", format!("{} over {}, seed {}", summary.frames, summary.link, summary.seed)),
         ("accepted", format!("{} ({share:.1} %)", summary.accepted)),
         ("unrectified", format!("{} mean matching error", number(matching.unrectified_mean, "px"))),
@@ -51,10 +56,7 @@ fn table(summary: &Summary, out: Option<&Path>) -> String {
         ),
         ("pose", format!("{} RMS of pitch and roll, NEES {}(1 expected)", tilt, number(summary.poses.nees_mean, ""))),
         ("blur", blur),
-        (
-            "instructions",
-            cost.mean.zip(cost.max).map_or_else(unmeasured, |(mean, max)| format!("{mean:.0} a frame, at most {max}")),
-        ),
+        ("cost", cost),
         ("RAM", summary.ram_bytes.map_or_else(unmeasured, |bytes| format!("{bytes} bytes"))),
         ("refused", if refused.is_empty() { "none".to_owned() } else { refused.join(", ") }),
         (
@@ -65,17 +67,21 @@ fn table(summary: &Summary, out: Option<&Path>) -> String {
             ),
         ),
     ];
+    if let Some(trouble) = summary.link_faults {
+        rows.insert(rows.len() - 1, ("line", trouble.to_string()));
+    }
     rows.iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use plumbline_firmware::wire::telemetry::StampHealth;
+    use plumbline_firmware::wire::telemetry::{STAGES, StampHealth};
+    use plumbline_sim::link::LinkTrouble;
     use plumbline_sim::score::blur::blur;
     use plumbline_sim::score::pose::poses;
     use plumbline_sim::score::stamps::stamps;
-    use plumbline_sim::score::{Cost, LinkHealth, MatchRate, MatchingError, Spread};
+    use plumbline_sim::score::{Cost, LinkHealth, MatchRate, MatchingError, Spread, Stages};
 
     #[test]
     fn thirteen_lines_whatever_is_missing() {
@@ -94,6 +100,7 @@ mod tests {
             seed: 1,
             link: "inproc".to_owned(),
             firmware_sha256: None,
+            board: None,
             frames: 3,
             accepted: 0,
             match_rate: MatchRate { unrectified: 0.0, rectified: 0.0 },
@@ -105,9 +112,14 @@ mod tests {
             blur: blur(&[]),
             instructions_per_frame: Cost { mean: None, max: None },
             instructions_by_stage: None,
+            cycles_per_frame: Cost { mean: None, max: None },
+            cycles_by_stage: None,
+            work_per_step: None,
+            core_clock_hz: None,
             ram_bytes: None,
             refused: [("lost".to_owned(), 3)].into(),
             overruns: 0,
+            link_faults: None,
             link_health: LinkHealth {
                 messages: 0,
                 bad_checksum: 0,
@@ -122,5 +134,18 @@ mod tests {
         let text = table(&summary, None);
         assert_eq!(text.lines().count(), 13, "{text}");
         assert!(text.contains("lost 3") && !text.contains("NaN"), "{text}");
+        assert!(text.contains("not measured"), "{text}");
+        let stages = Some(Stages([1.0; STAGES.len()]));
+        let on_a_board = Summary {
+            cycles_per_frame: Cost { mean: Some(4e6), max: Some(6_000_000) },
+            cycles_by_stage: stages,
+            core_clock_hz: Some(400_000_000),
+            link_faults: Some(LinkTrouble { resends: 7, ..LinkTrouble::default() }),
+            ..summary
+        };
+        let text = table(&on_a_board, None);
+        assert_eq!(text.lines().count(), 14, "{text}");
+        assert!(text.contains("4000000 cycles a frame, at most 6000000; 10.00 ms, 15.00 ms"), "{text}");
+        assert!(text.contains("7 resends") && !text.contains("instructions"), "{text}");
     }
 }

@@ -1,0 +1,49 @@
+//! The simulator's line on UART 0, for an image that is fed by nothing else.
+
+use super::{INSTRUCTIONS_PER_COUNT, stack, time_driver, uart};
+use crate::board;
+use crate::serial::wires::Wires;
+
+/// Both ends of the line.
+#[derive(Clone, Copy, Debug)]
+pub struct Uart;
+
+impl board::Reader for Uart {
+    async fn read(&mut self, buffer: &mut [u8]) -> usize {
+        uart::read(buffer).await
+    }
+}
+
+impl board::Writer for Uart {
+    async fn write(&mut self, bytes: &[u8]) {
+        uart::write(bytes);
+    }
+}
+
+/// Instructions, and the wires' overruns.
+#[derive(Clone, Copy)]
+#[allow(missing_debug_implementations, reason = "holds wires")]
+pub struct Gauge(pub &'static Wires);
+
+impl board::Gauge for Gauge {
+    fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {
+        cortex_m::interrupt::free(|_| {
+            let before = time_driver::counter();
+            let result = work();
+            (result, time_driver::counter().wrapping_sub(before) * INSTRUCTIONS_PER_COUNT)
+        })
+    }
+
+    fn overruns(&self) -> u32 {
+        self.0.overruns()
+    }
+
+    fn memory(&self) -> (u32, u32) {
+        (stack::static_bytes(), stack::high_water_bytes())
+    }
+}
+
+/// Boots anew; memory stays as it is.
+pub fn reboot() -> ! {
+    cortex_m::peripheral::SCB::sys_reset()
+}

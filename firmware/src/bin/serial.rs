@@ -1,0 +1,161 @@
+//! The simulator's line on the emulated board: QEMU's `mps2-an500` as a board on a serial port, UART 0.
+//!
+//! Nothing but the line comes from the simulator. The PSRAM, which the other image shares with it, is plain memory here.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() {}
+
+#[cfg(target_os = "none")]
+mod board {
+    use core::mem::MaybeUninit;
+    use cortex_m_rt::entry;
+    use embassy_executor::raw::Executor;
+    use plumbline_core::pipeline::Buffers;
+    use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
+    use plumbline_firmware::an500::line::{Gauge, Uart, reboot};
+    use plumbline_firmware::an500::{self, INSTRUCTIONS_PER_COUNT, psram, time_driver};
+    use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
+    use plumbline_firmware::run::{self, Pending};
+    use plumbline_firmware::serial::boot::{Memory, application};
+    use plumbline_firmware::serial::camera::Camera;
+    use plumbline_firmware::serial::message::Counts;
+    use plumbline_firmware::serial::serve::{End, serve};
+    use plumbline_firmware::serial::session::{Identity, Machine, Session};
+    use plumbline_firmware::serial::stores::{Stores, Uploaded};
+    use plumbline_firmware::serial::wires::{Port, Wires};
+    use static_cell::{ConstStaticCell, StaticCell};
+
+    /// What lies in the PSRAM: its start and size, bytes.
+    const MISSION: (usize, usize) = (0x1000, 0x1000);
+    const ROWS: (usize, usize) = (0x1_0000, 0x3_0000);
+    const TILE: (usize, usize) = (0x80_0000, 0x7c_0000);
+
+    /// The application's executor, and that of the line around it.
+    static FLIGHT: Pending = Pending::new();
+    static LINE: Pending = Pending::new();
+    static FLIGHT_EXECUTOR: StaticCell<Executor> = StaticCell::new();
+    static LINE_EXECUTOR: StaticCell<Executor> = StaticCell::new();
+    static WIRES: ConstStaticCell<Wires> = ConstStaticCell::new(Wires::new());
+    static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
+    static APP: StaticCell<App<'static>> = StaticCell::new();
+    static SESSION: StaticCell<Session<Emulated>> = StaticCell::new();
+
+    /// Boots since power-on, behind a word that says that it is one. A reset leaves RAM as it is.
+    #[unsafe(link_section = ".uninit.boots")]
+    static mut BOOTS: MaybeUninit<(u32, u32)> = MaybeUninit::uninit();
+    const MARK: u32 = 0x504c_4244;
+
+    #[embassy_executor::task]
+    async fn receive_task(app: &'static App<'static>, mut reader: Port, timer: Port) -> ! {
+        receive::receive(app, &mut reader, &timer).await
+    }
+
+    #[embassy_executor::task]
+    async fn camera_task(app: &'static App<'static>, mut front_end: Camera, timer: Port, gauge: Gauge) -> ! {
+        camera::camera(app, &mut front_end, &timer, &gauge).await
+    }
+
+    #[embassy_executor::task]
+    async fn transmit_task(app: &'static App<'static>, mut writer: Port, timer: Port, gauge: Gauge) -> ! {
+        transmit::transmit(app, &mut writer, &timer, &gauge).await
+    }
+
+    #[embassy_executor::task]
+    async fn beat_task(app: &'static App<'static>, mut timer: Port) -> ! {
+        beat::beat(app, &mut timer).await
+    }
+
+    #[embassy_executor::task]
+    async fn pulses_task(app: &'static App<'static>, mut timer: Port) -> ! {
+        edges::pulses(app, &mut timer).await
+    }
+
+    #[embassy_executor::task]
+    async fn edges_task(app: &'static App<'static>, mut timer: Port) -> ! {
+        edges::edges(app, &mut timer).await
+    }
+
+    #[embassy_executor::task]
+    async fn line_task(session: &'static mut Session<Emulated>) {
+        loop {
+            // A UART is never unplugged.
+            if serve(session, &mut Uart, &mut Uart).await == End::Reset {
+                reboot();
+            }
+        }
+    }
+
+    /// The emulated board.
+    struct Emulated {
+        boot: u32,
+        executor: &'static Executor,
+    }
+
+    impl Machine for Emulated {
+        fn identity(&self) -> Identity {
+            // Emulated time is made of instructions: the core has no clock of its own.
+            Identity { board: "mps2-an500", boot: self.boot, core_clock_hz: 0, counts: Counts::Instructions }
+        }
+
+        #[inline(never)]
+        fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), &'static str> {
+            // SAFETY: a session boots once at most, and nothing else uses these parts of the PSRAM.
+            let (frame, rows) = unsafe { (psram::frame_memory(), psram::room(ROWS.0, ROWS.1)) };
+            let memory = Memory { buffers: BUFFERS.take(), frame };
+            let app: &'static App<'static> = APP.uninit().write(application(uploaded, memory)?);
+            let (port, gauge, spawner) = (Port(wires), Gauge(wires), self.executor.spawner());
+            let front_end = Camera::new(wires, rows.ok_or("no room for rows")?);
+            let tasks = [
+                receive_task(app, port, port).map(|task| spawner.spawn(task)),
+                camera_task(app, front_end, port, gauge).map(|task| spawner.spawn(task)),
+                transmit_task(app, port, port, gauge).map(|task| spawner.spawn(task)),
+                beat_task(app, port).map(|task| spawner.spawn(task)),
+                pulses_task(app, port).map(|task| spawner.spawn(task)),
+                edges_task(app, port).map(|task| spawner.spawn(task)),
+            ];
+            if tasks.iter().all(Result::is_ok) { Ok(()) } else { Err("no room for a task") }
+        }
+
+        fn run(&mut self) {
+            run::until_idle(self.executor, &FLIGHT);
+        }
+
+        fn count(&self) -> u32 {
+            time_driver::counter().wrapping_mul(INSTRUCTIONS_PER_COUNT)
+        }
+    }
+
+    /// This boot's number.
+    fn boots() -> u32 {
+        let place = &raw mut BOOTS;
+        // SAFETY: called once, before anything else runs; any bits are two words.
+        unsafe {
+            let (mark, before) = place.cast::<(u32, u32)>().read_volatile();
+            let boot = if mark == MARK { before.wrapping_add(1) } else { 1 };
+            place.cast::<(u32, u32)>().write_volatile((MARK, boot));
+            boot
+        }
+    }
+
+    #[entry]
+    fn main() -> ! {
+        let boot = boots();
+        an500::start();
+        let executor = FLIGHT_EXECUTOR.init(run::executor(&FLIGHT));
+        let line = LINE_EXECUTOR.init(run::executor(&LINE));
+        // SAFETY: `main` runs once, and nothing else uses these parts of the PSRAM.
+        let rooms = unsafe { psram::room(MISSION.0, MISSION.1).zip(psram::room(TILE.0, TILE.1)) };
+        if let Some((mission, tile)) = rooms {
+            let machine = Emulated { boot, executor };
+            let session = SESSION.init_with(|| Session::new(machine, WIRES.take(), Stores::new(mission, tile)));
+            if let Ok(task) = line_task(session) {
+                line.spawner().spawn(task);
+            }
+        }
+        loop {
+            run::until_idle(line, &LINE);
+            wait_for_interrupt(&LINE, Clock::Stands, || false);
+        }
+    }
+}

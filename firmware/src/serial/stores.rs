@@ -1,0 +1,111 @@
+//! What is uploaded before a flight: two blobs that stand for flash. What is in them is the application's affair.
+
+use super::frame::checksum;
+use super::message::{Refused, Store};
+
+/// Room for both, as a board gives it.
+#[derive(Debug)]
+pub struct Stores {
+    /// Camera, settings, georeference.
+    mission: Room,
+    /// The reference tile.
+    tile: Room,
+}
+
+/// What was uploaded, whole and checked.
+#[derive(Clone, Copy, Debug)]
+pub struct Uploaded {
+    /// Camera, settings, georeference.
+    pub mission: &'static [u8],
+    /// The reference tile.
+    pub tile: &'static [u8],
+}
+
+/// Room for one, and what is in it.
+#[derive(Debug)]
+struct Room {
+    memory: &'static mut [u8],
+    /// Length and CRC of what is to come.
+    announced: Option<(usize, u32)>,
+    filled: usize,
+}
+
+impl Stores {
+    /// Empty ones in this memory.
+    pub fn new(mission: &'static mut [u8], tile: &'static mut [u8]) -> Self {
+        let room = |memory| Room { memory, announced: None, filled: 0 };
+        Stores { mission: room(mission), tile: room(tile) }
+    }
+
+    /// Bytes of room for mission and tile.
+    pub fn room(&self) -> (u32, u32) {
+        (self.mission.memory.len() as u32, self.tile.memory.len() as u32)
+    }
+
+    /// Forgets what was announced and uploaded.
+    pub fn clear(&mut self) {
+        for room in [&mut self.mission, &mut self.tile] {
+            (room.announced, room.filled) = (None, 0);
+        }
+    }
+
+    fn of(&mut self, store: Store) -> &mut Room {
+        match store {
+            Store::Mission => &mut self.mission,
+            Store::Tile => &mut self.tile,
+        }
+    }
+
+    /// # Errors
+    /// [`Refused::TooLarge`].
+    pub fn announce(&mut self, store: Store, bytes: u32, crc: u32) -> Result<(), Refused<'static>> {
+        let room = self.of(store);
+        let size = room.memory.len();
+        if bytes as usize > size {
+            return Err(Refused::TooLarge { room: size as u32 });
+        }
+        (room.announced, room.filled) = (Some((bytes as usize, crc)), 0);
+        Ok(())
+    }
+
+    /// Takes the next piece.
+    ///
+    /// # Errors
+    /// [`Refused::Order`] for another than the next one, or more than was announced.
+    pub fn piece(&mut self, store: Store, offset: u32, bytes: &[u8]) -> Result<(), Refused<'static>> {
+        let room = self.of(store);
+        let (length, _) = room.announced.ok_or(Refused::Order)?;
+        let end = room.filled + bytes.len();
+        if offset as usize != room.filled || end > length {
+            return Err(Refused::Order);
+        }
+        room.memory.get_mut(room.filled..end).ok_or(Refused::Order)?.copy_from_slice(bytes);
+        room.filled = end;
+        Ok(())
+    }
+
+    /// Hands both over, for ever.
+    ///
+    /// # Errors
+    /// [`Refused::Damaged`] where one is not what was announced; nothing is handed over then.
+    pub fn hand_over(&mut self) -> Result<Uploaded, Refused<'static>> {
+        for store in [Store::Mission, Store::Tile] {
+            if !self.of(store).is_whole() {
+                return Err(Refused::Damaged(store));
+            }
+        }
+        Ok(Uploaded { mission: self.mission.hand_over(), tile: self.tile.hand_over() })
+    }
+}
+
+impl Room {
+    fn is_whole(&self) -> bool {
+        let filled = self.memory.get(..self.filled).unwrap_or(&[]);
+        self.announced == Some((self.filled, checksum(filled)))
+    }
+
+    fn hand_over(&mut self) -> &'static [u8] {
+        let memory: &'static mut [u8] = core::mem::take(&mut self.memory);
+        memory.get(..self.filled).unwrap_or(&[])
+    }
+}

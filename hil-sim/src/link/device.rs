@@ -1,0 +1,261 @@
+//! A board that is none: the application in this process behind a UNIX socket or a pseudo-terminal, with the boards' own
+//! end of the line ([`plumbline_firmware::serial`]). For tests, and for people without a board.
+
+use super::line::{Line, make_raw};
+use super::tasks;
+use embassy_executor::raw::Executor;
+use plumbline_core::budget::FRAME_MEMORY_BYTES;
+use plumbline_firmware::board::{Reader, Writer};
+use plumbline_firmware::run::{self, Pending};
+use plumbline_firmware::serial::boot::{Memory, application};
+use plumbline_firmware::serial::camera::Camera;
+use plumbline_firmware::serial::message::Counts;
+use plumbline_firmware::serial::serve::{End, serve};
+use plumbline_firmware::serial::session::{Identity, Machine, Session};
+use plumbline_firmware::serial::stores::{Stores, Uploaded};
+use plumbline_firmware::serial::wires::{Port, Wires};
+use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, ptsname, unlockpt};
+use std::cell::RefCell;
+use std::io::{self, ErrorKind};
+use std::os::unix::net::UnixListener;
+use std::path::{Path, PathBuf};
+use std::pin::pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::task::{Context, Poll, Waker};
+use std::thread::JoinHandle;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// Room for the tile, bytes: a square of 2,816 pixels.
+const TILE_ROOM: usize = 0x7c_0000;
+/// Room for the mission, bytes.
+const MISSION_ROOM: usize = 4096;
+/// Room for rows: the largest boxes there are, 64 rows, of the widest frame there is room for.
+const ROWS_ROOM: usize = 64 * 2816 + 4096;
+/// How often the thread looks whether it is wanted elsewhere.
+const GLANCE: Duration = Duration::from_millis(20);
+/// How long the other end may refuse bytes.
+const WRITE_PATIENCE: Duration = Duration::from_secs(2);
+
+/// A running device. Stopped when dropped.
+#[derive(Debug)]
+pub struct Device {
+    path: PathBuf,
+    is_socket: bool,
+    wishes: Arc<Wishes>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What is wanted of the thread.
+#[derive(Debug, Default)]
+struct Wishes {
+    stop: AtomicBool,
+    reboots: AtomicU32,
+}
+
+impl Wishes {
+    fn stop(&self) -> bool {
+        self.stop.load(Ordering::Acquire)
+    }
+
+    /// Whether a reboot is wanted.
+    fn reboot(&self) -> bool {
+        self.reboots.load(Ordering::Acquire) > 0
+    }
+}
+
+impl Device {
+    /// Listens on a socket that is made at `path`; one line at a time.
+    ///
+    /// # Errors
+    /// A path that cannot be listened on.
+    pub fn socket(path: &Path) -> io::Result<Self> {
+        let listener = UnixListener::bind(path)?;
+        listener.set_nonblocking(true)?;
+        let next = move || match listener.accept() {
+            Ok((stream, _)) => Line::new(stream.into()).ok(),
+            Err(_) => {
+                std::thread::sleep(GLANCE);
+                None
+            }
+        };
+        Ok(Device::start(path.to_owned(), true, next))
+    }
+
+    /// Makes a pseudo-terminal; [`Device::path`] is its other end.
+    ///
+    /// # Errors
+    /// A system without one to spare.
+    pub fn terminal() -> io::Result<Self> {
+        let device = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+        grantpt(&device)?;
+        unlockpt(&device)?;
+        let name = ptsname(&device, Vec::new())?;
+        let path = PathBuf::from(name.to_str().map_err(|_| io::Error::from(ErrorKind::InvalidData))?);
+        // Held open, so that a simulator that leaves does not end the line; raw, so that nothing is echoed before one
+        // comes.
+        let other = ioctl_tiocgptpeer(&device, OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+        make_raw(&other)?;
+        let mut line = Some(Line::new(device)?);
+        let next = move || {
+            let _held_open = &other;
+            let line = line.take();
+            if line.is_none() {
+                std::thread::sleep(GLANCE);
+            }
+            line
+        };
+        Ok(Device::start(path, false, next))
+    }
+
+    /// `next` waits a little for a line.
+    fn start(path: PathBuf, is_socket: bool, next: impl FnMut() -> Option<Line> + Send + 'static) -> Self {
+        let wishes = Arc::new(Wishes::default());
+        let theirs = wishes.clone();
+        let thread = std::thread::spawn(move || live(next, &theirs));
+        Device { path, is_socket, wishes, thread: Some(thread) }
+    }
+
+    /// What to give to `--link serial:`.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Has it reboot as if its power had failed.
+    pub fn reboot(&self) {
+        self.wishes.reboots.fetch_add(1, Ordering::AcqRel);
+    }
+
+    /// The same for somebody who does not hold the device.
+    pub fn reset_button(&self) -> impl Fn() + Send + 'static {
+        let wishes = self.wishes.clone();
+        move || {
+            wishes.reboots.fetch_add(1, Ordering::AcqRel);
+        }
+    }
+
+    /// Waits until it ends, which it does by itself only where its thread dies.
+    pub fn wait(mut self) {
+        if let Some(thread) = self.thread.take() {
+            // A thread that died has told why on stderr.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        self.wishes.stop.store(true, Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+        if self.is_socket {
+            // It may have been taken away by somebody else.
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// From power-on to the end.
+fn live(mut next: impl FnMut() -> Option<Line>, wishes: &Wishes) {
+    // Another number than that of an earlier device on the same path.
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let mut boot = now.as_micros() as u32;
+    let mut session = power_on(boot);
+    let mut reboot = |session: &mut Session<Host>| {
+        boot = boot.wrapping_add(1);
+        *session = power_on(boot);
+    };
+    while !wishes.stop() {
+        if wishes.reboots.swap(0, Ordering::AcqRel) > 0 {
+            reboot(&mut session);
+        }
+        let Some(line) = next() else { continue };
+        let line = RefCell::new(line);
+        while !wishes.stop() {
+            let end = finish(serve(&mut session, &mut Plug { line: &line, wishes }, &mut Plug { line: &line, wishes }));
+            let is_wanted = wishes.reboots.swap(0, Ordering::AcqRel) > 0;
+            if end == End::Reset || is_wanted {
+                // The line is still plugged in.
+                reboot(&mut session);
+            } else {
+                break;
+            }
+        }
+    }
+}
+
+/// A board that has just booted. Its memory is never given back, as its application's tasks never end.
+fn power_on(boot: u32) -> Session<Host> {
+    let wires: &'static Wires = Box::leak(Box::default());
+    let pending: &'static Pending = Box::leak(Box::default());
+    let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
+    // Zeroed pages cost nothing until they are used.
+    let stores = Stores::new(vec![0; MISSION_ROOM].leak(), vec![0; TILE_ROOM].leak());
+    Session::new(Host { boot, executor, pending }, wires, stores)
+}
+
+/// The host as a board.
+struct Host {
+    boot: u32,
+    executor: &'static Executor,
+    pending: &'static Pending,
+}
+
+impl Machine for Host {
+    fn identity(&self) -> Identity {
+        Identity { board: "host", boot: self.boot, core_clock_hz: 0, counts: Counts::Nothing }
+    }
+
+    fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), &'static str> {
+        let memory = Memory { buffers: Box::leak(Box::default()), frame: vec![0; FRAME_MEMORY_BYTES].leak() };
+        let app = Box::leak(Box::new(application(uploaded, memory)?));
+        let front_end = Camera::new(wires, vec![0; ROWS_ROOM].leak());
+        tasks::spawn(self.executor, app, || Port(wires), front_end);
+        Ok(())
+    }
+
+    fn run(&mut self) {
+        run::until_idle(self.executor, self.pending);
+    }
+
+    fn count(&self) -> u32 {
+        0
+    }
+}
+
+/// Both ends of the line; they block, so that a future over them never waits.
+struct Plug<'l> {
+    line: &'l RefCell<Line>,
+    wishes: &'l Wishes,
+}
+
+impl Reader for Plug<'_> {
+    async fn read(&mut self, buffer: &mut [u8]) -> usize {
+        while !self.wishes.stop() && !self.wishes.reboot() {
+            match self.line.borrow_mut().read(buffer, GLANCE) {
+                Ok(0) => {}
+                Ok(count) => return count,
+                Err(_) => return 0,
+            }
+        }
+        0
+    }
+}
+
+impl Writer for Plug<'_> {
+    async fn write(&mut self, bytes: &[u8]) {
+        // A broken line is noticed by the reader, a lost answer by the simulator.
+        let _ = self.line.borrow_mut().write_all(bytes, WRITE_PATIENCE);
+    }
+}
+
+/// Runs a future that never waits.
+fn finish<T>(future: impl Future<Output = T>) -> T {
+    let mut future = pin!(future);
+    loop {
+        if let Poll::Ready(value) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            return value;
+        }
+    }
+}

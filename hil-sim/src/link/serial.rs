@@ -1,0 +1,268 @@
+//! A board at the other end of a line: the same steps as on every link, each done once whatever the line does.
+//!
+//! The simulator holds the newest frame and hands over the rows that the board asks for. A board that boots in mid-flight
+//! gets its mission again and flies on; the frames it had not yet reported are counted as abandoned.
+
+mod talk;
+
+use super::pace::Patience;
+use super::{Account, Event, Flash, Link, LinkError, LinkTrouble, WorkCost};
+use plumbline_firmware::serial::frame::checksum;
+use plumbline_firmware::serial::message::{self, Next, Request, Store};
+use plumbline_firmware::serial::{PIECE_MAX, VERSION};
+use plumbline_survey::error::InputError;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+use talk::{Failed, Refusal, Said, Talk, Welcomed};
+
+/// Most reboots that a step and most that a beginning may take.
+const REBOOTS_MAX: u32 = 5;
+
+/// A board on a line.
+#[derive(Debug)]
+pub struct Serial {
+    talk: Talk,
+    path: PathBuf,
+    board: Welcomed,
+    /// Mission and tile, as they are stored.
+    stores: [(Store, Vec<u8>); 2],
+    /// The newest frame, until the board has taken all of it.
+    frame: Option<(u32, Vec<u8>)>,
+    /// The frame that the board has not yet reported.
+    at_work: Option<u32>,
+    /// What the board's work came to.
+    work: WorkCost,
+}
+
+impl Serial {
+    /// Opens the line, uploads what lies in flash and boots the application.
+    ///
+    /// # Errors
+    /// [`LinkError::Input`] for all that the user can mend: the path, a board that is silent, or that refuses.
+    pub fn open(flash: &Flash, path: &Path, patience: Patience) -> Result<Self, LinkError> {
+        let stores = [(Store::Mission, flash.encoded()?), (Store::Tile, flash.tile.clone())];
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        // Another number than that of an earlier simulator on the same line.
+        let session = (now.as_nanos() as u32).rotate_left(11) ^ std::process::id();
+        let talk = Talk::open(path.to_owned(), patience, session)?;
+        let nobody = Welcomed {
+            boot: 0,
+            core_clock_hz: 0,
+            counts: message::Counts::Nothing,
+            piece_max: 0,
+            mission_room: 0,
+            tile_room: 0,
+            board: String::new(),
+        };
+        let mut serial = Serial {
+            talk,
+            path: path.to_owned(),
+            board: nobody,
+            stores,
+            frame: None,
+            at_work: None,
+            work: WorkCost::default(),
+        };
+        serial.begin().map_err(|error| serial.refuse(&error))?;
+        Ok(serial)
+    }
+
+    /// What went wrong on the line so far.
+    pub fn trouble(&self) -> LinkTrouble {
+        self.talk.trouble
+    }
+
+    /// A beginning that failed is the user's to mend.
+    fn refuse(&self, why: &str) -> LinkError {
+        InputError::new(format!("--link serial:{}: {why}", self.path.display())).into()
+    }
+
+    /// A session with a board that has just booted, flash uploaded, the application started. Why not, otherwise.
+    fn begin(&mut self) -> Result<(), String> {
+        let mut welcomed = self.talk.hello(self.talk.patience.hello).map_err(told)?;
+        for _ in 0..REBOOTS_MAX {
+            self.check(&welcomed)?;
+            self.board = welcomed;
+            self.talk.next_session(self.board.boot);
+            match self.load() {
+                Ok(Said::Done) => return Ok(()),
+                Ok(Said::Refused(Refusal::Busy)) => welcomed = self.talk.reset(self.board.boot).map_err(told)?,
+                Ok(Said::Refused(Refusal::Because(why))) => {
+                    return Err(format!("the firmware refuses this mission: {why}"));
+                }
+                Ok(Said::Refused(Refusal::TooLarge(room))) => {
+                    return Err(format!("the board has room for {room} bytes only"));
+                }
+                Ok(Said::Stepped { .. }) => return Err("an answer to another request".to_owned()),
+                Err(Failed::Rebooted) => welcomed = self.talk.hello(self.talk.patience.absence).map_err(told)?,
+                Err(failed) => return Err(told(failed)),
+            }
+        }
+        Err(format!("the board booted {REBOOTS_MAX} times and did not take the mission"))
+    }
+
+    fn check(&self, welcomed: &Welcomed) -> Result<(), String> {
+        for ((_, bytes), (name, room)) in
+            self.stores.iter().zip([("mission", welcomed.mission_room), ("reference tile", welcomed.tile_room)])
+        {
+            if bytes.len() > room {
+                let length = bytes.len();
+                return Err(format!("the {name} has {length} bytes, and the board has room for {room}"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Opens a session, uploads, starts; the first answer that is not `Done`, or the last one.
+    fn load(&mut self) -> Result<Said, Failed> {
+        let opened = self.talk.ask(Request::Open)?;
+        if opened != Said::Done {
+            return Ok(opened);
+        }
+        let piece_max = self.board.piece_max.clamp(1, PIECE_MAX);
+        for &(store, ref bytes) in &self.stores {
+            let announced = Request::Announce { store, bytes: bytes.len() as u32, crc: checksum(bytes) };
+            let announced = self.talk.ask(announced)?;
+            if announced != Said::Done {
+                return Ok(announced);
+            }
+            for (number, bytes) in bytes.chunks(piece_max).enumerate() {
+                let offset = (number * piece_max) as u32;
+                let taken = self.talk.ask(Request::Piece { store, offset, bytes })?;
+                if taken != Said::Done {
+                    return Ok(taken);
+                }
+            }
+        }
+        self.talk.ask(Request::Start)
+    }
+
+    /// A step on a board that does not boot meanwhile; what it sent goes to `sent`.
+    fn try_step(&mut self, timer: u32, event: Event<'_>, sent: &mut Vec<u8>) -> Result<(), Failed> {
+        let (event, mut rest) = match event {
+            Event::Nothing => (message::Event::Nothing, &[][..]),
+            Event::Bytes(bytes) => {
+                let (first, rest) = bytes.split_at(bytes.len().min(PIECE_MAX));
+                (message::Event::Bytes(first), rest)
+            }
+            Event::Pulse(tick) => (message::Event::Pulse(tick), &[][..]),
+            Event::Edge { tick, rising } => (message::Event::Edge { tick, rising }, &[][..]),
+            Event::Frame(frame) => {
+                let (sequence, arrival, size) = (frame.sequence, frame.arrival, frame.size);
+                (message::Event::Frame { sequence, arrival, size }, &[][..])
+            }
+        };
+        self.settle(Request::Step { timer, event }, sent)?;
+        while !rest.is_empty() {
+            let (first, others) = rest.split_at(rest.len().min(PIECE_MAX));
+            rest = others;
+            self.settle(Request::Step { timer, event: message::Event::Bytes(first) }, sent)?;
+        }
+        Ok(())
+    }
+
+    /// A request, and what the board wants because of it, until it wants nothing more.
+    fn settle(&mut self, request: Request<'_>, sent: &mut Vec<u8>) -> Result<(), Failed> {
+        let piece_max = self.board.piece_max.clamp(1, PIECE_MAX);
+        let mut said = self.talk.ask(request)?;
+        loop {
+            let (next, is_at_work) = match said {
+                Said::Stepped { cost, next, is_at_work, sent: more } => {
+                    sent.extend(more);
+                    self.work.count(cost);
+                    (next, is_at_work)
+                }
+                Said::Done => return Err(Failed::Lost("an answer to another request".to_owned())),
+                Said::Refused(refusal) => return Err(Failed::Lost(format!("a step was refused: {refusal:?}"))),
+            };
+            if !is_at_work {
+                self.at_work = None;
+            }
+            said = match next {
+                Next::Idle => {
+                    // Taken by now, unless the board is at work on the one before.
+                    if self.frame.as_ref().is_some_and(|(held, _)| !is_at_work || self.at_work == Some(*held)) {
+                        self.frame = None;
+                    }
+                    return Ok(());
+                }
+                Next::More => self.talk.ask(Request::Continue)?,
+                Next::Rows { sequence, offset } => {
+                    self.at_work = Some(sequence);
+                    let pixels = self.frame.as_ref().filter(|(held, _)| *held == sequence).map(|(_, pixels)| pixels);
+                    let rest = pixels.and_then(|pixels| pixels.get(offset as usize..)).unwrap_or(&[]);
+                    if rest.is_empty() {
+                        return Err(Failed::Lost(format!(
+                            "the board asks for rows of frame {sequence} that are not there"
+                        )));
+                    }
+                    let bytes = &rest[..rest.len().min(piece_max)];
+                    self.talk.ask(Request::Rows { sequence, offset, bytes })?
+                }
+            };
+        }
+    }
+
+    /// Counts the frames that a reboot took.
+    fn abandon(&mut self) {
+        let held = self.frame.take().map(|(held, _)| held);
+        let at_work = self.at_work.take().filter(|&at_work| Some(at_work) != held);
+        self.talk.trouble.frames_abandoned += u64::from(held.is_some()) + u64::from(at_work.is_some());
+        self.talk.trouble.reboots += 1;
+    }
+
+    fn lost(&self, why: &str) -> LinkError {
+        LinkError::Lost(format!("{why} (so far: {})", self.talk.trouble))
+    }
+}
+
+impl Link for Serial {
+    fn step(&mut self, timer: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError> {
+        if let Event::Frame(frame) = event {
+            self.frame = Some((frame.sequence, frame.pixels.to_vec()));
+        }
+        let mut sent = Vec::new();
+        for _ in 0..REBOOTS_MAX {
+            match self.try_step(timer, event, &mut sent) {
+                Ok(()) => return Ok(sent),
+                Err(Failed::Rebooted) => {
+                    self.abandon();
+                    self.begin().map_err(|why| self.lost(&why))?;
+                    // The sensor does not expose twice.
+                    if matches!(event, Event::Frame(_)) {
+                        return Ok(sent);
+                    }
+                }
+                Err(failed) => return Err(self.lost(&told(failed))),
+            }
+        }
+        Err(self.lost("the board boots again and again"))
+    }
+
+    fn account(&self) -> Account {
+        let hz = self.board.core_clock_hz;
+        Account {
+            counts: self.board.counts,
+            core_clock_hz: (hz > 0).then_some(hz),
+            board: Some(self.board.board.clone()),
+            work: (self.board.counts != message::Counts::Nothing).then_some(self.work),
+            trouble: Some(self.talk.trouble),
+        }
+    }
+}
+
+impl Drop for Serial {
+    fn drop(&mut self) {
+        self.talk.bye();
+    }
+}
+
+fn told(failed: Failed) -> String {
+    match failed {
+        Failed::Rebooted => "the board booted anew".to_owned(),
+        Failed::OtherVersion(theirs) => {
+            format!("its firmware speaks version {theirs} of the protocol, this command version {VERSION}")
+        }
+        Failed::Lost(why) => why,
+    }
+}
