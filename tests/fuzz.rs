@@ -21,3 +21,15 @@ fn damaged_inputs_are_survived() {
         }
     }
 }
+
+/// Were its checksum made wrong, no mutation would come further than to it.
+#[test]
+fn sealing_leaves_whole_inputs_as_they_are() {
+    for target in targets() {
+        for seed in target.seeds() {
+            let mut sealed = seed.clone();
+            target.seal(&mut sealed);
+            assert!(sealed.starts_with(&seed), "{}", target.name());
+        }
+    }
+}

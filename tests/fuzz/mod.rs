@@ -4,6 +4,7 @@
 //! same seed makes the same inputs, on every machine. `cargo test` runs 100,000 of each target, `cargo xtask fuzz` ten
 //! million, and cargo-fuzz's coverage-guided search starts from [`Target::seeds`] too (`fuzz/`).
 
+mod line;
 mod mavlink;
 mod mutate;
 
@@ -30,7 +31,7 @@ pub trait Target {
 
 /// All of them.
 pub fn targets() -> Vec<Box<dyn Target>> {
-    vec![Box::new(mavlink::Mavlink::new())]
+    vec![Box::new(mavlink::Mavlink::new()), Box::new(line::Device), Box::new(line::Host)]
 }
 
 /// An input that must not be, and what it did.
