@@ -9,11 +9,12 @@
 //! | [`edges::pulses`] | pulses per second | the clock |
 //! | [`edges::edges`] | the shutter's edges | keeps them for their frames |
 //!
-//! All run on one executor in one thread: they share by `RefCell` and never hold a borrow across an await.
+//! A vehicle whose stores were refused runs [`grounded`] instead. All run on one executor in one thread: they share by `RefCell` and never hold a borrow across an await.
 
 pub mod beat;
 pub mod camera;
 pub mod edges;
+pub mod grounded;
 pub mod receive;
 pub mod transmit;
 

@@ -3,7 +3,7 @@
 //! The same code is linked by the images in `src/bin` and by the simulator's in-process link, so a flight on the host,
 //! in the emulated Cortex-M7 and on a board differ in who delivers the bytes and in nothing else.
 //!
-//! [`mission`]: what lies in flash (camera, settings, reference tile). [`wire`]: MAVLink 2 in and out. [`app`]: the
+//! [`stores`]: what lies in flash (camera and settings, reference tile). [`boot`]: from there to the application. [`wire`]: MAVLink 2 in and out. [`app`]: the
 //! tasks. [`run`]: the executor's loop. [`window`]: the memory shared with the emulator. [`mod@bench`]: what a frame
 //! costs.
 #![no_std]
@@ -13,7 +13,8 @@ pub mod an500;
 pub mod app;
 pub mod bench;
 pub mod board;
-pub mod mission;
+pub mod boot;
 pub mod run;
+pub mod stores;
 pub mod window;
 pub mod wire;

@@ -1,16 +1,14 @@
 //! The application on the host: the firmware's own tasks on embassy's executor, in this process.
 
-use super::{Event, Flash, Link, LinkError};
+use super::{Event, Flash, Link, LinkError, Stores};
 use embassy_executor::raw::{Executor, TaskStorage};
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
-use plumbline_core::pipeline::Pipeline;
-use plumbline_core::stamp::{Edge, Polarity, Stamper};
+use plumbline_core::stamp::{Edge, Polarity};
 use plumbline_core::units::Ticks;
-use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
+use plumbline_firmware::app::{App, beat, camera, edges, grounded, receive, transmit};
 use plumbline_firmware::board::{FrameStart, FrontEnd, Gauge, Reader, Rows, Timer, Writer};
-use plumbline_firmware::mission::Mission;
+use plumbline_firmware::boot::{self, BootError};
 use plumbline_firmware::run::{self, Pending};
-use plumbline_survey::error::InputError;
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::future::poll_fn;
@@ -62,35 +60,52 @@ impl InProcess {
     /// Boots the application with what lies in its flash.
     ///
     /// # Errors
-    /// [`LinkError::Input`] for a mission that the firmware refuses.
+    /// [`LinkError::Input`] for stores that the firmware refuses.
     pub fn new(flash: &Flash) -> Result<Self, LinkError> {
-        let refuse = |error| InputError::new(format!("the firmware refuses this mission: {error:?}"));
-        // Through the stored form, as the board reads it.
-        let mission = Mission::decode(&flash.encoded()?).map_err(refuse)?;
-        let settings = mission.settings().map_err(refuse)?;
-        let stamper = Stamper::new(&mission.stamp_settings().map_err(refuse)?);
-        let tile = mission.tile(Box::leak(flash.tile.clone().into_boxed_slice())).map_err(refuse)?;
-        let pipeline = Pipeline::new(settings, tile, Box::leak(Box::default()), vec![0; FRAME_MEMORY_BYTES].leak())
-            .map_err(|error| InputError::new(format!("the firmware refuses these settings: {error:?}")))?;
-        let app: &'static App<'static> = Box::leak(Box::new(App::new(pipeline, stamper, mission.send_patches)));
+        Ok(Self::boot(&flash.stores()?))
+    }
+
+    /// Boots with these stores, as a board does: where they are refused the vehicle is grounded and says why.
+    pub fn boot(stores: &Stores) -> Self {
         let pending: &'static Pending = Box::leak(Box::default());
         let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
-        let wires = Rc::new(Wires::default());
-        let port = || Port(wires.clone());
-        let (mut reader, timer) = (port(), port());
+        let link = InProcess { executor, pending, wires: Rc::new(Wires::default()) };
+        // Tiles stay where they are, as in flash; of the mission nothing is kept.
+        let tiles: &'static [u8] = Box::leak(stores.tiles.clone().into_boxed_slice());
+        let memory = vec![0; FRAME_MEMORY_BYTES].leak();
+        match boot::read(&stores.mission, tiles).and_then(|flight| flight.app(Box::leak(Box::default()), memory)) {
+            Ok(app) => link.fly(Box::leak(Box::new(app))),
+            Err(reason) => link.ground(reason),
+        }
+        link
+    }
+
+    fn port(&self) -> Port {
+        Port(self.wires.clone())
+    }
+
+    fn fly(&self, app: &'static App<'static>) {
+        let executor = self.executor;
+        let (mut reader, timer) = (self.port(), self.port());
         spawn(executor, async move { receive::receive(app, &mut reader, &timer).await });
         let (mut front_end, timer) =
-            (Camera { wires: wires.clone(), size: (0, 0), pixels: Vec::new(), row: 0 }, port());
+            (Camera { wires: self.wires.clone(), size: (0, 0), pixels: Vec::new(), row: 0 }, self.port());
         spawn(executor, async move { camera::camera(app, &mut front_end, &timer, &HostGauge).await });
-        let (mut writer, timer) = (port(), port());
+        let (mut writer, timer) = (self.port(), self.port());
         spawn(executor, async move { transmit::transmit(app, &mut writer, &timer, &HostGauge).await });
-        let mut timer = port();
+        let mut timer = self.port();
         spawn(executor, async move { beat::beat(app, &mut timer).await });
-        let mut timer = port();
+        let mut timer = self.port();
         spawn(executor, async move { edges::pulses(app, &mut timer).await });
-        let mut timer = port();
+        let mut timer = self.port();
         spawn(executor, async move { edges::edges(app, &mut timer).await });
-        Ok(InProcess { executor, pending, wires })
+    }
+
+    fn ground(&self, reason: BootError) {
+        let mut reader = self.port();
+        spawn(self.executor, async move { grounded::drain(&mut reader).await });
+        let (mut writer, mut timer) = (self.port(), self.port());
+        spawn(self.executor, async move { grounded::tell(reason, &mut writer, &mut timer).await });
     }
 }
 
