@@ -1,6 +1,7 @@
 //! From what lies in flash to the application, the same on every board.
 
 use crate::app::App;
+use crate::journal::Journal;
 use crate::stores::{StoreError, mission, tiles};
 use plumbline_core::budget::SEARCH_MAX_PX;
 use plumbline_core::pipeline::{Buffers, Pipeline, Settings};
@@ -82,15 +83,20 @@ pub fn read<'f>(mission: &[u8], tiles: &'f [u8]) -> Result<Flight<'f>, BootError
 }
 
 impl<'t> Flight<'t> {
-    /// The application.
+    /// The application; `journal` is told all that decides.
     ///
     /// # Errors
     /// [`BootError::FrameMemory`].
     // Inlined, it is built where it is to lie; otherwise boot carries copies of it over the stack.
     #[inline(always)]
-    pub fn app(self, buffers: &'t mut Buffers, frame_memory: &'t mut [u8]) -> Result<App<'t>, BootError> {
+    pub fn app(
+        self,
+        buffers: &'t mut Buffers,
+        frame_memory: &'t mut [u8],
+        journal: &'t dyn Journal,
+    ) -> Result<App<'t>, BootError> {
         let Flight { settings, stamps, tile, send_patches } = self;
         let pipeline = Pipeline::new(settings, tile, buffers, frame_memory).map_err(|_| BootError::FrameMemory)?;
-        Ok(App::new(pipeline, Stamper::new(&stamps), send_patches))
+        Ok(App::new(pipeline, Stamper::new(&stamps), send_patches, journal))
     }
 }

@@ -4,7 +4,7 @@
 //! in the emulated Cortex-M7 and on a board differ in who delivers the bytes and in nothing else.
 //!
 //! [`stores`]: what lies in flash (camera and settings, reference tile). [`boot`]: from there to the application. [`wire`]: MAVLink 2 in and out. [`app`]: the
-//! tasks. [`run`]: the executor's loop. [`window`]: the memory shared with the emulator. [`mod@bench`]: what a frame
+//! tasks. [`journal`]: what they tell so that a flight can be run again, [`mod@log`]: where it is kept. [`run`]: the executor's loop. [`window`]: the memory shared with the emulator. [`mod@bench`]: what a frame
 //! costs.
 #![no_std]
 
@@ -14,6 +14,8 @@ pub mod app;
 pub mod bench;
 pub mod board;
 pub mod boot;
+pub mod journal;
+pub mod log;
 pub mod run;
 pub mod stores;
 pub mod window;

@@ -14,6 +14,7 @@ mod board {
     use plumbline_firmware::an500::{self, doorbell, psram, time_driver};
     use plumbline_firmware::app::{App, beat, camera, edges, grounded, receive, transmit};
     use plumbline_firmware::boot::{self, BootError};
+    use plumbline_firmware::journal::NoJournal;
     use plumbline_firmware::run::{self, Pending};
     use plumbline_firmware::stores::StoreError;
     use plumbline_firmware::window as at;
@@ -77,7 +78,7 @@ mod board {
         let flight = boot::read(mission, tiles.ok_or(BootError::Tiles(StoreError::Nothing))?)?;
         // SAFETY: `boot` runs once.
         let frame_memory = unsafe { psram::frame_memory() };
-        Ok(APP.uninit().write(flight.app(BUFFERS.take(), frame_memory)?))
+        Ok(APP.uninit().write(flight.app(BUFFERS.take(), frame_memory, &NoJournal)?))
     }
 
     #[entry]
