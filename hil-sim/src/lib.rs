@@ -17,6 +17,7 @@ pub mod oracle;
 pub mod panels;
 pub mod reference;
 pub mod render;
+pub mod replay;
 pub mod report;
 pub mod reproduce;
 pub mod scenario;

@@ -81,6 +81,14 @@ pub trait Link {
     /// # Errors
     /// [`LinkError`].
     fn step(&mut self, timer: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError>;
+
+    /// Something of the simulator's for the firmware's log, where the link keeps one.
+    fn annotate(&mut self, _: &[u8]) {}
+
+    /// Closes the firmware's log; all of it, where the link keeps one.
+    fn close_log(&mut self) -> Vec<u8> {
+        Vec::new()
+    }
 }
 
 /// What a firmware needs before it boots: what lies in its flash.

@@ -69,3 +69,18 @@ pub struct Head {
     /// Checksum of the whole tile store.
     pub tiles_crc: u32,
 }
+
+impl<'a> Record<'a> {
+    /// The record in `bytes`, all of them. Any bytes may come.
+    pub fn decode(bytes: &'a [u8]) -> Option<Self> {
+        match postcard::take_from_bytes(bytes) {
+            Ok((record, [])) => Some(record),
+            _ => None,
+        }
+    }
+
+    /// As it is stored, without its length; nothing where `buffer` is too small.
+    pub fn encode<'b>(&self, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
+        postcard::to_slice(self, buffer).ok().map(|bytes| &*bytes)
+    }
+}

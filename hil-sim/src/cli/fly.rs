@@ -15,6 +15,7 @@ use plumbline_sim::report::{Report, ReportError};
 use plumbline_sim::score::{self, Linked};
 use plumbline_sim::stage::Stage;
 use plumbline_survey::error::InputError;
+use plumbline_survey::output::{check_file, write_file};
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 
@@ -56,6 +57,9 @@ pub struct Args {
     /// Folder for fixes.csv, report.json and report.html; nothing is written unless given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write the flight's log, for `plumbline replay`; with --link inproc
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
     /// Write frame, patch, mask and reference of the first N frames as PNG
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     dump: Option<u32>,
@@ -90,6 +94,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.firmware.is_some() && args.link != Reach::Qemu {
         return Err(Failure::Input(InputError::new("--firmware is an image for --link qemu, which is not given")));
     }
+    if let Some(log) = &args.log {
+        if args.link != Reach::InProcess {
+            return Err(Failure::Input(InputError::new("--log is for --link inproc; a board keeps its log itself")));
+        }
+        check_file(log)?;
+    }
     let stage = Stage::prepare(scenario)?;
     let frames = stage.scenario.frames;
     let (mut link, linked) = link(args, &stage)?;
@@ -98,6 +108,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let flight = fly(&stage, link.as_mut(), keep, &mut |frame| bar.set_position(u64::from(frame) + 1));
     bar.finish_and_clear();
     let flight = flight?;
+    if let Some(path) = &args.log {
+        write_file(path, &link.close_log())?;
+    }
     let scored: Vec<_> = flight.frames.iter().map(|record| score::score(&stage, record)).collect();
     let summary = score::summarise(&stage, &flight, &scored, &linked);
     let report = Report { stage: &stage, flight: &flight, scored: &scored, summary: &summary };
@@ -138,7 +151,8 @@ impl From<ReportError> for Failure {
 fn link(args: &Args, stage: &Stage) -> Result<(Box<dyn Link>, Linked), Failure> {
     if args.link == Reach::InProcess {
         let linked = Linked { name: "inproc".to_owned(), firmware_sha256: None };
-        return Ok((Box::new(InProcess::new(&stage.flash)?), linked));
+        let link = if args.log.is_some() { InProcess::logged(&stage.flash)? } else { InProcess::new(&stage.flash)? };
+        return Ok((Box::new(link), linked));
     }
     let image = args.firmware.clone().unwrap_or_else(default_image);
     let link = Qemu::launch(&stage.flash, &image)?;

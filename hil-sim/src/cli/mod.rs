@@ -8,6 +8,7 @@ mod map;
 mod match_;
 mod motion;
 mod rectify;
+mod replay;
 mod reproduce;
 mod smooth;
 
@@ -29,6 +30,8 @@ pub struct Cli {
 enum Verb {
     /// Fly the firmware over real or procedural ground and judge its fixes
     Fly(fly::Args),
+    /// Run the application again on a flight's log and compare, bit for bit
+    Replay(replay::Args),
     /// Map undistorted pixels to frame pixels (eq. 3 and 7)
     Map(map::Args),
     /// Rectify one frame onto the ground plane
@@ -81,6 +84,7 @@ impl From<InputError> for Failure {
 pub fn run(cli: Cli) -> Result<(), Failure> {
     match cli.verb {
         Verb::Fly(args) => fly::run(&args),
+        Verb::Replay(args) => replay::run(&args),
         Verb::Map(args) => map::run(&args),
         Verb::Rectify(args) => rectify::run(&args),
         Verb::Match(args) => match_::run(&args),

@@ -1,5 +1,9 @@
 //! The application on the host: the firmware's own tasks on embassy's executor, in this process.
 
+mod recorder;
+
+pub use recorder::{Card, Log, RING};
+
 use super::{Event, Flash, Link, LinkError, Stores};
 use embassy_executor::raw::{Executor, TaskStorage};
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
@@ -8,6 +12,9 @@ use plumbline_core::units::Ticks;
 use plumbline_firmware::app::{App, beat, camera, edges, grounded, receive, transmit};
 use plumbline_firmware::board::{FrameStart, FrontEnd, Gauge, Reader, Rows, Timer, Writer};
 use plumbline_firmware::boot::{self, BootError};
+use plumbline_firmware::journal::{Journal, NoJournal};
+use plumbline_firmware::log::card::place;
+use plumbline_firmware::log::writer::write_out;
 use plumbline_firmware::run::{self, Pending};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
@@ -22,6 +29,7 @@ pub struct InProcess {
     executor: &'static Executor,
     pending: &'static Pending,
     wires: Rc<Wires>,
+    log: Option<(&'static Log, Card)>,
 }
 
 /// What the board's parts share with the simulator.
@@ -34,6 +42,8 @@ struct Wires {
     edges: RefCell<VecDeque<Edge>>,
     frame: RefCell<Option<(FrameStart, Vec<u8>)>>,
     wakers: RefCell<Vec<Waker>>,
+    /// State of a small generator, 0 on a tidy board.
+    untidy: Cell<u32>,
 }
 
 impl Wires {
@@ -50,9 +60,23 @@ impl Wires {
     }
 
     fn wake(&self) {
-        for waker in self.wakers.take() {
+        let mut wakers = self.wakers.take();
+        for index in (1..wakers.len()).rev() {
+            wakers.swap(index, index - self.any(index as u32 + 1) as usize);
+        }
+        for waker in wakers {
             waker.wake();
         }
+    }
+
+    /// A number below `bound` on an untidy board, else 0: xorshift32, good enough for disorder.
+    fn any(&self, bound: u32) -> u32 {
+        let mut x = self.untidy.get();
+        x ^= x << 13;
+        x ^= x >> 17;
+        x ^= x << 5;
+        self.untidy.set(x);
+        x % bound
     }
 }
 
@@ -62,22 +86,77 @@ impl InProcess {
     /// # Errors
     /// [`LinkError::Input`] for stores that the firmware refuses.
     pub fn new(flash: &Flash) -> Result<Self, LinkError> {
-        Ok(Self::boot(&flash.stores()?))
+        Ok(Self::boot(&flash.stores()?, false))
+    }
+
+    /// The same, with a log beside it.
+    ///
+    /// # Errors
+    /// [`LinkError::Input`].
+    pub fn logged(flash: &Flash) -> Result<Self, LinkError> {
+        Ok(Self::boot(&flash.stores()?, true))
     }
 
     /// Boots with these stores, as a board does: where they are refused the vehicle is grounded and says why.
-    pub fn boot(stores: &Stores) -> Self {
+    pub fn boot(stores: &Stores, is_logged: bool) -> Self {
         let pending: &'static Pending = Box::leak(Box::default());
         let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
-        let link = InProcess { executor, pending, wires: Rc::new(Wires::default()) };
         // Tiles stay where they are, as in flash; of the mission nothing is kept.
         let tiles: &'static [u8] = Box::leak(stores.tiles.clone().into_boxed_slice());
         let memory = vec![0; FRAME_MEMORY_BYTES].leak();
-        match boot::read(&stores.mission, tiles).and_then(|flight| flight.app(Box::leak(Box::default()), memory)) {
+        let log = is_logged.then(|| (&*Box::leak(Box::new(recorder::log(stores, tiles))), Card::default()));
+        let journal: &'static dyn Journal = log.as_ref().map_or(&NoJournal, |(log, _)| *log);
+        let link = InProcess { executor, pending, wires: Rc::new(Wires::default()), log };
+        if let Some((log, card)) = link.log.clone() {
+            spawn(executor, async move {
+                let mut card = card;
+                let Ok(area) = place(&mut card).await else { return };
+                write_out(log, &mut card, area).await;
+            });
+        }
+        let flight = boot::read(&stores.mission, tiles);
+        match flight.and_then(|flight| flight.app(Box::leak(Box::default()), memory, journal)) {
             Ok(app) => link.fly(Box::leak(Box::new(app))),
             Err(reason) => link.ground(reason),
         }
         link
+    }
+
+    /// The log's card; nothing without a log.
+    pub fn card(&self) -> Option<&Card> {
+        self.log.as_ref().map(|(_, card)| card)
+    }
+
+    /// Has this happen without letting the firmware work yet: [`Link::step`] does both.
+    pub fn happen(&mut self, timer: u32, event: Event<'_>) {
+        self.wires.timer.set(timer);
+        match event {
+            Event::Nothing => {}
+            Event::Bytes(bytes) => self.wires.received.borrow_mut().extend(bytes),
+            Event::Pulse(tick) => self.wires.pulse.set(Some(tick)),
+            Event::Edge { tick, rising } => {
+                let polarity = if rising { Polarity::Rising } else { Polarity::Falling };
+                self.wires.edges.borrow_mut().push_back(Edge { at: Ticks(tick), polarity });
+            }
+            Event::Frame(frame) => {
+                let arrival = Ticks(frame.arrival);
+                let start = FrameStart { sequence: frame.sequence, arrival, size: frame.size };
+                *self.wires.frame.borrow_mut() = Some((start, frame.pixels.to_vec()));
+            }
+        }
+    }
+
+    /// Lets the firmware work until nothing is left to do; what it sent.
+    pub fn work(&mut self) -> Vec<u8> {
+        self.wires.wake();
+        run::until_idle(self.executor, self.pending);
+        self.wires.sent.take()
+    }
+
+    /// Makes the board untidy, as interrupts do: its timer goes on while the firmware works, bytes come in portions, rows keep
+    /// others' work between them, and tasks are woken in any order. All of it follows from `seed`.
+    pub fn untidy(&mut self, seed: u32) {
+        self.wires.untidy.set(seed.max(1));
     }
 
     fn port(&self) -> Port {
@@ -110,7 +189,7 @@ impl InProcess {
 }
 
 /// Spawns a task that never ends.
-fn spawn<F: Future + 'static>(executor: &'static Executor, task: F) {
+pub(crate) fn spawn<F: Future + 'static>(executor: &'static Executor, task: F) {
     let storage: &'static TaskStorage<F> = Box::leak(Box::new(TaskStorage::new()));
     // A storage made a line above is free: the spawn cannot fail.
     if let Ok(token) = storage.spawn(|| task) {
@@ -120,24 +199,21 @@ fn spawn<F: Future + 'static>(executor: &'static Executor, task: F) {
 
 impl Link for InProcess {
     fn step(&mut self, timer: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError> {
-        self.wires.timer.set(timer);
-        match event {
-            Event::Nothing => {}
-            Event::Bytes(bytes) => self.wires.received.borrow_mut().extend(bytes),
-            Event::Pulse(tick) => self.wires.pulse.set(Some(tick)),
-            Event::Edge { tick, rising } => {
-                let polarity = if rising { Polarity::Rising } else { Polarity::Falling };
-                self.wires.edges.borrow_mut().push_back(Edge { at: Ticks(tick), polarity });
-            }
-            Event::Frame(frame) => {
-                let arrival = Ticks(frame.arrival);
-                let start = FrameStart { sequence: frame.sequence, arrival, size: frame.size };
-                *self.wires.frame.borrow_mut() = Some((start, frame.pixels.to_vec()));
-            }
+        self.happen(timer, event);
+        Ok(self.work())
+    }
+
+    fn annotate(&mut self, bytes: &[u8]) {
+        if let Some((log, _)) = &self.log {
+            log.annotate(bytes);
         }
-        self.wires.wake();
+    }
+
+    fn close_log(&mut self) -> Vec<u8> {
+        let Some((log, card)) = &self.log else { return Vec::new() };
+        log.close();
         run::until_idle(self.executor, self.pending);
-        Ok(self.wires.sent.take())
+        card.bytes()
     }
 }
 
@@ -149,7 +225,8 @@ impl Reader for Port {
         self.0
             .wait(|wires| {
                 let mut received = wires.received.borrow_mut();
-                let count = received.len().min(buffer.len());
+                let whole = received.len().min(buffer.len());
+                let count = if whole > 1 { whole - wires.any(whole as u32) as usize } else { whole };
                 for (to, from) in buffer.iter_mut().zip(received.drain(..count)) {
                     *to = from;
                 }
@@ -167,6 +244,7 @@ impl Writer for Port {
 
 impl Timer for Port {
     fn now(&self) -> Ticks {
+        self.0.timer.set(self.0.timer.get().wrapping_add(self.0.any(5)));
         Ticks(self.0.timer.get())
     }
 
@@ -199,6 +277,15 @@ impl FrontEnd for Camera {
     }
 
     async fn rows(&mut self, count: u16) -> Rows<'_> {
+        if self.wires.any(20) == 1 {
+            // Others work meanwhile.
+            let mut has_waited = false;
+            poll_fn(|context| {
+                context.waker().wake_by_ref();
+                if std::mem::replace(&mut has_waited, true) { Poll::Ready(()) } else { Poll::Pending }
+            })
+            .await;
+        }
         let cols = self.size.0 as usize;
         let from = self.row * cols;
         self.row += count as usize;
@@ -210,7 +297,7 @@ impl FrontEnd for Camera {
 }
 
 /// No counters and no memory limits on the host.
-struct HostGauge;
+pub(crate) struct HostGauge;
 
 impl Gauge for HostGauge {
     fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {
