@@ -316,6 +316,13 @@ impl<'t> Pipeline<'t> {
         }
     }
 
+    /// The same with pixels that may be changed, though not their number: a replay has them from its log.
+    pub fn patch_mut(&mut self) -> (&mut [u8], (u16, u16), &[Run]) {
+        let pixels = self.patch_size.0 as usize * self.patch_size.1 as usize;
+        let Buffers { patch, runs, .. } = &mut *self.buffers;
+        (patch.get_mut(..pixels).unwrap_or(&mut []), self.patch_size, runs)
+    }
+
     /// The rectified patch, its size and its valid runs, until the next frame is rectified.
     pub fn patch(&self) -> (&[u8], (u16, u16), &[Run]) {
         let pixels = self.patch_size.0 as usize * self.patch_size.1 as usize;

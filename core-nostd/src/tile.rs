@@ -154,6 +154,11 @@ impl<'a> Tile<'a> {
         &self.view
     }
 
+    /// (cols, rows).
+    pub fn size(&self) -> (u16, u16) {
+        self.size
+    }
+
     /// Where it lies.
     pub fn georeference(&self) -> &Georeference {
         &self.georeference

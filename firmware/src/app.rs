@@ -9,14 +9,16 @@
 //! | [`edges::pulses`] | pulses per second | the clock |
 //! | [`edges::edges`] | the shutter's edges | keeps them for their frames |
 //!
-//! All run on one executor in one thread: they share by `RefCell` and never hold a borrow across an await.
+//! A vehicle whose stores were refused runs [`grounded`] instead. All run on one executor in one thread: they share by `RefCell` and never hold a borrow across an await.
 
 pub mod beat;
 pub mod camera;
 pub mod edges;
+pub mod grounded;
 pub mod receive;
 pub mod transmit;
 
+use crate::journal::Journal;
 use crate::wire::decoder::LinkCounters;
 use crate::wire::telemetry::{FrameReport, InstantReport};
 use core::cell::{Cell, RefCell};
@@ -99,11 +101,12 @@ pub struct App<'t> {
     /// Number of the patch in the pipeline's buffer.
     patch: Cell<u32>,
     send_patches: bool,
+    pub(crate) journal: &'t dyn Journal,
 }
 
 impl<'t> App<'t> {
-    /// An application around a pipeline and what stamps its frames.
-    pub fn new(pipeline: Pipeline<'t>, stamper: Stamper, send_patches: bool) -> Self {
+    /// An application around a pipeline and what stamps its frames. `journal` is told all that decides.
+    pub fn new(pipeline: Pipeline<'t>, stamper: Stamper, send_patches: bool, journal: &'t dyn Journal) -> Self {
         App {
             pipeline: RefCell::new(pipeline),
             stamper: RefCell::new(stamper),
@@ -113,6 +116,7 @@ impl<'t> App<'t> {
             outbox: Channel::new(),
             patch: Cell::new(0),
             send_patches,
+            journal,
         }
     }
 

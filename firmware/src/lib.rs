@@ -3,9 +3,10 @@
 //! The same code is linked by the images in `src/bin` and by the simulator's in-process link, so a flight on the host,
 //! in the emulated Cortex-M7 and on a board differ in who delivers the bytes and in nothing else.
 //!
-//! [`mission`]: what lies in flash (camera, settings, reference tile). [`wire`]: MAVLink 2 in and out. [`app`]: the
-//! tasks. [`run`]: the executor's loop. [`window`]: the memory shared with the emulator. [`serial`]: the
-//! simulator's line to a board. [`mod@bench`]: what a frame costs.
+//! [`stores`]: what lies in flash (camera and settings, reference tile). [`boot`]: from there to the application.
+//! [`wire`]: MAVLink 2 in and out. [`app`]: the tasks. [`journal`]: what they tell so that a flight can be run again,
+//! [`mod@log`]: where it is kept. [`run`]: the executor's loop. [`window`]: the memory shared with the emulator.
+//! [`serial`]: the simulator's line to a board. [`mod@bench`]: what a frame costs.
 #![no_std]
 
 #[cfg(all(target_os = "none", feature = "an500"))]
@@ -13,8 +14,11 @@ pub mod an500;
 pub mod app;
 pub mod bench;
 pub mod board;
-pub mod mission;
+pub mod boot;
+pub mod journal;
+pub mod log;
 pub mod run;
 pub mod serial;
+pub mod stores;
 pub mod window;
 pub mod wire;

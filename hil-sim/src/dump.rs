@@ -67,7 +67,7 @@ fn rectified_again(stage: &Stage, report: &FrameReport, frame: &Picture) -> Opti
     let follow_up = (Radians(follow_up), settings.follow_up == FollowUpMode::Followed);
     let mut buffers = Box::new(Buffers::new());
     let mut frame_memory = vec![0; FRAME_MEMORY_BYTES];
-    let tile = mission.tile(&stage.flash.tile).ok()?;
+    let tile = stage.flash.head.tile(&stage.flash.tile).ok()?;
     let mut pipeline = Pipeline::new(settings, tile, &mut buffers, &mut frame_memory).ok()?;
     // The reduction follows from the range; the one at mid-exposure stands for the newest one then.
     pipeline.streams.slant(Micros(0), Metres(height_m / attitude.cos_tilt())).ok()?;
@@ -91,13 +91,13 @@ fn rectified_again(stage: &Stage, report: &FrameReport, frame: &Picture) -> Opti
 
 /// The tile's pixels under the patch where it was matched.
 fn reference(stage: &Stage, report: &FrameReport, size: (u16, u16)) -> Option<Picture> {
-    let mission = &stage.flash.mission;
+    let head = &stage.flash.head;
     let [east_m, north_m] = report.predicted?;
     let [d_col, d_row] = report.matched.map_or([0.0; 2], |matched| [matched[0], matched[1]]);
     let middle = |side: u16| 0.5 * (f32::from(side) - 1.0);
-    let col = middle(mission.tile.0) + east_m / mission.resolution_m + d_col - middle(size.0);
-    let row = middle(mission.tile.1) - north_m / mission.resolution_m + d_row - middle(size.1);
-    let window = View::new(&stage.flash.tile, mission.tile)?.window(col.round() as i32, row.round() as i32, size)?;
+    let col = middle(head.size.0) + east_m / head.resolution_m + d_col - middle(size.0);
+    let row = middle(head.size.1) - north_m / head.resolution_m + d_row - middle(size.1);
+    let window = View::new(&stage.flash.tile, head.size)?.window(col.round() as i32, row.round() as i32, size)?;
     let (cols, rows) = (usize::from(size.0), usize::from(size.1));
     let pixels = (0..rows).filter_map(|row| window.run(row, 0, cols)).flatten().copied().collect();
     Some(Picture { cols, rows, pixels })

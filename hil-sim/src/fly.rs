@@ -5,6 +5,7 @@ use crate::fault::{FaultCounts, FaultInjector};
 use crate::flight::{TrueState, follow_up_exact};
 use crate::link::{Event, FrameEvent, Link, LinkError};
 use crate::render::Rendered;
+use crate::replay::annotation;
 use crate::score::raw::{RawMatch, match_raw};
 use crate::sensors::noise::White;
 use crate::sensors::{Exposure, LineEdge, Reading, Sample, Streams, TimerModel, exposures, line_edges, lost_frames};
@@ -74,12 +75,14 @@ impl Keep {
 /// # Errors
 /// [`LinkError`] when the firmware is lost, or a position cannot be converted.
 pub fn fly(stage: &Stage, link: &mut dyn Link, keep: Keep, progress: &mut dyn FnMut(u32)) -> Result<Flight, LinkError> {
+    link.annotate(&annotation::scene(stage.tile_centre, stage.scenario.resolution_m));
     let mut cockpit = Cockpit::new(stage, link);
     let mut frames: Vec<FrameRecord> = Vec::with_capacity(stage.scenario.frames as usize);
     let mut closed = 0;
     for (exposure, is_lost) in exposures(&stage.scenario).zip(lost_frames(&stage.scenario)) {
         cockpit.until(exposure.readout_start_us)?;
         let truth = stage.motion.state(exposure.mid_us());
+        cockpit.link.annotate(&annotation::frame(exposure.frame, [truth.east_m, truth.north_m]));
         let record = FrameRecord { exposure, truth, report: None, instant: None, raw: None, frame: None, patch: None };
         if is_lost {
             progress(exposure.frame);

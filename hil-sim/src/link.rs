@@ -11,10 +11,13 @@ pub mod mutants;
 pub mod pace;
 pub mod qemu;
 pub mod serial;
-mod tasks;
+pub(crate) mod tasks;
 
-use plumbline_firmware::mission::Mission;
+use plumbline_firmware::boot::{self, BootError};
 use plumbline_firmware::serial::message::Counts;
+use plumbline_firmware::stores::StoreError;
+use plumbline_firmware::stores::mission::{Mission, STORE_MAX};
+use plumbline_firmware::stores::tiles::TileHead;
 use plumbline_survey::error::InputError;
 use serde::Serialize;
 use std::fmt;
@@ -91,6 +94,14 @@ pub trait Link {
     fn account(&self) -> Account {
         Account::default()
     }
+
+    /// Something of the simulator's for the firmware's log, where the link keeps one.
+    fn annotate(&mut self, _: &[u8]) {}
+
+    /// Closes the firmware's log; all of it, where the link keeps one.
+    fn close_log(&mut self) -> Vec<u8> {
+        Vec::new()
+    }
 }
 
 /// What a link tells of itself.
@@ -164,25 +175,48 @@ impl fmt::Display for LinkTrouble {
 /// What a firmware needs before it boots: what lies in its flash.
 #[derive(Clone, Debug)]
 pub struct Flash {
-    /// Camera, settings, georeference.
+    /// Camera, calibration, settings.
     pub mission: Mission,
+    /// The tile's size and where it lies.
+    pub head: TileHead,
     /// The tile's pixels, row-major.
     pub tile: Vec<u8>,
 }
 
+/// Both stores, as they lie in flash.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stores {
+    /// The mission store.
+    pub mission: Vec<u8>,
+    /// The tile store.
+    pub tiles: Vec<u8>,
+}
+
 impl Flash {
-    /// The mission's bytes as they are stored.
+    /// Both stores.
     ///
     /// # Errors
     /// [`InputError`] when mission or tile cannot be flown; the firmware would refuse them at boot.
-    pub fn encoded(&self) -> Result<Vec<u8>, InputError> {
-        let refuse = |error| InputError::new(format!("the firmware refuses this mission: {error:?}"));
-        self.mission.settings().map_err(refuse)?;
-        self.mission.stamp_settings().map_err(refuse)?;
-        self.mission.tile(&self.tile).map_err(refuse)?;
-        let mut buffer = vec![0; 512];
-        let used = self.mission.encode(&mut buffer).map_err(refuse)?.len();
-        buffer.truncate(used);
-        Ok(buffer)
+    pub fn stores(&self) -> Result<Stores, InputError> {
+        let mut buffer = [0; STORE_MAX];
+        let mission = self.mission.store(&mut buffer).map_err(|error| refusal(BootError::Mission(error)))?.to_vec();
+        let tiles = tile_store(&self.head, &self.tile).map_err(|error| refusal(BootError::Tiles(error)))?;
+        boot::read(&mission, &tiles).map_err(refusal)?;
+        Ok(Stores { mission, tiles })
     }
+}
+
+/// The tile store of a head and its pixels.
+///
+/// # Errors
+/// [`StoreError::Reference`] where they do not belong together or are unusable.
+pub fn tile_store(head: &TileHead, pixels: &[u8]) -> Result<Vec<u8>, StoreError> {
+    let mut store = head.before(pixels)?.to_vec();
+    store.extend_from_slice(pixels);
+    Ok(store)
+}
+
+/// A sentence about stores that the firmware refuses.
+pub(crate) fn refusal(error: BootError) -> InputError {
+    InputError::new(format!("the firmware refuses what lies in flash: {error}"))
 }

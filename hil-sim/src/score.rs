@@ -1,6 +1,7 @@
 //! What a flight is worth: every frame against the truth, and the figures of `report.json`.
 
 pub mod blur;
+pub mod fixes;
 pub mod pose;
 pub mod raw;
 pub mod stamps;
@@ -16,7 +17,6 @@ use plumbline_survey::error::InputError;
 use plumbline_survey::output::write_file;
 use serde::{Serialize, Serializer};
 use statistics::{mean, percentile};
-use std::fmt::Write;
 use std::path::Path;
 
 /// A frame against the truth, pixels of the reference and metres.
@@ -51,8 +51,7 @@ pub fn score(stage: &Stage, record: &FrameRecord) -> Scored {
     // Truth relative to the tile's centre.
     let true_m = [truth.east_m - stage.tile_centre[0], truth.north_m - stage.tile_centre[1]];
     let report = record.report.as_ref();
-    let predicted = report.and_then(|r| r.predicted).map(|p| p.map(f64::from));
-    let truth_px = predicted.map(|p| [(true_m[0] - p[0]) / resolution, -(true_m[1] - p[1]) / resolution]);
+    let truth_px = report.and_then(|report| fixes::truth_px(report, true_m, resolution));
     let against = |d: [f32; 2]| truth_px.map(|t| [f64::from(d[0]) - t[0], f64::from(d[1]) - t[1]]);
     let matched = report.and_then(|r| r.matched);
     let fix = report.and_then(|r| r.fix).map(|fix| fix.map(f64::from));
@@ -349,44 +348,17 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
 
 /// Why a frame has no fix; `None` where it has one.
 pub fn reason(record: &FrameRecord) -> Option<&'static str> {
-    match &record.report {
-        None => Some("lost"),
-        Some(report) => report.reason().map(|refusal| refusal.name()),
-    }
+    fixes::reason(record.report.as_ref())
 }
 
-/// `fixes.csv`: a row a frame, nothing in it that depends on the link.
+/// `fixes.csv` of a flight.
 pub fn fixes_csv(stage: &Stage, flight: &Flight, scored: &[Scored]) -> String {
-    let mut csv = String::from(
-        "frame,mid_exposure_us,accepted,reason,d_col,d_row,true_col,true_row,east_m,north_m,sigma_east_m,sigma_north_m,score,second_peak\n",
-    );
-    for (record, scored) in flight.frames.iter().zip(scored) {
-        let report = record.report.as_ref();
-        let mid = report.map_or(0, |r| r.mid_exposure_us);
-        let matched = report.and_then(|r| r.matched);
-        let fix = report.and_then(|r| r.fix).map(|fix| fix.map(f64::from));
-        let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
-        let single = |value: Option<f32>| value.map_or_else(String::new, |v| v.to_string());
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            csv,
-            "{},{mid},{},{},{},{},{},{},{},{},{},{},{},{}",
-            scored.frame,
-            u8::from(scored.accepted),
-            reason(record).unwrap_or(""),
-            single(matched.map(|m| m[0])),
-            single(matched.map(|m| m[1])),
-            number(scored.truth_px.map(|t| t[0])),
-            number(scored.truth_px.map(|t| t[1])),
-            number(fix.map(|f| stage.tile_centre[0] + f[0])),
-            number(fix.map(|f| stage.tile_centre[1] + f[1])),
-            number(fix.map(|f| f[2].sqrt())),
-            number(fix.map(|f| f[4].sqrt())),
-            single(matched.map(|m| m[2])),
-            single(matched.map(|m| m[3])),
-        );
-    }
-    csv
+    let rows = flight.frames.iter().zip(scored).map(|(record, scored)| fixes::Row {
+        frame: scored.frame,
+        report: record.report,
+        truth_px: scored.truth_px,
+    });
+    fixes::csv(stage.tile_centre, rows)
 }
 
 /// Writes `fixes.csv` and `report.json` into `folder`.

@@ -1,21 +1,18 @@
 //! A scenario made ready to fly: ground, motion, camera, reference tile and what lies in the firmware's flash.
 
-mod georeference;
-mod stamps;
-
 use crate::camera::render_camera;
 use crate::flight::{Area, AttitudeLog, Motion, TrueState, footprint_margin_at_m, footprint_margin_m};
 use crate::link::Flash;
-use crate::reference::{Radiometry, reference_tile};
+use crate::mission::mission_of;
+use crate::reference::Radiometry;
 use crate::render::{Renderer, Station};
-use crate::scenario::{self, FollowUpMode, Scenario};
-use crate::world::{Grid, Ground, procedural};
-use plumbline_firmware::mission::{Mission, VERSION};
+use crate::scenario::{self, Scenario};
+use crate::tile::{Frame, SIDE_MAX, Tile};
+use crate::world::{Bounds, Grid, Ground, procedural};
 use plumbline_survey::camera_file::{CameraFile, Distortion};
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
 use plumbline_survey::raster::Raster;
-use std::f64::consts::TAU;
 use std::path::Path;
 
 /// How far from the centre a flight goes at most, metres: larger grounds are not used to their borders, so that the
@@ -25,8 +22,6 @@ const HALF_EXTENT_MAX_M: f64 = 500.0;
 const TILE_SLACK_PX: f64 = 12.0;
 /// Largest patch on board, pixels.
 const PATCH_PX: f64 = plumbline_core::budget::PATCH_MAX_PX as f64;
-/// How fast the synthetic track turns at most, radians a second: see [`crate::flight`].
-const WEAVE_RAD_S: f64 = 0.35;
 /// Rays along each side of a pixel.
 const RENDER_SAMPLES: usize = 2;
 
@@ -85,43 +80,12 @@ impl Stage {
             Some(log) => Motion::replay(&scenario, &area, log).map_err(refuse)?,
             None => Motion::synthetic(&scenario, &area).map_err(refuse)?,
         };
-        let tile = Tile::lay(&scenario, &area, reference.as_ref().unwrap_or(&ground))?;
+        let tile = lay(&scenario, &area, reference.as_ref().unwrap_or(&ground))?;
         let centre = tile.centre();
-        let fit = georeference::fit(&crs, centre, 0.5 * tile.size_m())?;
+        let head = tile.head(&crs)?;
         let convergence_rad = crs.convergence_rad(centre[0], centre[1])?;
-        let mission = Mission {
-            version: VERSION,
-            frame: (camera.cols as u16, camera.rows as u16),
-            fov_rad: (camera.fov_h_deg.to_radians() as f32, camera.fov_v_deg.to_radians() as f32),
-            offset_px: (camera.offset_m_px as f32, camera.offset_n_px as f32),
-            distortion: camera.distortion.map(|d| [d.k1, d.k2, d.k3, d.p1, d.p2].map(|k| k as f32)),
-            follow_up: match scenario.follow_up.mode {
-                FollowUpMode::Followed => 0,
-                FollowUpMode::Measured => 1,
-                FollowUpMode::Fixed => 2,
-            },
-            lever_arm_m: scenario.mount.lever_arm_m.map(|m| m as f32),
-            boresight_rad: scenario.mount.boresight_deg.map(|deg| deg.to_radians() as f32),
-            sigmas: sigmas_of(&scenario),
-            motions: motions_of(&scenario),
-            latencies_us: latencies_of(&scenario),
-            readout_us: scenario.rolling_shutter_us() as u32,
-            lag: scenario.attitude.lag,
-            limits_us: limits_of(&scenario),
-            search_px: scenario.search_px,
-            tile: (tile.cols as u16, tile.rows as u16),
-            resolution_m: scenario.resolution_m as f32,
-            epsg: ground.epsg(),
-            centre_e7: fit.centre_e7,
-            east: fit.east,
-            north: fit.north,
-            convergence_rad: convergence_rad as f32,
-            point_scale: crs.point_scale(centre[0], centre[1])? as f32,
-            send_patches: true,
-            stamps: stamps::of(&scenario),
-        };
-        let flash = Flash { mission, tile: tile.pixels };
-        flash.encoded()?;
+        let flash = Flash { mission: mission_of(&scenario, &camera), head, tile: tile.pixels };
+        flash.stores()?;
         let renderer = Renderer::new(render_camera(&camera), RENDER_SAMPLES);
         Ok(Stage { scenario, camera, ground, crs, motion, renderer, flash, tile_centre: centre, convergence_rad })
     }
@@ -238,7 +202,7 @@ fn scenario_reference(scenario: &Scenario) -> Option<&Path> {
     }
 }
 
-fn picture(path: &Path, surface: Option<(Grid, Option<u32>)>) -> Result<Ground, InputError> {
+pub(crate) fn picture(path: &Path, surface: Option<(Grid, Option<u32>)>) -> Result<Ground, InputError> {
     let raster = Raster::read(path)?;
     let epsg = raster.crs.ok_or_else(|| {
         InputError::new(format!("{}: the orthophoto names no reference system (EPSG)", path.display()))
@@ -306,108 +270,33 @@ fn heights(ground: &Ground, half_m: f64) -> (f64, f64) {
     (sum / (SIDE * SIDE) as f64, low)
 }
 
-/// One sigma of each source, as its data sheet would say: tilt white and drift, heading white and drift, follow-up, range,
-/// position white and drift, velocity.
-fn sigmas_of(scenario: &Scenario) -> [f32; 9] {
-    let attitude = &scenario.attitude;
-    let follow_up = if scenario.follow_up.mode == FollowUpMode::Measured { scenario.follow_up.noise_deg } else { 0.0 };
-    let radians = |deg: f64| deg.to_radians() as f32;
-    // A centimetre is what the message resolves, of range and of velocity.
-    let resolved = |sigma: f64| sigma.hypot(0.003) as f32;
-    [
-        radians(attitude.white_deg),
-        radians(attitude.drift_deg),
-        radians(attitude.heading_white_deg.unwrap_or(attitude.white_deg)),
-        radians(attitude.heading_drift_deg.unwrap_or(attitude.drift_deg)),
-        radians(follow_up),
-        resolved(scenario.range.sigma_m),
-        scenario.position.white_m as f32,
-        scenario.position_sigma_m() as f32,
-        resolved(scenario.position.velocity_sigma_m_s),
-    ]
-}
-
-/// What the vehicle may do, as who prepares a flight would know it: tilts as large and as fast as the scenario's, in a
-/// replayed log a shake beside them.
-fn motions_of(scenario: &Scenario) -> [(u32, [f32; 4]); 2] {
-    let interval_us = |rate_hz: u32| 1_000_000 / rate_hz.max(1);
-    let radians = |deg: f64| deg.to_radians() as f32;
-    let period_s = (1.0 / scenario.flight.tilt_hz[1]) as f32;
-    let tilt = radians(scenario.flight.tilt_max_deg.max(1.0));
-    let shake = if scenario.replay.is_some() { radians(1.0) } else { 0.0 };
-    let weave_m = (scenario.flight.speed_m_s / WEAVE_RAD_S) as f32;
-    let weave = [weave_m, (TAU / WEAVE_RAD_S) as f32, 0.0, 1.0];
-    let position = (interval_us(scenario.position.rate_hz), weave);
-    [(interval_us(scenario.attitude.rate_hz), [tilt, period_s, shake, 0.7]), position]
-}
-
-/// How much older than their stamps the sensors' values are, microseconds: calibrated.
-fn latencies_of(scenario: &Scenario) -> [u32; 4] {
-    [scenario.attitude.delay_us, scenario.follow_up.delay_us, scenario.range.delay_us, scenario.position.delay_us]
-}
-
-/// Attitude gap, range gap, position age, patience, microseconds: a few sample intervals of each stream.
-fn limits_of(scenario: &Scenario) -> [u32; 4] {
-    let interval = |rate_hz: u32| 1_000_000 / rate_hz.max(1);
-    let attitude = (4 * interval(scenario.attitude.rate_hz)).max(100_000);
-    let range = (4 * interval(scenario.range.rate_hz)).max(100_000);
-    [attitude, range, 1_000_000, 200_000]
-}
-
-/// The reference tile and where it lies.
-struct Tile {
-    west_m: f64,
-    north_m: f64,
-    cols: usize,
-    rows: usize,
-    resolution_m: f64,
-    pixels: Vec<u8>,
-}
-
-impl Tile {
-    /// Covers where the vehicle flies, what a patch shows around it, and the search.
-    fn lay(scenario: &Scenario, area: &Area, reference: &Ground) -> Result<Self, InputError> {
-        let r = scenario.resolution_m;
-        let reach_m = area.half_extent_m + r * (0.5 * PATCH_PX + f64::from(scenario.search_px) + TILE_SLACK_PX);
-        let bounds = reference.bounds();
-        // Whole cells within the reference.
-        let west = (area.centre_east_m - reach_m).max(bounds.west_m);
-        let east = (area.centre_east_m + reach_m).min(bounds.east_m);
-        let north = (area.centre_north_m + reach_m).min(bounds.north_m);
-        let south = (area.centre_north_m - reach_m).max(bounds.south_m);
-        let (cols, rows) = (((east - west) / r).floor(), ((north - south) / r).floor());
-        let needed = PATCH_PX.min(16.0) + 2.0 * f64::from(scenario.search_px);
-        if !(cols >= needed && rows >= needed) {
-            return Err(InputError::new(format!(
-                "the reference has {cols} x {rows} pixels of {r} m over the flight, at least {needed} x {needed} are needed"
-            )));
-        }
-        if cols * rows > plumbline_firmware::window::AREA_MAX as f64 || cols > 65535.0 || rows > 65535.0 {
-            return Err(InputError::new(format!(
-                "a reference of {cols} x {rows} pixels does not fit the board's flash"
-            )));
-        }
-        let (cols, rows) = (cols as usize, rows as usize);
-        let radiometry = &scenario.reference;
-        let radiometry = Radiometry {
-            gamma: radiometry.gamma,
-            gain: radiometry.gain,
-            offset: radiometry.offset_dn,
-            noise_dn: radiometry.noise_dn,
-            changed_fraction: radiometry.changed_fraction,
-            seed: scenario.seed,
-        };
-        let (west_m, north_m) = (west + 0.5 * r, north - 0.5 * r);
-        let pixels = reference_tile(reference, west_m, north_m, cols, rows, r, &radiometry);
-        Ok(Tile { west_m, north_m, cols, rows, resolution_m: r, pixels })
+/// Covers where the vehicle flies, what a patch shows around it, and the search.
+fn lay(scenario: &Scenario, area: &Area, reference: &Ground) -> Result<Tile, InputError> {
+    let r = scenario.resolution_m;
+    let reach_m = area.half_extent_m + r * (0.5 * PATCH_PX + f64::from(scenario.search_px) + TILE_SLACK_PX);
+    let (east, north) = (area.centre_east_m, area.centre_north_m);
+    let wanted =
+        Bounds { west_m: east - reach_m, east_m: east + reach_m, south_m: north - reach_m, north_m: north + reach_m };
+    let radiometry = &scenario.reference;
+    let radiometry = Radiometry {
+        gamma: radiometry.gamma,
+        gain: radiometry.gain,
+        offset: radiometry.offset_dn,
+        noise_dn: radiometry.noise_dn,
+        changed_fraction: radiometry.changed_fraction,
+        seed: scenario.seed,
+    };
+    let frame = Frame::within(reference, &wanted, r);
+    let needed = PATCH_PX.min(16.0) + 2.0 * f64::from(scenario.search_px);
+    if !(frame.cols >= needed && frame.rows >= needed) {
+        let (cols, rows) = (frame.cols, frame.rows);
+        return Err(InputError::new(format!(
+            "the reference has {cols} x {rows} pixels of {r} m over the flight, at least {needed} x {needed} are needed"
+        )));
     }
-
-    fn centre(&self) -> [f64; 2] {
-        let half = |count: usize| 0.5 * (count as f64 - 1.0) * self.resolution_m;
-        [self.west_m + half(self.cols), self.north_m - half(self.rows)]
+    if frame.area() > plumbline_firmware::window::AREA_MAX as f64 || frame.cols > SIDE_MAX || frame.rows > SIDE_MAX {
+        let (cols, rows) = (frame.cols, frame.rows);
+        return Err(InputError::new(format!("a reference of {cols} x {rows} pixels does not fit the board's flash")));
     }
-
-    fn size_m(&self) -> f64 {
-        self.cols.max(self.rows) as f64 * self.resolution_m
-    }
+    Ok(Tile::lay(reference, &frame, &radiometry))
 }

@@ -72,7 +72,7 @@ impl Target for Host {
         let mut messages: Vec<Vec<u8>> = [
             Answer::Welcome(welcome),
             Answer::Done,
-            Answer::Refused(Refused::Boot("settings that do not fit each other")),
+            Answer::Refused(Refused::Boot(["mission store: ", "impossible settings"])),
             Answer::Refused(Refused::TooLarge { room: 400_000 }),
             Answer::Stepped { cost: 1_000_000, next: Next::More, is_at_work: true, sent: &sent },
             Answer::Stepped { cost: 0, next: Next::Rows { sequence: 3, offset: 64 }, is_at_work: false, sent: &[] },

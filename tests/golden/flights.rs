@@ -7,7 +7,7 @@ mod paired;
 #[path = "flights/trouble.rs"]
 mod trouble;
 
-use plumbline_firmware::mission::Mission;
+use plumbline_firmware::stores::mission::Mission;
 use plumbline_firmware::wire::telemetry::Health;
 use plumbline_sim::fly::{FrameRecord, Keep, fly};
 use plumbline_sim::link::inproc::InProcess;

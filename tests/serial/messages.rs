@@ -28,9 +28,9 @@ impl Machine for Bench {
         Identity { board: "bench", boot: 42, core_clock_hz: 400_000_000, counts: Counts::Cycles }
     }
 
-    fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), &'static str> {
+    fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]> {
         if uploaded.mission == b"bad" {
-            return Err("a bad mission");
+            return Err(["mission store: ", "nothing there"]);
         }
         self.uploaded.set(Some(uploaded));
         self.running = Some((self.application)(wires));
@@ -203,7 +203,7 @@ fn what_is_uploaded_is_what_was_announced_or_nothing() {
     assert!(other.uploaded.get().is_none());
     let mut refused = board(idle);
     refused.load(b"bad", b"tile");
-    refused.is(1, 6, Request::Start, Answer::Refused(Refused::Boot("a bad mission")));
+    refused.is(1, 6, Request::Start, Answer::Refused(Refused::Boot(["mission store: ", "nothing there"])));
     refused.is(2, 1, Request::Open, Answer::Refused(Refused::Busy));
 }
 

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 /// Offsets and values that the firmware's `window` defines.
 const WINDOW_BYTES: u64 = 16 << 20;
 const MAGIC: u64 = 0x00;
-const MAGIC_VALUE: u32 = 0x3242_4c50;
+const MAGIC_VALUE: u32 = 0x3342_4c50;
 const STEP: u64 = 0x04;
 const STEP_DONE: u64 = 0x80;
 const STATUS: u64 = 0x84;

@@ -2,6 +2,7 @@
 
 use super::{App, Out};
 use crate::board::Timer;
+use crate::journal::{Note, Turn};
 use plumbline_core::units::Ticks;
 
 const INTERVAL_TICKS: u32 = 100_000;
@@ -9,16 +10,20 @@ const BEATS_PER_SECOND: u32 = 10;
 
 /// Beats for ever. A frame that waits for a pose that never comes looks at its patience on each beat.
 pub async fn beat(app: &App<'_>, timer: &mut impl Timer) -> ! {
-    let mut at = timer.now();
+    app.turn(Turn::Beat).await;
+    let mut now = timer.now();
+    let mut at = now;
     let mut count = 0u32;
     loop {
+        app.note(Note::Beat(now));
         if count.is_multiple_of(BEATS_PER_SECOND) {
             app.post(Out::Beat);
         }
-        app.stamper.borrow_mut().keep(timer.now());
+        app.stamper.borrow_mut().keep(now);
         app.fresh.signal(());
         count = count.wrapping_add(1);
         at = Ticks(at.0.wrapping_add(INTERVAL_TICKS));
         timer.until(at).await;
+        now = timer.now();
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{App, FrameOut, Out};
 use crate::board::{FrameStart, FrontEnd, Gauge, Rows, Timer};
+use crate::journal::{Note, Turn};
 use crate::wire::telemetry::{FrameReport, PoseTold, StampTold};
 use plumbline_core::pipeline::{Outcome, Refusal, Situation};
 use plumbline_core::pose::Wait;
@@ -15,12 +16,16 @@ pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl T
     let mut expected = 0u32;
     loop {
         let start = front_end.frame().await;
+        app.note(Note::Start(start));
         let lost = start.sequence.wrapping_sub(expected);
         if lost <= LOST_MAX {
-            for sequence in (0..lost).map(|n| expected.wrapping_add(n)) {
+            // All are noted before the first is sent: the outbox may make us wait, and others go on meanwhile.
+            for frame in (0..lost).map(|n| FrameOut::busy(expected.wrapping_add(n))) {
                 app.count(|c| c.frames_lost += 1);
-                let report = FrameReport { refusal: Refusal::Busy.code(), ..FrameReport::new(sequence) };
-                app.outbox.send(Out::Frame(FrameOut { report, ..FrameOut::new(sequence) })).await;
+                frame.note(app);
+            }
+            for frame in (0..lost).map(|n| FrameOut::busy(expected.wrapping_add(n))) {
+                app.outbox.send(Out::Frame(frame)).await;
             }
         }
         expected = start.sequence.wrapping_add(1);
@@ -28,7 +33,20 @@ pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl T
         if let Err(refusal) = work.frame(app, start, front_end, timer, gauge).await {
             work.out.report.refusal = refusal.code();
         }
+        work.out.note(app);
         app.outbox.send(Out::Frame(work.out)).await;
+    }
+}
+
+impl FrameOut {
+    /// A frame that was lost while another was being worked on.
+    fn busy(sequence: u32) -> Self {
+        let report = FrameReport { refusal: Refusal::Busy.code(), ..FrameReport::new(sequence) };
+        FrameOut { report, ..FrameOut::new(sequence) }
+    }
+
+    fn note(&self, app: &App<'_>) {
+        app.note(Note::Frame(&self.report, &self.instant, self.fix.map(|fix| fix.position)));
     }
 }
 
@@ -46,7 +64,9 @@ impl Work {
         timer: &impl Timer,
         gauge: &impl Gauge,
     ) -> Result<(), Refusal> {
+        app.turn(Turn::Begin).await;
         let rows = self.rows(app, start, front_end, gauge).await;
+        app.note(Note::Rows(rows));
         // A frame without rows has had its edges all the same.
         let (stamp, cost) = gauge.measured(|| app.stamper.borrow_mut().frame(start.arrival));
         self.out.report.instructions[1] = cost;
@@ -75,6 +95,8 @@ impl Work {
         let (rectified, cost) = gauge.measured(|| pipeline.rectify(&situation));
         report.instructions[3] = cost;
         rectified?;
+        let (pixels, size, runs) = pipeline.patch_mut();
+        app.journal.patch(size, runs, pixels);
         self.out.patch = Some(app.patch.get());
         let (matched, cost) = gauge.measured(|| pipeline.match_patch(&situation));
         report.instructions[4] = cost;
@@ -94,6 +116,7 @@ impl Work {
         gauge: &impl Gauge,
     ) -> Result<(), Refusal> {
         {
+            app.note(Note::Begin);
             let pipeline = &mut *app.pipeline.borrow_mut();
             let camera = &pipeline.settings().camera;
             if start.size != (camera.cols(), camera.rows()) {
@@ -132,9 +155,11 @@ impl Work {
     ) -> Result<Situation, Refusal> {
         let mid_exposure_at = mid.0;
         loop {
+            app.turn(Turn::Look).await;
             app.fresh.reset();
             // On a clock that has been tied anew the exposure may lie ahead.
-            let now = app.instant(timer.now());
+            let tick = timer.now();
+            let now = app.instant(tick);
             let (situation, is_late) = {
                 let pipeline = &*app.pipeline.borrow();
                 let settings = pipeline.settings();
@@ -142,13 +167,11 @@ impl Work {
                 let wait = if is_late { Wait::No } else { settings.wait() };
                 let (situation, cost) = gauge.measured(|| pipeline.situate(mid, wait));
                 self.out.report.instructions[2] += cost;
-                (situation?, is_late)
+                (situation, is_late)
             };
-            if let Some(situation) = situation {
-                return Ok(situation);
-            }
-            if is_late {
-                return Err(app.pipeline.borrow().missing_at(mid_exposure_at));
+            if is_late || situation != Ok(None) {
+                app.note(Note::Look(tick));
+                return situation?.ok_or_else(|| app.pipeline.borrow().missing_at(mid_exposure_at));
             }
             app.fresh.wait().await;
         }

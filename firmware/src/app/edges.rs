@@ -2,11 +2,13 @@
 
 use super::App;
 use crate::board::Timer;
+use crate::journal::Note;
 
 /// Takes the shutter's edges for ever. Those of no use are counted where they are refused.
 pub async fn edges(app: &App<'_>, timer: &mut impl Timer) -> ! {
     loop {
         let edge = timer.edge().await;
+        app.note(Note::Edge(edge));
         let _ = app.stamper.borrow_mut().on_edge(edge);
     }
 }
@@ -15,6 +17,7 @@ pub async fn edges(app: &App<'_>, timer: &mut impl Timer) -> ! {
 pub async fn pulses(app: &App<'_>, timer: &mut impl Timer) -> ! {
     loop {
         let tick = timer.pulse().await;
+        app.note(Note::Pulse(tick));
         app.stamper.borrow_mut().clock.on_pulse(tick);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{App, Out};
 use crate::board::{Reader, Timer};
+use crate::journal::Note;
 use crate::wire::decoder::Decoder;
 use crate::wire::incoming::{Incoming, Unusable, incoming};
 use crate::wire::outgoing::{COMPONENT, SYSTEM};
@@ -21,11 +22,15 @@ pub async fn receive(app: &App<'_>, reader: &mut impl Reader, timer: &impl Timer
     let mut decoder = Decoder::new();
     let mut state = State::default();
     loop {
-        let count = reader.read(decoder.room()).await;
+        let room = decoder.room();
+        let count = reader.read(room).await;
+        // One reading of the timer for all that these bytes complete.
+        let now = timer.now();
+        app.note(Note::Bytes(now, room.get(..count).unwrap_or(&[])));
         decoder.filled(count);
         while let Some(packet) = decoder.next() {
             match incoming(&packet, (SYSTEM, COMPONENT)) {
-                Ok(message) => state.take(app, message, timer),
+                Ok(message) => state.take(app, message, now),
                 Err(Unusable::Invalid) => app.count(|c| c.invalid += 1),
                 Err(Unusable::NotOurs) => {}
             }
@@ -42,8 +47,8 @@ struct State {
 }
 
 impl State {
-    fn take(&mut self, app: &App<'_>, message: Incoming, timer: &impl Timer) {
-        let arrived_at = app.instant(timer.now());
+    fn take(&mut self, app: &App<'_>, message: Incoming, now: Ticks) {
+        let arrived_at = app.instant(now);
         let instants = |sampled_at| Instants { sampled_at, arrived_at };
         let result = match message {
             Incoming::Attitude(at, attitude) => {
@@ -62,7 +67,6 @@ impl State {
             Incoming::Position(sample) => app.pipeline.borrow_mut().position(sample, arrived_at),
             Incoming::Timesync { sent_ns, theirs } => {
                 let sent = Ticks((sent_ns / 1000) as u32);
-                let now = timer.now();
                 app.stamper.borrow_mut().clock.on_timesync(sent, theirs, now);
                 // A clock that jumps is another one: the autopilot has booted anew.
                 let has_jumped = |(before, after): (Micros, Micros)| after.since(before).unsigned_abs() > JUMP_US;

@@ -8,14 +8,15 @@ fn main() {}
 mod board {
     use cortex_m_rt::entry;
     use embassy_executor::raw::Executor;
-    use plumbline_core::pipeline::{Buffers, Pipeline};
-    use plumbline_core::stamp::Stamper;
+    use plumbline_core::pipeline::Buffers;
     use plumbline_firmware::an500::front_desk::{Camera, FrontDesk, Port};
     use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
     use plumbline_firmware::an500::{self, doorbell, psram, time_driver};
-    use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
-    use plumbline_firmware::mission::{Mission, MissionError};
+    use plumbline_firmware::app::{App, beat, camera, edges, grounded, receive, transmit};
+    use plumbline_firmware::boot::{self, BootError};
+    use plumbline_firmware::journal::NoJournal;
     use plumbline_firmware::run::{self, Pending};
+    use plumbline_firmware::stores::StoreError;
     use plumbline_firmware::window as at;
     use static_cell::{ConstStaticCell, StaticCell};
 
@@ -55,25 +56,29 @@ mod board {
         edges::edges(app, &mut timer).await
     }
 
-    /// Flash as the simulator has filled it: mission and tile. A function of its own, so that what it builds is off the
-    /// stack when the flight begins.
+    #[embassy_executor::task]
+    async fn drain_task(mut reader: Port) -> ! {
+        grounded::drain(&mut reader).await
+    }
+
+    #[embassy_executor::task]
+    async fn tell_task(reason: BootError, mut writer: Port, mut timer: Port) -> ! {
+        grounded::tell(reason, &mut writer, &mut timer).await
+    }
+
+    /// Flash as the simulator has filled it. A function of its own, so that what it builds is off the stack when the flight
+    /// begins.
     #[inline(never)]
-    fn boot() -> Result<&'static App<'static>, MissionError> {
-        let length = psram::word(at::MISSION_BYTES).unwrap_or(0) as usize;
-        // SAFETY: mission and tile stand for flash: the simulator does not change them after it has started us.
-        let bytes = unsafe { psram::bytes(at::MISSION, length) }.ok_or(MissionError::Encoding)?;
-        let mission = Mission::decode(bytes)?;
-        let area = mission.tile.0 as usize * mission.tile.1 as usize;
+    fn boot() -> Result<&'static App<'static>, BootError> {
+        // SAFETY: the stores stand for flash: the simulator does not change them after it has started us.
+        let mission = unsafe { psram::bytes(at::MISSION, at::MISSION_BYTES) };
         // SAFETY: as above.
-        let pixels = unsafe { psram::bytes(at::TILE, area) }.ok_or(MissionError::Tile)?;
-        let settings = mission.settings()?;
-        let stamper = Stamper::new(&mission.stamp_settings()?);
-        let tile = mission.tile(pixels)?;
+        let tiles = unsafe { psram::bytes(at::TILES, at::TILES_BYTES) };
+        let mission = mission.ok_or(BootError::Mission(StoreError::Nothing))?;
+        let flight = boot::read(mission, tiles.ok_or(BootError::Tiles(StoreError::Nothing))?)?;
         // SAFETY: `boot` runs once.
         let frame_memory = unsafe { psram::frame_memory() };
-        let pipeline =
-            Pipeline::new(settings, tile, BUFFERS.take(), frame_memory).map_err(|_| MissionError::Settings)?;
-        Ok(APP.uninit().write(App::new(pipeline, stamper, mission.send_patches)))
+        Ok(APP.uninit().write(flight.app(BUFFERS.take(), frame_memory, &NoJournal)?))
     }
 
     #[entry]
@@ -81,11 +86,10 @@ mod board {
         an500::start();
         let executor = EXECUTOR.init(run::executor(&PENDING));
         let desk: &'static FrontDesk = DESK.take();
-        let status = match boot() {
+        let (port, spawner) = (Port(desk), executor.spawner());
+        // Each task is spawned once, at boot: none of these can fail.
+        let (spawned, status) = match boot() {
             Ok(app) => {
-                let port = Port(desk);
-                let spawner = executor.spawner();
-                // Each task is spawned once, at boot: none of these can fail.
                 let tasks = [
                     receive_task(app, port, port).map(|task| spawner.spawn(task)),
                     camera_task(app, Camera::new(desk), port).map(|task| spawner.spawn(task)),
@@ -94,10 +98,17 @@ mod board {
                     pulses_task(app, port).map(|task| spawner.spawn(task)),
                     edges_task(app, port).map(|task| spawner.spawn(task)),
                 ];
-                if tasks.iter().all(Result::is_ok) { 1 } else { 0 }
+                (tasks.iter().all(Result::is_ok), 1)
             }
-            Err(error) => 2 + error as u32,
+            Err(reason) => {
+                let tasks = [
+                    drain_task(port).map(|task| spawner.spawn(task)),
+                    tell_task(reason, port, port).map(|task| spawner.spawn(task)),
+                ];
+                (tasks.iter().all(Result::is_ok), reason.code())
+            }
         };
+        let status = if spawned { status } else { 0 };
         psram::set_word(at::STATUS, status);
         lockstep(executor, desk)
     }

@@ -67,7 +67,7 @@ mod board {
                 memory(window::ADDRESS + window::FRAME, area(frame::FRAME_PX)),
                 memory(window::ADDRESS + window::FRAME_MEMORY, FRAME_MEMORY_BYTES),
                 memory(PLENTY, rectify::BESIDES_BYTES),
-                memory(window::ADDRESS + window::TILE, area(frame::REACQUISITION.tile_px)),
+                memory(window::ADDRESS + window::TILES, area(frame::REACQUISITION.tile_px)),
                 memory(PATCH, area(rectify::PATCH_PX)),
             )
         };

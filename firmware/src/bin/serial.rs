@@ -24,12 +24,13 @@ mod board {
     use plumbline_firmware::serial::session::{Identity, Machine, Session};
     use plumbline_firmware::serial::stores::{Stores, Uploaded};
     use plumbline_firmware::serial::wires::{Port, Wires};
+    use plumbline_firmware::window as at;
     use static_cell::{ConstStaticCell, StaticCell};
 
     /// What lies in the PSRAM: its start and size, bytes.
-    const MISSION: (usize, usize) = (0x1000, 0x1000);
+    const MISSION: (usize, usize) = (at::MISSION, at::MISSION_BYTES);
     const ROWS: (usize, usize) = (0x1_0000, 0x3_0000);
-    const TILE: (usize, usize) = (0x80_0000, 0x7c_0000);
+    const TILE: (usize, usize) = (at::TILES, at::TILES_BYTES);
 
     /// The application's executor, and that of the line around it.
     static FLIGHT: Pending = Pending::new();
@@ -99,13 +100,13 @@ mod board {
         }
 
         #[inline(never)]
-        fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), &'static str> {
+        fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]> {
             // SAFETY: a session boots once at most, and nothing else uses these parts of the PSRAM.
             let (frame, rows) = unsafe { (psram::frame_memory(), psram::room(ROWS.0, ROWS.1)) };
             let memory = Memory { buffers: BUFFERS.take(), frame };
             let app: &'static App<'static> = APP.uninit().write(application(uploaded, memory)?);
             let (port, gauge, spawner) = (Port(wires), Gauge(wires), self.executor.spawner());
-            let front_end = Camera::new(wires, rows.ok_or("no room for rows")?);
+            let front_end = Camera::new(wires, rows.ok_or(["the board", "has no room for rows"])?);
             let tasks = [
                 receive_task(app, port, port).map(|task| spawner.spawn(task)),
                 camera_task(app, front_end, port, gauge).map(|task| spawner.spawn(task)),
@@ -114,7 +115,7 @@ mod board {
                 pulses_task(app, port).map(|task| spawner.spawn(task)),
                 edges_task(app, port).map(|task| spawner.spawn(task)),
             ];
-            if tasks.iter().all(Result::is_ok) { Ok(()) } else { Err("no room for a task") }
+            if tasks.iter().all(Result::is_ok) { Ok(()) } else { Err(["the board", "has no room for a task"]) }
         }
 
         fn run(&mut self) {

@@ -184,7 +184,7 @@ pub enum Refused<'a> {
     /// What was uploaded is not what was announced.
     Damaged(Store),
     /// The application cannot fly with what was uploaded, and why; at most 64 bytes.
-    Boot(&'a str),
+    Boot(#[serde(borrow)] [&'a str; 2]),
     /// The request has no place here: a step before the start, a piece out of order.
     Order,
 }

@@ -28,7 +28,7 @@ pub trait Machine {
     ///
     /// # Errors
     /// Why it cannot fly, at most 64 bytes.
-    fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), &'static str>;
+    fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]>;
     /// Runs the application until it is idle ([`crate::run::until_idle`]).
     fn run(&mut self);
     /// A counter that wraps, of what [`Identity::counts`] says; 0 for ever where nothing is counted.

@@ -5,8 +5,8 @@ use super::telemetry::{TUNNEL_BYTES, Telemetry};
 use mavlink::dialects::common::{
     CAMERA_IMAGE_CAPTURED_DATA, CAMERA_TRIGGER_DATA, DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA,
     GIMBAL_DEVICE_SET_ATTITUDE_DATA, GLOBAL_POSITION_SENSOR_DATA, GimbalDeviceFlags, GlobalPositionFlags,
-    GlobalPositionSrc, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag, MavState, MavTunnelPayloadType, MavType,
-    MavlinkDataStreamType, TUNNEL_DATA,
+    GlobalPositionSrc, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag, MavSeverity, MavState, MavTunnelPayloadType,
+    MavType, MavlinkDataStreamType, STATUSTEXT_DATA, TUNNEL_DATA,
 };
 use mavlink::{MAV_STX_V2, MavlinkVersion, MessageData, calculate_crc};
 use plumbline_core::fix::Fix;
@@ -88,6 +88,19 @@ pub fn heartbeat() -> HEARTBEAT_DATA {
         system_status: MavState::MAV_STATE_ACTIVE,
         mavlink_version: 3,
     }
+}
+
+/// HEARTBEAT of a board that is up and cannot do its work.
+pub fn grounded_heartbeat() -> HEARTBEAT_DATA {
+    HEARTBEAT_DATA { system_status: MavState::MAV_STATE_CRITICAL, ..heartbeat() }
+}
+
+/// STATUSTEXT of severity CRITICAL: the parts as one line, cut at the message's 50 characters.
+pub fn critical(parts: [&str; 3]) -> STATUSTEXT_DATA {
+    let mut text = [0; 50];
+    let bytes = parts.iter().flat_map(|part| part.bytes());
+    text.iter_mut().zip(bytes).for_each(|(to, from)| *to = from);
+    STATUSTEXT_DATA { severity: MavSeverity::MAV_SEVERITY_CRITICAL, text: text.into() }
 }
 
 /// The servo's command: follow-up angle β relative to the vehicle, as a gimbal yaw. Rates are left to the servo.

@@ -17,6 +17,7 @@ use plumbline_sim::report::{Report, ReportError};
 use plumbline_sim::score::{self, Linked};
 use plumbline_sim::stage::Stage;
 use plumbline_survey::error::InputError;
+use plumbline_survey::output::{check_file, write_file};
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 
@@ -63,6 +64,9 @@ pub struct Args {
     /// Folder for fixes.csv, report.json and report.html; nothing is written unless given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write the flight's log, for `plumbline replay`; with --link inproc
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
     /// Write frame, patch, mask and reference of the first N frames as PNG
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     dump: Option<u32>,
@@ -101,6 +105,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.firmware.is_some() && args.link != Reach::Qemu {
         return Err(Failure::Input(InputError::new("--firmware is an image for --link qemu, which is not given")));
     }
+    if let Some(log) = &args.log {
+        if args.link != Reach::InProcess {
+            return Err(Failure::Input(InputError::new("--log is for --link inproc; a board keeps its log itself")));
+        }
+        check_file(log)?;
+    }
     let stage = Stage::prepare(scenario)?;
     let frames = stage.scenario.frames;
     let (mut link, mut linked) = link(args, &stage)?;
@@ -109,6 +119,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let flight = fly(&stage, link.as_mut(), keep, &mut |frame| bar.set_position(u64::from(frame) + 1));
     bar.finish_and_clear();
     let flight = flight?;
+    if let Some(path) = &args.log {
+        write_file(path, &link.close_log())?;
+    }
     linked.account = link.account();
     // A board on a line is free for the next one.
     drop(link);
@@ -153,7 +166,11 @@ fn link(args: &Args, stage: &Stage) -> Result<(Box<dyn Link>, Linked), Failure> 
     let linked =
         |name: &str, firmware_sha256| Linked { name: name.to_owned(), firmware_sha256, account: Account::default() };
     match &args.link {
-        Reach::InProcess => Ok((Box::new(InProcess::new(&stage.flash)?), linked("inproc", None))),
+        Reach::InProcess => {
+            let link =
+                if args.log.is_some() { InProcess::logged(&stage.flash)? } else { InProcess::new(&stage.flash)? };
+            Ok((Box::new(link), linked("inproc", None)))
+        }
         Reach::Serial(path) => {
             let link = Serial::open(&stage.flash, path, Patience::default())?;
             Ok((Box::new(link), linked("serial", None)))

@@ -8,6 +8,7 @@ mod map;
 mod match_;
 mod motion;
 mod rectify;
+mod replay;
 mod reproduce;
 mod serve;
 mod smooth;
@@ -30,6 +31,8 @@ pub struct Cli {
 enum Verb {
     /// Fly the firmware over real or procedural ground and judge its fixes
     Fly(fly::Args),
+    /// Run the application again on a flight's log and compare, bit for bit
+    Replay(replay::Args),
     /// Be a board for `fly --link serial:PATH`, without one: the application behind a socket or a pseudo-terminal, until it
     /// is interrupted
     Serve(serve::Args),
@@ -85,6 +88,7 @@ impl From<InputError> for Failure {
 pub fn run(cli: Cli) -> Result<(), Failure> {
     match cli.verb {
         Verb::Fly(args) => fly::run(&args),
+        Verb::Replay(args) => replay::run(&args),
         Verb::Serve(args) => serve::run(&args),
         Verb::Map(args) => map::run(&args),
         Verb::Rectify(args) => rectify::run(&args),

@@ -26,8 +26,8 @@ use std::task::{Context, Poll, Waker};
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Room for the tile, bytes: a square of 2,816 pixels.
-const TILE_ROOM: usize = 0x7c_0000;
+/// Room for the tile, bytes: a square of 2,850 pixels.
+const TILE_ROOM: usize = plumbline_firmware::window::TILES_BYTES;
 /// Room for the mission, bytes.
 const MISSION_ROOM: usize = 4096;
 /// Room for rows: the largest boxes there are, 64 rows, of the widest frame there is room for.
@@ -207,7 +207,7 @@ impl Machine for Host {
         Identity { board: "host", boot: self.boot, core_clock_hz: 0, counts: Counts::Nothing }
     }
 
-    fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), &'static str> {
+    fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]> {
         let memory = Memory { buffers: Box::leak(Box::default()), frame: vec![0; FRAME_MEMORY_BYTES].leak() };
         let app = Box::leak(Box::new(application(uploaded, memory)?));
         let front_end = Camera::new(wires, vec![0; ROWS_ROOM].leak());

@@ -1,16 +1,21 @@
 //! The application on the host: the firmware's own tasks on embassy's executor, in this process.
 
-use super::{Event, Flash, Link, LinkError, tasks};
+mod recorder;
+
+pub use recorder::{Card, Log, RING};
+
+use super::{Event, Flash, Link, LinkError, Stores, tasks};
 use embassy_executor::raw::Executor;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
-use plumbline_core::pipeline::Pipeline;
-use plumbline_core::stamp::{Edge, Polarity, Stamper};
+use plumbline_core::stamp::{Edge, Polarity};
 use plumbline_core::units::Ticks;
 use plumbline_firmware::app::App;
 use plumbline_firmware::board::{FrameStart, FrontEnd, Reader, Rows, Timer, Writer};
-use plumbline_firmware::mission::Mission;
+use plumbline_firmware::boot;
+use plumbline_firmware::journal::{Journal, NoJournal};
+use plumbline_firmware::log::card::place;
+use plumbline_firmware::log::writer::write_out;
 use plumbline_firmware::run::{self, Pending};
-use plumbline_survey::error::InputError;
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::future::poll_fn;
@@ -24,6 +29,7 @@ pub struct InProcess {
     executor: &'static Executor,
     pending: &'static Pending,
     wires: Rc<Wires>,
+    log: Option<(&'static Log, Card)>,
 }
 
 /// What the board's parts share with the simulator.
@@ -36,6 +42,8 @@ struct Wires {
     edges: RefCell<VecDeque<Edge>>,
     frame: RefCell<Option<(FrameStart, Vec<u8>)>>,
     wakers: RefCell<Vec<Waker>>,
+    /// State of a small generator, 0 on a tidy board.
+    untidy: Cell<u32>,
 }
 
 impl Wires {
@@ -52,9 +60,23 @@ impl Wires {
     }
 
     fn wake(&self) {
-        for waker in self.wakers.take() {
+        let mut wakers = self.wakers.take();
+        for index in (1..wakers.len()).rev() {
+            wakers.swap(index, index - self.any(index as u32 + 1) as usize);
+        }
+        for waker in wakers {
             waker.wake();
         }
+    }
+
+    /// A number below `bound` on an untidy board, else 0: xorshift32, good enough for disorder.
+    fn any(&self, bound: u32) -> u32 {
+        let mut x = self.untidy.get();
+        x ^= x << 13;
+        x ^= x >> 17;
+        x ^= x << 5;
+        self.untidy.set(x);
+        x % bound
     }
 }
 
@@ -62,28 +84,51 @@ impl InProcess {
     /// Boots the application with what lies in its flash.
     ///
     /// # Errors
-    /// [`LinkError::Input`] for a mission that the firmware refuses.
+    /// [`LinkError::Input`] for stores that the firmware refuses.
     pub fn new(flash: &Flash) -> Result<Self, LinkError> {
-        let refuse = |error| InputError::new(format!("the firmware refuses this mission: {error:?}"));
-        // Through the stored form, as the board reads it.
-        let mission = Mission::decode(&flash.encoded()?).map_err(refuse)?;
-        let settings = mission.settings().map_err(refuse)?;
-        let stamper = Stamper::new(&mission.stamp_settings().map_err(refuse)?);
-        let tile = mission.tile(Box::leak(flash.tile.clone().into_boxed_slice())).map_err(refuse)?;
-        let pipeline = Pipeline::new(settings, tile, Box::leak(Box::default()), vec![0; FRAME_MEMORY_BYTES].leak())
-            .map_err(|error| InputError::new(format!("the firmware refuses these settings: {error:?}")))?;
-        let app: &'static App<'static> = Box::leak(Box::new(App::new(pipeline, stamper, mission.send_patches)));
+        Ok(Self::boot(&flash.stores()?, false))
+    }
+
+    /// The same, with a log beside it.
+    ///
+    /// # Errors
+    /// [`LinkError::Input`].
+    pub fn logged(flash: &Flash) -> Result<Self, LinkError> {
+        Ok(Self::boot(&flash.stores()?, true))
+    }
+
+    /// Boots with these stores, as a board does: where they are refused the vehicle is grounded and says why.
+    pub fn boot(stores: &Stores, is_logged: bool) -> Self {
         let pending: &'static Pending = Box::leak(Box::default());
         let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
-        let wires = Rc::new(Wires::default());
-        let front_end = Camera { wires: wires.clone(), size: (0, 0), pixels: Vec::new(), row: 0 };
-        tasks::spawn(executor, app, || Port(wires.clone()), front_end);
-        Ok(InProcess { executor, pending, wires })
+        // Tiles stay where they are, as in flash; of the mission nothing is kept.
+        let tiles: &'static [u8] = Box::leak(stores.tiles.clone().into_boxed_slice());
+        let memory = vec![0; FRAME_MEMORY_BYTES].leak();
+        let log = is_logged.then(|| (&*Box::leak(Box::new(recorder::log(stores, tiles))), Card::default()));
+        let journal: &'static dyn Journal = log.as_ref().map_or(&NoJournal, |(log, _)| *log);
+        let link = InProcess { executor, pending, wires: Rc::new(Wires::default()), log };
+        if let Some((log, card)) = link.log.clone() {
+            tasks::endless(executor, async move {
+                let mut card = card;
+                let Ok(area) = place(&mut card).await else { return };
+                write_out(log, &mut card, area).await;
+            });
+        }
+        let flight = boot::read(&stores.mission, tiles);
+        match flight.and_then(|flight| flight.app(Box::leak(Box::default()), memory, journal)) {
+            Ok(app) => link.fly(Box::leak(Box::new(app))),
+            Err(reason) => tasks::spawn_grounded(executor, reason, || link.port()),
+        }
+        link
     }
-}
 
-impl Link for InProcess {
-    fn step(&mut self, timer: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError> {
+    /// The log's card; nothing without a log.
+    pub fn card(&self) -> Option<&Card> {
+        self.log.as_ref().map(|(_, card)| card)
+    }
+
+    /// Has this happen without letting the firmware work yet: [`Link::step`] does both.
+    pub fn happen(&mut self, timer: u32, event: Event<'_>) {
         self.wires.timer.set(timer);
         match event {
             Event::Nothing => {}
@@ -99,9 +144,48 @@ impl Link for InProcess {
                 *self.wires.frame.borrow_mut() = Some((start, frame.pixels.to_vec()));
             }
         }
+    }
+
+    /// Lets the firmware work until nothing is left to do; what it sent.
+    pub fn work(&mut self) -> Vec<u8> {
         self.wires.wake();
         run::until_idle(self.executor, self.pending);
-        Ok(self.wires.sent.take())
+        self.wires.sent.take()
+    }
+
+    /// Makes the board untidy, as interrupts do: its timer goes on while the firmware works, bytes come in portions, rows keep
+    /// others' work between them, and tasks are woken in any order. All of it follows from `seed`.
+    pub fn untidy(&mut self, seed: u32) {
+        self.wires.untidy.set(seed.max(1));
+    }
+
+    fn port(&self) -> Port {
+        Port(self.wires.clone())
+    }
+
+    fn fly(&self, app: &'static App<'static>) {
+        let front_end = Camera { wires: self.wires.clone(), size: (0, 0), pixels: Vec::new(), row: 0 };
+        tasks::spawn(self.executor, app, || self.port(), front_end);
+    }
+}
+
+impl Link for InProcess {
+    fn step(&mut self, timer: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError> {
+        self.happen(timer, event);
+        Ok(self.work())
+    }
+
+    fn annotate(&mut self, bytes: &[u8]) {
+        if let Some((log, _)) = &self.log {
+            log.annotate(bytes);
+        }
+    }
+
+    fn close_log(&mut self) -> Vec<u8> {
+        let Some((log, card)) = &self.log else { return Vec::new() };
+        log.close();
+        run::until_idle(self.executor, self.pending);
+        card.bytes()
     }
 }
 
@@ -113,7 +197,8 @@ impl Reader for Port {
         self.0
             .wait(|wires| {
                 let mut received = wires.received.borrow_mut();
-                let count = received.len().min(buffer.len());
+                let whole = received.len().min(buffer.len());
+                let count = if whole > 1 { whole - wires.any(whole as u32) as usize } else { whole };
                 for (to, from) in buffer.iter_mut().zip(received.drain(..count)) {
                     *to = from;
                 }
@@ -131,6 +216,7 @@ impl Writer for Port {
 
 impl Timer for Port {
     fn now(&self) -> Ticks {
+        self.0.timer.set(self.0.timer.get().wrapping_add(self.0.any(5)));
         Ticks(self.0.timer.get())
     }
 
@@ -163,6 +249,15 @@ impl FrontEnd for Camera {
     }
 
     async fn rows(&mut self, count: u16) -> Rows<'_> {
+        if self.wires.any(20) == 1 {
+            // Others work meanwhile.
+            let mut has_waited = false;
+            poll_fn(|context| {
+                context.waker().wake_by_ref();
+                if std::mem::replace(&mut has_waited, true) { Poll::Ready(()) } else { Poll::Pending }
+            })
+            .await;
+        }
         let cols = self.size.0 as usize;
         let from = self.row * cols;
         self.row += count as usize;

@@ -34,7 +34,7 @@ impl Machine for Handle {
         Identity { board: "bench", boot: 3, core_clock_hz: 0, counts: Counts::Nothing }
     }
 
-    fn boot(&mut self, _: Uploaded, _: &'static Wires) -> Result<(), &'static str> {
+    fn boot(&mut self, _: Uploaded, _: &'static Wires) -> Result<(), [&'static str; 2]> {
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! The image in QEMU's `mps2-an500`, a Cortex-M7, step by step.
 //!
-//! The emulator maps the board's PSRAM onto a file that this process maps too: registers, mission, tile and frames
+//! The emulator maps the board's PSRAM onto a file that this process maps too: registers, stores and frames
 //! travel through it, see [`plumbline_firmware::window`]. MAVLink goes over one serial port, the knocks of the lockstep
 //! over another. Emulated time is a function of the instructions executed, so counts repeat.
 
@@ -64,7 +64,7 @@ impl Qemu {
             Ok(mut qemu) => match qemu.boot()? {
                 1 => Ok(qemu),
                 status => Err(LinkError::Input(InputError::new(format!(
-                    "the firmware refuses this mission (status {status})"
+                    "the firmware refuses what lies in flash (status {status:#x})"
                 )))),
             },
             Err(error) => {
@@ -247,14 +247,16 @@ fn prepare(folder: &Path, flash: &Flash) -> Result<(MmapMut, Sockets), LinkError
     // SAFETY: the file is this flight's own; the emulator, which maps it too, and this process take turns, as the
     // lockstep has it.
     let mut window = unsafe { MmapMut::map_mut(&file) }.map_err(lost)?;
-    let mission = flash.encoded()?;
+    let stores = flash.stores()?;
+    if stores.tiles.len() > at::TILES_BYTES {
+        return Err(LinkError::Input(InputError::new("the reference does not fit the emulated board's flash")));
+    }
     let mut put = |offset: usize, bytes: &[u8]| window[offset..offset + bytes.len()].copy_from_slice(bytes);
     put(at::MAGIC, &at::MAGIC_VALUE.to_le_bytes());
     put(at::ROW_TIME_NS, &ROW_TIME_NS.to_le_bytes());
     put(at::RING_ROWS, &RING_ROWS.to_le_bytes());
-    put(at::MISSION_BYTES, &(mission.len() as u32).to_le_bytes());
-    put(at::MISSION, &mission);
-    put(at::TILE, &flash.tile);
+    put(at::MISSION, &stores.mission);
+    put(at::TILES, &stores.tiles);
     let listen = |name: &str| UnixListener::bind(folder.join(name)).map_err(lost);
     Ok((window, (listen("link")?, listen("doorbell")?)))
 }

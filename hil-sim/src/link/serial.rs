@@ -40,7 +40,8 @@ impl Serial {
     /// # Errors
     /// [`LinkError::Input`] for all that the user can mend: the path, a board that is silent, or that refuses.
     pub fn open(flash: &Flash, path: &Path, patience: Patience) -> Result<Self, LinkError> {
-        let stores = [(Store::Mission, flash.encoded()?), (Store::Tile, flash.tile.clone())];
+        let stores = flash.stores()?;
+        let stores = [(Store::Mission, stores.mission), (Store::Tile, stores.tiles)];
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         // Another number than that of an earlier simulator on the same line.
         let session = (now.as_nanos() as u32).rotate_left(11) ^ std::process::id();

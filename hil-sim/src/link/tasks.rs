@@ -1,8 +1,9 @@
 //! The application's tasks on the host.
 
 use embassy_executor::raw::{Executor, TaskStorage};
-use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
+use plumbline_firmware::app::{App, beat, camera, edges, grounded, receive, transmit};
 use plumbline_firmware::board::{FrontEnd, Gauge, Reader, Timer, Writer};
+use plumbline_firmware::boot::BootError;
 
 /// Spawns all of them, each with ends of its own.
 pub fn spawn<P: Reader + Writer + Timer + 'static>(
@@ -25,8 +26,20 @@ pub fn spawn<P: Reader + Writer + Timer + 'static>(
     endless(executor, async move { edges::edges(app, &mut timer).await });
 }
 
+/// Spawns those of a vehicle whose stores were refused.
+pub fn spawn_grounded<P: Reader + Writer + Timer + 'static>(
+    executor: &'static Executor,
+    reason: BootError,
+    port: impl Fn() -> P,
+) {
+    let mut reader = port();
+    endless(executor, async move { grounded::drain(&mut reader).await });
+    let (mut writer, mut timer) = (port(), port());
+    endless(executor, async move { grounded::tell(reason, &mut writer, &mut timer).await });
+}
+
 /// Spawns a task that never ends.
-fn endless<F: Future + 'static>(executor: &'static Executor, task: F) {
+pub fn endless<F: Future + 'static>(executor: &'static Executor, task: F) {
     let storage: &'static TaskStorage<F> = Box::leak(Box::new(TaskStorage::new()));
     // A storage made a line above is free: the spawn cannot fail.
     if let Ok(token) = storage.spawn(|| task) {
@@ -35,7 +48,7 @@ fn endless<F: Future + 'static>(executor: &'static Executor, task: F) {
 }
 
 /// No counters and no memory limits on the host.
-struct HostGauge;
+pub struct HostGauge;
 
 impl Gauge for HostGauge {
     fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {

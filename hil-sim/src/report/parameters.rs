@@ -115,11 +115,11 @@ fn noisy(sigma: f64, unit: &str, rate_hz: u32, latency_us: u32) -> String {
 }
 
 fn reference(report: &Report<'_>) -> Group {
-    let (s, mission) = (&report.stage.scenario, &report.stage.flash.mission);
+    let (s, head) = (&report.stage.scenario, &report.stage.flash.head);
     let reference = &s.reference;
     let rows = vec![
         ("Pixel", format!("{} m", s.resolution_m)),
-        ("Tile", format!("{} × {} px, EPSG:{}", mission.tile.0, mission.tile.1, mission.epsg)),
+        ("Tile", format!("{} × {} px, EPSG:{}", head.size.0, head.size.1, head.georeference.epsg)),
         ("Search", format!("±{} px", s.search_px)),
         ("Gamma, gain, offset", format!("{}, {}, {} DN", reference.gamma, reference.gain, reference.offset_dn)),
         ("Noise", format!("{} DN, 1 σ", reference.noise_dn)),

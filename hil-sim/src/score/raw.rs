@@ -29,15 +29,12 @@ pub fn match_raw(stage: &Stage, truth: &TrueState, pixels: &[u8], report: Option
     let level = Homography::simplified(EquivalentTilt::default(), &camera);
     let patch = rectify(&camera, &frame, level, &Target { height_m, resolution_m, size: None }).ok()?;
 
-    let mission = &stage.flash.mission;
-    let tile = View::new(&stage.flash.tile, mission.tile)?;
+    let size = stage.flash.head.size;
+    let tile = View::new(&stage.flash.tile, size)?;
     let true_m = [truth.east_m - stage.tile_centre[0], truth.north_m - stage.tile_centre[1]];
     let around = report.and_then(|r| r.predicted).map_or(true_m, |p| p.map(f64::from));
     let tile_pixel = |m: [f64; 2]| {
-        [
-            m[0] / resolution_m + 0.5 * (f64::from(mission.tile.0) - 1.0),
-            0.5 * (f64::from(mission.tile.1) - 1.0) - m[1] / resolution_m,
-        ]
+        [m[0] / resolution_m + 0.5 * (f64::from(size.0) - 1.0), 0.5 * (f64::from(size.1) - 1.0) - m[1] / resolution_m]
     };
     let radius = stage.scenario.search_px;
     let window_size = (patch.picture.cols as u16 + 2 * radius, patch.picture.rows as u16 + 2 * radius);

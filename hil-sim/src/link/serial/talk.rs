@@ -303,7 +303,7 @@ fn matches(envelope: &Envelope<Answer<'_>>, session: u32, id: u32) -> Option<Res
             Refused::TooLarge { room } => Refusal::TooLarge(room),
             Refused::Damaged(Store::Mission) => Refusal::Because("the mission did not arrive whole".to_owned()),
             Refused::Damaged(Store::Tile) => Refusal::Because("the tile did not arrive whole".to_owned()),
-            Refused::Boot(why) => Refusal::Because(why.to_owned()),
+            Refused::Boot(why) => Refusal::Because(why.concat()),
             Refused::Order => Refusal::Because("a request out of order".to_owned()),
         })),
         Answer::Welcome(_) => return None,

@@ -2,7 +2,7 @@
 
 use crate::scenario::{EdgeSource, Scenario};
 use crate::sensors::hold_off_us;
-use plumbline_firmware::mission::Stamps;
+use plumbline_firmware::stores::mission::Stamps;
 
 /// Tolerance of an ordinary crystal, one sigma.
 const RATE_SIGMA_PPM: f32 = 30.0;

@@ -1,0 +1,102 @@
+//! From what lies in flash to the application, the same on every board.
+
+use crate::app::App;
+use crate::journal::Journal;
+use crate::stores::{StoreError, mission, tiles};
+use plumbline_core::budget::SEARCH_MAX_PX;
+use plumbline_core::pipeline::{Buffers, Pipeline, Settings};
+use plumbline_core::stamp::{StampSettings, Stamper};
+use plumbline_core::tile::Tile;
+
+/// Why a vehicle flies without fixes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BootError {
+    /// The mission store was refused.
+    Mission(StoreError),
+    /// The tile store was refused.
+    Tiles(StoreError),
+    /// Either is good, but the reference is smaller than what the mission searches.
+    Misfit,
+    /// The board lends less frame memory than a search needs.
+    FrameMemory,
+}
+
+impl BootError {
+    /// The reason, in parts that make one line of less than 50 characters.
+    pub fn words(self) -> [&'static str; 2] {
+        match self {
+            BootError::Mission(error) => ["mission store: ", error.words()],
+            BootError::Tiles(error) => ["tile store: ", error.words()],
+            BootError::Misfit => ["tile store: ", "smaller than the search"],
+            BootError::FrameMemory => ["board: ", "too little frame memory"],
+        }
+    }
+
+    /// A number for a status word: never 0.
+    pub fn code(self) -> u32 {
+        match self {
+            BootError::Mission(error) => 0x10 + error as u32,
+            BootError::Tiles(error) => 0x20 + error as u32,
+            BootError::Misfit => 0x30,
+            BootError::FrameMemory => 0x31,
+        }
+    }
+}
+
+impl core::fmt::Display for BootError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.words().into_iter().try_for_each(|part| f.write_str(part))
+    }
+}
+
+/// What both stores say, checked.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight<'f> {
+    /// The core's settings.
+    pub settings: Settings,
+    /// What stamps depend on.
+    pub stamps: StampSettings,
+    /// The reference, where it lies in flash.
+    pub tile: Tile<'f>,
+    /// Whether rectified patches are sent.
+    pub send_patches: bool,
+}
+
+/// Least side of a patch that the reference must hold beside the search, pixels.
+const PATCH_PX: usize = 16;
+
+/// Reads both stores, each from the region of flash that it begins. Any bytes may come.
+///
+/// # Errors
+/// [`BootError`].
+pub fn read<'f>(mission: &[u8], tiles: &'f [u8]) -> Result<Flight<'f>, BootError> {
+    let mission = mission::read(mission).map_err(BootError::Mission)?;
+    let settings = mission.settings().map_err(BootError::Mission)?;
+    let stamps = mission.stamp_settings().map_err(BootError::Mission)?;
+    let tile = tiles::read(tiles).map_err(BootError::Tiles)?;
+    let needed = PATCH_PX + 2 * (settings.search_px as usize).min(SEARCH_MAX_PX);
+    let (cols, rows) = tile.size();
+    if (cols.min(rows) as usize) < needed {
+        return Err(BootError::Misfit);
+    }
+    Ok(Flight { settings, stamps, tile, send_patches: mission.send_patches })
+}
+
+impl<'t> Flight<'t> {
+    /// The application; `journal` is told all that decides.
+    ///
+    /// # Errors
+    /// [`BootError::FrameMemory`].
+    // Inlined, it is built where it is to lie; otherwise boot carries copies of it over the stack.
+    #[inline(always)]
+    pub fn app(
+        self,
+        buffers: &'t mut Buffers,
+        frame_memory: &'t mut [u8],
+        journal: &'t dyn Journal,
+    ) -> Result<App<'t>, BootError> {
+        let Flight { settings, stamps, tile, send_patches } = self;
+        let pipeline = Pipeline::new(settings, tile, buffers, frame_memory).map_err(|_| BootError::FrameMemory)?;
+        Ok(App::new(pipeline, Stamper::new(&stamps), send_patches, journal))
+    }
+}

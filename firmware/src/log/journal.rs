@@ -1,0 +1,135 @@
+//! The application's notes as records of a log.
+
+use super::record::{Blob, Head, Record};
+use super::ring::Ring;
+use crate::journal::{Journal, Note, Turn};
+use crate::stores::framing::checksum;
+use core::cell::{Cell, RefCell};
+use core::task::{Poll, Waker};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::signal::Signal;
+use plumbline_core::budget::RUNS_MAX;
+use plumbline_core::rectify::Run;
+use plumbline_core::stamp::Polarity;
+
+/// Bytes of the tile store in a record.
+const PIECE: usize = 1024;
+/// Room that pieces of the tile store leave to the flight.
+const LEFT_TO_FLIGHT: usize = 8 * 1024;
+
+/// A journal that becomes a log: `N` blocks of RAM, and both stores, which are logged too so that a log is all that a replay
+/// needs. The tile store goes in the background, as fast as there is room beside the flight's records.
+#[allow(missing_debug_implementations, reason = "embassy-sync's primitives have none")]
+pub struct LogJournal<'f, const N: usize> {
+    ring: RefCell<Ring<N>>,
+    tiles: &'f [u8],
+    tiles_done: Cell<usize>,
+    /// Raised whenever there is more to be written.
+    more: Signal<NoopRawMutex, ()>,
+}
+
+/// The record of a note.
+pub fn record<'a>(note: &Note<'a>) -> Record<'a> {
+    match *note {
+        Note::Bytes(at, bytes) => Record::Bytes(at.0, Blob(bytes)),
+        Note::Pulse(at) => Record::Pulse(at.0),
+        Note::Edge(edge) => Record::Edge(edge.at.0, edge.polarity == Polarity::Rising),
+        Note::Beat(at) => Record::Beat(at.0),
+        Note::Start(start) => Record::Start(start.sequence, start.arrival.0, start.size),
+        Note::Begin => Record::Begin,
+        Note::Rows(rows) => Record::Rows(rows.map_or_else(|refusal| refusal.code(), |()| 0)),
+        Note::Look(at) => Record::Look(at.0),
+        Note::Frame(report, instant, fix) => {
+            Record::Frame(*report, *instant, fix.map(|position| (position.lat_e7, position.lon_e7)))
+        }
+    }
+}
+
+/// Bytes of as many runs as a patch may have.
+pub const RUNS_BYTES: usize = 6 * RUNS_MAX;
+
+/// Runs as a record has them; the part of `buffer` in use.
+pub fn runs_in<'b>(runs: &[Run], buffer: &'b mut [u8; RUNS_BYTES]) -> &'b [u8] {
+    for (to, run) in buffer.chunks_exact_mut(6).zip(runs) {
+        let numbers = [run.row, run.start, run.end].map(u16::to_le_bytes);
+        to.iter_mut().zip(numbers.as_flattened()).for_each(|(to, from)| *to = *from);
+    }
+    buffer.get(..6 * runs.len()).unwrap_or(&[])
+}
+
+impl<'f, const N: usize> LogJournal<'f, N> {
+    /// A log with this `number`, which no other on the card should have; of an application that boots from these stores and
+    /// has so many bytes of frame memory.
+    pub fn new(number: u32, mission: &[u8], tiles: &'f [u8], frame_memory: usize) -> Self {
+        let mut ring = Ring::new(number);
+        ring.push(&Record::Head(Head {
+            frame_memory: frame_memory as u32,
+            tiles_bytes: tiles.len() as u32,
+            tiles_crc: checksum(tiles),
+        }));
+        ring.push(&Record::Mission(Blob(mission)));
+        LogJournal { ring: RefCell::new(ring), tiles, tiles_done: Cell::new(0), more: Signal::new() }
+    }
+
+    /// Something of the simulator's.
+    pub fn annotate(&self, bytes: &[u8]) {
+        self.push(&Record::Annotation(Blob(bytes)));
+    }
+
+    /// Ends the log.
+    pub fn close(&self) {
+        self.push(&Record::Close);
+        self.ring.borrow_mut().seal();
+    }
+
+    /// Records that found no room.
+    pub fn lost(&self) -> u32 {
+        self.ring.borrow().lost()
+    }
+
+    /// Blocks to be written, copied into `into`; how many. Goes on with the tile store while there is room for it.
+    pub(super) fn waiting(&self, into: &mut [[u8; super::block::BLOCK]]) -> usize {
+        let mut ring = self.ring.borrow_mut();
+        while ring.room() > LEFT_TO_FLIGHT.min(N * super::block::PAYLOAD / 2) + PIECE {
+            let from = self.tiles_done.get();
+            let rest = self.tiles.get(from..).unwrap_or(&[]);
+            let piece = rest.get(..PIECE).unwrap_or(rest);
+            if piece.is_empty() {
+                break;
+            }
+            ring.push(&Record::Tiles(from as u32, Blob(piece)));
+            self.tiles_done.set(from + piece.len());
+        }
+        ring.oldest(into)
+    }
+
+    /// They have been written.
+    pub(super) fn release(&self, count: usize) {
+        self.ring.borrow_mut().release(count);
+    }
+
+    /// Waits for more.
+    pub(super) async fn more(&self) {
+        self.more.wait().await;
+    }
+
+    fn push(&self, record: &Record<'_>) {
+        self.ring.borrow_mut().push(record);
+        self.more.signal(());
+    }
+}
+
+impl<const N: usize> Journal for LogJournal<'_, N> {
+    fn note(&self, note: Note<'_>) {
+        self.push(&record(&note));
+    }
+
+    fn patch(&self, size: (u16, u16), runs: &[Run], pixels: &mut [u8]) {
+        let mut buffer = [0; RUNS_BYTES];
+        self.push(&Record::Patch(size, Blob(runs_in(runs, &mut buffer)), Blob(pixels)));
+    }
+
+    fn turn(&self, _: Turn, _: &Waker) -> Poll<()> {
+        Poll::Ready(())
+    }
+}

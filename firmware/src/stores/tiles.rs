@@ -1,0 +1,118 @@
+//! The tile store: the reference and where it lies.
+//!
+//! Its payload, little-endian: 96 bytes of head, then the pixels, row-major, row 0 grid north. Behind the store's header
+//! the pixels begin at byte 128.
+//!
+//! | bytes | |
+//! |---|---|
+//! | 0..2, 2..4 | columns, rows |
+//! | 4..8 | f32: grid metres a pixel |
+//! | 8..12 | u32: the grid's EPSG code |
+//! | 12..16, 16..20 | i32: latitude and longitude of the centre, 1e-7 degrees |
+//! | 20..40, 40..60 | five f32 each: polynomials to east and north, see [`Georeference`] |
+//! | 60..64 | f32: grid convergence, radians |
+//! | 64..68 | f32: grid metres in a metre on the ground |
+//! | 68..96 | zeros |
+
+use super::StoreError;
+use super::framing::{HEADER_BYTES, Kind, header, open};
+use plumbline_core::tile::{Geographic, Georeference, Tile};
+use plumbline_core::units::{Metres, Radians};
+
+/// This store's magic and version.
+pub const KIND: Kind = Kind { magic: *b"PLBT", version: 1 };
+/// Bytes of the payload before the pixels.
+pub const HEAD_BYTES: usize = 96;
+/// Bytes of the store before the pixels.
+pub const BEFORE_PIXELS: usize = HEADER_BYTES + HEAD_BYTES;
+/// Bytes of flash that the flight computer has for this store: seven sectors of 128 KiB.
+pub const BOARD_BYTES: usize = 7 * 128 * 1024;
+
+/// What the store says beside the pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TileHead {
+    /// (cols, rows).
+    pub size: (u16, u16),
+    /// Grid metres a pixel.
+    pub resolution_m: f32,
+    /// Where it lies.
+    pub georeference: Georeference,
+}
+
+impl TileHead {
+    /// As it is stored.
+    pub fn encode(&self) -> [u8; HEAD_BYTES] {
+        let g = &self.georeference;
+        let words = [
+            u32::from(self.size.0) | u32::from(self.size.1) << 16,
+            self.resolution_m.to_bits(),
+            g.epsg,
+            g.centre.lat_e7 as u32,
+            g.centre.lon_e7 as u32,
+        ];
+        let floats = g.east.iter().chain(&g.north).chain([&g.convergence.0, &g.point_scale]).map(|f| f.to_bits());
+        let mut bytes = [0; HEAD_BYTES];
+        for (to, word) in bytes.chunks_exact_mut(4).zip(words.into_iter().chain(floats)) {
+            to.copy_from_slice(&word.to_le_bytes());
+        }
+        bytes
+    }
+
+    fn decode(bytes: &[u8; HEAD_BYTES]) -> Self {
+        let word = |index: usize| {
+            bytes.get(4 * index..).and_then(|b| b.first_chunk()).map_or(0, |&bytes| u32::from_le_bytes(bytes))
+        };
+        let float = |index: usize| f32::from_bits(word(index));
+        let five = |from: usize| core::array::from_fn(|k| float(from + k));
+        TileHead {
+            size: (word(0) as u16, (word(0) >> 16) as u16),
+            resolution_m: float(1),
+            georeference: Georeference {
+                epsg: word(2),
+                centre: Geographic { lat_e7: word(3) as i32, lon_e7: word(4) as i32 },
+                east: five(5),
+                north: five(10),
+                convergence: Radians(float(15)),
+                point_scale: float(16),
+            },
+        }
+    }
+
+    /// The store up to its `pixels`, which follow.
+    ///
+    /// # Errors
+    /// [`StoreError::Reference`] for pixels of another number, and what [`Tile::new`] refuses.
+    pub fn before(&self, pixels: &[u8]) -> Result<[u8; BEFORE_PIXELS], StoreError> {
+        self.tile(pixels)?;
+        let head = self.encode();
+        let mut bytes = [0; BEFORE_PIXELS];
+        let (to_header, to_head) = bytes.split_at_mut(HEADER_BYTES);
+        to_header.copy_from_slice(&header(KIND, &[&head, pixels]));
+        to_head.copy_from_slice(&head);
+        Ok(bytes)
+    }
+
+    /// The tile of this head over `pixels`.
+    ///
+    /// # Errors
+    /// [`StoreError::Reference`].
+    pub fn tile<'p>(&self, pixels: &'p [u8]) -> Result<Tile<'p>, StoreError> {
+        if pixels.len() != self.size.0 as usize * self.size.1 as usize {
+            return Err(StoreError::Reference);
+        }
+        Tile::new(pixels, self.size, Metres(self.resolution_m), self.georeference).map_err(|_| StoreError::Reference)
+    }
+}
+
+/// The tile in the store that `region` begins with; its pixels stay where they are. Any bytes may come.
+///
+/// # Errors
+/// [`StoreError`].
+pub fn read(region: &[u8]) -> Result<Tile<'_>, StoreError> {
+    let (head, pixels) = open(KIND, region)?.split_first_chunk::<HEAD_BYTES>().ok_or(StoreError::Encoding)?;
+    let head = TileHead::decode(head);
+    if head.size.0 as usize * head.size.1 as usize != pixels.len() {
+        return Err(StoreError::Encoding);
+    }
+    head.tile(pixels)
+}
