@@ -9,7 +9,8 @@
 //! | [`edges::pulses`] | pulses per second | the clock |
 //! | [`edges::edges`] | the shutter's edges | keeps them for their frames |
 //!
-//! A vehicle whose stores were refused runs [`grounded`] instead. All run on one executor in one thread: they share by `RefCell` and never hold a borrow across an await.
+//! A vehicle whose stores were refused runs [`grounded`] instead. All run on one executor in one thread: what they share
+//! they use in one go, and await nothing meanwhile ([`Shared`]).
 
 pub mod beat;
 pub mod camera;
@@ -19,11 +20,11 @@ pub mod receive;
 pub mod transmit;
 
 use crate::journal::Journal;
+use crate::shared::{Queue, Shared};
 use crate::wire::decoder::LinkCounters;
 use crate::wire::telemetry::{FrameReport, InstantReport};
-use core::cell::{Cell, RefCell};
+use core::cell::Cell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
-use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use plumbline_core::fix::Fix;
 use plumbline_core::pipeline::{Pipeline, Situation};
@@ -91,13 +92,13 @@ pub struct Counters {
 #[allow(missing_debug_implementations, reason = "embassy-sync's primitives have none")]
 pub struct App<'t> {
     /// The chain.
-    pub pipeline: RefCell<Pipeline<'t>>,
-    stamper: RefCell<Stamper>,
+    pub pipeline: Shared<Pipeline<'t>>,
+    stamper: Shared<Stamper>,
     link: Cell<LinkCounters>,
     counters: Cell<Counters>,
     /// Raised whenever a waiting frame should look again.
     fresh: Signal<NoopRawMutex, ()>,
-    outbox: Channel<NoopRawMutex, Out, 2>,
+    outbox: Queue<Out, 2>,
     /// Number of the patch in the pipeline's buffer.
     patch: Cell<u32>,
     send_patches: bool,
@@ -108,12 +109,12 @@ impl<'t> App<'t> {
     /// An application around a pipeline and what stamps its frames. `journal` is told all that decides.
     pub fn new(pipeline: Pipeline<'t>, stamper: Stamper, send_patches: bool, journal: &'t dyn Journal) -> Self {
         App {
-            pipeline: RefCell::new(pipeline),
-            stamper: RefCell::new(stamper),
+            pipeline: Shared::new(pipeline),
+            stamper: Shared::new(stamper),
             link: Cell::new(LinkCounters::default()),
             counters: Cell::new(Counters::default()),
             fresh: Signal::new(),
-            outbox: Channel::new(),
+            outbox: Queue::new(),
             patch: Cell::new(0),
             send_patches,
             journal,
@@ -122,7 +123,7 @@ impl<'t> App<'t> {
 
     /// The autopilot's instant at a tick.
     fn instant(&self, tick: Ticks) -> Option<Micros> {
-        self.stamper.borrow().clock.instant(tick).map(|(at, _)| at)
+        self.stamper.with(|stamper| stamper.clock.instant(tick)).flatten().map(|(at, _)| at)
     }
 
     /// Counts.

@@ -19,6 +19,7 @@ pub mod journal;
 pub mod log;
 pub mod run;
 pub mod serial;
+pub mod shared;
 pub mod stores;
 pub mod window;
 pub mod wire;

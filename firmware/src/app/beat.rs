@@ -19,7 +19,7 @@ pub async fn beat(app: &App<'_>, timer: &mut impl Timer) -> ! {
         if count.is_multiple_of(BEATS_PER_SECOND) {
             app.post(Out::Beat);
         }
-        app.stamper.borrow_mut().keep(now);
+        app.stamper.with(|stamper| stamper.keep(now));
         app.fresh.signal(());
         count = count.wrapping_add(1);
         at = Ticks(at.0.wrapping_add(INTERVAL_TICKS));

@@ -4,7 +4,7 @@ use super::{App, FrameOut, Out};
 use crate::board::{FrameStart, FrontEnd, Gauge, Rows, Timer};
 use crate::journal::{Note, Turn};
 use crate::wire::telemetry::{FrameReport, PoseTold, StampTold};
-use plumbline_core::pipeline::{Outcome, Refusal, Situation};
+use plumbline_core::pipeline::{Outcome, Pipeline, Refusal, Situation};
 use plumbline_core::pose::Wait;
 use plumbline_core::units::Micros;
 
@@ -25,7 +25,8 @@ pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl T
                 frame.note(app);
             }
             for frame in (0..lost).map(|n| FrameOut::busy(expected.wrapping_add(n))) {
-                app.outbox.send(Out::Frame(frame)).await;
+                app.outbox.room().await;
+                app.post(Out::Frame(frame));
             }
         }
         expected = start.sequence.wrapping_add(1);
@@ -34,7 +35,8 @@ pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl T
             work.out.report.refusal = refusal.code();
         }
         work.out.note(app);
-        app.outbox.send(Out::Frame(work.out)).await;
+        app.outbox.room().await;
+        app.post(Out::Frame(work.out));
     }
 }
 
@@ -68,15 +70,18 @@ impl Work {
         let rows = self.rows(app, start, front_end, gauge).await;
         app.note(Note::Rows(rows));
         // A frame without rows has had its edges all the same.
-        let (stamp, cost) = gauge.measured(|| app.stamper.borrow_mut().frame(start.arrival));
+        let stamped = app.stamper.with(|stamper| {
+            let (stamp, cost) = gauge.measured(|| stamper.frame(start.arrival));
+            (stamp.map(|stamp| (stamp, stamper.clock.state(start.arrival))), cost)
+        });
+        let (stamped, cost) = stamped.ok_or(Refusal::Busy)?;
         self.out.report.instructions[1] = cost;
-        if let Ok(stamp) = &stamp {
-            let clock = app.stamper.borrow().clock.state(start.arrival);
-            self.out.instant.stamp = Some(StampTold::new(stamp, &clock));
+        if let Ok((stamp, clock)) = &stamped {
+            self.out.instant.stamp = Some(StampTold::new(stamp, clock));
             self.out.report.mid_exposure_us = stamp.mid.0;
         }
         rows?;
-        let stamp = stamp.map_err(Refusal::from)?;
+        let (stamp, _) = stamped.map_err(Refusal::from)?;
         let situation = self.situation(app, (stamp.mid, stamp.sigma_us), timer, gauge).await?;
         self.out.situation = Some(situation);
         self.out.instant.pose = Some(PoseTold::new(&situation));
@@ -91,17 +96,28 @@ impl Work {
         ]);
         // From here on the patch's buffer belongs to this frame.
         app.patch.set(app.patch.get().wrapping_add(1));
-        let pipeline = &mut *app.pipeline.borrow_mut();
-        let (rectified, cost) = gauge.measured(|| pipeline.rectify(&situation));
+        app.pipeline.with(|pipeline| self.register(app, pipeline, &situation, gauge)).unwrap_or(Err(Refusal::Busy))
+    }
+
+    /// From the frame to the fix, once its situation is known.
+    fn register(
+        &mut self,
+        app: &App<'_>,
+        pipeline: &mut Pipeline<'_>,
+        situation: &Situation,
+        gauge: &impl Gauge,
+    ) -> Result<(), Refusal> {
+        let report = &mut self.out.report;
+        let (rectified, cost) = gauge.measured(|| pipeline.rectify(situation));
         report.instructions[3] = cost;
         rectified?;
         let (pixels, size, runs) = pipeline.patch_mut();
         app.journal.patch(size, runs, pixels);
         self.out.patch = Some(app.patch.get());
-        let (matched, cost) = gauge.measured(|| pipeline.match_patch(&situation));
+        let (matched, cost) = gauge.measured(|| pipeline.match_patch(situation));
         report.instructions[4] = cost;
         let matched = matched?;
-        let (outcome, cost) = gauge.measured(|| pipeline.fix(&situation, &matched));
+        let (outcome, cost) = gauge.measured(|| pipeline.fix(situation, &matched));
         report.instructions[5] = cost;
         self.outcome(&outcome)
     }
@@ -115,26 +131,26 @@ impl Work {
         front_end: &mut impl FrontEnd,
         gauge: &impl Gauge,
     ) -> Result<(), Refusal> {
-        {
-            app.note(Note::Begin);
-            let pipeline = &mut *app.pipeline.borrow_mut();
+        app.note(Note::Begin);
+        let begun = app.pipeline.with(|pipeline| {
             let camera = &pipeline.settings().camera;
             if start.size != (camera.cols(), camera.rows()) {
                 return Err(Refusal::BadFrame);
             }
             let (begun, cost) = gauge.measured(|| pipeline.begin_frame());
             self.out.report.instructions[0] += cost;
-            begun?;
-        }
+            begun
+        });
+        begun.unwrap_or(Err(Refusal::Busy))?;
         loop {
-            let wanted = app.pipeline.borrow().rows_wanted();
+            let wanted = app.pipeline.with(|pipeline| pipeline.rows_wanted()).ok_or(Refusal::Busy)?;
             if wanted == 0 {
                 return Ok(());
             }
             match front_end.rows(wanted).await {
                 Rows::Pixels(pixels) => {
-                    let pipeline = &mut *app.pipeline.borrow_mut();
-                    let (taken, cost) = gauge.measured(|| pipeline.rows(pixels));
+                    let taken = app.pipeline.with(|pipeline| gauge.measured(|| pipeline.rows(pixels)));
+                    let (taken, cost) = taken.ok_or(Refusal::Busy)?;
                     self.out.report.instructions[0] += cost;
                     taken?;
                 }
@@ -160,18 +176,21 @@ impl Work {
             // On a clock that has been tied anew the exposure may lie ahead.
             let tick = timer.now();
             let now = app.instant(tick);
-            let (situation, is_late) = {
-                let pipeline = &*app.pipeline.borrow();
+            let look = |pipeline: &mut Pipeline<'_>| {
                 let settings = pipeline.settings();
                 let is_late = now.is_none_or(|now| now.since(mid_exposure_at).unsigned_abs() > settings.patience_us);
                 let wait = if is_late { Wait::No } else { settings.wait() };
                 let (situation, cost) = gauge.measured(|| pipeline.situate(mid, wait));
                 self.out.report.instructions[2] += cost;
-                (situation, is_late)
+                match situation {
+                    Ok(None) if is_late => Err(pipeline.missing_at(mid_exposure_at)),
+                    situation => situation,
+                }
             };
-            if is_late || situation != Ok(None) {
+            let situation = app.pipeline.with(look).unwrap_or(Err(Refusal::Busy));
+            if situation != Ok(None) {
                 app.note(Note::Look(tick));
-                return situation?.ok_or_else(|| app.pipeline.borrow().missing_at(mid_exposure_at));
+                return situation?.ok_or(Refusal::Busy);
             }
             app.fresh.wait().await;
         }

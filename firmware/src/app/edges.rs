@@ -9,7 +9,7 @@ pub async fn edges(app: &App<'_>, timer: &mut impl Timer) -> ! {
     loop {
         let edge = timer.edge().await;
         app.note(Note::Edge(edge));
-        let _ = app.stamper.borrow_mut().on_edge(edge);
+        let _ = app.stamper.with(|stamper| stamper.on_edge(edge));
     }
 }
 
@@ -18,6 +18,6 @@ pub async fn pulses(app: &App<'_>, timer: &mut impl Timer) -> ! {
     loop {
         let tick = timer.pulse().await;
         app.note(Note::Pulse(tick));
-        app.stamper.borrow_mut().clock.on_pulse(tick);
+        app.stamper.with(|stamper| stamper.clock.on_pulse(tick));
     }
 }

@@ -6,7 +6,7 @@ use crate::journal::Note;
 use crate::wire::decoder::Decoder;
 use crate::wire::incoming::{Incoming, Unusable, incoming};
 use crate::wire::outgoing::{COMPONENT, SYSTEM};
-use plumbline_core::pipeline::{Instants, SampleError};
+use plumbline_core::pipeline::{FollowUpMode, Instants, SampleError};
 use plumbline_core::tilt::{Attitude, follow_up_command};
 use plumbline_core::units::{Micros, Radians, Ticks};
 
@@ -53,52 +53,54 @@ impl State {
         let result = match message {
             Incoming::Attitude(at, attitude) => {
                 self.fine = Some(at);
-                self.attitude(app, instants(at), attitude)
+                Some(self.attitude(app, instants(at), attitude))
             }
             Incoming::CoarseAttitude(at, attitude) => {
                 // Unsigned: after the autopilot has booted anew its stamps lie far before the last.
                 if self.fine.is_some_and(|fine| at.since(fine).unsigned_abs() < FINE_PREFERRED_US) {
                     return;
                 }
-                self.attitude(app, instants(at), attitude)
+                Some(self.attitude(app, instants(at), attitude))
             }
-            Incoming::FollowUp(at, angle) => app.pipeline.borrow_mut().streams.follow_up(instants(at), angle),
-            Incoming::Slant(at, slant) => app.pipeline.borrow_mut().streams.slant(instants(at), slant),
-            Incoming::Position(sample) => app.pipeline.borrow_mut().position(sample, arrived_at),
+            Incoming::FollowUp(at, angle) => app.pipeline.with(|p| p.streams.follow_up(instants(at), angle)),
+            Incoming::Slant(at, slant) => app.pipeline.with(|p| p.streams.slant(instants(at), slant)),
+            Incoming::Position(sample) => app.pipeline.with(|p| p.position(sample, arrived_at)),
             Incoming::Timesync { sent_ns, theirs } => {
                 let sent = Ticks((sent_ns / 1000) as u32);
-                app.stamper.borrow_mut().clock.on_timesync(sent, theirs, now);
+                app.stamper.with(|stamper| stamper.clock.on_timesync(sent, theirs, now));
                 // A clock that jumps is another one: the autopilot has booted anew.
                 let has_jumped = |(before, after): (Micros, Micros)| after.since(before).unsigned_abs() > JUMP_US;
                 if arrived_at.zip(app.instant(now)).is_some_and(has_jumped) {
-                    app.pipeline.borrow_mut().streams.clear();
+                    app.pipeline.with(|p| p.streams.clear());
                     *self = State::default();
                 }
-                Ok(())
+                Some(Ok(()))
             }
             Incoming::TimesyncRequest { theirs_ns } => {
                 app.post(Out::TimesyncAnswer(theirs_ns));
-                Ok(())
+                Some(Ok(()))
             }
         };
         match result {
-            Ok(()) => app.fresh.signal(()),
-            Err(SampleError::Backwards) => app.count(|c| c.backwards += 1),
-            Err(SampleError::Invalid) => app.count(|c| c.invalid += 1),
+            Some(Ok(())) => app.fresh.signal(()),
+            Some(Err(SampleError::Backwards)) => app.count(|c| c.backwards += 1),
+            Some(Err(SampleError::Invalid)) | None => app.count(|c| c.invalid += 1),
         }
     }
 
     /// Headings arrive relative to true north and are kept relative to the tile's grid north. Every attitude may move
     /// the servo: its command depends on nothing else.
     fn attitude(&mut self, app: &App<'_>, instants: Instants, attitude: Attitude) -> Result<(), SampleError> {
-        let mut pipeline = app.pipeline.borrow_mut();
-        let convergence = pipeline.tile().georeference().convergence;
-        let heading = Radians(attitude.heading.0 - convergence.0).wrapped();
-        let attitude = Attitude { heading, ..attitude };
-        pipeline.streams.attitude(instants, attitude)?;
+        let taken = app.pipeline.with(|pipeline| {
+            let convergence = pipeline.tile().georeference().convergence;
+            let heading = Radians(attitude.heading.0 - convergence.0).wrapped();
+            let attitude = Attitude { heading, ..attitude };
+            pipeline.streams.attitude(instants, attitude).map(|()| (attitude, pipeline.settings().follow_up))
+        });
+        let (attitude, follow_up) = taken.unwrap_or(Err(SampleError::Invalid))?;
         let at = instants.sampled_at;
         let due = self.servo.is_none_or(|last| at.since(last).unsigned_abs() >= SERVO_INTERVAL_US);
-        if due && pipeline.settings().follow_up != plumbline_core::pipeline::FollowUpMode::Fixed {
+        if due && follow_up != FollowUpMode::Fixed {
             self.servo = Some(at);
             app.post(Out::Servo(follow_up_command(attitude)));
         }

@@ -5,6 +5,7 @@ use crate::board::{Gauge, Timer, Writer};
 use crate::wire::outgoing::{self, CHUNK, Encoder};
 use crate::wire::telemetry::{Health, InstantReport, MotionTold, StampHealth, Telemetry};
 use plumbline_core::motion::image_motion;
+use plumbline_core::stamp::Stamper;
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::Radians;
 
@@ -34,7 +35,7 @@ fn nanoseconds(timer: &impl Timer) -> i64 {
 
 fn health(app: &App<'_>, timer: &impl Timer, gauge: &impl Gauge) -> Health {
     let (link, counters) = (app.link.get(), app.counters.get());
-    let stamper = app.stamper.borrow();
+    let stamps = |stamper: &mut Stamper| StampHealth::new(stamper.counters(), &stamper.clock.state(timer.now()));
     Health {
         messages: link.good,
         bad_checksum: link.bad_checksum,
@@ -47,8 +48,8 @@ fn health(app: &App<'_>, timer: &impl Timer, gauge: &impl Gauge) -> Health {
         frames_lost: counters.frames_lost,
         patches_cut: counters.patches_cut,
         memory: gauge.memory(),
-        delays_us: app.pipeline.borrow().streams.delays_us(),
-        stamps: StampHealth::new(stamper.counters(), &stamper.clock.state(timer.now())),
+        delays_us: app.pipeline.with(|pipeline| pipeline.streams.delays_us()).unwrap_or_default(),
+        stamps: app.stamper.with(stamps).unwrap_or_default(),
     }
 }
 
@@ -56,7 +57,7 @@ fn health(app: &App<'_>, timer: &impl Timer, gauge: &impl Gauge) -> Health {
 fn motion(app: &App<'_>, frame: &FrameOut) -> Option<MotionTold> {
     let (stamp, situation) = (frame.instant.stamp?, frame.situation.as_ref()?);
     let exposure_us = stamp.halves_us.0.saturating_add(stamp.halves_us.1);
-    let camera = app.pipeline.borrow().settings().camera;
+    let camera = app.pipeline.with(|pipeline| pipeline.settings().camera)?;
     image_motion(&camera, &situation.moving(), exposure_us).ok().map(|motion| MotionTold::new(&motion))
 }
 
@@ -74,16 +75,17 @@ async fn frame_out(
             let now = app.instant(timer.now()).unwrap_or(mid);
             writer.write(encoder.encode(&outgoing::position_sensor(fix, mid, now))).await;
         }
-        let (position, attitude) = {
-            let pipeline = app.pipeline.borrow();
+        let captured = app.pipeline.with(|pipeline| {
             let georeference = pipeline.tile().georeference();
             let predicted = georeference.geographic(situation.prediction.local);
             let heading = Radians(situation.attitude.heading.0 + georeference.convergence.0).wrapped();
             (frame.fix.map_or(predicted, |fix| fix.position), Attitude { heading, ..situation.attitude })
-        };
+        });
         writer.write(encoder.encode(&outgoing::camera_trigger(mid, frame.report.sequence))).await;
-        let captured = outgoing::image_captured(situation, attitude, position, frame.report.sequence);
-        writer.write(encoder.encode(&captured)).await;
+        if let Some((position, attitude)) = captured {
+            let captured = outgoing::image_captured(situation, attitude, position, frame.report.sequence);
+            writer.write(encoder.encode(&captured)).await;
+        }
     }
     // After the fix, which does not wait for it.
     let instant = InstantReport { motion: motion(app, frame), ..frame.instant };
@@ -96,7 +98,7 @@ async fn frame_out(
 
 /// Patch `number`, as long as no newer one takes its buffer.
 async fn picture_out(app: &App<'_>, number: u32, encoder: &mut Encoder, writer: &mut impl Writer) {
-    let size = app.pipeline.borrow().patch().1;
+    let Some(size) = app.pipeline.with(|pipeline| pipeline.patch().1) else { return };
     writer.write(encoder.encode(&outgoing::picture_announcement(size))).await;
     let pieces = (size.0 as usize * size.1 as usize).div_ceil(CHUNK);
     for piece in 0..pieces {
@@ -104,11 +106,11 @@ async fn picture_out(app: &App<'_>, number: u32, encoder: &mut Encoder, writer: 
             app.count(|c| c.patches_cut += 1);
             return;
         }
-        let message = {
-            let pipeline = app.pipeline.borrow();
+        let message = app.pipeline.with(|pipeline| {
             let rest = pipeline.patch().0.get(piece * CHUNK..).unwrap_or(&[]);
             outgoing::picture_piece(piece as u16, rest.get(..CHUNK).unwrap_or(rest))
-        };
+        });
+        let Some(message) = message else { return };
         writer.write(encoder.encode(&message)).await;
     }
 }

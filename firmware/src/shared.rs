@@ -1,0 +1,121 @@
+//! What tasks of one thread share, without a borrow that could panic.
+
+use core::cell::RefCell;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::signal::Signal;
+use heapless::Deque;
+
+/// State that several tasks use, each in one go: a use is a call that awaits nothing, so no two ever meet. Were one made
+/// from within another all the same, it would not be done.
+#[derive(Debug)]
+pub struct Shared<T>(RefCell<T>);
+
+impl<T> Shared<T> {
+    /// Shares `value`.
+    pub const fn new(value: T) -> Self {
+        Shared(RefCell::new(value))
+    }
+
+    /// Does `work` with it; `None`, and nothing done, from within another use.
+    #[inline(always)]
+    pub fn with<R>(&self, work: impl FnOnce(&mut T) -> R) -> Option<R> {
+        self.0.try_borrow_mut().ok().map(|mut value| work(&mut value))
+    }
+}
+
+/// A queue between tasks. One of them may wait for room, one for something to take.
+#[allow(missing_debug_implementations, reason = "embassy-sync's primitives have none")]
+pub struct Queue<T, const N: usize> {
+    items: Shared<Deque<T, N>>,
+    filled: Signal<NoopRawMutex, ()>,
+    freed: Signal<NoopRawMutex, ()>,
+}
+
+impl<T, const N: usize> Queue<T, N> {
+    /// Empty.
+    pub const fn new() -> Self {
+        Queue { items: Shared::new(Deque::new()), filled: Signal::new(), freed: Signal::new() }
+    }
+
+    /// Puts an item in.
+    ///
+    /// # Errors
+    /// The item, where there is no room.
+    pub fn try_send(&self, item: T) -> Result<(), T> {
+        let mut waiting = Some(item);
+        let put = |items: &mut Deque<T, N>| {
+            if !items.is_full()
+                && let Some(item) = waiting.take()
+            {
+                waiting = items.push_back(item).err();
+            }
+        };
+        self.items.with(put);
+        match waiting {
+            Some(item) => Err(item),
+            None => {
+                self.filled.signal(());
+                Ok(())
+            }
+        }
+    }
+
+    /// Waits until there is room. The item is put in afterwards: a future that held it would need its size again.
+    pub async fn room(&self) {
+        while self.items.with(|items| items.is_full()) == Some(true) {
+            self.freed.wait().await;
+        }
+    }
+
+    /// Takes the oldest item, as soon as there is one.
+    pub async fn receive(&self) -> T {
+        loop {
+            if let Some(item) = self.items.with(Deque::pop_front).flatten() {
+                self.freed.signal(());
+                return item;
+            }
+            self.filled.wait().await;
+        }
+    }
+}
+
+impl<T, const N: usize> Default for Queue<T, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::{Queue, Shared};
+    use core::pin::pin;
+    use core::task::{Context, Poll, Waker};
+
+    #[test]
+    fn a_use_within_a_use_is_not_made() {
+        let shared = Shared::new(1);
+        let inner = shared.with(|outer| {
+            *outer += 1;
+            shared.with(|inner| *inner += 10)
+        });
+        assert_eq!((inner, shared.with(|value| *value)), (Some(None), Some(2)));
+    }
+
+    #[test]
+    fn a_full_queue_makes_its_sender_wait_and_keeps_the_order() {
+        let queue = Queue::<u8, 2>::new();
+        assert_eq!((queue.try_send(1), queue.try_send(2), queue.try_send(3)), (Ok(()), Ok(()), Err(3)));
+        let context = &mut Context::from_waker(Waker::noop());
+        let mut room = pin!(queue.room());
+        assert!(room.as_mut().poll(context).is_pending());
+        for wanted in [1, 2] {
+            assert_eq!(pin!(queue.receive()).poll(context), Poll::Ready(wanted));
+        }
+        assert!(room.as_mut().poll(context).is_ready());
+        assert_eq!(queue.try_send(3), Ok(()));
+        assert_eq!(pin!(queue.receive()).poll(context), Poll::Ready(3));
+        assert!(pin!(queue.receive()).poll(context).is_pending());
+    }
+}
