@@ -6,11 +6,13 @@ mod fly;
 mod intersect;
 mod map;
 mod match_;
+mod mission;
 mod motion;
 mod rectify;
 mod replay;
 mod reproduce;
 mod smooth;
+mod tiles;
 
 use clap::{Parser, Subcommand};
 use plumbline_survey::error::InputError;
@@ -32,6 +34,10 @@ enum Verb {
     Fly(fly::Args),
     /// Run the application again on a flight's log and compare, bit for bit
     Replay(replay::Args),
+    /// Make a reference tile for the board's flash from an orthophoto
+    Tiles(tiles::Args),
+    /// Make the mission store for the board's flash: camera, calibration, settings
+    Mission(mission::Args),
     /// Map undistorted pixels to frame pixels (eq. 3 and 7)
     Map(map::Args),
     /// Rectify one frame onto the ground plane
@@ -85,6 +91,8 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
     match cli.verb {
         Verb::Fly(args) => fly::run(&args),
         Verb::Replay(args) => replay::run(&args),
+        Verb::Tiles(args) => tiles::run(&args),
+        Verb::Mission(args) => mission::run(&args),
         Verb::Map(args) => map::run(&args),
         Verb::Rectify(args) => rectify::run(&args),
         Verb::Match(args) => match_::run(&args),
