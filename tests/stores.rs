@@ -60,7 +60,7 @@ fn a_tile_store_is_these_bytes() {
         },
     };
     let store = tile_store(&head, &[1, 2, 3, 4, 5, 6]).expect("usable");
-    let mut payload = vec![3, 0, 2, 0, 0, 0, 0, 0x3f, 0x18, 0x7a, 0, 0, 0xd0, 0x7e, 0xb8, 0x1c, 0xfb, 0xff, 0xff, 0xff];
+    let mut payload = vec![3, 0, 2, 0, 0, 0, 0, 0x3f, 0x18, 0x7a, 0, 0, 0x90, 0x72, 0xb8, 0x1c, 0xfb, 0xff, 0xff, 0xff];
     payload.extend([0, 0, 0x80, 0x3f].iter().chain(&[0; 16]));
     payload.extend([0; 4].iter().chain(&[0, 0, 0, 0x40]).chain(&[0; 12]));
     payload.extend([0, 0, 0x80, 0xbe, 0, 0, 0x80, 0x3f]);
@@ -113,7 +113,10 @@ fn every_damage_is_refused_for_what_it_is() {
     assert_eq!(refused(cut, &tiles), BootError::Mission(StoreError::Length));
     let more = [payload, &[0]].concat();
     assert_eq!(refused(&framed(b"PLBM", 3, &more), &tiles), BootError::Mission(StoreError::Encoding));
-    assert_eq!(refused(&framed(b"PLBM", 3, &payload[1..]), &tiles), BootError::Mission(StoreError::Encoding));
+    assert_eq!(
+        refused(&framed(b"PLBM", 3, &payload[..payload.len() - 1]), &tiles),
+        BootError::Mission(StoreError::Encoding)
+    );
     let fewer = &tiles[HEADER_BYTES..tiles.len() - 1];
     assert_eq!(refused(&mission, &framed(b"PLBT", 1, fewer)), BootError::Tiles(StoreError::Encoding));
     assert_eq!(refused(&mission, &framed(b"PLBT", 1, &fewer[..95])), BootError::Tiles(StoreError::Encoding));

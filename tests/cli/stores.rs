@@ -17,18 +17,18 @@ fn a_tile_of_an_orthophoto_says_what_it_is() {
     let tile = tiles::read(&store).expect("a tile");
     // 256 pixels of 5 m: known between the outermost centres, 1275 m.
     assert_eq!(tile.size(), (127, 127));
-    assert_eq!((number(&told["cols"]), number(&told["rows"])), (127.0, 127.0));
-    assert_eq!(number(&told["bytes"]), (BEFORE_PIXELS + 127 * 127) as f64);
+    assert_eq!((number(&told, "cols"), number(&told, "rows")), (127.0, 127.0));
+    assert_eq!(number(&told, "bytes"), (BEFORE_PIXELS + 127 * 127) as f64);
     assert_eq!(store.len(), BEFORE_PIXELS + 127 * 127);
-    assert_eq!(number(&told["epsg"]), 32633.0);
+    assert_eq!(number(&told, "epsg"), 32633.0);
     let g = tile.georeference();
-    assert!((number(&told["centre_lat"]) * 1e7 - f64::from(g.centre.lat_e7)).abs() < 0.5);
-    assert!((number(&told["convergence_deg"]) - f64::from(g.convergence.to_degrees())).abs() < 1e-6);
+    assert!((number(&told, "centre_lat") * 1e7 - f64::from(g.centre.lat_e7)).abs() < 0.5);
+    assert!((number(&told, "convergence_deg") - f64::from(g.convergence.to_degrees())).abs() < 1e-6);
     // A UTM grid's metres, turned to ground metres; the board's flash is seven sectors less the head.
-    let cell = (10.0 / number(&told["point_scale"])).powi(2) * 1e-6;
-    assert!((number(&told["km2"]) - 127.0 * 127.0 * cell).abs() < 1e-9);
-    assert!((number(&told["km2_max"]) - (917_504.0 - 128.0) * cell).abs() < 1e-9);
-    assert_eq!(number(&told["unknown_cells"]), 0.0);
+    let cell = (10.0 / number(&told, "point_scale")).powi(2) * 1e-6;
+    assert!((number(&told, "km2") - 127.0 * 127.0 * cell).abs() < 1e-9);
+    assert!((number(&told, "km2_max") - (917_504.0 - 128.0) * cell).abs() < 1e-9);
+    assert_eq!(number(&told, "unknown_cells"), 0.0);
     // A part of it, by its corners and by GeoJSON with the same corners.
     let [lat, lon] = [g.centre.lat_e7, g.centre.lon_e7].map(|e7| f64::from(e7) * 1e-7);
     let ring = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]];
@@ -39,8 +39,8 @@ fn a_tile_of_an_orthophoto_says_what_it_is() {
     let part = folder.run(&format!("{TILES} --area area.geojson")).json();
     // 0.006 degrees of longitude and 0.004 of latitude there, and the turn of the grid.
     let across = 0.006 * 111_320.0 * lat.to_radians().cos() / 10.0;
-    assert!((number(&part["cols"]) - across).abs() < 3.0, "{part} against {across}");
-    assert!((number(&part["rows"]) - 0.004 * 111_200.0 / 10.0).abs() < 3.0, "{part}");
+    assert!((number(&part, "cols") - across).abs() < 3.0, "{part} against {across}");
+    assert!((number(&part, "rows") - 0.004 * 111_200.0 / 10.0).abs() < 3.0, "{part}");
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn a_mission_is_its_camera_and_its_settings() {
     let told = folder.run("mission --camera camera.toml --settings settings.toml --out mission.bin --json").json();
     let mission = mission::read(&folder.read("mission.bin")).expect("a mission");
     assert_eq!((mission.frame, mission.search_px, mission.send_patches), ((96, 96), 8, false));
-    assert_eq!((mission.lever_arm_m, number(&told["search_px"])), ([1.0, 0.5, -0.25], 8.0));
+    assert_eq!((mission.lever_arm_m, number(&told, "search_px")), ([1.0, 0.5, -0.25], 8.0));
     folder.run("mission --camera camera.toml --out plain.bin").done();
     let plain = mission::read(&folder.read("plain.bin")).expect("a mission");
     assert_eq!((plain.search_px, plain.send_patches, plain.lever_arm_m), (10, true, [0.0; 3]));
@@ -73,7 +73,7 @@ fn a_flight_replays_to_its_own_fixes() {
     folder.run(&format!("{FLY} --frames 6 --out flight --log flight.log")).done();
     let told = folder.run("replay flight.log --out again --json").json();
     assert_eq!(folder.read("flight/fixes.csv"), folder.read("again/fixes.csv"));
-    assert_eq!((number(&told["frames"]), number(&told["same"]), number(&told["different"])), (6.0, 6.0, 0.0));
+    assert_eq!((number(&told, "frames"), number(&told, "same"), number(&told, "different")), (6.0, 6.0, 0.0));
     assert_eq!((told["end"].as_str(), told["first_difference"].is_null()), (Some("closed"), true));
     // Cut before it holds the tile: the tile has to be given, and it must be the flight's.
     let log = folder.read("flight.log");
