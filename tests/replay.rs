@@ -9,5 +9,7 @@ mod flown;
 mod order;
 #[path = "replay/power.rs"]
 mod power;
+#[path = "replay/reboot.rs"]
+mod reboot;
 #[path = "replay/untidy.rs"]
 mod untidy;

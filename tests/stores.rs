@@ -20,11 +20,15 @@ use plumbline_survey::crs::Crs;
 use plumbline_survey::data::shared_data;
 use proptest::prelude::{any, proptest};
 use std::io::Write;
+use std::sync::OnceLock;
 
-fn flash() -> Flash {
-    let mut scenario = Scenario { frames: 1, ..Scenario::default() };
-    (scenario.camera.cols, scenario.camera.rows) = (64, 64);
-    Stage::prepare(scenario).expect("it can be flown").flash
+fn flash() -> &'static Flash {
+    static FLASH: OnceLock<Flash> = OnceLock::new();
+    FLASH.get_or_init(|| {
+        let mut scenario = Scenario { frames: 1, ..Scenario::default() };
+        (scenario.camera.cols, scenario.camera.rows) = (64, 64);
+        Stage::prepare(scenario).expect("it can be flown").flash
+    })
 }
 
 fn stores() -> Stores {
