@@ -43,6 +43,8 @@ mod reproduced;
 mod seeded;
 #[path = "cli/smooth.rs"]
 mod smooth;
+#[path = "cli/stores.rs"]
+mod stores;
 #[path = "golden/textures.rs"]
 #[allow(dead_code, reason = "other targets turn, stretch and mask these textures")]
 mod textures;

@@ -1,5 +1,6 @@
 //! What a firmware is told of its camera, sensors and shutter: the mission of a scenario, all calibrated values true.
 
+pub mod settings;
 mod stamps;
 
 use crate::scenario::{FollowUpMode, Scenario};

@@ -28,6 +28,12 @@ pub struct Radiometry {
     pub seed: u64,
 }
 
+impl Radiometry {
+    /// No difference at all.
+    pub const SAME: Radiometry =
+        Radiometry { gamma: 1.0, gain: 1.0, offset: 0.0, noise_dn: 0.0, changed_fraction: 0.0, seed: 0 };
+}
+
 /// Stream number of the noise; no block on a map in metres has it.
 const NOISE_STREAM: u64 = 1 << 63;
 
@@ -43,16 +49,29 @@ pub fn reference_tile(
     resolution_m: f64,
     radiometry: &Radiometry,
 ) -> Vec<u8> {
+    reference_tile_counted(ground, west_m, north_m, cols, rows, resolution_m, radiometry).0
+}
+
+/// The same, and how many cells are not wholly on known ground.
+pub fn reference_tile_counted(
+    ground: &Ground,
+    west_m: f64,
+    north_m: f64,
+    cols: usize,
+    rows: usize,
+    resolution_m: f64,
+    radiometry: &Radiometry,
+) -> (Vec<u8>, usize) {
     let mut tile = vec![0u8; cols * rows];
     if tile.is_empty() {
-        return tile;
+        return (tile, 0);
     }
     let per_side = (resolution_m / ground.albedo_grid().step_m).ceil().clamp(3.0, 16.0) as usize;
     let part = |i: usize| ((i as f64 + 0.5) / per_side as f64 - 0.5) * resolution_m;
     let south_m = north_m - rows as f64 * resolution_m;
     let east_m = west_m + cols as f64 * resolution_m;
     let changes = Changes::over(ground, [west_m, east_m], [south_m, north_m], resolution_m, radiometry);
-    tile.par_chunks_mut(cols).enumerate().for_each(|(row, line)| {
+    let unknown = tile.par_chunks_mut(cols).enumerate().map(|(row, line)| {
         let mut values = vec![0.0; cols];
         for (col, value) in values.iter_mut().enumerate() {
             let (east, north) = (west_m + col as f64 * resolution_m, north_m - row as f64 * resolution_m);
@@ -64,11 +83,14 @@ pub fn reference_tile(
             });
         }
         add_noise(&mut values, radiometry.noise_dn, radiometry.seed, NOISE_STREAM, row);
+        let unknown = values.iter().filter(|value| value.is_nan()).count();
         for (cell, value) in line.iter_mut().zip(values) {
             *cell = if value.is_nan() { 0 } else { to_grey(value) };
         }
+        unknown
     });
-    tile
+    let unknown = unknown.sum();
+    (tile, unknown)
 }
 
 #[cfg(test)]

@@ -144,8 +144,9 @@ pub fn fixes_csv(log: &Log, replayed: &Replayed) -> Result<String, InputError> {
     };
     // Of a log that ends early the frames that it knows of.
     let is_whole = log.is_closed && log.gaps == 0;
-    let last = if is_whole { u32::MAX } else { reports.keys().next_back().map_or(0, |last| *last) };
-    let rows = truths.range(..=last).map(|(&frame, place)| {
+    let last = reports.keys().next_back().copied();
+    let is_told = |frame: u32| is_whole || last.is_some_and(|last| frame <= last);
+    let rows = truths.iter().filter(|(frame, _)| is_told(**frame)).map(|(&frame, place)| {
         let report = reports.get(&frame).copied();
         let true_m = [place[0] - centre[0], place[1] - centre[1]];
         fixes::Row { frame, report, truth_px: report.and_then(|r| fixes::truth_px(&r, true_m, resolution_m)) }

@@ -126,7 +126,7 @@ fn refuse(error: scenario::ScenarioError) -> InputError {
 }
 
 /// The scenario's camera; a camera file's replaces it in the scenario too.
-fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputError> {
+pub(crate) fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputError> {
     if let Some(path) = &scenario.camera_file {
         let file = crate::camera::read(path)?;
         scenario.camera = scenario::Camera {
@@ -172,8 +172,8 @@ fn grounds(scenario: &Scenario) -> Result<(Ground, Option<Ground>), InputError> 
         return Ok((procedural(scenario.seed), None));
     };
     let surface = dem.as_ref().map(|path| surface(path)).transpose()?;
-    let ground = picture(ortho, surface)?;
-    let reference = reference.as_ref().map(|path| picture(path, None)).transpose()?;
+    let ground = picture(ortho, surface, false)?;
+    let reference = reference.as_ref().map(|path| picture(path, None, false)).transpose()?;
     if let (Some(other), Some(path)) = (&reference, scenario_reference(scenario))
         && other.epsg() != ground.epsg()
     {
@@ -195,6 +195,19 @@ fn of_ground(scenario: &Scenario, why: &str) -> InputError {
     }
 }
 
+/// An orthophoto to make a reference of, unknown (NaN) where it says that it knows nothing.
+///
+/// # Errors
+/// One sentence for a file that is missing, broken, without a reference system or of pixels that are not square.
+pub fn orthophoto(path: &Path) -> Result<Ground, InputError> {
+    picture(path, None, true)
+}
+
+/// Whether a sample, counted row by row, says something.
+fn is_known(raster: &Raster, index: usize, band: usize) -> bool {
+    raster.sample(index % raster.cols, index / raster.cols, band).is_some()
+}
+
 fn scenario_reference(scenario: &Scenario) -> Option<&Path> {
     match &scenario.ground {
         scenario::Ground::Ortho { reference, .. } => reference.as_deref(),
@@ -202,7 +215,7 @@ fn scenario_reference(scenario: &Scenario) -> Option<&Path> {
     }
 }
 
-pub(crate) fn picture(path: &Path, surface: Option<(Grid, Option<u32>)>) -> Result<Ground, InputError> {
+fn picture(path: &Path, surface: Option<(Grid, Option<u32>)>, knows_nodata: bool) -> Result<Ground, InputError> {
     let raster = Raster::read(path)?;
     let epsg = raster.crs.ok_or_else(|| {
         InputError::new(format!("{}: the orthophoto names no reference system (EPSG)", path.display()))
@@ -216,7 +229,12 @@ pub(crate) fn picture(path: &Path, surface: Option<(Grid, Option<u32>)>) -> Resu
         }
         surface => surface.map(|(grid, _)| grid),
     };
-    let grid = grid(&raster, raster.grey(), path)?;
+    let mut grey = raster.grey();
+    if knows_nodata {
+        let known = |index: usize| (0..raster.bands.min(3)).any(|band| is_known(&raster, index, band));
+        grey.iter_mut().enumerate().filter(|(index, _)| !known(*index)).for_each(|(_, grey)| *grey = f32::NAN);
+    }
+    let grid = grid(&raster, grey, path)?;
     Ground::new(grid, surface, epsg).map_err(|error| InputError::new(format!("{}: {error}", path.display())))
 }
 

@@ -1,8 +1,9 @@
 //! Reference tiles: laid over a ground, georeferenced, ready for flash.
 
+pub mod area;
 mod georeference;
 
-use crate::reference::{Radiometry, reference_tile};
+use crate::reference::{Radiometry, reference_tile_counted};
 use crate::world::{Bounds, Ground};
 use plumbline_core::tile::{Geographic, Georeference};
 use plumbline_core::units::Radians;
@@ -61,6 +62,8 @@ pub struct Tile {
     pub resolution_m: f64,
     /// Row-major, row 0 north.
     pub pixels: Vec<u8>,
+    /// Pixels of which the reference knows nothing, wholly or in part: they are 0.
+    pub unknown: usize,
 }
 
 impl Tile {
@@ -69,8 +72,8 @@ impl Tile {
         let r = frame.resolution_m;
         let (west_m, north_m) = (frame.west_m + 0.5 * r, frame.north_m - 0.5 * r);
         let (cols, rows) = (frame.cols as usize, frame.rows as usize);
-        let pixels = reference_tile(reference, west_m, north_m, cols, rows, r, radiometry);
-        Tile { west_m, north_m, cols, rows, resolution_m: r, pixels }
+        let (pixels, unknown) = reference_tile_counted(reference, west_m, north_m, cols, rows, r, radiometry);
+        Tile { west_m, north_m, cols, rows, resolution_m: r, pixels, unknown }
     }
 
     /// Grid coordinates of its centre.

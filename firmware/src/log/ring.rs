@@ -30,6 +30,9 @@ pub struct Ring<const N: usize> {
 }
 
 impl<const N: usize> Ring<N> {
+    /// Room that a loss waits for, half of all, so that what follows is a stretch and not a crumb.
+    const AFTER_LOSS: usize = N * PAYLOAD / 2;
+
     /// An empty log of this number.
     pub const fn new(log: u32) -> Self {
         Ring {
@@ -58,8 +61,8 @@ impl<const N: usize> Ring<N> {
     /// Appends a record, or counts it as lost. Records behind a loss are told so first.
     pub fn push(&mut self, record: &Record<'_>) {
         let Ok(size) = serialize_with_flavor(record, Size::default()) else { return self.lose() };
-        let gap = if self.lost > 0 { GAP_MAX } else { 0 };
-        if size > u16::MAX as usize || LENGTH + size + gap > self.room() {
+        let needed = if self.lost > 0 { (LENGTH + size + GAP_MAX).max(Self::AFTER_LOSS) } else { LENGTH + size };
+        if size > u16::MAX as usize || needed > self.room() {
             return self.lose();
         }
         if self.lost > 0 {

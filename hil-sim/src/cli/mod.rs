@@ -6,12 +6,14 @@ mod fly;
 mod intersect;
 mod map;
 mod match_;
+mod mission;
 mod motion;
 mod rectify;
 mod replay;
 mod reproduce;
 mod serve;
 mod smooth;
+mod tiles;
 
 use clap::{Parser, Subcommand};
 use plumbline_survey::error::InputError;
@@ -36,6 +38,10 @@ enum Verb {
     /// Be a board for `fly --link serial:PATH`, without one: the application behind a socket or a pseudo-terminal, until it
     /// is interrupted
     Serve(serve::Args),
+    /// Make a reference tile for the board's flash from an orthophoto
+    Tiles(tiles::Args),
+    /// Make the mission store for the board's flash: camera, calibration, settings
+    Mission(mission::Args),
     /// Map undistorted pixels to frame pixels (eq. 3 and 7)
     Map(map::Args),
     /// Rectify one frame onto the ground plane
@@ -90,6 +96,8 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Verb::Fly(args) => fly::run(&args),
         Verb::Replay(args) => replay::run(&args),
         Verb::Serve(args) => serve::run(&args),
+        Verb::Tiles(args) => tiles::run(&args),
+        Verb::Mission(args) => mission::run(&args),
         Verb::Map(args) => map::run(&args),
         Verb::Rectify(args) => rectify::run(&args),
         Verb::Match(args) => match_::run(&args),

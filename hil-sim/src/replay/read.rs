@@ -9,6 +9,9 @@ use std::ops::Range;
 /// Unreadable blocks in a row that end a log.
 const UNREADABLE_MAX: usize = 64;
 
+/// Damaged blocks between two logs.
+const DAMAGED_MAX: usize = 4;
+
 /// Why bytes are no log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogError {
@@ -82,7 +85,7 @@ fn block(bytes: &[u8], index: usize) -> Option<&[u8; BLOCK]> {
 }
 
 /// The blocks of each log, damaged ones among them. Blocks behind each other belong to one log as long as their numbers
-/// say so; another log's begin a new one; what follows a long stretch without any is of a card's earlier life.
+/// say so, and the next log begins where one ends; all else is of a card's earlier life.
 fn logs(bytes: &[u8]) -> Result<Vec<Range<usize>>, LogError> {
     let mut logs: Vec<(Range<usize>, u32)> = Vec::new();
     let mut version = None;
@@ -100,7 +103,8 @@ fn logs(bytes: &[u8]) -> Result<Vec<Range<usize>>, LogError> {
             Some((range, _)) if index - range.end > UNREADABLE_MAX => break,
             Some((range, number)) if *number == head.log && range.start + sequence == index => range.end = index + 1,
             _ if sequence > UNREADABLE_MAX || sequence > index => {}
-            Some((range, _)) if index - sequence < range.end => {}
+            // Another log begins where this one ends, but for a few blocks that may be damaged.
+            Some((range, _)) if !(range.end..=range.end + DAMAGED_MAX).contains(&(index - sequence)) => {}
             _ => logs.push((index - sequence..index + 1, head.log)),
         }
     }

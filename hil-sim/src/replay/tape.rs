@@ -41,8 +41,8 @@ pub struct Verdict {
     pub different: usize,
     /// The first of them, in words.
     pub first_difference: Option<String>,
-    /// Whether the application went another way, so that the rest says nothing.
-    pub has_diverged: bool,
+    /// Whether the application went another way, or beyond what the log tells, so that the rest says nothing.
+    has_ended: bool,
 }
 
 impl Tape {
@@ -68,7 +68,7 @@ impl Tape {
     /// The record at the cursor; nothing at a hole, at the end, and once the application has gone another way.
     fn record(&self) -> Option<Record<'_>> {
         match self.items.get(self.at.get())? {
-            Item::Record(bytes) if !self.verdict.borrow().has_diverged => Record::decode(bytes),
+            Item::Record(bytes) if !self.verdict.borrow().has_ended => Record::decode(bytes),
             _ => None,
         }
     }
@@ -88,7 +88,11 @@ impl Tape {
 
     fn diverge(&self, what: &str) {
         self.differ(what);
-        self.verdict.borrow_mut().has_diverged = true;
+        self.end();
+    }
+
+    fn end(&self) {
+        self.verdict.borrow_mut().has_ended = true;
     }
 
     /// Waits for a record of which `ready` makes something.
@@ -110,8 +114,8 @@ impl Tape {
     fn compare(&self, record: &Record<'_>) {
         let logged = match self.record() {
             Some(logged) => logged,
-            None if self.verdict.borrow().has_diverged => return,
-            None => return self.diverge(&format!("the application comes to {}, and the log does not", name(record))),
+            // Beyond the log's end, or a hole in it, nothing is known.
+            None => return self.end(),
         };
         match (record, logged) {
             (Record::Frame(report, ..), Record::Frame(..)) => {
@@ -185,8 +189,7 @@ impl Journal for Tape {
                     name(&logged)
                 ));
             }
-            None if self.verdict.borrow().has_diverged => {}
-            None => self.diverge("the application comes to a patch, and the log does not"),
+            None => self.end(),
         }
     }
 
