@@ -77,7 +77,7 @@ fn a_line_that_is_unplugged_and_plugged_in_changes_no_fix() {
 /// the fixes that they should have, within what the firmware itself says of them.
 #[test]
 fn a_board_that_reboots_leaves_a_gap_that_is_counted() {
-    let stage = stage(small(9, 120));
+    let stage = stage(small(9, 60));
     rebooted(&stage, &in_process(&stage), 10);
 }
 
@@ -112,15 +112,15 @@ fn rebooted(stage: &Stage, expected: &Flown, seed: u64) {
             continue;
         };
         // Tied to other pulses the stamps differ by microseconds; both fixes are of the same place. Sigmas of a fix are
-        // those of one axis: three of the difference of two.
+        // those of one axis, and most of what they say both fixes share.
         let apart_m = f64::from(fix[0] - other[0]).hypot(f64::from(fix[1] - other[1]));
         let sigma_m = f64::from(fix[2] + fix[4] + other[2] + other[4]).sqrt();
-        assert!(apart_m <= 3.0 * sigma_m, "frame {frame}: {apart_m} m apart, sigma {sigma_m} m");
+        assert!(apart_m <= sigma_m, "frame {frame}: {apart_m} m apart, sigma {sigma_m} m");
         most = most.max(apart_m / sigma_m);
         equal += u64::from(fix == other);
     }
     println!("{equal} fixes equal bit by bit, the others {most:.3} sigma apart at most; {gap} refused, {lost} lost");
     // What was lost is what the link counted.
     assert_eq!(lost, trouble.frames_abandoned, "{trouble}");
-    assert!(equal > 0 && flown.accepted() >= 20, "{} accepted", flown.accepted());
+    assert!(equal > 0 && flown.accepted() * 6 >= flown.scored.len(), "{} accepted", flown.accepted());
 }
