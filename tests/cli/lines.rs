@@ -33,7 +33,9 @@ fn a_served_board_is_flown_and_told_of() {
     // A path short enough for a socket, whatever the folder's.
     let socket = std::env::temp_dir().join(format!("plumbline-served-{}", std::process::id()));
     folder.run(&format!("{FLY} --frames 3 --out inproc")).done();
-    for option in ["--pty".to_owned(), format!("--socket {}", socket.display())] {
+    let on_socket = format!("--socket {}", socket.display());
+    // Twice: what a killed one leaves behind is in nobody's way.
+    for option in ["--pty".to_owned(), on_socket.clone(), on_socket] {
         let (_served, line) = serve(&folder, &option);
         let path = line.strip_prefix("plumbline fly --link serial:").expect("what to type");
         let run = folder.run(&format!("{FLY} --frames 3 --out line --json --link serial:{path}"));

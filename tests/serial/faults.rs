@@ -1,6 +1,7 @@
 //! Bad lines: each request is done once all the same, or the gap is counted.
 
 use crate::{Flown, flown, in_process, open, quick, small, socket, stage};
+use plumbline_core::pipeline::Refusal;
 use plumbline_sim::fault::line::{FaultyLine, LineFaultCounts, LineFaults};
 use plumbline_sim::link::device::Device;
 use plumbline_sim::stage::Stage;
@@ -76,16 +77,32 @@ fn a_line_that_is_unplugged_and_plugged_in_changes_no_fix() {
 /// the fixes that they should have, within what the firmware itself says of them.
 #[test]
 fn a_board_that_reboots_leaves_a_gap_that_is_counted() {
+    let stage = stage(small(9, 60));
+    rebooted(&stage, &in_process(&stage), 10);
+}
+
+/// At other moments.
+#[test]
+#[ignore = "takes long without optimisation"]
+fn boards_that_reboot_leave_gaps_that_are_counted() {
     let stage = stage(small(9, 120));
     let expected = in_process(&stage);
-    let (flown, counts) = fly(&stage, LineFaults { rebooted: 0.15, cut: 0.05, ..bad(0.3) }, 10);
+    for seed in 20..28 {
+        rebooted(&stage, &expected, seed);
+    }
+}
+
+fn rebooted(stage: &Stage, expected: &Flown, seed: u64) {
+    let (flown, counts) = fly(stage, LineFaults { rebooted: 0.15, cut: 0.05, ..bad(0.3) }, seed);
     let trouble = flown.account.trouble.expect("it is counted");
-    assert!(counts.rebooted >= 2 && trouble.reboots >= 1 && trouble.reboots <= counts.rebooted, "{trouble} {counts:?}");
+    assert!(counts.rebooted >= 1 && trouble.reboots >= 1 && trouble.reboots <= counts.rebooted, "{trouble} {counts:?}");
     flown.has_no_wrong_fix(stage.scenario.resolution_m);
-    let (mut equal, mut gap, mut lost) = (0, 0, 0);
+    let (mut equal, mut gap, mut lost, mut most) = (0, 0, 0, 0.0f64);
     for (ours, theirs) in flown.flight.frames.iter().zip(&expected.flight.frames) {
         let frame = ours.exposure.frame;
-        let Some(report) = &ours.report else {
+        // In a flight's first seconds the board that has booted anew says itself that a frame was lost.
+        let report = ours.report.as_ref().filter(|report| report.reason() != Some(Refusal::Busy));
+        let Some(report) = report else {
             lost += 1;
             continue;
         };
@@ -95,14 +112,15 @@ fn a_board_that_reboots_leaves_a_gap_that_is_counted() {
             continue;
         };
         // Tied to other pulses the stamps differ by microseconds; both fixes are of the same place. Sigmas of a fix are
-        // those of one axis: three of the difference of two.
+        // those of one axis, and most of what they say both fixes share.
         let apart_m = f64::from(fix[0] - other[0]).hypot(f64::from(fix[1] - other[1]));
         let sigma_m = f64::from(fix[2] + fix[4] + other[2] + other[4]).sqrt();
-        assert!(apart_m <= 3.0 * sigma_m, "frame {frame}: {apart_m} m apart, sigma {sigma_m} m");
+        assert!(apart_m <= sigma_m, "frame {frame}: {apart_m} m apart, sigma {sigma_m} m");
+        most = most.max(apart_m / sigma_m);
         equal += u64::from(fix == other);
     }
-    println!("{equal} fixes equal bit by bit, {gap} refused, {lost} lost");
-    // What has no report is what the link counted.
+    println!("{equal} fixes equal bit by bit, the others {most:.3} sigma apart at most; {gap} refused, {lost} lost");
+    // What was lost is what the link counted.
     assert_eq!(lost, trouble.frames_abandoned, "{trouble}");
-    assert!(equal > 0 && flown.accepted() >= 30, "{} accepted", flown.accepted());
+    assert!(equal > 0 && flown.accepted() * 6 >= flown.scored.len(), "{} accepted", flown.accepted());
 }

@@ -35,6 +35,8 @@ impl Emulator {
             .arg(serial)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
+            // Its warnings concern devices that nobody asked for.
+            .stderr(Stdio::null())
             .spawn();
         let Ok(process) = process else {
             println!("skipped: qemu-system-arm is not installed");

@@ -1,10 +1,13 @@
 //! Requests in, answers out: each request is done once.
 
+mod work;
+
 use super::frame::{Receiver, Unframed, decode, encode};
 use super::message::{Answer, Counts, Envelope, Refused, Request, Welcome};
 use super::stores::{Stores, Uploaded};
 use super::wires::Wires;
 use super::{FRAME_MAX, NOTE_MAX, PIECE_MAX, VERSION};
+use work::{Done, Work};
 
 /// Who a board is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -202,67 +205,5 @@ fn welcome(identity: &Identity, room: (u32, u32)) -> Welcome<'static> {
         tile_room: room.1,
         board: identity.board,
         firmware: env!("CARGO_PKG_VERSION"),
-    }
-}
-
-/// What came of a request.
-enum Done {
-    Answer(Answer<'static>),
-    /// The application worked, at this cost.
-    Stepped(u32),
-}
-
-/// What a request may touch: all but the message itself and its answer.
-struct Work<'s, M> {
-    machine: &'s mut M,
-    wires: &'static Wires,
-    stores: &'s mut Stores,
-    stage: &'s mut Stage,
-}
-
-impl<M: Machine> Work<'_, M> {
-    fn request(&mut self, request: Request<'_>) -> Done {
-        let told =
-            |result: Result<(), Refused<'static>>| Done::Answer(result.map_or_else(Answer::Refused, |()| Answer::Done));
-        match (*self.stage, request) {
-            (Stage::Loading, Request::Announce { store, bytes, crc }) => told(self.stores.announce(store, bytes, crc)),
-            (Stage::Loading, Request::Piece { store, offset, bytes }) => told(self.stores.piece(store, offset, bytes)),
-            (Stage::Loading, Request::Start) => told(self.start()),
-            (Stage::Flying, Request::Step { timer, event }) => {
-                self.wires.step(timer, event);
-                self.run()
-            }
-            // Rows that nobody waits for are passed over: the answer says what is wanted.
-            (Stage::Flying, Request::Rows { sequence, offset, bytes }) => {
-                self.wires.deliver(sequence, offset, bytes);
-                self.run()
-            }
-            (Stage::Flying, Request::Continue) => {
-                self.wires.wake();
-                self.run()
-            }
-            (_, Request::Bye) => {
-                if *self.stage == Stage::Flying {
-                    *self.stage = Stage::Spent;
-                }
-                told(Ok(()))
-            }
-            (Stage::Spent, _) => told(Err(Refused::Busy)),
-            _ => told(Err(Refused::Order)),
-        }
-    }
-
-    fn start(&mut self) -> Result<(), Refused<'static>> {
-        let uploaded = self.stores.hand_over()?;
-        *self.stage = Stage::Spent;
-        self.machine.boot(uploaded, self.wires).map_err(Refused::Boot)?;
-        *self.stage = Stage::Flying;
-        Ok(())
-    }
-
-    fn run(&mut self) -> Done {
-        let before = self.machine.count();
-        self.machine.run();
-        Done::Stepped(self.machine.count().wrapping_sub(before))
     }
 }

@@ -1,23 +1,18 @@
 //! A board that is none: the application in this process behind a UNIX socket or a pseudo-terminal, with the boards' own
 //! end of the line ([`plumbline_firmware::serial`]). For tests, and for people without a board.
 
+mod host;
+
 use super::line::{Line, make_raw};
-use super::tasks;
-use embassy_executor::raw::Executor;
-use plumbline_core::budget::FRAME_MEMORY_BYTES;
+use host::{Host, power_on};
 use plumbline_firmware::board::{Reader, Writer};
-use plumbline_firmware::run::{self, Pending};
-use plumbline_firmware::serial::boot::{Memory, application};
-use plumbline_firmware::serial::camera::Camera;
-use plumbline_firmware::serial::message::Counts;
 use plumbline_firmware::serial::serve::{End, serve};
-use plumbline_firmware::serial::session::{Identity, Machine, Session};
-use plumbline_firmware::serial::stores::{Stores, Uploaded};
-use plumbline_firmware::serial::wires::{Port, Wires};
+use plumbline_firmware::serial::session::Session;
 use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, ptsname, unlockpt};
 use std::cell::RefCell;
 use std::io::{self, ErrorKind};
-use std::os::unix::net::UnixListener;
+use std::os::unix::fs::FileTypeExt;
+use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::pin::pin;
 use std::sync::Arc;
@@ -26,12 +21,6 @@ use std::task::{Context, Poll, Waker};
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Room for the tile, bytes: a square of 2,850 pixels.
-const TILE_ROOM: usize = plumbline_firmware::window::TILES_BYTES;
-/// Room for the mission, bytes.
-const MISSION_ROOM: usize = 4096;
-/// Room for rows: the largest boxes there are, 64 rows, of the widest frame there is room for.
-const ROWS_ROOM: usize = 64 * 2816 + 4096;
 /// How often the thread looks whether it is wanted elsewhere.
 const GLANCE: Duration = Duration::from_millis(20);
 /// How long the other end may refuse bytes.
@@ -70,7 +59,14 @@ impl Device {
     /// # Errors
     /// A path that cannot be listened on.
     pub fn socket(path: &Path) -> io::Result<Self> {
-        let listener = UnixListener::bind(path)?;
+        let listener = UnixListener::bind(path).or_else(|error| match UnixStream::connect(path) {
+            // Left behind by one that was killed.
+            Err(refused) if refused.kind() == ErrorKind::ConnectionRefused && is_socket(path) => {
+                std::fs::remove_file(path)?;
+                UnixListener::bind(path)
+            }
+            _ => Err(error),
+        })?;
         listener.set_nonblocking(true)?;
         let next = move || match listener.accept() {
             Ok((stream, _)) => Line::new(stream.into()).ok(),
@@ -156,6 +152,10 @@ impl Drop for Device {
     }
 }
 
+fn is_socket(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_socket())
+}
+
 /// From power-on to the end.
 fn live(mut next: impl FnMut() -> Option<Line>, wishes: &Wishes) {
     // Another number than that of an earlier device on the same path.
@@ -182,45 +182,6 @@ fn live(mut next: impl FnMut() -> Option<Line>, wishes: &Wishes) {
                 break;
             }
         }
-    }
-}
-
-/// A board that has just booted. Its memory is never given back, as its application's tasks never end.
-fn power_on(boot: u32) -> Session<Host> {
-    let wires: &'static Wires = Box::leak(Box::default());
-    let pending: &'static Pending = Box::leak(Box::default());
-    let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
-    // Zeroed pages cost nothing until they are used.
-    let stores = Stores::new(vec![0; MISSION_ROOM].leak(), vec![0; TILE_ROOM].leak());
-    Session::new(Host { boot, executor, pending }, wires, stores)
-}
-
-/// The host as a board.
-struct Host {
-    boot: u32,
-    executor: &'static Executor,
-    pending: &'static Pending,
-}
-
-impl Machine for Host {
-    fn identity(&self) -> Identity {
-        Identity { board: "host", boot: self.boot, core_clock_hz: 0, counts: Counts::Nothing }
-    }
-
-    fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]> {
-        let memory = Memory { buffers: Box::leak(Box::default()), frame: vec![0; FRAME_MEMORY_BYTES].leak() };
-        let app = Box::leak(Box::new(application(uploaded, memory)?));
-        let front_end = Camera::new(wires, vec![0; ROWS_ROOM].leak());
-        tasks::spawn(self.executor, app, || Port(wires), front_end);
-        Ok(())
-    }
-
-    fn run(&mut self) {
-        run::until_idle(self.executor, self.pending);
-    }
-
-    fn count(&self) -> u32 {
-        0
     }
 }
 

@@ -3,17 +3,19 @@
 //! The simulator holds the newest frame and hands over the rows that the board asks for. A board that boots in mid-flight
 //! gets its mission again and flies on; the frames it had not yet reported are counted as abandoned.
 
+mod begin;
+mod said;
 mod talk;
 
 use super::pace::Patience;
 use super::{Account, Event, Flash, Link, LinkError, LinkTrouble, WorkCost};
-use plumbline_firmware::serial::frame::checksum;
 use plumbline_firmware::serial::message::{self, Next, Request, Store};
 use plumbline_firmware::serial::{PIECE_MAX, VERSION};
 use plumbline_survey::error::InputError;
+use said::{Failed, Said, Welcomed};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
-use talk::{Failed, Refusal, Said, Talk, Welcomed};
+use talk::Talk;
 
 /// Most reboots that a step and most that a beginning may take.
 const REBOOTS_MAX: u32 = 5;
@@ -76,66 +78,6 @@ impl Serial {
     /// A beginning that failed is the user's to mend.
     fn refuse(&self, why: &str) -> LinkError {
         InputError::new(format!("--link serial:{}: {why}", self.path.display())).into()
-    }
-
-    /// A session with a board that has just booted, flash uploaded, the application started. Why not, otherwise.
-    fn begin(&mut self) -> Result<(), String> {
-        let mut welcomed = self.talk.hello(self.talk.patience.hello).map_err(told)?;
-        for _ in 0..REBOOTS_MAX {
-            self.check(&welcomed)?;
-            self.board = welcomed;
-            self.talk.next_session(self.board.boot);
-            match self.load() {
-                Ok(Said::Done) => return Ok(()),
-                Ok(Said::Refused(Refusal::Busy)) => welcomed = self.talk.reset(self.board.boot).map_err(told)?,
-                Ok(Said::Refused(Refusal::Because(why))) => {
-                    return Err(format!("the firmware refuses this mission: {why}"));
-                }
-                Ok(Said::Refused(Refusal::TooLarge(room))) => {
-                    return Err(format!("the board has room for {room} bytes only"));
-                }
-                Ok(Said::Stepped { .. }) => return Err("an answer to another request".to_owned()),
-                Err(Failed::Rebooted) => welcomed = self.talk.hello(self.talk.patience.absence).map_err(told)?,
-                Err(failed) => return Err(told(failed)),
-            }
-        }
-        Err(format!("the board booted {REBOOTS_MAX} times and did not take the mission"))
-    }
-
-    fn check(&self, welcomed: &Welcomed) -> Result<(), String> {
-        for ((_, bytes), (name, room)) in
-            self.stores.iter().zip([("mission", welcomed.mission_room), ("reference tile", welcomed.tile_room)])
-        {
-            if bytes.len() > room {
-                let length = bytes.len();
-                return Err(format!("the {name} has {length} bytes, and the board has room for {room}"));
-            }
-        }
-        Ok(())
-    }
-
-    /// Opens a session, uploads, starts; the first answer that is not `Done`, or the last one.
-    fn load(&mut self) -> Result<Said, Failed> {
-        let opened = self.talk.ask(Request::Open)?;
-        if opened != Said::Done {
-            return Ok(opened);
-        }
-        let piece_max = self.board.piece_max.clamp(1, PIECE_MAX);
-        for &(store, ref bytes) in &self.stores {
-            let announced = Request::Announce { store, bytes: bytes.len() as u32, crc: checksum(bytes) };
-            let announced = self.talk.ask(announced)?;
-            if announced != Said::Done {
-                return Ok(announced);
-            }
-            for (number, bytes) in bytes.chunks(piece_max).enumerate() {
-                let offset = (number * piece_max) as u32;
-                let taken = self.talk.ask(Request::Piece { store, offset, bytes })?;
-                if taken != Said::Done {
-                    return Ok(taken);
-                }
-            }
-        }
-        self.talk.ask(Request::Start)
     }
 
     /// A step on a board that does not boot meanwhile; what it sent goes to `sent`.

@@ -2,10 +2,11 @@
 
 use super::*;
 use crate::fly::{Keep, fly};
-use crate::link::Account;
 use crate::link::inproc::InProcess;
+use crate::link::{Account, LinkTrouble};
 use crate::scenario::Scenario;
 use crate::score::{self, Linked};
+use plumbline_firmware::serial::message::Counts;
 use std::sync::OnceLock;
 
 /// A flight of six frames over the default scene, all pictures kept.
@@ -89,6 +90,35 @@ fn a_flight_without_a_single_fix_has_a_page_too() {
     assert!(page.contains("None of the 6 frames became a fix."));
     assert!(page.contains("refused: lost") && page.contains(&"ab".repeat(32)));
     assert!(number_cells(&page).iter().all(|cell| !cell.trim().is_empty()));
+}
+
+/// Cycles stand under their own name, instructions nowhere, and the line's trouble is told.
+#[test]
+fn a_board_that_counts_cycles() {
+    let stage = &flown().stage;
+    let mut flight = flown().flight.clone();
+    for report in flight.frames.iter_mut().filter_map(|record| record.report.as_mut()) {
+        report.instructions = [1000, 200, 30, 4, 0, 0];
+    }
+    let scored: Vec<_> = flight.frames.iter().map(|record| score::score(stage, record)).collect();
+    let trouble = LinkTrouble { resends: 4711, ..LinkTrouble::default() };
+    let account = Account {
+        counts: Counts::Cycles,
+        core_clock_hz: Some(480_000_000),
+        board: Some("some board 1.0".to_owned()),
+        trouble: Some(trouble),
+        ..Account::default()
+    };
+    let linked = Linked { name: "serial".to_owned(), firmware_sha256: None, account };
+    let summary = score::summarise(stage, &flight, &scored, &linked);
+    assert_eq!((summary.cycles_per_frame.mean, summary.cycles_per_frame.max), (Some(1234.0), Some(1234)));
+    assert_eq!((summary.instructions_per_frame.mean, summary.instructions_by_stage), (None, None));
+    assert_eq!((summary.core_clock_hz, summary.link_faults), (Some(480_000_000), Some(trouble)));
+    let page = Report { stage, flight: &flight, scored: &scored, summary: &summary }.html().expect("a page");
+    for told in ["234 cycles a frame", "Cycles a frame, mean", "4\u{202f}711", "some board 1.0", "over a serial line"] {
+        assert!(page.contains(told), "{told}");
+    }
+    assert!(!page.contains("Instructions a frame"));
 }
 
 #[test]

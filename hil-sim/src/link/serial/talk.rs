@@ -3,8 +3,9 @@
 use super::super::LinkTrouble;
 use super::super::line::Line;
 use super::super::pace::{Pace, Patience};
+use super::said::{Failed, Said, Welcomed, matches};
 use plumbline_firmware::serial::frame::{Receiver, Unframed, decode, encode, version};
-use plumbline_firmware::serial::message::{Answer, Counts, Envelope, Next, Refused, Request, Store};
+use plumbline_firmware::serial::message::{Answer, Envelope, Request};
 use plumbline_firmware::serial::{FRAME_MAX, VERSION};
 use plumbline_survey::error::InputError;
 use std::path::PathBuf;
@@ -17,48 +18,6 @@ const RETRY: Duration = Duration::from_millis(50);
 /// Most times that a line may be unplugged during one request.
 const UNPLUGGED_MAX: u32 = 20;
 
-/// Why a request was not answered.
-#[derive(Debug)]
-pub enum Failed {
-    /// The board knows nothing of the session: it has booted anew.
-    Rebooted,
-    /// The board speaks another version.
-    OtherVersion(u16),
-    /// It is silent, or gone.
-    Lost(String),
-}
-
-/// An answer that stays.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Said {
-    Done,
-    Refused(Refusal),
-    Stepped { cost: u32, next: Next, is_at_work: bool, sent: Vec<u8> },
-}
-
-/// Why a request was not done.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Refusal {
-    Busy,
-    /// The room there is, bytes.
-    TooLarge(u32),
-    /// A sentence's part.
-    Because(String),
-}
-
-/// Who the board is.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Welcomed {
-    pub boot: u32,
-    pub core_clock_hz: u32,
-    pub counts: Counts,
-    pub piece_max: usize,
-    pub mission_room: usize,
-    pub tile_room: usize,
-    /// Name of the board and version of its firmware.
-    pub board: String,
-}
-
 /// The simulator's end of the line.
 #[derive(Debug)]
 pub struct Talk {
@@ -67,6 +26,8 @@ pub struct Talk {
     pub patience: Patience,
     pub session: u32,
     id: u32,
+    /// Numbers of requests outside of the session, counting down.
+    outside: u32,
     /// The boot number of the board that the session is with.
     boot: Option<u32>,
     receiver: Receiver,
@@ -94,6 +55,7 @@ impl Talk {
             patience,
             session,
             id: 0,
+            outside: u32::MAX,
             boot: None,
             receiver: Receiver::new(),
             paces,
@@ -150,8 +112,7 @@ impl Talk {
     pub fn hello(&mut self, patience: Duration) -> Result<Welcomed, Failed> {
         let end = Instant::now() + patience;
         let session = self.session;
-        // Any number that no request of the session has.
-        let id = u32::MAX;
+        let id = self.number_outside();
         let bytes =
             bytes_of(&Envelope { session, id, message: Request::Hello { version: VERSION } }, &mut self.buffer)?;
         loop {
@@ -168,15 +129,9 @@ impl Talk {
             }
             let wait = self.patience.first.min(left);
             let heard = self.send_and_hear(&bytes, wait, |envelope| match envelope.message {
-                Answer::Welcome(welcome) if envelope.id == id && envelope.session == session => Some(Ok(Welcomed {
-                    boot: welcome.boot,
-                    core_clock_hz: welcome.core_clock_hz,
-                    counts: welcome.counts,
-                    piece_max: welcome.piece_max.into(),
-                    mission_room: welcome.mission_room as usize,
-                    tile_room: welcome.tile_room as usize,
-                    board: format!("{} {}", welcome.board, welcome.firmware),
-                })),
+                Answer::Welcome(welcome) if (envelope.session, envelope.id) == (session, id) => {
+                    Some(Ok(welcome.into()))
+                }
                 _ => None,
             });
             match heard {
@@ -190,13 +145,14 @@ impl Talk {
     /// Asks the board of this boot to reboot, and waits until it has; who it is then.
     pub fn reset(&mut self, boot: u32) -> Result<Welcomed, Failed> {
         let end = Instant::now() + self.patience.absence;
-        let request = Request::Reset { boot };
-        let bytes = bytes_of(&Envelope { session: self.session, id: u32::MAX, message: request }, &mut self.buffer)?;
         while Instant::now() < end {
-            // Its answer, if it comes, says nothing that the next hello does not say.
-            if let Some(line) = &mut self.line
-                && line.write_all(&bytes, self.patience.most).is_err()
-            {
+            let (session, id) = (self.session, self.number_outside());
+            let bytes = bytes_of(&Envelope { session, id, message: Request::Reset { boot } }, &mut self.buffer)?;
+            let is_answer = |envelope: &Envelope<Answer<'_>>| {
+                (envelope.id == id && envelope.message == Answer::Done).then_some(Ok(()))
+            };
+            // Whether it is heard or not: the next hello tells.
+            if let Heard::Unplugged = self.send_and_hear(&bytes, self.patience.first, is_answer) {
                 self.line = None;
             }
             match self.hello(self.patience.hello.min(end.saturating_duration_since(Instant::now()))) {
@@ -207,6 +163,12 @@ impl Talk {
             }
         }
         Err(Failed::Lost("it does not reboot when it is asked to".to_owned()))
+    }
+
+    /// A number that no request of the session has, nor an earlier one outside of it.
+    fn number_outside(&mut self) -> u32 {
+        self.outside = self.outside.wrapping_sub(1);
+        self.outside
     }
 
     /// Says good-bye without waiting: who does not hear it will be asked for a reset.
@@ -285,27 +247,4 @@ impl Talk {
 fn bytes_of(envelope: &Envelope<Request<'_>>, buffer: &mut [u8]) -> Result<Vec<u8>, Failed> {
     let bytes = encode(envelope, buffer).ok_or_else(|| Failed::Lost("a request was too long".to_owned()))?;
     Ok(bytes.to_vec())
-}
-
-/// The answer to a request of a session.
-fn matches(envelope: &Envelope<Answer<'_>>, session: u32, id: u32) -> Option<Result<Said, Failed>> {
-    if (envelope.session, envelope.id) != (session, id) {
-        return None;
-    }
-    Some(match envelope.message {
-        Answer::Stranger { .. } => Err(Failed::Rebooted),
-        Answer::Done => Ok(Said::Done),
-        Answer::Stepped { cost, next, is_at_work, sent } => {
-            Ok(Said::Stepped { cost, next, is_at_work, sent: sent.to_vec() })
-        }
-        Answer::Refused(refused) => Ok(Said::Refused(match refused {
-            Refused::Busy => Refusal::Busy,
-            Refused::TooLarge { room } => Refusal::TooLarge(room),
-            Refused::Damaged(Store::Mission) => Refusal::Because("the mission did not arrive whole".to_owned()),
-            Refused::Damaged(Store::Tile) => Refusal::Because("the tile did not arrive whole".to_owned()),
-            Refused::Boot(why) => Refusal::Because(why.concat()),
-            Refused::Order => Refusal::Because("a request out of order".to_owned()),
-        })),
-        Answer::Welcome(_) => return None,
-    })
 }

@@ -1,0 +1,82 @@
+//! Answers that stay after the buffer they came in is used again.
+
+use plumbline_firmware::serial::message::{Answer, Counts, Envelope, Next, Refused, Store, Welcome};
+
+/// Why a request was not answered.
+#[derive(Debug)]
+pub enum Failed {
+    /// The board knows nothing of the session: it has booted anew.
+    Rebooted,
+    /// The board speaks another version.
+    OtherVersion(u16),
+    /// It is silent, or gone.
+    Lost(String),
+}
+
+/// An answer that stays.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Said {
+    Done,
+    Refused(Refusal),
+    Stepped { cost: u32, next: Next, is_at_work: bool, sent: Vec<u8> },
+}
+
+/// Why a request was not done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    Busy,
+    /// The room there is, bytes.
+    TooLarge(u32),
+    /// A sentence's part.
+    Because(String),
+}
+
+/// Who the board is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Welcomed {
+    pub boot: u32,
+    pub core_clock_hz: u32,
+    pub counts: Counts,
+    pub piece_max: usize,
+    pub mission_room: usize,
+    pub tile_room: usize,
+    /// Name of the board and version of its firmware.
+    pub board: String,
+}
+
+impl From<Welcome<'_>> for Welcomed {
+    fn from(welcome: Welcome<'_>) -> Self {
+        Welcomed {
+            boot: welcome.boot,
+            core_clock_hz: welcome.core_clock_hz,
+            counts: welcome.counts,
+            piece_max: welcome.piece_max.into(),
+            mission_room: welcome.mission_room as usize,
+            tile_room: welcome.tile_room as usize,
+            board: format!("{} {}", welcome.board, welcome.firmware),
+        }
+    }
+}
+
+/// The answer to a request of a session.
+pub fn matches(envelope: &Envelope<Answer<'_>>, session: u32, id: u32) -> Option<Result<Said, Failed>> {
+    if (envelope.session, envelope.id) != (session, id) {
+        return None;
+    }
+    Some(match envelope.message {
+        Answer::Stranger { .. } => Err(Failed::Rebooted),
+        Answer::Done => Ok(Said::Done),
+        Answer::Stepped { cost, next, is_at_work, sent } => {
+            Ok(Said::Stepped { cost, next, is_at_work, sent: sent.to_vec() })
+        }
+        Answer::Refused(refused) => Ok(Said::Refused(match refused {
+            Refused::Busy => Refusal::Busy,
+            Refused::TooLarge { room } => Refusal::TooLarge(room),
+            Refused::Damaged(Store::Mission) => Refusal::Because("the mission did not arrive whole".to_owned()),
+            Refused::Damaged(Store::Tile) => Refusal::Because("the tile did not arrive whole".to_owned()),
+            Refused::Boot(why) => Refusal::Because(why.concat()),
+            Refused::Order => Refusal::Because("a request out of order".to_owned()),
+        })),
+        Answer::Welcome(_) => return None,
+    })
+}
