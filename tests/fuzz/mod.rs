@@ -5,8 +5,10 @@
 //! million, and cargo-fuzz's coverage-guided search starts from [`Target::seeds`] too (`fuzz/`).
 
 mod line;
+mod log;
 mod mavlink;
 mod mutate;
+mod stores;
 
 use mutate::mutated;
 use rand_chacha::ChaCha8Rng;
@@ -31,7 +33,15 @@ pub trait Target {
 
 /// All of them.
 pub fn targets() -> Vec<Box<dyn Target>> {
-    vec![Box::new(mavlink::Mavlink::new()), Box::new(line::Device), Box::new(line::Host)]
+    vec![
+        Box::new(mavlink::Mavlink::new()),
+        Box::new(stores::Mission::new()),
+        Box::new(stores::Tiles),
+        Box::new(stores::Camera),
+        Box::new(log::Log::new()),
+        Box::new(line::Device),
+        Box::new(line::Host),
+    ]
 }
 
 /// An input that must not be, and what it did.

@@ -1,0 +1,150 @@
+//! What is read before a flight: both stores in flash, and the camera file on the ground.
+
+use super::Target;
+use plumbline_core::tile::{Geographic, Georeference};
+use plumbline_core::units::Radians;
+use plumbline_firmware::boot;
+use plumbline_firmware::stores::framing::{HEADER_BYTES, checksum};
+use plumbline_firmware::stores::tiles::TileHead;
+use plumbline_firmware::stores::{mission, tiles};
+use plumbline_sim::link::{Flash, Stores, tile_store};
+use plumbline_sim::scenario::Scenario;
+use plumbline_sim::stage::Stage;
+use plumbline_survey::camera_file::CameraFile;
+
+/// What lies in flash for a flight with a small camera.
+pub fn flash() -> Flash {
+    let mut scenario = Scenario { frames: 2, ..Scenario::default_scene() };
+    (scenario.camera.cols, scenario.camera.rows) = (64, 64);
+    Stage::prepare(scenario).expect("the scene can be flown").flash
+}
+
+/// The mission store, beside a tile store that is good.
+pub struct Mission(Stores);
+/// The tile store.
+pub struct Tiles;
+/// The camera file.
+pub struct Camera;
+
+impl Mission {
+    pub fn new() -> Self {
+        Mission(flash().stores().expect("both are good"))
+    }
+}
+
+impl Target for Mission {
+    fn name(&self) -> &'static str {
+        "mission"
+    }
+
+    fn seeds(&self) -> Vec<Vec<u8>> {
+        vec![self.0.mission.clone()]
+    }
+
+    fn seal(&self, input: &mut Vec<u8>) {
+        seal(input);
+    }
+
+    fn read(&mut self, input: &[u8]) -> Result<(), String> {
+        // What it says is checked as at boot, and settings that pass have passed their own check.
+        if let Ok(flight) = boot::read(input, &self.0.tiles) {
+            flight.settings.check().map_err(|error| format!("settings that were taken are refused: {error:?}"))?;
+        }
+        let told = mission::read(input).is_ok();
+        if told && !input.starts_with(b"PLBM") { Err("no mission store was read".to_owned()) } else { Ok(()) }
+    }
+}
+
+impl Target for Tiles {
+    fn name(&self) -> &'static str {
+        "tiles"
+    }
+
+    fn seeds(&self) -> Vec<Vec<u8>> {
+        let georeference = Georeference {
+            epsg: 31256,
+            centre: Geographic { lat_e7: 481_850_000, lon_e7: 163_690_000 },
+            east: [11.0, 0.1, 0.0, 0.0, 0.0],
+            north: [-0.1, 11.1, 0.0, 0.0, 0.0],
+            convergence: Radians(0.01),
+            point_scale: 1.0,
+        };
+        let store = |size: (u16, u16)| {
+            let pixels: Vec<u8> = (0..u32::from(size.0) * u32::from(size.1)).map(|n| (n * 37) as u8).collect();
+            tile_store(&TileHead { size, resolution_m: 5.0, georeference }, &pixels).expect("a good store")
+        };
+        vec![store((1, 1)), store((40, 36)), store((64, 100))]
+    }
+
+    fn seal(&self, input: &mut Vec<u8>) {
+        seal(input);
+    }
+
+    fn read(&mut self, input: &[u8]) -> Result<(), String> {
+        let Ok(tile) = tiles::read(input) else { return Ok(()) };
+        let (cols, rows) = tile.size();
+        let last = (f32::from(cols) - 1.0, f32::from(rows) - 1.0);
+        if tile.view().window(0, 0, (cols, rows)).is_none() || tile.view().window(1, 0, (cols, rows)).is_some() {
+            return Err(format!("a tile of {cols} x {rows} is not so large"));
+        }
+        // A position is found again from its own place, or is none.
+        let local = tile.local(last.0, last.1);
+        let _ = tile.georeference().geographic(local);
+        let _ = tile.georeference().local(tile.georeference().centre);
+        Ok(())
+    }
+}
+
+impl Target for Camera {
+    fn name(&self) -> &'static str {
+        "camera_file"
+    }
+
+    fn seeds(&self) -> Vec<Vec<u8>> {
+        let plain =
+            "cols = 640\nrows = 480\nfov_h_deg = 40.0\nfov_v_deg = 30.0\noffset_m_px = 0.5\noffset_n_px = -2.0\n";
+        let full = format!(
+            "{plain}pixel_mm = 0.006\nversion = 3\n\n[distortion]\nk1 = -0.1\nk2 = 0.01\nk3 = 0.0\np1 = 1e-4\np2 = -2e-4\n\n\
+             [boresight]\nheading_deg = 0.1\n\n[lever_arms]\ngnss_m = [0.1, 0.2, -0.3]\n"
+        );
+        let written = CameraFile::from_toml_str(&full, "seed").expect("a good file").to_toml_string();
+        [plain.to_owned(), full, written].map(String::into_bytes).to_vec()
+    }
+
+    /// The line of the checksum stands first in what was written.
+    fn seal(&self, input: &mut Vec<u8>) {
+        let Some(end) = input.iter().position(|&byte| byte == b'\n') else { return };
+        if input.starts_with(b"crc32 = ") {
+            let line = format!("crc32 = {:#010x}\n", checksum(&input[end + 1..]));
+            input.splice(..=end, line.into_bytes());
+        }
+    }
+
+    fn read(&mut self, input: &[u8]) -> Result<(), String> {
+        let text = String::from_utf8_lossy(input);
+        match CameraFile::from_toml_str(&text, "camera.toml") {
+            Err(error) => {
+                let sentence = error.to_string();
+                if sentence.is_empty() || !sentence.contains("camera.toml") {
+                    return Err(format!("an error without a place: {sentence:?}"));
+                }
+            }
+            Ok(file) => {
+                let again = CameraFile::from_toml_str(&file.to_toml_string(), "again");
+                if again.as_ref().map(|again| CameraFile { crc32: file.crc32, ..again.clone() }) != Ok(file) {
+                    return Err(format!("what was written reads otherwise: {again:?}"));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Header and payload of a store made to fit each other.
+fn seal(input: &mut Vec<u8>) {
+    let Some((header, payload)) = input.split_first_chunk_mut::<HEADER_BYTES>() else { return };
+    header[8..12].copy_from_slice(&(payload.len() as u32).to_le_bytes());
+    header[12..16].copy_from_slice(&checksum(payload).to_le_bytes());
+    let own = checksum(&header[..HEADER_BYTES - 4]).to_le_bytes();
+    header[HEADER_BYTES - 4..].copy_from_slice(&own);
+}
