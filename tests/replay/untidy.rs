@@ -31,10 +31,10 @@ impl Link for Late {
 #[test]
 fn an_untidy_board_replays_as_it_flew() {
     let mut tidy = String::new();
-    let mut scenario = scenario(7, 25);
-    (scenario.shutter.extra_edge_percent, scenario.shutter.lost_frame_percent) = (10.0, 10.0);
+    let mut scenario = scenario(7, 40);
+    (scenario.shutter.extra_edge_percent, scenario.shutter.lost_frame_percent) = (10.0, 40.0);
     let stage = Stage::prepare(scenario).expect("it can be flown");
-    for seed in 0..4 {
+    for seed in 0..3 {
         let mut late = Late { link: InProcess::logged(&stage.flash).expect("it boots"), step: 0 };
         if seed > 0 {
             late.link.untidy(seed);

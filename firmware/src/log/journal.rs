@@ -84,7 +84,7 @@ impl<'f, const N: usize> LogJournal<'f, N> {
 
     /// Records that found no room.
     pub fn lost(&self) -> u32 {
-        self.ring.borrow().lost()
+        self.ring.borrow().lost_in_all()
     }
 
     /// Blocks to be written, copied into `into`; how many. Goes on with the tile store while there is room for it.

@@ -22,6 +22,7 @@ impl<'de: 'a, 'a> Deserialize<'de> for Blob<'a> {
 }
 
 /// One record. Ticks are the capture timer's.
+#[allow(clippy::large_enum_variant, reason = "no heap to put the large one on, and one at a time is made")]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Record<'a> {
     /// What the application ran on; every log begins with it.

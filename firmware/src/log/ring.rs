@@ -49,7 +49,7 @@ impl<const N: usize> Ring<N> {
     }
 
     /// Records dropped so far.
-    pub fn lost(&self) -> u32 {
+    pub fn lost_in_all(&self) -> u32 {
         self.lost_total
     }
 

@@ -153,8 +153,8 @@ impl InProcess {
         self.wires.sent.take()
     }
 
-    /// Makes the board untidy, as interrupts do: its timer goes on while the firmware works, bytes come in portions, rows keep
-    /// others' work between them, and tasks are woken in any order. All of it follows from `seed`.
+    /// Makes the board untidy, as interrupts do: its timer goes on while the firmware works, bytes come in portions, rows and
+    /// sending let others work between them, and tasks are woken in any order. All of it follows from `seed`.
     pub fn untidy(&mut self, seed: u32) {
         self.wires.untidy.set(seed.max(1));
     }
@@ -189,6 +189,16 @@ impl Link for InProcess {
     }
 }
 
+/// Lets others work.
+async fn others() {
+    let mut has_waited = false;
+    poll_fn(|context| {
+        context.waker().wake_by_ref();
+        if std::mem::replace(&mut has_waited, true) { Poll::Ready(()) } else { Poll::Pending }
+    })
+    .await;
+}
+
 /// Link and timer.
 struct Port(Rc<Wires>);
 
@@ -210,6 +220,9 @@ impl Reader for Port {
 
 impl Writer for Port {
     async fn write(&mut self, bytes: &[u8]) {
+        if self.0.any(3) == 1 {
+            others().await;
+        }
         self.0.sent.borrow_mut().extend_from_slice(bytes);
     }
 }
@@ -250,13 +263,7 @@ impl FrontEnd for Camera {
 
     async fn rows(&mut self, count: u16) -> Rows<'_> {
         if self.wires.any(20) == 1 {
-            // Others work meanwhile.
-            let mut has_waited = false;
-            poll_fn(|context| {
-                context.waker().wake_by_ref();
-                if std::mem::replace(&mut has_waited, true) { Poll::Ready(()) } else { Poll::Pending }
-            })
-            .await;
+            others().await;
         }
         let cols = self.size.0 as usize;
         let from = self.row * cols;
