@@ -5,14 +5,18 @@
 //!
 //! [`mission`]: what lies in flash (camera, settings, reference tile). [`wire`]: MAVLink 2 in and out. [`app`]: the
 //! tasks. [`run`]: the executor's loop. [`window`]: the memory shared with the emulator. [`mod@bench`]: what a frame
-//! costs.
+//! costs. `an500` and [`h743`]: the boards.
 #![no_std]
+
+#[cfg(all(feature = "an500", feature = "h743"))]
+compile_error!("one board a build: the features an500 and h743 bring a clock and vectors each");
 
 #[cfg(all(target_os = "none", feature = "an500"))]
 pub mod an500;
 pub mod app;
 pub mod bench;
 pub mod board;
+pub mod h743;
 pub mod mission;
 pub mod run;
 pub mod window;

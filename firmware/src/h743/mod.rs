@@ -1,0 +1,27 @@
+//! The flight computer: OpenMV Cam H7, an STM32H743VI with the MT9V034 in front of it.
+//!
+//! What is arithmetic compiles and is tested on the host; what touches the chip is below.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`timing`] | clocks and dividers |
+//! | [`ring`] | where the camera's DMA stands |
+//! | [`trigger`] | when the next exposure is triggered |
+//! | [`mt9v034`] | the sensor's registers |
+//! | [`regions`] | the MPU's words |
+//! | [`record`] | the record of a fault |
+//! | [`life`] | when the watchdog is fed |
+//! | [`led`] | what the lamps say |
+//! | [`servo`] | an angle as a pulse |
+//! | [`hello`] | the simulator's hello on USB |
+
+pub mod hello;
+pub mod led;
+pub mod life;
+pub mod mt9v034;
+pub mod record;
+pub mod regions;
+pub mod ring;
+pub mod servo;
+pub mod timing;
+pub mod trigger;
