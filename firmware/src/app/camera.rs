@@ -28,6 +28,9 @@ pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl T
         if let Err(refusal) = work.frame(app, start, front_end, timer, gauge).await {
             work.out.report.refusal = refusal.code();
         }
+        if work.out.fix.is_some() {
+            app.count(|c| c.fixes += 1);
+        }
         app.outbox.send(Out::Frame(work.out)).await;
     }
 }

@@ -14,6 +14,10 @@
 //! | [`led`] | what the lamps say |
 //! | [`servo`] | an angle as a pulse |
 //! | [`hello`] | the simulator's hello on USB |
+//! | `start`, `boot`, `tasks` | from reset to flight |
+//! | `clocks`, `memory`, `fault`, `supply`, `gauge` | the chip itself |
+//! | `capture`, `sensor`, `camera` | the eye |
+//! | `link`, `usb`, `port`, `card` | what it talks to |
 
 pub mod hello;
 pub mod led;
@@ -25,3 +29,42 @@ pub mod ring;
 pub mod servo;
 pub mod timing;
 pub mod trigger;
+
+#[cfg(all(target_os = "none", feature = "h743"))]
+#[macro_use]
+mod pins;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod boot;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod camera;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod capture;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod card;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod clocks;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod fault;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod gauge;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod link;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod memory;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod port;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod sensor;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod start;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod supply;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod tasks;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod usb;
+
+#[cfg(all(target_os = "none", feature = "h743"))]
+use defmt_rtt as _;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub use start::start;

@@ -183,7 +183,7 @@ impl Setting {
             (r::ANALOGUE_GAIN, GAIN.0),
             (r::GAIN_MAX, GAIN.1),
             (r::PIXEL_COUNT, (pixels / 8) as u16),
-            // At the full rate data change with the rising edge: the interface takes them at the other one.
+            // At the full rate the clock is inverted, for the time that data need before the edge.
             (r::PIXEL_CLOCK, if self.binning == 1 { 1 << 4 } else { 0 }),
             (r::CHIP_CONTROL, CHIP_CONTROL_SNAPSHOT),
         ]

@@ -5,8 +5,8 @@ use super::telemetry::{TUNNEL_BYTES, Telemetry};
 use mavlink::dialects::common::{
     CAMERA_IMAGE_CAPTURED_DATA, CAMERA_TRIGGER_DATA, DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA,
     GIMBAL_DEVICE_SET_ATTITUDE_DATA, GLOBAL_POSITION_SENSOR_DATA, GimbalDeviceFlags, GlobalPositionFlags,
-    GlobalPositionSrc, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag, MavState, MavTunnelPayloadType, MavType,
-    MavlinkDataStreamType, TUNNEL_DATA,
+    GlobalPositionSrc, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag, MavSeverity, MavState, MavTunnelPayloadType, MavType,
+    MavlinkDataStreamType, STATUSTEXT_DATA, TUNNEL_DATA,
 };
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
 use plumbline_core::fix::Fix;
@@ -22,7 +22,7 @@ pub const SYSTEM: u8 = 1;
 /// Our component id, MAV_COMP_ID_GIMBAL: what makes an autopilot send AUTOPILOT_STATE_FOR_GIMBAL_DEVICE.
 pub const COMPONENT: u8 = 154;
 /// The autopilot's component id.
-const AUTOPILOT: u8 = 1;
+pub const AUTOPILOT: u8 = 1;
 /// Bytes of picture in an ENCAPSULATED_DATA message.
 pub const CHUNK: usize = 253;
 
@@ -64,6 +64,11 @@ pub fn heartbeat() -> HEARTBEAT_DATA {
         system_status: MavState::MAV_STATE_ACTIVE,
         mavlink_version: 3,
     }
+}
+
+/// STATUSTEXT: a line for the pilot, ended by a zero where it is shorter.
+pub fn status_text(severity: MavSeverity, line: [u8; 50]) -> STATUSTEXT_DATA {
+    STATUSTEXT_DATA { severity, text: line.into() }
 }
 
 /// The servo's command: follow-up angle β relative to the vehicle, as a gimbal yaw. Rates are left to the servo.
