@@ -13,7 +13,7 @@ use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use core::task::Poll;
 use embassy_stm32::dcmi::FrameDma;
-use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::interrupt::InterruptExt;
 use embassy_stm32::pac::dma::vals::{Burst, Dir, Dmdis, Fth, Pl, Size};
 use embassy_stm32::pac::mdma::vals as mdma;
 use embassy_stm32::pac::{DCMI, DMA2, DMAMUX1, MDMA, RCC};
@@ -114,8 +114,6 @@ impl Camera {
             w.set_sbus(mdma::Bus::SYSTEM);
             w.set_dbus(mdma::Bus::AHB);
         });
-        // The row's end before all else: its tick is the frame's arrival.
-        interrupt::DCMI.set_priority(Priority::P2);
         // SAFETY: the handlers below are in place.
         unsafe {
             interrupt::DCMI.enable();

@@ -62,8 +62,7 @@ impl MicroSd {
     pub async fn new(parts: Parts) -> Result<MicroSd, Error> {
         let blocks = BLOCKS.take(&BLOCKS_TAKEN).ok_or(Error::NoCard)?;
         let (d0, d1, d2, d3) = parts.data;
-        let driver =
-            Sdmmc::new_4bit(parts.sdmmc, Irqs, parts.clock, parts.command, d0, d1, d2, d3, Config::default());
+        let driver = Sdmmc::new_4bit(parts.sdmmc, Irqs, parts.clock, parts.command, d0, d1, d2, d3, Config::default());
         let device = StorageDevice::new_sd_card(DRIVER.init(driver), &mut blocks.command, CLOCK).await?;
         Ok(MicroSd { device, data: &mut blocks.data })
     }

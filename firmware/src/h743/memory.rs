@@ -98,6 +98,7 @@ impl<T> Buffer<T> {
 
     /// The buffer, zeroed; `None` when `taken` says that it is somebody's. `taken` lies in `.bss`, since the buffer's own
     /// bank holds anything at start.
+    #[allow(clippy::mut_from_ref, reason = "handed out once")]
     pub fn take(&'static self, taken: &AtomicBool) -> Option<&'static mut T>
     where
         T: Zeroes,

@@ -33,17 +33,8 @@ impl Reason {
     /// The reason with this number.
     pub fn from_code(code: u32) -> Option<Reason> {
         use Reason as R;
-        let all = [
-            R::Panic,
-            R::HardFault,
-            R::Memory,
-            R::Bus,
-            R::Usage,
-            R::NonMaskable,
-            R::Stack,
-            R::Watchdog,
-            R::Interrupt,
-        ];
+        let all =
+            [R::Panic, R::HardFault, R::Memory, R::Bus, R::Usage, R::NonMaskable, R::Stack, R::Watchdog, R::Interrupt];
         all.into_iter().find(|reason| *reason as u32 == code)
     }
 

@@ -15,6 +15,7 @@ use core::fmt::Write as _;
 use embassy_executor::Spawner;
 use embassy_executor::raw::Executor;
 use embassy_stm32::gpio::{Level, Output, OutputType, Speed};
+use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::peripherals::{DMA2_CH1, IWDG1};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::low_level::CountingMode;
@@ -56,7 +57,22 @@ pub fn start() -> ! {
     defmt::info!("core at {} Hz", plan.core_hz());
     let executor = EXECUTOR.init(run::executor(&PENDING));
     let watchdog = start_tasks(executor.spawner(), board, plan.timer_hz());
+    prioritise();
     fly(executor, watchdog)
+}
+
+/// What latches instants (pulses, triggers, the rows' ends) interrupts everything else. Two levels: so at most two handlers
+/// lie on the stack.
+fn prioritise() {
+    use embassy_stm32::interrupt as line;
+    line::DMA1_STREAM0.set_priority(Priority::P4);
+    line::DMA1_STREAM1.set_priority(Priority::P4);
+    line::USART3.set_priority(Priority::P4);
+    line::OTG_FS.set_priority(Priority::P4);
+    line::SDMMC1.set_priority(Priority::P4);
+    line::MDMA.set_priority(Priority::P4);
+    line::TIM5.set_priority(Priority::P4);
+    line::PVD_AVD.set_priority(Priority::P4);
 }
 
 /// Everything there is on the board, and its tasks.
@@ -226,7 +242,9 @@ async fn eyes_task(
                     write!(text, "no fixes: the sensor is an MT9V032")
                 }
                 Some(NoSensor::Identity(id)) => write!(text, "no fixes: the sensor calls itself {id:04x}"),
-                Some(NoSensor::ReadBack(number)) => write!(text, "no fixes: sensor register {number:02x} does not hold"),
+                Some(NoSensor::ReadBack(number)) => {
+                    write!(text, "no fixes: sensor register {number:02x} does not hold")
+                }
                 Some(NoSensor::Setting(_)) | None => write!(text, "no fixes: no ring for such rows"),
             };
             booted.app.say(MavSeverity::MAV_SEVERITY_CRITICAL, Line::new(&text)).await;

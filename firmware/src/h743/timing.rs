@@ -83,7 +83,8 @@ pub struct Square {
 /// The fastest square wave of at most `wanted_hz` that `timer_hz` divides into: a sensor's limit is one to faster clocks. An
 /// odd period is high one count less than low.
 pub fn square(timer_hz: u32, wanted_hz: u32) -> Option<Square> {
-    let period = if wanted_hz == 0 { None } else { u16::try_from(timer_hz.div_ceil(wanted_hz)).ok().filter(|&n| n >= 2) }?;
+    let period =
+        if wanted_hz == 0 { None } else { u16::try_from(timer_hz.div_ceil(wanted_hz)).ok().filter(|&n| n >= 2) }?;
     let hz = (timer_hz + period as u32 / 2) / period as u32;
     Some(Square { period, high: period / 2, hz })
 }

@@ -59,7 +59,9 @@ mod tests {
     #[test]
     fn a_missed_trigger_is_skipped_to_the_next_beat_that_can_be_reached() {
         let at = Ticks(1_000_000);
-        for (now, next) in [(1_000_000, 1_050_000), (999_960, 1_050_000), (1_049_990, 1_100_000), (1_400_000, 1_450_000)] {
+        for (now, next) in
+            [(1_000_000, 1_050_000), (999_960, 1_050_000), (1_049_990, 1_100_000), (1_400_000, 1_450_000)]
+        {
             assert_eq!(due(Ticks(now), at, 50_000), Due::Missed(Ticks(next)), "{now}");
             assert_eq!((next - at.0) % 50_000, 0);
             assert!((next - now) as i32 >= ARM_LEAST_US);

@@ -5,8 +5,8 @@ use super::telemetry::{TUNNEL_BYTES, Telemetry};
 use mavlink::dialects::common::{
     CAMERA_IMAGE_CAPTURED_DATA, CAMERA_TRIGGER_DATA, DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA,
     GIMBAL_DEVICE_SET_ATTITUDE_DATA, GLOBAL_POSITION_SENSOR_DATA, GimbalDeviceFlags, GlobalPositionFlags,
-    GlobalPositionSrc, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag, MavSeverity, MavState, MavTunnelPayloadType, MavType,
-    MavlinkDataStreamType, STATUSTEXT_DATA, TUNNEL_DATA,
+    GlobalPositionSrc, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag, MavSeverity, MavState, MavTunnelPayloadType,
+    MavType, MavlinkDataStreamType, STATUSTEXT_DATA, TUNNEL_DATA,
 };
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
 use plumbline_core::fix::Fix;
