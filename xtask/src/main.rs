@@ -1,9 +1,11 @@
 //! `cargo xtask VERB`: sets up what is missing, builds, flies, tests, counts, compares.
 
+mod board;
 mod budget;
 mod build;
 mod compare;
 mod elf;
+mod flash;
 mod flight;
 mod fly;
 mod places;
@@ -26,6 +28,7 @@ fn main() -> ExitCode {
         "build" => none_left(&rest).map(|()| build::build().map_or_else(failed, |_| ExitCode::SUCCESS)),
         "fly" => Ok(fly::fly(&rest).unwrap_or_else(failed)),
         "budget" => budget::budget(&rest),
+        "flash" => flash::flash(&rest),
         "compare" => compare::compare(&rest),
         "test" => none_left(&rest).map(|()| test::test()),
         "" => Err(format!("cargo xtask needs a verb: {VERBS}")),
@@ -38,7 +41,7 @@ fn main() -> ExitCode {
 }
 
 const VERBS: &str = "build (all images and the plumbline command), fly [options of plumbline fly], budget [--json] \
-    [--overwrite] [--against REVISION], compare [--json] [--frame PICTURE ...], and test";
+    [--overwrite] [--against REVISION], flash [--bare] [--mission FILE] [--tiles FILE] [--camera FILE], compare [--json] [--frame PICTURE ...], and test";
 
 fn none_left(rest: &[String]) -> Result<(), Failure> {
     rest.first().map_or(Ok(()), |extra| Err(format!("this verb takes no arguments, but got {extra:?}")))
