@@ -187,9 +187,9 @@ mod tests {
         for name in ["_stack_end", "_stack_start", "Reset"] {
             assert!(moved(name, 0x2000_4000).is_err(), "{name}");
         }
-        for n in 0..SECTIONS.len() {
-            assert!(broken(|image| image.sections[n].address = 0x6000_0000).is_err(), "{}", SECTIONS[n].0);
-            assert!(broken(|image| image.sections[n].size = 0x0200_0000).is_err(), "{}", SECTIONS[n].0);
+        for (n, (name, _)) in SECTIONS.iter().enumerate() {
+            assert!(broken(|image| image.sections[n].address = 0x6000_0000).is_err(), "{name}");
+            assert!(broken(|image| image.sections[n].size = 0x0200_0000).is_err(), "{name}");
         }
         assert!(broken(|image| image.symbols[BUFFERS.len()].address = 0x0800_1000).is_err(), "a hot function in flash");
         assert!(

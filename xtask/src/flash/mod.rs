@@ -6,7 +6,7 @@
 
 mod dfu;
 
-use super::board::{Image, check, map};
+use super::board::{self, Image, map};
 use super::process::{output, run, succeeds};
 use super::{Failure, build, places, set_up};
 use std::fs;
@@ -99,15 +99,10 @@ fn blob(path: &Path, address: u32, end: u32) -> Result<Blob, Failure> {
 fn write(way: Way, blobs: &[Blob]) -> Result<(), Failure> {
     let compiler = set_up::compiler()?;
     build::h743(&compiler)?;
-    let (name, origin) = match way {
-        Way::Dfu | Way::Probe => ("h743-dfu", map::APPLICATION),
-        Way::Bare => ("h743", map::BANK_1),
-    };
-    let path = places::image_h743(name);
-    let image = Image::read(&path)?;
-    check::image(&image, origin).map_err(|why| format!("{name}: {why}; nothing was written"))?;
+    board::check(None).map_err(|why| format!("{why}; nothing was written"))?;
+    let path = places::image_h743(if way == Way::Bare { "h743" } else { "h743-dfu" });
     match way {
-        Way::Dfu => by_dfu(&image, blobs),
+        Way::Dfu => by_dfu(&Image::read(&path)?, blobs),
         Way::Probe => by_probe(&path, blobs),
         Way::Bare => {
             eprintln!(
