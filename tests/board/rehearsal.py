@@ -14,7 +14,7 @@ import struct
 import sys
 
 try:
-    from unicorn import UC_ARCH_ARM, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
+    from unicorn import UC_ARCH_ARM, UC_HOOK_INSN_INVALID, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
     from unicorn import arm_const as arm
 except ImportError:
     print("the Python package unicorn is missing")
@@ -26,6 +26,89 @@ TIM5, TIM5_IRQ = 0x40000C00, 50
 I2C1, SDMMC1, OTG = 0x40005400, 0x52007000, 0x40080000
 RCC, PWR = 0x58024400, 0x58024800
 DBGMCU_IDC = 0x5C001000
+
+
+def double(bits):
+    return struct.unpack("<d", struct.pack("<Q", bits))[0]
+
+
+def bits_of(value):
+    return struct.unpack("<Q", struct.pack("<d", value))[0]
+
+
+def single(bits):
+    return struct.unpack("<f", struct.pack("<I", bits))[0]
+
+
+class Doubles:
+    """The double-precision instructions of the Cortex-M7, which Unicorn's lacks (ARMv7-M A7.7, coprocessor 11).
+
+    What a boot needs of them: it computes filters, not fixes. Fused multiplications round twice here.
+    """
+
+    def __init__(self, uc):
+        self.uc, self.count = uc, 0
+        uc.hook_add(UC_HOOK_INSN_INVALID, self.step)
+
+    def step(self, uc, _data):
+        pc = uc.reg_read(arm.UC_ARM_REG_PC)
+        first, second = struct.unpack("<HH", uc.mem_read(pc, 4))
+        if first & 0xFF00 != 0xEE00 or second & 0x0E10 != 0x0A00 or not self.compute(first, second):
+            return False
+        self.count += 1
+        uc.reg_write(arm.UC_ARM_REG_PC, pc + 4 | 1)
+        return True
+
+    def compute(self, first, second):
+        is_double = second >> 8 & 1
+        d = (first >> 6 & 1) << 4 | second >> 12
+        n = (second >> 7 & 1) << 4 | first & 15
+        m = (second >> 5 & 1) << 4 | second & 15
+        read = lambda k: double(self.uc.reg_read(arm.UC_ARM_REG_D0 + k))
+        write = lambda k, value: self.uc.reg_write(arm.UC_ARM_REG_D0 + k, bits_of(value))
+        s_d, s_m = (second >> 12) << 1 | first >> 6 & 1, (second & 15) << 1 | second >> 5 & 1
+        word = self.uc.reg_read(arm.UC_ARM_REG_S0 + s_m)
+        op, is_second = first >> 5 & 4 | first >> 4 & 3, second >> 6 & 1
+        if op == 7:
+            kind, variant = first & 15, second >> 6 & 3
+            if kind == 7 and not is_double:
+                write(d, single(word))
+            elif not is_double:
+                return False
+            elif kind == 7:
+                self.uc.reg_write(arm.UC_ARM_REG_S0 + s_d, struct.unpack("<I", struct.pack("<f", read(m)))[0])
+            elif kind in (0, 1) and is_second:
+                value = read(m)
+                write(d, {(0, 1): value, (0, 3): abs(value), (1, 1): -value, (1, 3): max(value, 0.0) ** 0.5}[kind, variant])
+            elif not is_second:
+                low = second & 15 | (first & 15) << 4
+                sign, exponent, fraction = low >> 7, (low >> 4 & 7) ^ 4, low & 15
+                write(d, (-1) ** sign * (16 + fraction) / 16 * 2.0 ** (exponent - 3))
+            elif kind in (4, 5):
+                a, b = read(d), read(m) if kind == 4 else 0.0
+                flags = 3 if a != a or b != b else 6 if a == b else 8 if a < b else 2
+                status = self.uc.reg_read(arm.UC_ARM_REG_FPSCR) & 0x0FFFFFFF
+                self.uc.reg_write(arm.UC_ARM_REG_FPSCR, status | flags << 28)
+            elif kind == 8:
+                write(d, float(word - (word >> 31 << 32) if second >> 7 & 1 else word))
+            elif kind in (12, 13):
+                low, high = (-1 << 31, (1 << 31) - 1) if kind == 13 else (0, (1 << 32) - 1)
+                value = read(m)
+                value = 0 if value != value else int(max(low, min(high, value)))
+                self.uc.reg_write(arm.UC_ARM_REG_S0 + s_d, value & 0xFFFFFFFF)
+            else:
+                return False
+            return True
+        if not is_double:
+            return False
+        a, b, c = read(n), read(m), read(d)
+        if op == 4:
+            write(d, a / b if b else float("inf"))
+            return True
+        results = {0: (c + a * b, c - a * b), 1: (a * b - c, -a * b - c), 2: (a * b, -a * b), 3: (a + b, a - b),
+                   5: (a * b - c, -a * b - c), 6: (c + a * b, c - a * b)}
+        write(d, results[op][is_second])
+        return True
 
 
 class Sensor:
@@ -63,8 +146,7 @@ class Board:
     """The core and its registers."""
 
     def __init__(self, revision):
-        self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
-        self.uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M7)
+        self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS, arm.UC_CPU_ARM_CORTEX_M7)
         for address, size in RAM:
             self.uc.mem_map(address, size)
         self.uc.mmio_map(0x40000000, 0x20000000, self.read, None, self.write, None)
@@ -73,6 +155,7 @@ class Board:
         self.revision, self.sensor = revision, Sensor()
         self.mpu, self.is_asleep, self.is_done, self.ticks = {}, False, False, 0
         self.uc.hook_add(UC_HOOK_INTR, self.interrupt)
+        self.doubles = Doubles(self.uc)
 
     def load(self, path):
         data = open(path, "rb").read()
@@ -167,7 +250,7 @@ class Board:
         at = reset
         for _ in range(sleeps):
             try:
-                self.uc.emu_start(at | 1, 0xFFFFFFFE, timeout=8_000_000)
+                self.uc.emu_start(at | 1, 0xFFFFFFFE, timeout=240_000_000)
             except UcError as error:
                 pc = self.uc.reg_read(arm.UC_ARM_REG_PC)
                 return f"{error} at {pc:#010x}"

@@ -9,7 +9,7 @@ use std::process::{Command, ExitCode};
 
 /// Runs every step, building first, and goes on after a failure unless it was the building.
 pub fn test() -> ExitCode {
-    let mut steps = Steps::new(15);
+    let mut steps = Steps::new(16);
     if all(&mut steps) & steps.report() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -44,6 +44,7 @@ fn all(steps: &mut Steps) -> bool {
     });
     steps.step("memory map", || budget::map::print("an500", flown.as_ref()).into());
     steps.step("flight computer: map, sizes, stack", || board::check(flown.as_ref()).into());
+    steps.step("flight computer: boot rehearsal", board::rehearsal::rehearse);
     steps.step("budget", || match budget::holds(&compiler) {
         Ok(budget::Verdict::Holds) => Ok(()).into(),
         Ok(budget::Verdict::Fails) => Err("a gate fails, see above".to_owned()).into(),

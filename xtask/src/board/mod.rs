@@ -5,6 +5,7 @@ pub mod check;
 pub mod hot;
 pub mod map;
 pub mod probe;
+pub mod rehearsal;
 pub mod same;
 
 use crate::elf::{self, Load, Section, Symbol};
