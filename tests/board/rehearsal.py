@@ -116,11 +116,11 @@ class Sensor:
 
     def __init__(self):
         self.registers = {0x00: 0x1324}
-        self.number, self.bytes, self.out, self.left, self.is_reading = 0, [], [], 0, False
+        self.number, self.bytes, self.out, self.left, self.is_reading, self.is_stopped = 0, [], [], 0, False, False
 
     def start(self, cr2):
         self.is_reading, self.left = bool(cr2 >> 10 & 1), cr2 >> 16 & 0xFF
-        self.address = cr2 >> 1 & 0x7F
+        self.address = cr2 >> 1 & 0x7F  # ours, or nobody answers: see the expectation
         self.bytes = []
         value = self.registers.get(self.number, 0)
         self.out = [value >> 8, value & 0xFF]
@@ -139,7 +139,7 @@ class Sensor:
     def status(self, is_auto_end):
         if self.left > 0:
             return 1 << 2 if self.is_reading else 1 << 0 | 1 << 1
-        return (1 << 5 if is_auto_end else 1 << 6) | 1 << 0
+        return (1 << 5 if is_auto_end or self.is_stopped else 1 << 6) | 1 << 0
 
 
 class Board:
@@ -212,8 +212,11 @@ class Board:
             value &= self.values.get(word, 0)
         if word == RCC + 0x28 and self.values.get(RCC, 0) >> 24 & 1:  # PLL1's source and M are held while it is on
             value = value & ~0x3F3 | self.values.get(word, 0) & 0x3F3
-        if word == I2C1 + 4 and value >> 13 & 1:
-            self.sensor.start(value)
+        if word == I2C1 + 4:
+            if value >> 13 & 1:  # START, taken back by the bus
+                self.sensor.start(value)
+            self.sensor.is_stopped = bool(value >> 14 & 1)
+            value &= ~(1 << 13 | 1 << 14)
         if word == I2C1 + 0x28:
             self.sensor.write(value & 0xFF)
         self.values[word] = value
@@ -354,6 +357,7 @@ def expectations(board, origin, is_v, has_mission):
     if has_mission:
         yield "TIM1: the sensor's clock", timer / (at(0x4001002C) + 1), 240 / 9 if is_v else 25
         yield "TIM1 on, output on", (at(0x40010000) & 1, at(0x40010044) >> 15 & 1, at(0x40010020) & 1), (1, 1, 1)
+        yield "sensor: address", board.sensor.address, 0x5C
         yield "sensor: snapshot mode", board.sensor.registers.get(0x07), 0x0198
         yield "DCMI: one frame, on", at(0x48020000) & ~1, 1 << 1 | 1 << 14
         yield "DCMI interrupts: line, overrun, frame", at(0x4802000C), 1 << 4 | 1 << 1 | 1 << 0
