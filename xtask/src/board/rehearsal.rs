@@ -2,26 +2,45 @@
 
 use crate::places;
 use crate::steps::Outcome;
-use std::process::Command;
+use std::ffi::OsStr;
+use std::fs;
+use std::process::{Command, ExitStatus};
 
-/// Image, start of flash, silicon revision: V, which runs at 480 MHz, and Y, which does not.
-const RUNS: [(&str, &str, &str); 2] = [("h743-dfu", "0x08040000", "0x2003"), ("h743", "0x08000000", "0x1003")];
 /// What the script ends with where its emulator is missing.
 const NO_UNICORN: i32 = 3;
 
-/// Boots each image once.
+/// Boots each image once: with a mission on silicon of revision V, which runs at 480 MHz; with empty flash on revision Y,
+/// which does not.
 pub fn rehearse() -> Outcome {
-    for (image, origin, revision) in RUNS {
-        let mut command = Command::new("python3");
-        command.current_dir(places::root()).arg("tests/board/rehearsal.py").arg(places::image_h743(image));
-        match command.args([origin, revision]).status() {
-            Err(_) => return Outcome::Skipped("there is no python3".into()),
-            Ok(status) if status.code() == Some(NO_UNICORN) => {
+    let mission = places::scratch().join("rehearsal-mission.bin");
+    if let Err(error) = fs::create_dir_all(places::scratch()) {
+        return Outcome::Failed(format!("{}: {error}", places::scratch().display()));
+    }
+    let Some(made) = python("mission.py", &[mission.as_os_str()]) else {
+        return Outcome::Skipped("there is no python3".into());
+    };
+    if !made.success() {
+        return Outcome::Failed("tests/board/mission.py could not write its mission".into());
+    }
+    let [behind, bare] = ["h743-dfu", "h743"].map(places::image_h743);
+    let runs: [&[&OsStr]; 2] = [
+        &[behind.as_os_str(), "0x08040000".as_ref(), "0x2003".as_ref(), mission.as_os_str()],
+        &[bare.as_os_str(), "0x08000000".as_ref(), "0x1003".as_ref()],
+    ];
+    for arguments in runs {
+        match python("rehearsal.py", arguments).and_then(|status| status.code()) {
+            Some(0) => {}
+            Some(NO_UNICORN) => {
                 return Outcome::Skipped("Python's unicorn is missing: type `pip install unicorn`".into());
             }
-            Ok(status) if !status.success() => return Outcome::Failed(format!("{image} does not boot as it should")),
-            Ok(_) => {}
+            _ => return Outcome::Failed("an image does not boot as it should, see above".into()),
         }
     }
     Outcome::Passed
+}
+
+/// Runs a script of the board's tests; `None` where there is no Python.
+fn python(script: &str, arguments: &[&OsStr]) -> Option<ExitStatus> {
+    let path = places::root().join("tests/board").join(script);
+    Command::new("python3").arg(path).args(arguments).status().ok()
 }
