@@ -26,6 +26,7 @@ use crate::wire::telemetry::{FrameReport, InstantReport};
 use core::cell::Cell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
+use mavlink::dialects::common::MavSeverity;
 use plumbline_core::fix::Fix;
 use plumbline_core::pipeline::{Pipeline, Situation};
 use plumbline_core::stamp::Stamper;
@@ -41,8 +42,23 @@ pub enum Out {
     Servo(Radians),
     /// The answer to a TIMESYNC request.
     TimesyncAnswer(i64),
+    /// A line for the pilot.
+    Text(MavSeverity, Line),
     /// What a frame came to; patch generation to be sent with it.
     Frame(FrameOut),
+}
+
+/// A line of text, as much of it as STATUSTEXT holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Line(pub [u8; 50]);
+
+impl Line {
+    /// The line, cut after 50 bytes.
+    pub fn new(text: &str) -> Self {
+        let mut line = [0; 50];
+        line.iter_mut().zip(text.bytes()).for_each(|(to, from)| *to = from);
+        Line(line)
+    }
 }
 
 /// A finished frame on its way out.
@@ -86,6 +102,8 @@ pub struct Counters {
     pub patches_cut: u32,
     /// Messages that found the outbox full.
     pub unsent: u32,
+    /// Fixes sent.
+    pub fixes: u32,
 }
 
 /// What the tasks share.
@@ -101,6 +119,10 @@ pub struct App<'t> {
     outbox: Queue<Out, 2>,
     /// Number of the patch in the pipeline's buffer.
     patch: Cell<u32>,
+    /// Whether the autopilot said that it is armed.
+    armed: Cell<Option<bool>>,
+    /// The newest command to the follow-up axis.
+    servo: Cell<Option<Radians>>,
     send_patches: bool,
     pub(crate) journal: &'t dyn Journal,
 }
@@ -116,9 +138,37 @@ impl<'t> App<'t> {
             fresh: Signal::new(),
             outbox: Queue::new(),
             patch: Cell::new(0),
+            armed: Cell::new(None),
+            servo: Cell::new(None),
             send_patches,
             journal,
         }
+    }
+
+    /// Whether the autopilot is armed, if it ever said.
+    pub fn armed(&self) -> Option<bool> {
+        self.armed.get()
+    }
+
+    /// Where the follow-up axis should be, for a board that turns it itself.
+    pub fn servo(&self) -> Option<Radians> {
+        self.servo.get()
+    }
+
+    /// Fixes since start.
+    pub fn fixes(&self) -> u32 {
+        self.counters.get().fixes
+    }
+
+    /// Whether the capture timer is tied to the autopilot's clock.
+    pub fn is_tied(&self, now: Ticks) -> bool {
+        self.instant(now).is_some()
+    }
+
+    /// Tells the pilot something; waits for room in the outbox.
+    pub async fn say(&self, severity: MavSeverity, line: Line) {
+        self.outbox.room().await;
+        self.post(Out::Text(severity, line));
     }
 
     /// The autopilot's instant at a tick.

@@ -6,8 +6,11 @@
 //! [`stores`]: what lies in flash (camera and settings, reference tile). [`boot`]: from there to the application.
 //! [`wire`]: MAVLink 2 in and out. [`app`]: the tasks. [`journal`]: what they tell so that a flight can be run again,
 //! [`mod@log`]: where it is kept. [`run`]: the executor's loop. [`window`]: the memory shared with the emulator.
-//! [`serial`]: the simulator's line to a board. [`mod@bench`]: what a frame costs.
+//! [`serial`]: the simulator's line to a board. [`mod@bench`]: what a frame costs. `an500` and [`h743`]: the boards.
 #![no_std]
+
+#[cfg(all(feature = "an500", feature = "h743"))]
+compile_error!("one board a build: the features an500 and h743 bring a clock and vectors each");
 
 #[cfg(all(target_os = "none", feature = "an500"))]
 pub mod an500;
@@ -15,6 +18,7 @@ pub mod app;
 pub mod bench;
 pub mod board;
 pub mod boot;
+pub mod h743;
 pub mod journal;
 pub mod log;
 pub mod run;

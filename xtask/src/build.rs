@@ -26,3 +26,21 @@ fn images(compiler: &Compiler) -> Result<(), Failure> {
 fn command() -> Result<(), Failure> {
     run(cargo().args(["build", "--release", "--package", "plumbline-sim", "--bin", "plumbline"]))
 }
+
+/// The flight computer's image behind the camera's bootloader, and the bare one.
+pub const H743: [&str; 2] = ["h743-dfu", "h743"];
+
+/// Builds both images of the flight computer; the library is compiled once.
+///
+/// Each is linked by a call of its own, which optimises the whole for speed: the package's own functions are small by the
+/// profile, and cargo has no key for the program alone.
+pub fn h743(compiler: &Compiler) -> Result<(), Failure> {
+    for image in H743 {
+        let mut cargo = cargo();
+        cargo.args(["rustc", "--package", "plumbline-firmware", "--bin", image, "--features", "h743"]);
+        cargo.args(["--profile", places::PROFILE_H743]);
+        compiler.apply(&mut cargo);
+        run(cargo.args(["--", "-C", "opt-level=3"]))?;
+    }
+    Ok(())
+}

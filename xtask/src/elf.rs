@@ -20,6 +20,21 @@ pub struct Section {
 pub struct Symbol {
     /// Mangled.
     pub name: String,
+    /// Where it lies when the program runs; the lowest bit of a function's address is set.
+    pub address: u32,
+    /// Bytes.
+    pub size: u32,
+    /// Whether it is a function.
+    pub is_function: bool,
+}
+
+/// A piece of the file and where a programmer writes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Load {
+    /// First address in flash.
+    pub address: u32,
+    /// First byte in the file.
+    pub offset: u32,
     /// Bytes.
     pub size: u32,
 }
@@ -40,6 +55,7 @@ pub struct Function {
 const SECTION_OCCUPIES_MEMORY: u32 = 2;
 const SYMBOL_TABLE: u32 = 2;
 const SYMBOL_BYTES: usize = 16;
+const FUNCTION: u8 = 2;
 const NO_BITS: u32 = 8;
 const HEADER_BYTES: usize = 40;
 
@@ -58,11 +74,33 @@ pub fn functions(file: &[u8]) -> Result<Vec<Function>, Failure> {
     read(file, read_functions)
 }
 
+/// The pieces of `file` that go into flash, in the file's order.
+pub fn loads(file: &[u8]) -> Result<Vec<Load>, Failure> {
+    read(file, read_loads)
+}
+
 fn read<T>(file: &[u8], what: impl Fn(&[u8]) -> Option<T>) -> Result<T, Failure> {
     if file.get(..6) != Some(b"\x7fELF\x01\x01") {
         return Err("not a 32-bit little-endian ELF file".into());
     }
     what(file).ok_or_else(|| "the ELF file is cut short".into())
+}
+
+fn read_loads(file: &[u8]) -> Option<Vec<Load>> {
+    const LOADABLE: u32 = 1;
+    let table = word(file, 28)? as usize;
+    let [entry_size, count] = [42, 44].map(|at| half(file, at).map(usize::from));
+    let (entry_size, count) = (entry_size?, count?);
+    let mut loads = Vec::new();
+    for n in 0..count {
+        let header = file.get(table.checked_add(n * entry_size)?..)?.get(..32)?;
+        let load = Load { address: word(header, 12)?, offset: word(header, 4)?, size: word(header, 16)? };
+        if word(header, 0)? == LOADABLE && load.size > 0 {
+            file.get(load.offset as usize..)?.get(..load.size as usize)?;
+            loads.push(load);
+        }
+    }
+    Some(loads)
 }
 
 /// Headers of all sections, and which of them holds the sections' names.
@@ -98,7 +136,12 @@ fn read_symbols(file: &[u8]) -> Option<Vec<Symbol>> {
         let names = file.get(word(headers.get(word(header, 24)? as usize)?, 16)? as usize..)?;
         let table = file.get(word(header, 16)? as usize..)?.get(..word(header, 20)? as usize)?;
         for symbol in table.chunks_exact(SYMBOL_BYTES) {
-            symbols.push(Symbol { name: name(names, word(symbol, 0)?)?, size: word(symbol, 8)? });
+            symbols.push(Symbol {
+                name: name(names, word(symbol, 0)?)?,
+                address: word(symbol, 4)?,
+                size: word(symbol, 8)?,
+                is_function: *symbol.get(12)? & 0xf == FUNCTION,
+            });
         }
     }
     Some(symbols)
@@ -170,7 +213,7 @@ fn half(bytes: &[u8], at: usize) -> Option<u16> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Section, Symbol, sections, symbols};
+    use super::{Load, Section, Symbol, loads, sections, symbols};
 
     /// A file with a null section, `.bss` and the names.
     fn file() -> Vec<u8> {
@@ -200,9 +243,28 @@ mod tests {
         for (offset, word) in [(4, 2u32), (16, at as u32), (20, 16), (24, 2)] {
             file[64 + offset..64 + offset + 4].copy_from_slice(&word.to_le_bytes());
         }
-        file.extend([6u32, 0x400, 120, 0].iter().flat_map(|word| word.to_le_bytes()));
-        assert_eq!(symbols(&file), Ok(vec![Symbol { name: ".names".into(), size: 120 }]));
+        file.extend([6u32, 0x400, 120, 2].iter().flat_map(|word| word.to_le_bytes()));
+        assert_eq!(
+            symbols(&file),
+            Ok(vec![Symbol { name: ".names".into(), address: 0x400, size: 120, is_function: true }])
+        );
         assert!(symbols(&file[..file.len() - 1]).is_err());
+    }
+
+    #[test]
+    fn what_goes_into_flash_is_read() {
+        let mut file = file();
+        let at = file.len() as u32;
+        file[28..32].copy_from_slice(&at.to_le_bytes());
+        (file[42], file[44]) = (32, 2);
+        // Of two segments the first holds the file's first 16 bytes, the second none.
+        for segment in
+            [[1u32, 0, 0x2000_0000, 0x0800_0000, 16, 16, 5, 4], [1, 0, 0x2000_0010, 0x2000_0010, 0, 64, 6, 4]]
+        {
+            file.extend(segment.iter().flat_map(|word| word.to_le_bytes()));
+        }
+        assert_eq!(loads(&file), Ok(vec![Load { address: 0x0800_0000, offset: 0, size: 16 }]));
+        assert!(loads(&file[..file.len() - 1]).is_err());
     }
 
     #[test]

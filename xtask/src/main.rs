@@ -1,9 +1,11 @@
 //! `cargo xtask VERB`: sets up what is missing, builds, flies, tests, counts, compares.
 
+mod board;
 mod budget;
 mod build;
 mod compare;
 mod elf;
+mod flash;
 mod flight;
 mod fly;
 mod fuzz;
@@ -29,6 +31,7 @@ fn main() -> ExitCode {
         "build" => none_left(&rest).map(|()| build::build().map_or_else(failed, |_| ExitCode::SUCCESS)),
         "fly" => Ok(fly::fly(&rest).unwrap_or_else(failed)),
         "budget" => budget::budget(&rest),
+        "flash" => flash::flash(&rest),
         "compare" => compare::compare(&rest),
         "fuzz" => Ok(fuzz::fuzz(&rest).map_or_else(failed, |()| ExitCode::SUCCESS)),
         "panics" => none_left(&rest).map(|()| {
@@ -48,7 +51,8 @@ fn main() -> ExitCode {
 }
 
 const VERBS: &str = "build (all images and the plumbline command), fly [options of plumbline fly], budget [--json] \
-    [--overwrite] [--against REVISION], compare [--json] [--frame PICTURE ...], fuzz [--inputs N] [--seed S] [--target READER], panics, and test";
+    [--overwrite] [--against REVISION], flash [--bare] [--mission FILE] [--tiles FILE] [--camera FILE], \
+    compare [--json] [--frame PICTURE ...], fuzz [--inputs N] [--seed S] [--target READER], panics, and test";
 
 fn none_left(rest: &[String]) -> Result<(), Failure> {
     rest.first().map_or(Ok(()), |extra| Err(format!("this verb takes no arguments, but got {extra:?}")))

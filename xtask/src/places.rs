@@ -9,6 +9,9 @@ pub const THUMB: &str = "thumbv7em-none-eabihf";
 /// The cargo profile of the images.
 pub const PROFILE: &str = "firmware";
 
+/// The cargo profile of the flight computer's images.
+pub const PROFILE_H743: &str = "h743";
+
 /// The workspace's root.
 pub fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -24,6 +27,11 @@ pub fn target() -> PathBuf {
 /// The image of a board or of a test.
 pub fn image(name: &str) -> PathBuf {
     target().join(THUMB).join(PROFILE).join(name)
+}
+
+/// An image of the flight computer.
+pub fn image_h743(name: &str) -> PathBuf {
+    target().join(THUMB).join(PROFILE_H743).join(name)
 }
 
 /// The command.

@@ -4,12 +4,12 @@ use super::places::{self, THUMB};
 use super::process::{cargo, run};
 use super::set_up::Compiler;
 use super::steps::{Outcome, Steps};
-use super::{Failure, budget, build, flight, selftest, set_up};
+use super::{Failure, board, budget, build, flight, panics, selftest, set_up};
 use std::process::{Command, ExitCode};
 
 /// Runs every step, building first, and goes on after a failure unless it was the building.
 pub fn test() -> ExitCode {
-    let mut steps = Steps::new(14);
+    let mut steps = Steps::new(18);
     if all(&mut steps) & steps.report() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -30,6 +30,7 @@ fn all(steps: &mut Steps) -> bool {
         }
         clippy(&["--package", "plumbline-firmware", "--features", build::AN500], Some(&compiler)).into()
     });
+    steps.step("flight computer: build and clippy", || board_built(&compiler));
     steps.step("core alone", || core_alone(&compiler, &["--no-default-features"]).into());
     steps.step("core alone with defmt", || {
         core_alone(&compiler, &["--no-default-features", "--features", "defmt"]).into()
@@ -45,6 +46,9 @@ fn all(steps: &mut Steps) -> bool {
     steps.step("memory map", || {
         budget::map::print("an500", flown.as_ref()).and_then(|()| budget::map::print("serial", None)).into()
     });
+    steps.step("nothing in a frame's way can panic", || panics::check("an500").map(|_| ()).into());
+    steps.step("flight computer: map, sizes, stack", || board::check(flown.as_ref()).into());
+    steps.step("flight computer: boot rehearsal", board::rehearsal::rehearse);
     steps.step("budget", || match budget::holds(&compiler) {
         Ok(budget::Verdict::Holds) => Ok(()).into(),
         Ok(budget::Verdict::Fails) => Err("a gate fails, see above".to_owned()).into(),
@@ -53,6 +57,18 @@ fn all(steps: &mut Steps) -> bool {
     });
     steps.step("documentation", || documentation().into());
     true
+}
+
+/// Both images, and clippy of what only they compile.
+fn board_built(compiler: &Compiler) -> Outcome {
+    if let Err(why) = build::h743(compiler) {
+        return Outcome::Failed(why);
+    }
+    if !compiler.has_clippy() {
+        return Outcome::Skipped(format!("built; Debian's compiler for {THUMB} comes without a clippy of its version"));
+    }
+    let package = ["--package", "plumbline-firmware", "--features", "h743", "--profile", places::PROFILE_H743];
+    clippy(&package, Some(compiler)).into()
 }
 
 fn clippy(what: &[&str], compiler: Option<&Compiler>) -> Result<(), Failure> {

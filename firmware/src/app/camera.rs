@@ -34,6 +34,9 @@ pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl T
         if let Err(refusal) = work.frame(app, start, front_end, timer, gauge).await {
             work.out.report.refusal = refusal.code();
         }
+        if work.out.fix.is_some() {
+            app.count(|c| c.fixes += 1);
+        }
         work.out.note(app);
         app.outbox.room().await;
         app.post(Out::Frame(work.out));

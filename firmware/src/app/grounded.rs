@@ -1,12 +1,13 @@
 //! What a vehicle does whose stores were refused: it says so, and nothing else.
 //!
 //! Instead of the application's tasks two run: [`drain`] reads the link and drops it, [`tell`] sends once a second a
-//! heartbeat of state CRITICAL, and every five seconds the reason as STATUSTEXT. No frame is looked at and no servo is
-//! moved.
+//! heartbeat of state CRITICAL, and every five seconds the reason as STATUSTEXT, and what else the board has to tell. No
+//! frame is looked at and no servo is moved.
 
+use super::Line;
 use crate::board::{Reader, Timer, Writer};
-use crate::boot::BootError;
 use crate::wire::outgoing::{self, Encoder};
+use mavlink::dialects::common::MavSeverity;
 use plumbline_core::units::Ticks;
 
 const SECOND_TICKS: u32 = 1_000_000;
@@ -21,16 +22,25 @@ pub async fn drain(reader: &mut impl Reader) -> ! {
     }
 }
 
-/// Tells for ever.
-pub async fn tell(reason: BootError, writer: &mut impl Writer, timer: &mut impl Timer) -> ! {
+/// Tells for ever: the reason in two parts, as [`BootError::words`](crate::boot::BootError::words) has it, and the board's
+/// own notices.
+pub async fn tell(
+    reason: [&'static str; 2],
+    notices: &[(MavSeverity, Line)],
+    writer: &mut impl Writer,
+    timer: &mut impl Timer,
+) -> ! {
     let mut encoder = Encoder::new();
     let mut at = timer.now();
     let mut count = 0u32;
     loop {
         writer.write(encoder.encode(&outgoing::grounded_heartbeat())).await;
         if count.is_multiple_of(REASON_EVERY) {
-            let [store, why] = reason.words();
-            writer.write(encoder.encode(&outgoing::critical(["no fixes: ", store, why]))).await;
+            let [what, why] = reason;
+            writer.write(encoder.encode(&outgoing::critical(["no fixes: ", what, why]))).await;
+            for (severity, line) in notices {
+                writer.write(encoder.encode(&outgoing::status_text(*severity, line.0))).await;
+            }
         }
         count = count.wrapping_add(1);
         at = Ticks(at.0.wrapping_add(SECOND_TICKS));

@@ -76,6 +76,10 @@ impl State {
                 }
                 Some(Ok(()))
             }
+            Incoming::Armed(is_armed) => {
+                app.armed.set(Some(is_armed));
+                Some(Ok(()))
+            }
             Incoming::TimesyncRequest { theirs_ns } => {
                 app.post(Out::TimesyncAnswer(theirs_ns));
                 Some(Ok(()))
@@ -102,7 +106,9 @@ impl State {
         let due = self.servo.is_none_or(|last| at.since(last).unsigned_abs() >= SERVO_INTERVAL_US);
         if due && follow_up != FollowUpMode::Fixed {
             self.servo = Some(at);
-            app.post(Out::Servo(follow_up_command(attitude)));
+            let command = follow_up_command(attitude);
+            app.servo.set(Some(command));
+            app.post(Out::Servo(command));
         }
         Ok(())
     }

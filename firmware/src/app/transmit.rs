@@ -20,6 +20,7 @@ pub async fn transmit(app: &App<'_>, writer: &mut impl Writer, timer: &impl Time
                 writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Health(health(app, timer, gauge))))).await;
             }
             Out::Servo(follow_up) => writer.write(encoder.encode(&outgoing::servo(follow_up))).await,
+            Out::Text(severity, line) => writer.write(encoder.encode(&outgoing::status_text(severity, line.0))).await,
             Out::TimesyncAnswer(theirs) => {
                 writer.write(encoder.encode(&outgoing::timesync_answer(nanoseconds(timer), theirs))).await;
             }

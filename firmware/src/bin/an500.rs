@@ -63,7 +63,7 @@ mod board {
 
     #[embassy_executor::task]
     async fn tell_task(reason: BootError, mut writer: Port, mut timer: Port) -> ! {
-        grounded::tell(reason, &mut writer, &mut timer).await
+        grounded::tell(reason.words(), &[], &mut writer, &mut timer).await
     }
 
     /// Flash as the simulator has filled it. A function of its own, so that what it builds is off the stack when the flight

@@ -7,9 +7,11 @@
 
 use super::decoder::Packet;
 use super::extensions::{Timesync, signal_quality};
+use super::outgoing::AUTOPILOT;
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA,
-    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GimbalDeviceFlags, MavSensorOrientation,
+    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GimbalDeviceFlags, HEARTBEAT_DATA, MavModeFlag,
+    MavSensorOrientation,
 };
 use mavlink::{MavlinkVersion, MessageData};
 use plumbline_core::frames::{attitude_from_ned_quaternion, follow_up_from_gimbal_quaternion};
@@ -38,6 +40,8 @@ pub enum Incoming {
         /// The autopilot's clock when it answered.
         theirs: Micros,
     },
+    /// The autopilot's heartbeat: whether it is armed.
+    Armed(bool),
     /// A TIMESYNC request, to be answered with our own time.
     TimesyncRequest {
         /// To be mirrored.
@@ -84,6 +88,11 @@ pub fn incoming(packet: &Packet<'_>, us: (u8, u8)) -> Result<Incoming, Unusable>
                 north_m_per_s: position.vx as f32 * 0.01,
                 east_m_per_s: position.vy as f32 * 0.01,
             }))
+        }
+        // Only the autopilot's own: a ground station and other devices send heartbeats too.
+        HEARTBEAT_DATA::ID if packet.component == AUTOPILOT => {
+            let heartbeat: HEARTBEAT_DATA = payload(packet)?;
+            Ok(Incoming::Armed(heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED)))
         }
         Timesync::ID => timesync(&payload(packet)?, us),
         _ => Err(Unusable::NotOurs),

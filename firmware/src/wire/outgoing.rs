@@ -22,7 +22,7 @@ pub const SYSTEM: u8 = 1;
 /// Our component id, MAV_COMP_ID_GIMBAL: what makes an autopilot send AUTOPILOT_STATE_FOR_GIMBAL_DEVICE.
 pub const COMPONENT: u8 = 154;
 /// The autopilot's component id.
-const AUTOPILOT: u8 = 1;
+pub const AUTOPILOT: u8 = 1;
 /// Bytes of picture in an ENCAPSULATED_DATA message.
 pub const CHUNK: usize = 253;
 
@@ -95,12 +95,17 @@ pub fn grounded_heartbeat() -> HEARTBEAT_DATA {
     HEARTBEAT_DATA { system_status: MavState::MAV_STATE_CRITICAL, ..heartbeat() }
 }
 
+/// STATUSTEXT: a line for the pilot, ended by a zero where it is shorter.
+pub fn status_text(severity: MavSeverity, line: [u8; 50]) -> STATUSTEXT_DATA {
+    STATUSTEXT_DATA { severity, text: line.into() }
+}
+
 /// STATUSTEXT of severity CRITICAL: the parts as one line, cut at the message's 50 characters.
 pub fn critical(parts: [&str; 3]) -> STATUSTEXT_DATA {
-    let mut text = [0; 50];
+    let mut line = [0; 50];
     let bytes = parts.iter().flat_map(|part| part.bytes());
-    text.iter_mut().zip(bytes).for_each(|(to, from)| *to = from);
-    STATUSTEXT_DATA { severity: MavSeverity::MAV_SEVERITY_CRITICAL, text: text.into() }
+    line.iter_mut().zip(bytes).for_each(|(to, from)| *to = from);
+    status_text(MavSeverity::MAV_SEVERITY_CRITICAL, line)
 }
 
 /// The servo's command: follow-up angle β relative to the vehicle, as a gimbal yaw. Rates are left to the servo.

@@ -35,7 +35,7 @@ pub fn spawn_grounded<P: Reader + Writer + Timer + 'static>(
     let mut reader = port();
     endless(executor, async move { grounded::drain(&mut reader).await });
     let (mut writer, mut timer) = (port(), port());
-    endless(executor, async move { grounded::tell(reason, &mut writer, &mut timer).await });
+    endless(executor, async move { grounded::tell(reason.words(), &[], &mut writer, &mut timer).await });
 }
 
 /// Spawns a task that never ends.

@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn the_stage_is_told_by_its_modules() {
-        let is = |name: &str| rectifies(&Symbol { name: name.into(), size: 4 });
+        let is = |name: &str| rectifies(&Symbol { name: name.into(), address: 0, size: 4, is_function: true });
         assert!(is("_ZN14plumbline_core7rectify12rectify_into17h0123456789abcdefE"));
         assert!(is("_RNvNtCs1_14plumbline_core7rectify12rectify_into"));
         assert!(is("_ZN18plumbline_firmware5bench7rectify8resample17h0123456789abcdefE"));

@@ -1,0 +1,102 @@
+//! What lies in flash, made into an application.
+
+use super::mt9v034::{SensorError, Setting, Wanted};
+use crate::app::App;
+use crate::boot::{self, BootError};
+use crate::journal::Journal;
+use crate::stores::tiles::BOARD_BYTES;
+use plumbline_core::budget::FRAME_MEMORY_BYTES;
+use plumbline_core::motion::{Moving, Rates, Velocity, image_motion};
+use plumbline_core::pipeline::Buffers;
+use plumbline_core::stamp::{Polarity, Wired};
+use plumbline_core::tilt::Attitude;
+use plumbline_core::units::Radians;
+use static_cell::{ConstStaticCell, StaticCell};
+
+/// Bank 2 of the flash: the mission store in its first sector, the tile store in the others.
+const MISSION: usize = 0x0810_0000;
+const MISSION_BYTES: usize = 128 * 1024;
+const TILES: usize = MISSION + MISSION_BYTES;
+
+static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
+static FRAME_MEMORY: ConstStaticCell<[u8; FRAME_MEMORY_BYTES]> = ConstStaticCell::new([0; FRAME_MEMORY_BYTES]);
+static APP: StaticCell<App<'static>> = StaticCell::new();
+
+/// Why there is no application.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Grounded {
+    /// What lies in flash was refused.
+    Stores(BootError),
+    /// The mission wants edges that this board does not have: it knows when it opens the shutter, no more.
+    Edges,
+    /// The sensor cannot do what the mission wants of it.
+    Sensor(SensorError),
+}
+
+impl Grounded {
+    /// For the pilot, in parts.
+    pub fn words(self) -> [&'static str; 2] {
+        match self {
+            Grounded::Stores(error) => error.words(),
+            Grounded::Edges => ["mission store: ", "no edge, or no exposure"],
+            Grounded::Sensor(SensorError::Window) => ["sensor: ", "frame does not fit it"],
+            Grounded::Sensor(SensorError::Exposure) => ["sensor: ", "exposure does not fit it"],
+        }
+    }
+}
+
+/// An application, and what the board must do for it.
+#[derive(Clone, Copy)]
+#[allow(missing_debug_implementations, reason = "App has none")]
+pub struct Booted {
+    /// The application.
+    pub app: &'static App<'static>,
+    /// Size of the frames.
+    pub frame: (u16, u16),
+    /// The sensor's setting.
+    pub setting: Setting,
+    /// What the mission takes for the opening edge.
+    pub opens_on: Polarity,
+    /// Whether the exposure blurs by more than half a pixel in what counts as ordinary flight.
+    pub blurs: bool,
+}
+
+/// Both regions of flash.
+pub fn stores() -> (&'static [u8], &'static [u8]) {
+    // SAFETY: both are flash, which nobody writes while this image runs.
+    unsafe {
+        (
+            core::slice::from_raw_parts(MISSION as *const u8, MISSION_BYTES),
+            core::slice::from_raw_parts(TILES as *const u8, BOARD_BYTES),
+        )
+    }
+}
+
+/// Reads both stores. A function of its own, so that what it builds is off the stack when the flight begins. To be called
+/// once.
+///
+/// # Errors
+/// [`Grounded`].
+#[inline(never)]
+pub fn boot(clock_hz: u32, journal: &'static dyn Journal) -> Result<Booted, Grounded> {
+    let (mission, tiles) = stores();
+    let flight = boot::read(mission, tiles).map_err(Grounded::Stores)?;
+    let (camera, shutter) = (flight.settings.camera, flight.stamps.shutter);
+    let exposure = shutter.exposure.filter(|_| shutter.wired == Wired::Opening).ok_or(Grounded::Edges)?;
+    let frame = (camera.cols(), camera.rows());
+    let setting = Setting::new(&Wanted { frame, exposure_us: exposure.us, clock_hz }).map_err(Grounded::Sensor)?;
+    let limit_us = image_motion(&camera, &ORDINARY, exposure.us).map_or(0, |motion| motion.exposure_max_us);
+    let app = flight.app(BUFFERS.take(), FRAME_MEMORY.take(), journal).map_err(Grounded::Stores)?;
+    let app = APP.uninit().write(app);
+    Ok(Booted { app, frame, setting, opens_on: shutter.opens_on, blurs: exposure.us > limit_us })
+}
+
+/// Ordinary flight, against which the exposure is judged before there is one: 20 m/s, 50 m up, turning at 10 degrees a
+/// second.
+const ORDINARY: Moving = Moving {
+    attitude: Attitude { heading: Radians(0.0), pitch: Radians(0.0), roll: Radians(0.0) },
+    follow_up: Radians(0.0),
+    rates: Rates { heading: 0.0, pitch: 0.17, roll: 0.17, follow_up: 0.0 },
+    velocity: Velocity { north: 20.0, up: 0.0, east: 0.0 },
+    height_m: 50.0,
+};

@@ -1,0 +1,68 @@
+//! What the three lamps say. A pure function of state and time.
+
+/// The state of the vehicle's camera, the most serious first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum State {
+    /// After faults in a row: no exposures, no fixes. Red, four a second.
+    Safe,
+    /// No mission, or one that was refused. Red, one a second.
+    Grounded,
+    /// The sensor does not answer. Red and blue in turn.
+    NoSensor,
+    /// In the simulator's hands. Blue, steady.
+    Simulator,
+    /// Frames, but no clock tied to the autopilot's. Blue, one a second.
+    NoClock,
+    /// All well, no fix in the last second. Green, two a second.
+    #[default]
+    Searching,
+    /// Fixes. Green, a short flash a second.
+    Fixing,
+}
+
+/// Red, green, blue at `ms` since start.
+pub fn lamps(state: State, ms: u32) -> [bool; 3] {
+    let half_of = |period: u32| ms % period < period / 2;
+    match state {
+        State::Safe => [half_of(250), false, false],
+        State::Grounded => [half_of(1000), false, false],
+        State::NoSensor => [half_of(1000), false, !half_of(1000)],
+        State::Simulator => [false, false, true],
+        State::NoClock => [false, false, half_of(1000)],
+        State::Searching => [false, half_of(500), false],
+        State::Fixing => [false, ms % 1000 < 50, false],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{State, lamps};
+
+    const ALL: [State; 7] = [
+        State::Safe,
+        State::Grounded,
+        State::NoSensor,
+        State::Simulator,
+        State::NoClock,
+        State::Searching,
+        State::Fixing,
+    ];
+
+    #[test]
+    fn no_two_states_look_the_same_over_a_second() {
+        let seen = |state| (0..1000).map(move |ms| lamps(state, ms));
+        for (n, a) in ALL.into_iter().enumerate() {
+            for b in ALL.into_iter().skip(n + 1) {
+                assert!(seen(a).ne(seen(b)), "{a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn red_means_that_there_are_no_fixes() {
+        for state in ALL {
+            let red = (0..1000).any(|ms| lamps(state, ms)[0]);
+            assert_eq!(red, matches!(state, State::Safe | State::Grounded | State::NoSensor), "{state:?}");
+        }
+    }
+}

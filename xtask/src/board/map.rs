@@ -1,0 +1,63 @@
+//! The flight computer's banks, as the check knows them: from the chip's manual (RM0433, table 7), not from memory.x.
+
+use std::ops::Range;
+
+/// Instructions, no wait states.
+pub const ITCM: Range<u32> = 0x0000_0000..0x0001_0000;
+/// Data, no wait states.
+pub const DTCM: Range<u32> = 0x2000_0000..0x2002_0000;
+/// On the AXI bus, all DMA.
+pub const AXI: Range<u32> = 0x2400_0000..0x2408_0000;
+/// SRAM1 to SRAM3.
+pub const SRAM123: Range<u32> = 0x3000_0000..0x3004_8000;
+/// Kept over a reset.
+pub const BACKUP: Range<u32> = 0x3880_0000..0x3880_1000;
+/// Start of flash, and of the camera's bootloader.
+pub const BANK_1: u32 = 0x0800_0000;
+/// Where that bootloader starts the application.
+pub const APPLICATION: u32 = 0x0804_0000;
+/// Start of the mission and the tiles.
+pub const BANK_2: u32 = 0x0810_0000;
+/// What the image may take of flash, bytes.
+pub const FLASH_LIMIT: u32 = 256 * 1024;
+
+/// Sections that must be there, and where.
+pub const SECTIONS: [(&str, Range<u32>); 8] = [
+    (".itcm", ITCM),
+    (".data", DTCM),
+    (".bss", DTCM),
+    (".uninit", DTCM),
+    (".axisram", AXI),
+    (".sram123", SRAM123),
+    (".backup", BACKUP),
+    (".text", BANK_1..BANK_2),
+];
+
+/// Buffers that must be there, by the end of their mangled names' paths, and where. DMA1 and DMA2 do not reach DTCM, the
+/// card's DMA reaches AXI SRAM alone; what the pipeline works in must not wait for a bus.
+pub const BUFFERS: [(&str, Range<u32>); 11] = [
+    ("6camera4RING", AXI),
+    ("4card6BLOCKS", AXI),
+    ("4link4SEND", SRAM123),
+    ("4link7RECEIVE", SRAM123),
+    ("5fault6RECORD", BACKUP),
+    ("5fault4MODE", BACKUP),
+    ("4boot12FRAME_MEMORY", DTCM),
+    ("4boot7BUFFERS", DTCM),
+    ("4boot3APP", DTCM),
+    ("5start7STAGING", DTCM),
+    ("FAULT_STACK", DTCM),
+];
+
+/// Statics that the emulated board has too: what the budget of 25 KiB is about. The rest is drivers', and what is kept of
+/// a frame.
+pub const COMPARABLE: [&str; 8] = [
+    "4boot3APP",
+    "4boot7BUFFERS",
+    "12receive_task4POOL",
+    "11camera_task4POOL",
+    "13transmit_task4POOL",
+    "9beat_task4POOL",
+    "12latches_task4POOL",
+    "5start8EXECUTOR",
+];

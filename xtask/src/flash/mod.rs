@@ -1,0 +1,195 @@
+//! `cargo xtask flash`: puts image, mission and tiles onto the flight computer, and never erases its bootloader unasked.
+//!
+//! By default a DFU file for the camera's own bootloader, which listens for a second and a half after power-up and keeps
+//! its own sector read-only (37c5:9204; the partition FIRMWARE is 0x08040000 to 0x081e0000). With `--probe` the same image
+//! by a debug probe. With `--bare` the bare image by a debug probe, over the bootloader.
+
+mod dfu;
+
+use super::board::{self, Image, map};
+use super::process::{output, run, succeeds};
+use super::{Failure, build, places, set_up};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+/// The chip, as probe-rs calls it.
+const CHIP: &str = "STM32H743VITx";
+/// Where the tiles begin: behind the mission's sector.
+const TILES: u32 = map::BANK_2 + 0x0002_0000;
+/// End of flash, and of what the camera's bootloader writes.
+const FLASH_END: u32 = 0x0820_0000;
+const DFU_END: u32 = 0x081e_0000;
+
+/// What was asked for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Asked {
+    way: Way,
+    mission: Option<PathBuf>,
+    tiles: Option<PathBuf>,
+}
+
+/// How it gets there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Way {
+    /// By the camera's bootloader.
+    #[default]
+    Dfu,
+    /// By a probe, behind the bootloader.
+    Probe,
+    /// By a probe, over the bootloader.
+    Bare,
+}
+
+/// A piece of flash and its bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Blob {
+    address: u32,
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+/// Builds, checks and writes.
+///
+/// # Errors
+/// Arguments that cannot be meant.
+pub fn flash(args: &[String]) -> Result<ExitCode, Failure> {
+    let asked = asked(args)?;
+    let end = if asked.way == Way::Dfu { DFU_END } else { FLASH_END };
+    let mut blobs = Vec::new();
+    if let Some(path) = &asked.mission {
+        blobs.push(blob(path, map::BANK_2, TILES)?);
+    }
+    if let Some(path) = &asked.tiles {
+        blobs.push(blob(path, TILES, end)?);
+    }
+    Ok(write(asked.way, &blobs).map_or_else(super::failed, |()| ExitCode::SUCCESS))
+}
+
+fn asked(args: &[String]) -> Result<Asked, Failure> {
+    let mut asked = Asked::default();
+    let mut args = args.iter();
+    while let Some(arg) = args.next() {
+        let mut file = || args.next().map(PathBuf::from).ok_or_else(|| format!("{arg} needs a file"));
+        match arg.as_str() {
+            "--bare" => asked.way = Way::Bare,
+            "--probe" if asked.way == Way::Dfu => asked.way = Way::Probe,
+            "--probe" => {}
+            // The camera file's content is part of the mission's.
+            "--mission" | "--camera" => asked.mission = Some(file()?),
+            "--tiles" => asked.tiles = Some(file()?),
+            other => {
+                return Err(format!("flash knows --bare, --probe, --mission, --camera and --tiles, but not {other:?}"));
+            }
+        }
+    }
+    Ok(asked)
+}
+
+/// A file that goes to `address` and must end before `end`.
+fn blob(path: &Path, address: u32, end: u32) -> Result<Blob, Failure> {
+    let bytes = fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let room = (end - address) as usize;
+    if bytes.is_empty() || bytes.len() > room {
+        return Err(format!("{} has {} bytes; there is room for 1 to {room}", path.display(), bytes.len()));
+    }
+    Ok(Blob { address, path: path.to_owned(), bytes })
+}
+
+fn write(way: Way, blobs: &[Blob]) -> Result<(), Failure> {
+    let compiler = set_up::compiler()?;
+    build::h743(&compiler)?;
+    board::check(None).map_err(|why| format!("{why}; nothing was written"))?;
+    let path = places::image_h743(if way == Way::Bare { "h743" } else { "h743-dfu" });
+    match way {
+        Way::Dfu => by_dfu(&Image::read(&path)?, blobs),
+        Way::Probe => by_probe(&path, blobs),
+        Way::Bare => {
+            eprintln!(
+                "--bare: the image goes over the camera's bootloader; DFU works again when that has been restored"
+            );
+            by_probe(&path, blobs)
+        }
+    }
+}
+
+/// Makes the file, and writes it where the tool and the camera are there; else says what to type.
+fn by_dfu(image: &Image, blobs: &[Blob]) -> Result<(), Failure> {
+    let pieces = image.loads.iter().map(|load| {
+        let from = load.offset as usize;
+        (load.address, image.file.get(from..from + load.size as usize).unwrap_or(&[]))
+    });
+    let blobs = blobs.iter().map(|blob| (blob.address, &blob.bytes[..]));
+    let file = dfu::file(pieces.chain(blobs), map::APPLICATION..DFU_END)?;
+    let path = places::scratch().join("plumbline-h743.dfu");
+    fs::create_dir_all(places::scratch()).map_err(|error| format!("{}: {error}", places::scratch().display()))?;
+    fs::write(&path, &file).map_err(|error| format!("{}: {error}", path.display()))?;
+    println!("{}: {} bytes", path.display(), file.len());
+    let device = format!("{:04x}:{:04x}", dfu::VENDOR, dfu::PRODUCT);
+    let mut command = Command::new("dfu-util");
+    command.args(["-w", "-d", &device, "-a", "FIRMWARE", "--reset", "-D"]).arg(&path);
+    let typed = format!("dfu-util -w -d {device} -a FIRMWARE --reset -D {}", path.display());
+    match output(Command::new("dfu-util").arg("--list")) {
+        Some(devices) if devices.contains(&device) => run(&mut command),
+        Some(_) => {
+            println!("no camera in its bootloader: type this, then plug it in\n    {typed}");
+            Ok(())
+        }
+        None => {
+            println!(
+                "dfu-util is missing: install it (`apt-get install dfu-util`), type this, then plug the camera in"
+            );
+            println!("    {typed}");
+            Ok(())
+        }
+    }
+}
+
+/// Each piece by its own call: probe-rs erases no more than the sectors of what it is given.
+fn by_probe(image: &Path, blobs: &[Blob]) -> Result<(), Failure> {
+    if !succeeds(Command::new("probe-rs").arg("--version")) {
+        return Err(
+            "probe-rs is missing: type `cargo install probe-rs-tools --locked` (Debian: needs libudev-dev and \
+            pkg-config)"
+                .into(),
+        );
+    }
+    run(Command::new("probe-rs").args(["download", "--chip", CHIP]).arg(image))?;
+    for blob in blobs {
+        let address = format!("{:#010x}", blob.address);
+        let options = ["download", "--chip", CHIP, "--binary-format", "bin", "--base-address", &address];
+        run(Command::new("probe-rs").args(options).arg(&blob.path))?;
+    }
+    run(Command::new("probe-rs").args(["reset", "--chip", CHIP]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn asked_for(line: &str) -> Result<Asked, Failure> {
+        asked(&line.split_whitespace().map(String::from).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn the_bare_image_is_written_only_when_it_is_asked_for() {
+        assert_eq!(asked_for("").unwrap().way, Way::Dfu);
+        assert_eq!(asked_for("--probe").unwrap().way, Way::Probe);
+        assert_eq!(asked_for("--bare").unwrap().way, Way::Bare);
+        assert_eq!(asked_for("--bare --probe").unwrap().way, Way::Bare);
+        assert_eq!(asked_for("--tiles t.bin --camera m.bin").unwrap().tiles, Some("t.bin".into()));
+        assert!(asked_for("--tiles").is_err() && asked_for("--erase-all").is_err());
+    }
+
+    #[test]
+    fn a_file_that_does_not_fit_is_refused() {
+        let path = std::env::temp_dir().join(format!("plumbline-flash-{}", std::process::id()));
+        fs::write(&path, [0; 17]).unwrap();
+        assert!(blob(&path, TILES, TILES + 17).is_ok());
+        assert!(blob(&path, TILES, TILES + 16).unwrap_err().contains("room for 1 to 16"));
+        fs::write(&path, []).unwrap();
+        assert!(blob(&path, TILES, FLASH_END).is_err());
+        fs::remove_file(&path).unwrap();
+        assert!(blob(&path, TILES, FLASH_END).is_err());
+    }
+}
