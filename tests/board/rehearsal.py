@@ -3,7 +3,7 @@
 
 Unicorn executes the image on a bare Cortex-M7 core: memory where the chip has it, and registers that read back what was
 written, but for the few that a program waits on. Interrupts are entered by hand: the timer of the alarms, whenever the
-program sleeps. On the sensor's bus sits a sensor of registers alone. What is proved: the program runs from reset to its
+program sleeps, and the trigger's, when its compare falls due. On the sensor's bus sits a sensor of registers alone. What is proved: the program runs from reset to its
 idle loop with interrupts on, and leaves every register as the reference manual (RM0433) wants it for this board. What is
 not: that the chip behaves as the manual says.
 
@@ -22,7 +22,7 @@ except ImportError:
 
 RAM = [(0x00000000, 0x10000), (0x08000000, 0x200000), (0x20000000, 0x20000), (0x24000000, 0x80000),
        (0x30000000, 0x48000), (0x38000000, 0x10000), (0x38800000, 0x1000)]
-TIM5, TIM5_IRQ = 0x40000C00, 50
+TIM5, TIM5_IRQ, TIM3, TIM3_IRQ = 0x40000C00, 50, 0x40000400, 29
 I2C1, SDMMC1, OTG = 0x40005400, 0x52007000, 0x40080000
 RCC, PWR = 0x58024400, 0x58024800
 DBGMCU_IDC = 0x5C001000
@@ -265,30 +265,37 @@ class Board:
             if bytes(self.uc.mem_read(pc, 2)) == b"\x30\xbf":
                 pc += 2
             self.uc.reg_write(arm.UC_ARM_REG_PC, pc | 1)
-            self.ticks += 500
-            at = self.alarm(pc)
+            before, self.ticks = self.ticks, self.ticks + 500
+            at = self.serve(pc, before)
             if isinstance(at, str):
                 return at
         return None
 
-    def alarm(self, resume):
-        """The handler of TIM5, run to its end; where to go on."""
-        is_on = self.core.get(0xE100 + TIM5_IRQ // 32 * 4, 0) >> TIM5_IRQ % 32 & 1
-        if not is_on:
-            return resume
-        self.values[TIM5 + 0x10] = self.values.get(TIM5 + 0x0C, 0) & 0x1F
-        before = self.uc.context_save()
-        stack = self.uc.reg_read(arm.UC_ARM_REG_SP)
-        vtor = self.core.get(0xED08, 0)
-        handler = struct.unpack("<I", self.uc.mem_read(vtor + 64 + TIM5_IRQ * 4, 4))[0]
-        self.uc.reg_write(arm.UC_ARM_REG_SP, stack - 256 & ~7)
-        # Back to an address of our own instead of an exception's return.
-        self.uc.reg_write(arm.UC_ARM_REG_LR, 0x081FFFF1)
-        try:
-            self.uc.emu_start(handler | 1, 0x081FFFF0, count=1_000_000)
-        except UcError as error:
-            return f"{error} in the alarms' handler"
-        self.uc.context_restore(before)
+    def pending(self, before):
+        """Interrupts that half a millisecond has brought: the alarms', always, and the trigger's where its compare fell due."""
+        yield TIM5 + 0x10, self.values.get(TIM5 + 0x0C, 0) & 0x1F, TIM5_IRQ
+        compare, mode = self.values.get(TIM3 + 0x34, 0), self.values.get(TIM3 + 0x18, 0) >> 4 & 7
+        due = (compare - before & 0xFFFF) <= self.ticks - before
+        if due and mode in (1, 2) and self.values.get(TIM3 + 0x0C, 0) >> 1 & 1:
+            yield TIM3 + 0x10, 1 << 1, TIM3_IRQ
+
+    def serve(self, resume, before):
+        """Runs the handlers to their ends; where to go on."""
+        for status, flags, irq in self.pending(before):
+            if not self.core.get(0xE100 + irq // 32 * 4, 0) >> irq % 32 & 1:
+                continue
+            self.values[status] = flags
+            kept, stack = self.uc.context_save(), self.uc.reg_read(arm.UC_ARM_REG_SP)
+            vtor = self.core.get(0xED08, 0)
+            handler = struct.unpack("<I", self.uc.mem_read(vtor + 64 + irq * 4, 4))[0]
+            self.uc.reg_write(arm.UC_ARM_REG_SP, stack - 256 & ~7)
+            # Back to an address of our own instead of an exception's return.
+            self.uc.reg_write(arm.UC_ARM_REG_LR, 0x081FFFF1)
+            try:
+                self.uc.emu_start(handler | 1, 0x081FFFF0, timeout=10_000_000)
+            except UcError as error:
+                return f"{error} in the handler of interrupt {irq}"
+            self.uc.context_restore(kept)
         return resume
 
 
@@ -359,7 +366,12 @@ def expectations(board, origin, is_v, has_mission):
         yield "TIM1 on, output on", (at(0x40010000) & 1, at(0x40010044) >> 15 & 1, at(0x40010020) & 1), (1, 1, 1)
         yield "sensor: address", board.sensor.address, 0x5C
         yield "sensor: snapshot mode", board.sensor.registers.get(0x07), 0x0198
-        yield "DCMI: one frame, on", at(0x48020000) & ~1, 1 << 1 | 1 << 14
+        yield "DCMI: one frame, on, capturing", at(0x48020000), 1 << 1 | 1 << 14 | 1
+        # Circular, words to words, bursts of four, first priority (RM0433 section 16.5.5); a lap of 32 rows of 512.
+        yield "DMA2 stream 1: CR, NDTR, PAR", [at(0x40020428), at(0x4002042C), at(0x40020430)], [0x835501, 4096, 0x48020028]
+        yield "DMA2 stream 1: FIFO, into AXI SRAM", (at(0x4002043C) & 7, at(0x40020434) >> 19), (7, 0x24000000 >> 19)
+        armed = sum(address == 0x40020434 for address, _ in board.trace)
+        yield "a frame armed every 50 ms", abs(armed - board.ticks / 50_000) < 3, True
         yield "DCMI interrupts: line, overrun, frame", at(0x4802000C), 1 << 4 | 1 << 1 | 1 << 0
         yield "DMAMUX1 channel 9 = DCMI", at(0x40020824) & 0x7F, 75
         yield "MDMA channel 0: AXI to DTCM", at(0x52000068) >> 16 & 3, 2
