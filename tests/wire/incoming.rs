@@ -4,7 +4,8 @@ use super::axes::{largest_difference, ned_from_body};
 use super::seeded::{Random, config};
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA,
-    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GimbalDeviceFlags, HEARTBEAT_DATA, TIMESYNC_DATA,
+    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GimbalDeviceFlags, HEARTBEAT_DATA, HIGHRES_IMU_DATA,
+    MavModeFlag, TIMESYNC_DATA,
 };
 use mavlink::{MavlinkVersion, MessageData};
 use plumbline_core::tile::Geographic;
@@ -173,8 +174,22 @@ fn timesync_answers_to_others_are_not_ours() {
 }
 
 #[test]
+fn only_the_autopilots_own_heartbeat_says_whether_it_is_armed() {
+    for is_armed in [false, true] {
+        let base_mode = if is_armed { MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED } else { MavModeFlag::empty() };
+        let heartbeat = HEARTBEAT_DATA { base_mode, ..Default::default() };
+        assert_eq!(taken_from(&heartbeat), Ok(Incoming::Armed(is_armed)));
+        let mut payload = [0; 255];
+        let length = heartbeat.ser(MavlinkVersion::V2, &mut payload);
+        // A ground station's.
+        let theirs = Packet { id: HEARTBEAT_DATA::ID, system: 1, component: 190, payload: &payload[..length] };
+        assert_eq!(incoming(&theirs, US), Err(Unusable::NotOurs));
+    }
+}
+
+#[test]
 fn other_messages_are_not_ours() {
-    assert_eq!(taken_from(&HEARTBEAT_DATA::default()), Err(Unusable::NotOurs));
+    assert_eq!(taken_from(&HIGHRES_IMU_DATA::default()), Err(Unusable::NotOurs));
     assert_eq!(taken(0x00FF_FFFF, &[1, 2, 3]), Err(Unusable::NotOurs));
 }
 
