@@ -72,6 +72,18 @@ pub fn stores() -> (&'static [u8], &'static [u8]) {
     }
 }
 
+/// What an application works in. To be called once.
+#[inline(always)]
+pub fn memory() -> (&'static mut Buffers, &'static mut [u8]) {
+    (BUFFERS.take(), FRAME_MEMORY.take())
+}
+
+/// Where it lies. To be called once.
+#[inline(always)]
+pub fn place(app: App<'static>) -> &'static App<'static> {
+    APP.uninit().write(app)
+}
+
 /// Reads both stores. A function of its own, so that what it builds is off the stack when the flight begins. To be called
 /// once.
 ///
@@ -86,8 +98,8 @@ pub fn boot(clock_hz: u32, journal: &'static dyn Journal) -> Result<Booted, Grou
     let frame = (camera.cols(), camera.rows());
     let setting = Setting::new(&Wanted { frame, exposure_us: exposure.us, clock_hz }).map_err(Grounded::Sensor)?;
     let limit_us = image_motion(&camera, &ORDINARY, exposure.us).map_or(0, |motion| motion.exposure_max_us);
-    let app = flight.app(BUFFERS.take(), FRAME_MEMORY.take(), journal).map_err(Grounded::Stores)?;
-    let app = APP.uninit().write(app);
+    let (buffers, frame_memory) = memory();
+    let app = place(flight.app(buffers, frame_memory, journal).map_err(Grounded::Stores)?);
     Ok(Booted { app, frame, setting, opens_on: shutter.opens_on, blurs: exposure.us > limit_us })
 }
 

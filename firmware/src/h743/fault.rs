@@ -68,6 +68,21 @@ pub fn take_simulator_wish() -> bool {
     word == SIMULATOR && complement == !SIMULATOR
 }
 
+/// Boots since the backup SRAM was last without power; from then any number on.
+#[unsafe(link_section = ".backup.boots")]
+static mut BOOTS: u32 = 0;
+
+/// This boot's number, for who wants to tell boots apart. To be called once.
+pub fn boots() -> u32 {
+    let place = &raw mut BOOTS;
+    // SAFETY: volatile accesses to a word of our own, which may hold anything.
+    unsafe {
+        let boots = place.read_volatile().wrapping_add(1);
+        place.write_volatile(boots);
+        boots
+    }
+}
+
 /// Restarts into the simulator's mode.
 pub fn restart_as_simulator() -> ! {
     // SAFETY: a volatile write to words of our own.

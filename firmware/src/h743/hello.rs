@@ -1,7 +1,6 @@
 //! Recognises the simulator's hello in what comes over USB.
 
-/// What the simulator sends until it is answered. A line that no other program sends by accident.
-pub const HELLO: &[u8] = b"plumbline simulator: hello\n";
+use crate::serial::GREETING as HELLO;
 
 /// Looks for the hello in a stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

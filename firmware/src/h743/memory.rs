@@ -82,8 +82,8 @@ pub fn stack_bytes() -> u32 {
 #[allow(missing_debug_implementations, reason = "bytes without a meaning")]
 pub struct Buffer<T>(UnsafeCell<MaybeUninit<T>>);
 
-// SAFETY: the cell is reached by `take` alone, which hands it out once.
-unsafe impl<T: Send> Sync for Buffer<T> {}
+// SAFETY: the cell is reached by `take` and `put` alone, which hand it out once, to the only thread there is.
+unsafe impl<T> Sync for Buffer<T> {}
 
 impl<T> Buffer<T> {
     /// Room in the section that the static names.
@@ -112,6 +112,19 @@ impl<T> Buffer<T> {
             room.write_bytes(0, 1);
             (*room).assume_init_mut()
         })
+    }
+}
+
+impl<T> Buffer<T> {
+    /// The buffer with a value in it; `None` when `taken` says that it is somebody's.
+    #[allow(clippy::mut_from_ref, reason = "handed out once")]
+    #[inline(always)]
+    pub fn put(&'static self, taken: &AtomicBool, value: impl FnOnce() -> T) -> Option<&'static mut T> {
+        if taken.swap(true, Ordering::AcqRel) {
+            return None;
+        }
+        // SAFETY: taken once, so this is the only reference.
+        Some(unsafe { (*self.0.get()).write(value()) })
     }
 }
 

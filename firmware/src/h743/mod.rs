@@ -18,6 +18,7 @@
 //! | `clocks`, `memory`, `fault`, `supply`, `gauge` | the chip itself |
 //! | `capture`, `sensor`, `camera` | the eye |
 //! | `link`, `usb`, `port`, `card` | what it talks to |
+//! | `simulator` | the flight that comes over USB instead |
 
 pub mod hello;
 pub mod led;
@@ -55,6 +56,8 @@ pub mod memory;
 pub mod port;
 #[cfg(all(target_os = "none", feature = "h743"))]
 pub mod sensor;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod simulator;
 #[cfg(all(target_os = "none", feature = "h743"))]
 pub mod start;
 #[cfg(all(target_os = "none", feature = "h743"))]

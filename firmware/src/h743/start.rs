@@ -2,13 +2,14 @@
 
 use super::boot::{Booted, boot};
 use super::camera::{Camera, Staging};
+use super::gauge::Figures;
 use super::led::State;
 use super::life::TIMEOUT_US;
-use super::port;
+use super::port::{self, Clock, Eye};
 use super::sensor::{self, NoSensor, Sensor};
 use super::tasks::{self, LIFE, Notices};
 use super::timing::{CAMERA_CLOCK_HZ, Square, prescaler, square};
-use super::{capture, card, clocks, fault, gauge, link, memory, mt9v034, servo, supply, usb};
+use super::{capture, card, clocks, fault, gauge, link, memory, mt9v034, servo, simulator, supply, usb};
 use crate::app::Line;
 use crate::journal::NoJournal;
 use crate::run::{self, Pending};
@@ -57,7 +58,7 @@ pub fn start() -> ! {
     supply::start();
     defmt::info!("core at {} Hz", plan.core_hz());
     let executor = EXECUTOR.init(run::executor(&PENDING));
-    let watchdog = start_tasks(executor.spawner(), board, plan.timer_hz());
+    let watchdog = start_tasks(executor.spawner(), board, (plan.core_hz(), plan.timer_hz()));
     prioritise();
     fly(executor, watchdog)
 }
@@ -78,7 +79,11 @@ fn prioritise() {
 
 /// Everything there is on the board, and its tasks.
 #[inline(never)]
-fn start_tasks(spawner: Spawner, board: Peripherals, timer_hz: u32) -> IndependentWatchdog<'static, IWDG1> {
+fn start_tasks(
+    spawner: Spawner,
+    board: Peripherals,
+    (core_hz, timer_hz): (u32, u32),
+) -> IndependentWatchdog<'static, IWDG1> {
     let cause = supply::reset_cause();
     if cause.watchdog {
         fault::note_watchdog();
@@ -154,44 +159,41 @@ fn start_tasks(spawner: Spawner, board: Peripherals, timer_hz: u32) -> Independe
     let wave = square(timer_hz, CAMERA_CLOCK_HZ).unwrap_or(Square { period: 2, high: 1, hz: 0 });
     if let Some(((line_in, line_out), (device, usb_in, usb_out))) = line.zip(serial) {
         spawn(spawner, tasks::usb_task(device));
-        let (receiver, sender, hello) = if is_simulator {
+        let (receiver, sender) = (port::Receiver::Link(line_in), port::Sender::Link(line_out));
+        if is_simulator {
             tasks::show(State::Simulator);
-            (port::Receiver::Usb(usb_in), port::Sender::Usb(usb_out), None)
+            spawn(spawner, tasks::lamps_task(None, lamps));
+            spawn(spawner, simulator::line_task(core_hz, usb_in, usb_out));
         } else {
-            (port::Receiver::Link(line_in), port::Sender::Link(line_out), Some(usb_in))
-        };
-        match boot(wave.hz, &NoJournal) {
-            Ok(booted) => {
-                let app = booted.app;
-                if booted.blurs {
-                    note(&mut notices, MavSeverity::MAV_SEVERITY_WARNING, "camera: exposure blurs beyond 0.5 px");
-                }
-                spawn(spawner, tasks::receive_task(app, receiver));
-                spawn(spawner, tasks::transmit_task(app, sender));
-                spawn(spawner, tasks::beat_task(app));
-                spawn(spawner, tasks::latches_task(app));
-                spawn(spawner, tasks::servo_task(app, pwm));
-                spawn(spawner, tasks::lamps_task(Some(app), lamps));
-                spawn(spawner, tasks::notices_task(app, notices));
-                if let Some(usb_in) = hello {
+            match boot(wave.hz, &NoJournal) {
+                Ok(booted) => {
+                    let app = booted.app;
+                    if booted.blurs {
+                        note(&mut notices, MavSeverity::MAV_SEVERITY_WARNING, "camera: exposure blurs beyond 0.5 px");
+                    }
+                    spawn(spawner, tasks::receive_task(app, receiver, Clock::Chip));
+                    spawn(spawner, tasks::transmit_task(app, sender, Clock::Chip, Figures(None)));
+                    spawn(spawner, tasks::beat_task(app, Clock::Chip));
+                    spawn(spawner, tasks::latches_task(app, Clock::Chip));
+                    spawn(spawner, tasks::servo_task(app, pwm));
+                    spawn(spawner, tasks::lamps_task(Some(app), lamps));
+                    spawn(spawner, tasks::notices_task(app, notices));
                     spawn(spawner, tasks::hello_task(Some(app), usb_in));
                     spawn(spawner, eyes_task(spawner, booted, sensor, wave, board.DMA2_CH1, is_safe_state));
+                    if is_safe_state {
+                        tasks::show(State::Safe);
+                    }
                 }
-                if is_safe_state {
-                    tasks::show(State::Safe);
-                }
-            }
-            Err(grounded) => {
-                tasks::show(State::Grounded);
-                spawn(spawner, tasks::lamps_task(None, lamps));
-                spawn(spawner, tasks::grounded_task(receiver, sender, grounded.words(), notices));
-                if let Some(usb_in) = hello {
+                Err(grounded) => {
+                    tasks::show(State::Grounded);
+                    spawn(spawner, tasks::lamps_task(None, lamps));
+                    spawn(spawner, tasks::grounded_task(receiver, sender, grounded.words(), notices));
                     spawn(spawner, tasks::hello_task(None, usb_in));
                 }
             }
         }
     }
-    if !is_safe_state {
+    if !is_safe_state && !is_simulator {
         spawn(spawner, card_task(card));
     }
     let mut watchdog = IndependentWatchdog::new(board.IWDG1, TIMEOUT_US);
@@ -231,7 +233,7 @@ async fn eyes_task(
         (Ok(sensor), Some(camera)) => {
             // Its pins keep their levels for ever.
             core::mem::forget(sensor);
-            spawn(spawner, tasks::camera_task(booted.app, camera));
+            spawn(spawner, tasks::camera_task(booted.app, Eye::Chip(camera), Clock::Chip, Figures(None)));
             spawn(spawner, tasks::trigger_task(booted, is_safe_state));
         }
         (woken, _) => {

@@ -3,15 +3,15 @@
 //! Each is polled with a companion that marks its life for the watchdog.
 
 use super::boot::Booted;
-use super::camera::Camera;
 use super::capture::{self, CaptureTimer};
 use super::gauge::Figures;
 use super::hello::{Listener, may_leave};
 use super::led::{State, lamps};
 use super::life::{Life, MARK_MS};
+use super::port::{self, Clock, Eye};
 use super::record::{GOOD_S, SAFE_S};
 use super::servo::pulse_us;
-use super::{fault, port, supply, usb};
+use super::{fault, supply, usb};
 use crate::app::{App, Line, beat, camera, edges, grounded, receive, transmit};
 use crate::board::Reader;
 use core::cell::Cell;
@@ -37,7 +37,7 @@ pub type Notices = Vec<(MavSeverity, Line), 6>;
 const INTERVAL_US: u32 = 50_000;
 
 /// Runs a task with its mark.
-async fn alive<T>(task: u8, work: impl Future<Output = T>) -> T {
+pub async fn alive<T>(task: u8, work: impl Future<Output = T>) -> T {
     LIFE.expect(task);
     let marks = async {
         loop {
@@ -48,35 +48,54 @@ async fn alive<T>(task: u8, work: impl Future<Output = T>) -> T {
     join(work, marks).await.0
 }
 
+/// The same for the application's tasks, but for the simulator's mode: there they work when they are told to, and the line
+/// shows life.
+async fn living<T>(task: u8, clock: &Clock, work: impl Future<Output = T>) -> T {
+    let is_flight = matches!(clock, Clock::Chip);
+    if is_flight {
+        LIFE.expect(task);
+    }
+    let marks = async {
+        if is_flight {
+            loop {
+                LIFE.mark(task);
+                Timer::after_millis(MARK_MS).await;
+            }
+        }
+    };
+    join(work, marks).await.0
+}
+
 /// Bytes in.
 #[embassy_executor::task]
-pub async fn receive_task(app: &'static App<'static>, mut line: port::Receiver) -> ! {
-    alive(0, receive::receive(app, &mut line, &CaptureTimer)).await
+pub async fn receive_task(app: &'static App<'static>, mut line: port::Receiver, clock: Clock) -> ! {
+    living(0, &clock, receive::receive(app, &mut line, &clock)).await
 }
 
 /// Frames.
 #[embassy_executor::task]
-pub async fn camera_task(app: &'static App<'static>, mut front_end: Camera) -> ! {
-    alive(1, camera::camera(app, &mut front_end, &CaptureTimer, &Figures)).await
+pub async fn camera_task(app: &'static App<'static>, mut front_end: Eye, clock: Clock, figures: Figures) -> ! {
+    living(1, &clock, camera::camera(app, &mut front_end, &clock, &figures)).await
 }
 
 /// Bytes out.
 #[embassy_executor::task]
-pub async fn transmit_task(app: &'static App<'static>, mut line: port::Sender) -> ! {
-    alive(2, transmit::transmit(app, &mut line, &CaptureTimer, &Figures)).await
+pub async fn transmit_task(app: &'static App<'static>, mut line: port::Sender, clock: Clock, figures: Figures) -> ! {
+    living(2, &clock, transmit::transmit(app, &mut line, &clock, &figures)).await
 }
 
 /// What happens by the clock.
 #[embassy_executor::task]
-pub async fn beat_task(app: &'static App<'static>) -> ! {
-    alive(3, beat::beat(app, &mut CaptureTimer)).await
+pub async fn beat_task(app: &'static App<'static>, mut clock: Clock) -> ! {
+    let kind = clock;
+    living(3, &kind, beat::beat(app, &mut clock)).await
 }
 
 /// Pulses and edges.
 #[embassy_executor::task]
-pub async fn latches_task(app: &'static App<'static>) -> ! {
-    let (mut pulse_timer, mut edge_timer) = (CaptureTimer, CaptureTimer);
-    alive(4, join(edges::pulses(app, &mut pulse_timer), edges::edges(app, &mut edge_timer))).await.0
+pub async fn latches_task(app: &'static App<'static>, clock: Clock) -> ! {
+    let (mut pulse_timer, mut edge_timer) = (clock, clock);
+    living(4, &clock, join(edges::pulses(app, &mut pulse_timer), edges::edges(app, &mut edge_timer))).await.0
 }
 
 /// Exposures; after faults in a row only when the safe state has passed.

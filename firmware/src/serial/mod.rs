@@ -44,6 +44,10 @@ pub const FRAME_MAX: usize = framed(PIECE_MAX + HEAD_MAX);
 /// The same of an answer without payload.
 pub const NOTE_MAX: usize = framed(HEAD_MAX);
 
+/// What the simulator sends before its hello: a board in flight listens for it to leave the flight, and does nothing else
+/// with what comes over USB. A line that no other program sends by accident; a board in a session drops it as noise.
+pub const GREETING: &[u8] = b"plumbline simulator: hello\n";
+
 const fn framed(message: usize) -> usize {
     let body = message + 4;
     body + body / 254 + 1 + 2

@@ -26,7 +26,7 @@ impl Default for Patience {
             first: Duration::from_millis(500),
             least: Duration::from_millis(300),
             most: Duration::from_secs(2),
-            hello: Duration::from_secs(3),
+            hello: Duration::from_secs(5),
             stall: Duration::from_secs(10),
             absence: Duration::from_secs(10),
         }

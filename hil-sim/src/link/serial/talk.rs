@@ -6,7 +6,7 @@ use super::super::pace::{Pace, Patience};
 use super::said::{Failed, Said, Welcomed, matches};
 use plumbline_firmware::serial::frame::{Receiver, Unframed, decode, encode, version};
 use plumbline_firmware::serial::message::{Answer, Envelope, Request};
-use plumbline_firmware::serial::{FRAME_MAX, VERSION};
+use plumbline_firmware::serial::{FRAME_MAX, GREETING, VERSION};
 use plumbline_survey::error::InputError;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -113,8 +113,10 @@ impl Talk {
         let end = Instant::now() + patience;
         let session = self.session;
         let id = self.number_outside();
-        let bytes =
+        let hello =
             bytes_of(&Envelope { session, id, message: Request::Hello { version: VERSION } }, &mut self.buffer)?;
+        // A board in flight has to hear the greeting first. It restarts, and its port goes and comes.
+        let bytes = [GREETING, &hello].concat();
         loop {
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {

@@ -1,0 +1,104 @@
+//! The simulator's mode: the application flies what comes over USB, on the wires of [`crate::serial`] in place of the
+//! board's own camera, timer and link.
+//!
+//! The line runs on the board's executor, the application on one of its own, which a step runs until it is idle. What both
+//! need beside the application lies in RAM that a flight uses for its DMA, or not at all. A reset ends the mode, unless the
+//! simulator asked for it.
+
+use super::fault;
+use super::gauge::Figures;
+use super::memory::Buffer;
+use super::port::{Clock, Eye, Receiver, Sender};
+use super::{boot, tasks, usb};
+use crate::run::{self, Pending};
+use crate::serial::boot::{Memory, application};
+use crate::serial::camera::Camera;
+use crate::serial::message::Counts;
+use crate::serial::serve::{End, serve};
+use crate::serial::session::{Identity, Machine, Session};
+use crate::serial::stores::{Stores, Uploaded};
+use crate::serial::wires::{Port, Wires};
+use core::sync::atomic::AtomicBool;
+use cortex_m::peripheral::DWT;
+use embassy_executor::raw::Executor;
+use static_cell::StaticCell;
+
+/// Rooms, bytes: the mission store; the tile store, 384 KiB; rows, the largest boxes there are, 64 rows of the sensor's 752
+/// pixels, and a piece.
+const MISSION: usize = 4096;
+const TILES: usize = 384 * 1024;
+const ROWS: usize = 64 * 752 + 4096;
+
+#[unsafe(link_section = ".sram123.simulator_wires")]
+static WIRES: Buffer<Wires> = Buffer::new();
+#[unsafe(link_section = ".sram123.simulator_session")]
+static SESSION: Buffer<Session<Board>> = Buffer::new();
+#[unsafe(link_section = ".sram123.simulator_rows")]
+static ROOM_ROWS: Buffer<[u8; ROWS]> = Buffer::new();
+#[unsafe(link_section = ".sram123.simulator_mission")]
+static ROOM_MISSION: Buffer<[u8; MISSION]> = Buffer::new();
+#[unsafe(link_section = ".axisram.simulator_tiles")]
+static ROOM_TILES: Buffer<[u8; TILES]> = Buffer::new();
+static TAKEN: [AtomicBool; 5] = [const { AtomicBool::new(false) }; 5];
+
+static PENDING: Pending = Pending::new();
+static EXECUTOR: StaticCell<Executor> = StaticCell::new();
+
+/// The flight computer under the session.
+struct Board {
+    clock_hz: u32,
+    boot: u32,
+    executor: &'static Executor,
+}
+
+impl Machine for Board {
+    fn identity(&self) -> Identity {
+        Identity { board: "OpenMV Cam H7", boot: self.boot, core_clock_hz: self.clock_hz, counts: Counts::Cycles }
+    }
+
+    #[inline(never)]
+    fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]> {
+        let rows = ROOM_ROWS.take(&TAKEN[2]).ok_or(["the board: ", "its rows are taken"])?;
+        let (buffers, frame) = boot::memory();
+        let app = boot::place(application(uploaded, Memory { buffers, frame })?);
+        let (port, spawner) = (Port(wires), self.executor.spawner());
+        let (clock, figures) = (Clock::Serial(port), Figures(Some(wires)));
+        let tasks = [
+            tasks::receive_task(app, Receiver::Serial(port), clock).map(|task| spawner.spawn(task)),
+            tasks::camera_task(app, Eye::Serial(Camera::new(wires, rows)), clock, figures)
+                .map(|task| spawner.spawn(task)),
+            tasks::transmit_task(app, Sender::Serial(port), clock, figures).map(|task| spawner.spawn(task)),
+            tasks::beat_task(app, clock).map(|task| spawner.spawn(task)),
+            tasks::latches_task(app, clock).map(|task| spawner.spawn(task)),
+        ];
+        if tasks.iter().all(Result::is_ok) { Ok(()) } else { Err(["the board: ", "no room for a task"]) }
+    }
+
+    fn run(&mut self) {
+        run::until_idle(self.executor, &PENDING);
+    }
+
+    fn count(&self) -> u32 {
+        DWT::cycle_count()
+    }
+}
+
+/// The simulator's line.
+#[embassy_executor::task]
+pub async fn line_task(clock_hz: u32, mut line_in: usb::Receiver, mut line_out: usb::Sender) {
+    let rooms = ROOM_MISSION.take(&TAKEN[3]).zip(ROOM_TILES.take(&TAKEN[4]));
+    let wires = WIRES.put(&TAKEN[0], Wires::new);
+    let (Some((mission, tiles)), Some(wires)) = (rooms, wires) else { return };
+    let wires: &'static Wires = wires;
+    let board = Board { clock_hz, boot: fault::boots(), executor: EXECUTOR.init(run::executor(&PENDING)) };
+    let session = SESSION.put(&TAKEN[1], || Session::new(board, wires, Stores::new(mission, tiles)));
+    let Some(session) = session else { return };
+    let work = async {
+        // An unplugged line is waited for by its receiver.
+        while serve(session, &mut line_in, &mut line_out).await != End::Reset {}
+        // The answer is on its way to the host.
+        embassy_time::Timer::after_millis(50).await;
+        fault::restart_as_simulator()
+    };
+    tasks::alive(0, work).await
+}
