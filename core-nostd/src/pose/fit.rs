@@ -258,16 +258,17 @@ fn judge<const C: usize>(
     ((largest.1 > GATE * scale.max(1.0)).then_some(largest.0), scale)
 }
 
-/// Sorts a few numbers, smallest first. By insertion: the library's sort has a branch that panics where an order
-/// contradicts itself. Kept apart: of known length it would be unrolled to kilobytes.
+/// Sorts a few numbers, smallest first. Not by the library's sort, which has a branch that panics where an order contradicts
+/// itself, and in one loop that cannot be unrolled: it steps back over each number that is out of place.
 #[inline(never)]
 fn sort(sizes: &mut [f32]) {
-    for end in 1..sizes.len() {
-        for at in (0..end).rev() {
-            match sizes.get_mut(at..at + 2) {
-                Some([below, above]) if *below > *above => core::mem::swap(below, above),
-                _ => break,
-            }
+    let mut at = 0;
+    while let Some([below, above]) = sizes.get_mut(at..at + 2) {
+        if *below > *above {
+            core::mem::swap(below, above);
+            at = at.saturating_sub(1);
+        } else {
+            at += 1;
         }
     }
 }
