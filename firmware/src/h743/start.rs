@@ -8,9 +8,9 @@ use super::port;
 use super::sensor::{self, NoSensor, Sensor};
 use super::tasks::{self, LIFE, Notices};
 use super::timing::{CAMERA_CLOCK_HZ, Square, prescaler, square};
-use super::{capture, card, clocks, fault, gauge, link, memory, mt9v034, servo, supply, usb};
+use super::{capture, card, clocks, fault, gauge, link, logging, memory, mt9v034, servo, supply, usb};
 use crate::app::Line;
-use crate::journal::NoJournal;
+use crate::journal::{Journal, NoJournal};
 use crate::run::{self, Pending};
 use core::fmt::Write as _;
 use embassy_executor::Spawner;
@@ -160,7 +160,10 @@ fn start_tasks(spawner: Spawner, board: Peripherals, timer_hz: u32) -> Independe
         } else {
             (port::Receiver::Link(line_in), port::Sender::Link(line_out), Some(usb_in))
         };
-        match boot(wave.hz, &NoJournal) {
+        // The simulator keeps its own log, and the safe state leaves the card alone.
+        let log = if is_simulator || is_safe_state { None } else { logging::log() };
+        let journal: &'static dyn Journal = log.map_or(&NoJournal, |log| log);
+        match boot(wave.hz, journal) {
             Ok(booted) => {
                 let app = booted.app;
                 if booted.blurs {
@@ -173,6 +176,9 @@ fn start_tasks(spawner: Spawner, board: Peripherals, timer_hz: u32) -> Independe
                 spawn(spawner, tasks::servo_task(app, pwm));
                 spawn(spawner, tasks::lamps_task(Some(app), lamps));
                 spawn(spawner, tasks::notices_task(app, notices));
+                if let Some(log) = log {
+                    spawn(spawner, logging::card_task(app, log, card));
+                }
                 if let Some(usb_in) = hello {
                     spawn(spawner, tasks::hello_task(Some(app), usb_in));
                     spawn(spawner, eyes_task(spawner, booted, sensor, wave, board.DMA2_CH1, is_safe_state));
@@ -190,9 +196,6 @@ fn start_tasks(spawner: Spawner, board: Peripherals, timer_hz: u32) -> Independe
                 }
             }
         }
-    }
-    if !is_safe_state {
-        spawn(spawner, card_task(card));
     }
     let mut watchdog = IndependentWatchdog::new(board.IWDG1, TIMEOUT_US);
     watchdog.unleash();
@@ -250,15 +253,6 @@ async fn eyes_task(
             };
             booted.app.say(MavSeverity::MAV_SEVERITY_CRITICAL, Line::new(&text)).await;
         }
-    }
-}
-
-/// Finds the card and tells what it holds. The log takes the block device from here.
-#[embassy_executor::task]
-async fn card_task(parts: card::Parts) {
-    match card::MicroSd::new(parts).await {
-        Ok(card) => defmt::info!("card of {} blocks", card.blocks()),
-        Err(_) => defmt::warn!("no card"),
     }
 }
 
