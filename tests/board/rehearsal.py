@@ -3,7 +3,8 @@
 
 Unicorn executes the image on a bare Cortex-M7 core: memory where the chip has it, and registers that read back what was
 written, but for the few that a program waits on. Interrupts are entered by hand: the timer of the alarms, whenever the
-program sleeps, and the trigger's, when its compare falls due. On the sensor's bus sits a sensor of registers alone. What is proved: the program runs from reset to its
+program sleeps, and the trigger's, when its compare falls due. On the sensor's bus sits a sensor of registers alone, in the slot a
+card (card.py). What is proved: the program runs from reset to its
 idle loop with interrupts on, and leaves every register as the reference manual (RM0433) wants it for this board. What is
 not: that the chip behaves as the manual says.
 
@@ -12,6 +13,9 @@ Usage: rehearsal.py IMAGE FLASH_ORIGIN REV_ID [MISSION]; exit 0 = all as expecte
 
 import struct
 import sys
+import zlib
+
+from card import Card
 
 try:
     from unicorn import UC_ARCH_ARM, UC_HOOK_INSN_INVALID, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
@@ -24,7 +28,7 @@ RAM = [(0x00000000, 0x10000), (0x08000000, 0x200000), (0x20000000, 0x20000), (0x
        (0x30000000, 0x48000), (0x38000000, 0x10000), (0x38800000, 0x1000)]
 TIM5, TIM5_IRQ, TIM3, TIM3_IRQ = 0x40000C00, 50, 0x40000400, 29
 I2C1, SDMMC1, OTG = 0x40005400, 0x52007000, 0x40080000
-RCC, PWR = 0x58024400, 0x58024800
+RCC, PWR, RNG = 0x58024400, 0x58024800, 0x48021800
 DBGMCU_IDC = 0x5C001000
 
 
@@ -152,7 +156,7 @@ class Board:
         self.uc.mmio_map(0x40000000, 0x20000000, self.read, None, self.write, None)
         self.uc.mmio_map(0xE0000000, 0x100000, self.read_core, None, self.write_core, None)
         self.values, self.core, self.trace = {}, {}, []
-        self.revision, self.sensor = revision, Sensor()
+        self.revision, self.sensor, self.card = revision, Sensor(), Card(self.uc)
         self.mpu, self.is_asleep, self.is_done, self.ticks = {}, False, False, 0
         self.uc.hook_add(UC_HOOK_INTR, self.interrupt)
         self.doubles = Doubles(self.uc)
@@ -192,8 +196,12 @@ class Board:
             return 0
         if address == OTG + 0x3C:  # the port's core, by the manual
             return 0x2300
-        if address == SDMMC1 + 0x34:  # every command times out: no card
-            return 1 << 2
+        if SDMMC1 <= address < SDMMC1 + 0x400:
+            return self.card.read(address - SDMMC1, value)
+        if address == RNG + 4:  # a number is there
+            return 1
+        if address == RNG + 8:
+            return 0x12345678
         if address == I2C1 + 0x18:
             return self.sensor.status(self.values.get(I2C1 + 4, 0) >> 25 & 1)
         if address == I2C1 + 0x24:
@@ -221,6 +229,8 @@ class Board:
             self.sensor.write(value & 0xFF)
         self.values[word] = value
         self.trace.append((word, value))
+        if SDMMC1 <= word < SDMMC1 + 0x400:
+            self.card.write(word - SDMMC1, value, self.values)
 
     def read_core(self, _uc, offset, _size, _data):
         return self.core.get(offset & ~3, 0)
@@ -375,6 +385,23 @@ def expectations(board, origin, is_v, has_mission):
         yield "DCMI interrupts: line, overrun, frame", at(0x4802000C), 1 << 4 | 1 << 1 | 1 << 0
         yield "DMAMUX1 channel 9 = DCMI", at(0x40020824) & 0x7F, 75
         yield "MDMA channel 0: AXI to DTCM", at(0x52000068) >> 16 & 3, 2
+        card = board.card
+        yield "card: no command out of order", card.refused, []
+        yield "card: 24 MHz, four lines, no interrupt", (at(SDMMC1 + 4) & 0x3FF, at(SDMMC1 + 4) >> 14 & 3, at(SDMMC1 + 0x3C)), (1, 1, 0)
+        yield "card: a log from its first block on, whole", logged(card.blocks), []
+        yield "card: several writes", card.writes >= 3, True
+
+
+def logged(blocks):
+    """What is wrong with the log on a card: firmware/src/log/block.rs."""
+    wrong = [] if sorted(blocks) == list(range(len(blocks))) and blocks else ["blocks are missing"]
+    for index, block in sorted(blocks.items()):
+        magic, version, _, log, sequence = struct.unpack_from("<4sHHII", block)
+        if (magic, version, log, sequence) != (b"PLBL", 1, 0x12345678, index):
+            wrong.append(f"block {index}: head {block[:16].hex()}")
+        if zlib.crc32(block[:508]) != struct.unpack_from("<I", block, 508)[0]:
+            wrong.append(f"block {index}: checksum")
+    return wrong[:4]
 
 
 def main():

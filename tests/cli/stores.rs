@@ -28,6 +28,7 @@ fn a_tile_of_an_orthophoto_says_what_it_is() {
     let cell = (10.0 / number(&told, "point_scale")).powi(2) * 1e-6;
     assert!((number(&told, "km2") - 127.0 * 127.0 * cell).abs() < 1e-9);
     assert!((number(&told, "km2_max") - (917_504.0 - 128.0) * cell).abs() < 1e-9);
+    assert!((number(&told, "km2_max_dfu") - (786_432.0 - 128.0) * cell).abs() < 1e-9);
     assert_eq!(number(&told, "unknown_cells"), 0.0);
     // A part of it, by its corners and by GeoJSON with the same corners.
     let [lat, lon] = [g.centre.lat_e7, g.centre.lon_e7].map(|e7| f64::from(e7) * 1e-7);

@@ -182,7 +182,8 @@ fn only_the_autopilots_own_heartbeat_says_whether_it_is_armed() {
         let mut payload = [0; 255];
         let length = heartbeat.ser(MavlinkVersion::V2, &mut payload);
         // A ground station's.
-        let theirs = Packet { id: HEARTBEAT_DATA::ID, system: 1, component: 190, payload: &payload[..length] };
+        let theirs =
+            Packet { id: HEARTBEAT_DATA::ID, system: 1, component: 190, payload: &payload[..length], is_signed: false };
         assert_eq!(incoming(&theirs, US), Err(Unusable::NotOurs));
     }
 }

@@ -23,7 +23,8 @@ fn images(compiler: &Compiler) -> Result<(), Failure> {
     run(&mut cargo)
 }
 
-fn command() -> Result<(), Failure> {
+/// The command.
+pub fn command() -> Result<(), Failure> {
     run(cargo().args(["build", "--release", "--package", "plumbline-sim", "--bin", "plumbline"]))
 }
 

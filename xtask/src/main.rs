@@ -46,8 +46,9 @@ fn main() -> ExitCode {
 }
 
 const VERBS: &str = "build (all images and the plumbline command), fly [options of plumbline fly], budget [--json] \
-    [--overwrite] [--against REVISION], flash [--bare] [--mission FILE] [--tiles FILE] [--camera FILE], \
-    compare [--json] [--frame PICTURE ...], fuzz [--inputs N] [--seed S] [--target READER], panics, and test";
+    [--overwrite] [--against REVISION], flash [--probe] [--bare] [--camera FILE.toml [--settings FILE.toml]] \
+    [--mission FILE] [--tiles FILE], compare [--json] [--frame PICTURE ...], fuzz [--inputs N] [--seed S] \
+    [--target READER], panics, and test";
 
 fn none_left(rest: &[String]) -> Result<(), Failure> {
     rest.first().map_or(Ok(()), |extra| Err(format!("this verb takes no arguments, but got {extra:?}")))

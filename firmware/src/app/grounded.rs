@@ -34,12 +34,15 @@ pub async fn tell(
     let mut at = timer.now();
     let mut count = 0u32;
     loop {
-        writer.write(encoder.encode(&outgoing::grounded_heartbeat())).await;
+        let bytes = encoder.encode(&outgoing::grounded_heartbeat());
+        writer.write(bytes).await;
         if count.is_multiple_of(REASON_EVERY) {
             let [what, why] = reason;
-            writer.write(encoder.encode(&outgoing::critical(["no fixes: ", what, why]))).await;
+            let bytes = encoder.encode(&outgoing::critical(["no fixes: ", what, why]));
+            writer.write(bytes).await;
             for (severity, line) in notices {
-                writer.write(encoder.encode(&outgoing::status_text(*severity, line.0))).await;
+                let bytes = encoder.encode(&outgoing::status_text(*severity, line.0));
+                writer.write(bytes).await;
             }
         }
         count = count.wrapping_add(1);

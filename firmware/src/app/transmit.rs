@@ -1,4 +1,7 @@
 //! The outbox, message by message, onto the link.
+//!
+//! A message is encoded in a statement before the one that waits for the link: so it is gone by then, and the task's memory
+//! need not hold it.
 
 use super::{App, FrameOut, Out};
 use crate::board::{Gauge, Timer, Writer};
@@ -15,14 +18,24 @@ pub async fn transmit(app: &App<'_>, writer: &mut impl Writer, timer: &impl Time
     loop {
         match app.outbox.receive().await {
             Out::Beat => {
-                writer.write(encoder.encode(&outgoing::heartbeat())).await;
-                writer.write(encoder.encode(&outgoing::timesync_request(nanoseconds(timer)))).await;
-                writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Health(health(app, timer, gauge))))).await;
+                let bytes = encoder.encode(&outgoing::heartbeat());
+                writer.write(bytes).await;
+                let bytes = encoder.encode(&outgoing::timesync_request(nanoseconds(timer)));
+                writer.write(bytes).await;
+                let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Health(health(app, timer, gauge))));
+                writer.write(bytes).await;
             }
-            Out::Servo(follow_up) => writer.write(encoder.encode(&outgoing::servo(follow_up))).await,
-            Out::Text(severity, line) => writer.write(encoder.encode(&outgoing::status_text(severity, line.0))).await,
+            Out::Servo(follow_up) => {
+                let bytes = encoder.encode(&outgoing::servo(follow_up));
+                writer.write(bytes).await;
+            }
+            Out::Text(severity, line) => {
+                let bytes = encoder.encode(&outgoing::status_text(severity, line.0));
+                writer.write(bytes).await;
+            }
             Out::TimesyncAnswer(theirs) => {
-                writer.write(encoder.encode(&outgoing::timesync_answer(nanoseconds(timer), theirs))).await;
+                let bytes = encoder.encode(&outgoing::timesync_answer(nanoseconds(timer), theirs));
+                writer.write(bytes).await;
             }
             Out::Frame(frame) => frame_out(app, &frame, &mut encoder, writer, timer).await,
         }
@@ -74,7 +87,8 @@ async fn frame_out(
         let mid = situation.mid_exposure_at;
         if let Some(fix) = &frame.fix {
             let now = app.instant(timer.now()).unwrap_or(mid);
-            writer.write(encoder.encode(&outgoing::position_sensor(fix, mid, now))).await;
+            let bytes = encoder.encode(&outgoing::position_sensor(fix, mid, now));
+            writer.write(bytes).await;
         }
         let captured = app.pipeline.with(|pipeline| {
             let georeference = pipeline.tile().georeference();
@@ -82,16 +96,20 @@ async fn frame_out(
             let heading = Radians(situation.attitude.heading.0 + georeference.convergence.0).wrapped();
             (frame.fix.map_or(predicted, |fix| fix.position), Attitude { heading, ..situation.attitude })
         });
-        writer.write(encoder.encode(&outgoing::camera_trigger(mid, frame.report.sequence))).await;
+        let bytes = encoder.encode(&outgoing::camera_trigger(mid, frame.report.sequence));
+        writer.write(bytes).await;
         if let Some((position, attitude)) = captured {
-            let captured = outgoing::image_captured(situation, attitude, position, frame.report.sequence);
-            writer.write(encoder.encode(&captured)).await;
+            let number = frame.report.sequence;
+            let bytes = encoder.encode(&outgoing::image_captured(situation, attitude, position, number));
+            writer.write(bytes).await;
         }
     }
     // After the fix, which does not wait for it.
     let instant = InstantReport { motion: motion(app, frame), ..frame.instant };
-    writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Instant(instant)))).await;
-    writer.write(encoder.encode(&outgoing::tunnel(&Telemetry::Frame(frame.report)))).await;
+    let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Instant(instant)));
+    writer.write(bytes).await;
+    let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Frame(frame.report)));
+    writer.write(bytes).await;
     if let (true, Some(number)) = (app.send_patches, frame.patch) {
         picture_out(app, number, encoder, writer).await;
     }
@@ -100,18 +118,19 @@ async fn frame_out(
 /// Patch `number`, as long as no newer one takes its buffer.
 async fn picture_out(app: &App<'_>, number: u32, encoder: &mut Encoder, writer: &mut impl Writer) {
     let Some(size) = app.pipeline.with(|pipeline| pipeline.patch().1) else { return };
-    writer.write(encoder.encode(&outgoing::picture_announcement(size))).await;
+    let bytes = encoder.encode(&outgoing::picture_announcement(size));
+    writer.write(bytes).await;
     let pieces = (size.0 as usize * size.1 as usize).div_ceil(CHUNK);
     for piece in 0..pieces {
         if app.patch.get() != number {
             app.count(|c| c.patches_cut += 1);
             return;
         }
-        let message = app.pipeline.with(|pipeline| {
+        let bytes = app.pipeline.with(|pipeline| {
             let rest = pipeline.patch().0.get(piece * CHUNK..).unwrap_or(&[]);
-            outgoing::picture_piece(piece as u16, rest.get(..CHUNK).unwrap_or(rest))
+            encoder.encode(&outgoing::picture_piece(piece as u16, rest.get(..CHUNK).unwrap_or(rest)))
         });
-        let Some(message) = message else { return };
-        writer.write(encoder.encode(&message)).await;
+        let Some(bytes) = bytes else { return };
+        writer.write(bytes).await;
     }
 }

@@ -143,3 +143,5 @@ pub unsafe trait Zeroes {}
 unsafe impl<const N: usize> Zeroes for [u8; N] {}
 // SAFETY: integers.
 unsafe impl<const N: usize> Zeroes for [u32; N] {}
+// SAFETY: integers.
+unsafe impl<const M: usize, const N: usize> Zeroes for [[u8; M]; N] {}

@@ -14,11 +14,13 @@
 //! | [`led`] | what the lamps say |
 //! | [`servo`] | an angle as a pulse |
 //! | [`hello`] | the simulator's hello on USB |
+//! | [`sdio`] | what card and interface say |
 //! | `start`, `boot`, `tasks` | from reset to flight |
 //! | `clocks`, `memory`, `fault`, `supply`, `gauge` | the chip itself |
 //! | `capture`, `sensor`, `camera` | the eye |
 //! | `link`, `usb`, `port`, `card` | what it talks to |
 //! | `simulator` | the flight that comes over USB instead |
+//! | `logging`, `random` | the flight's log onto the card |
 
 pub mod hello;
 pub mod led;
@@ -27,6 +29,7 @@ pub mod mt9v034;
 pub mod record;
 pub mod regions;
 pub mod ring;
+pub mod sdio;
 pub mod servo;
 pub mod timing;
 pub mod trigger;
@@ -51,9 +54,13 @@ pub mod gauge;
 #[cfg(all(target_os = "none", feature = "h743"))]
 pub mod link;
 #[cfg(all(target_os = "none", feature = "h743"))]
+pub mod logging;
+#[cfg(all(target_os = "none", feature = "h743"))]
 pub mod memory;
 #[cfg(all(target_os = "none", feature = "h743"))]
 pub mod port;
+#[cfg(all(target_os = "none", feature = "h743"))]
+pub mod random;
 #[cfg(all(target_os = "none", feature = "h743"))]
 pub mod sensor;
 #[cfg(all(target_os = "none", feature = "h743"))]

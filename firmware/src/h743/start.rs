@@ -9,9 +9,9 @@ use super::port::{self, Clock, Eye};
 use super::sensor::{self, NoSensor, Sensor};
 use super::tasks::{self, LIFE, Notices};
 use super::timing::{CAMERA_CLOCK_HZ, Square, prescaler, square};
-use super::{capture, card, clocks, fault, gauge, link, memory, mt9v034, servo, simulator, supply, usb};
+use super::{capture, card, clocks, fault, gauge, link, logging, memory, mt9v034, servo, simulator, supply, usb};
 use crate::app::Line;
-use crate::journal::NoJournal;
+use crate::journal::{Journal, NoJournal};
 use crate::run::{self, Pending};
 use core::fmt::Write as _;
 use embassy_executor::Spawner;
@@ -165,7 +165,10 @@ fn start_tasks(
             spawn(spawner, tasks::lamps_task(None, lamps));
             spawn(spawner, simulator::line_task(core_hz, usb_in, usb_out));
         } else {
-            match boot(wave.hz, &NoJournal) {
+            // The safe state leaves the card alone.
+            let log = if is_safe_state { None } else { logging::log() };
+            let journal: &'static dyn Journal = log.map_or(&NoJournal, |log| log);
+            match boot(wave.hz, journal) {
                 Ok(booted) => {
                     let app = booted.app;
                     if booted.blurs {
@@ -178,6 +181,9 @@ fn start_tasks(
                     spawn(spawner, tasks::servo_task(app, pwm));
                     spawn(spawner, tasks::lamps_task(Some(app), lamps));
                     spawn(spawner, tasks::notices_task(app, notices));
+                    if let Some(log) = log {
+                        spawn(spawner, logging::card_task(app, log, card));
+                    }
                     spawn(spawner, tasks::hello_task(Some(app), usb_in));
                     spawn(spawner, eyes_task(spawner, booted, sensor, wave, board.DMA2_CH1, is_safe_state));
                     if is_safe_state {
@@ -192,9 +198,6 @@ fn start_tasks(
                 }
             }
         }
-    }
-    if !is_safe_state && !is_simulator {
-        spawn(spawner, card_task(card));
     }
     let mut watchdog = IndependentWatchdog::new(board.IWDG1, TIMEOUT_US);
     watchdog.unleash();
@@ -252,15 +255,6 @@ async fn eyes_task(
             };
             booted.app.say(MavSeverity::MAV_SEVERITY_CRITICAL, Line::new(&text)).await;
         }
-    }
-}
-
-/// Finds the card and tells what it holds. The log takes the block device from here.
-#[embassy_executor::task]
-async fn card_task(parts: card::Parts) {
-    match card::MicroSd::new(parts).await {
-        Ok(card) => defmt::info!("card of {} blocks", card.blocks()),
-        Err(_) => defmt::warn!("no card"),
     }
 }
 

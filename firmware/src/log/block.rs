@@ -46,6 +46,12 @@ pub struct Head {
 
 /// Puts head and checksum around the payload that `block` holds.
 pub fn seal(block: &mut [u8; BLOCK], head: Head) {
+    put_head(block, head);
+    put_checksum(block);
+}
+
+/// Puts the head before the payload that `block` holds.
+pub fn put_head(block: &mut [u8; BLOCK], head: Head) {
     let mut put = |at: usize, bytes: &[u8]| {
         block.iter_mut().skip(at).zip(bytes).for_each(|(to, from)| *to = *from);
     };
@@ -56,6 +62,10 @@ pub fn seal(block: &mut [u8; BLOCK], head: Head) {
     put(12, &head.sequence.to_le_bytes());
     put(16, &head.first.to_le_bytes());
     put(18, &[0; 2]);
+}
+
+/// Puts the checksum behind head and payload.
+pub fn put_checksum(block: &mut [u8; BLOCK]) {
     let (checked, own) = block.split_at_mut(CHECKED);
     own.copy_from_slice(&checksum(checked).to_le_bytes());
 }

@@ -1,10 +1,12 @@
 //! The application's notes as records of a log.
 
+use super::block::{BLOCK, PAYLOAD};
 use super::record::{Blob, Head, Record};
 use super::ring::Ring;
 use crate::journal::{Journal, Note, Turn};
+use crate::shared::Shared;
 use crate::stores::framing::checksum;
-use core::cell::{Cell, RefCell};
+use core::cell::Cell;
 use core::task::{Poll, Waker};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
@@ -17,11 +19,11 @@ const PIECE: usize = 1024;
 /// Room that pieces of the tile store leave to the flight.
 const LEFT_TO_FLIGHT: usize = 8 * 1024;
 
-/// A journal that becomes a log: `N` blocks of RAM, and both stores, which are logged too so that a log is all that a replay
+/// A journal that becomes a log: `N` borrowed blocks of RAM, and both stores, which are logged too so that a log is all that a replay
 /// needs. The tile store goes in the background, as fast as there is room beside the flight's records.
 #[allow(missing_debug_implementations, reason = "embassy-sync's primitives have none")]
 pub struct LogJournal<'f, const N: usize> {
-    ring: RefCell<Ring<N>>,
+    ring: Shared<Ring<'f, N>>,
     tiles: &'f [u8],
     tiles_done: Cell<usize>,
     /// Raised whenever there is more to be written.
@@ -59,16 +61,22 @@ pub fn runs_in<'b>(runs: &[Run], buffer: &'b mut [u8; RUNS_BYTES]) -> &'b [u8] {
 
 impl<'f, const N: usize> LogJournal<'f, N> {
     /// A log with this `number`, which no other on the card should have; of an application that boots from these stores and
-    /// has so many bytes of frame memory.
-    pub fn new(number: u32, mission: &[u8], tiles: &'f [u8], frame_memory: usize) -> Self {
-        let mut ring = Ring::new(number);
+    /// has so many bytes of frame memory. What waits to be written lies in `blocks`.
+    pub fn new(
+        number: u32,
+        mission: &[u8],
+        tiles: &'f [u8],
+        frame_memory: usize,
+        blocks: &'f mut [[u8; BLOCK]; N],
+    ) -> Self {
+        let mut ring = Ring::new(number, blocks);
         ring.push(&Record::Head(Head {
             frame_memory: frame_memory as u32,
             tiles_bytes: tiles.len() as u32,
             tiles_crc: checksum(tiles),
         }));
         ring.push(&Record::Mission(Blob(mission)));
-        LogJournal { ring: RefCell::new(ring), tiles, tiles_done: Cell::new(0), more: Signal::new() }
+        LogJournal { ring: Shared::new(ring), tiles, tiles_done: Cell::new(0), more: Signal::new() }
     }
 
     /// Something of the simulator's.
@@ -79,18 +87,22 @@ impl<'f, const N: usize> LogJournal<'f, N> {
     /// Ends the log.
     pub fn close(&self) {
         self.push(&Record::Close);
-        self.ring.borrow_mut().seal();
+        self.ring.with(Ring::seal);
     }
 
     /// Records that found no room.
     pub fn lost(&self) -> u32 {
-        self.ring.borrow().lost_in_all()
+        self.ring.with(|ring| ring.lost_in_all()).unwrap_or(0)
     }
 
     /// Blocks to be written, copied into `into`; how many. Goes on with the tile store while there is room for it.
-    pub(super) fn waiting(&self, into: &mut [[u8; super::block::BLOCK]]) -> usize {
-        let mut ring = self.ring.borrow_mut();
-        while ring.room() > LEFT_TO_FLIGHT.min(N * super::block::PAYLOAD / 2) + PIECE {
+    pub(super) fn waiting(&self, into: &mut [[u8; BLOCK]]) -> usize {
+        self.ring.with(|ring| self.fill(ring).oldest(into)).unwrap_or(0)
+    }
+
+    /// Puts pieces of the tile store into `ring`.
+    fn fill<'r>(&self, ring: &'r mut Ring<'f, N>) -> &'r Ring<'f, N> {
+        while ring.room() > LEFT_TO_FLIGHT.min(N * PAYLOAD / 2) + PIECE {
             let from = self.tiles_done.get();
             let rest = self.tiles.get(from..).unwrap_or(&[]);
             let piece = rest.get(..PIECE).unwrap_or(rest);
@@ -100,12 +112,12 @@ impl<'f, const N: usize> LogJournal<'f, N> {
             ring.push(&Record::Tiles(from as u32, Blob(piece)));
             self.tiles_done.set(from + piece.len());
         }
-        ring.oldest(into)
+        ring
     }
 
     /// They have been written.
     pub(super) fn release(&self, count: usize) {
-        self.ring.borrow_mut().release(count);
+        self.ring.with(|ring| ring.release(count));
     }
 
     /// Waits for more.
@@ -114,7 +126,7 @@ impl<'f, const N: usize> LogJournal<'f, N> {
     }
 
     fn push(&self, record: &Record<'_>) {
-        self.ring.borrow_mut().push(record);
+        self.ring.with(|ring| ring.push(record));
         self.more.signal(());
     }
 }

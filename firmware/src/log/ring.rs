@@ -1,6 +1,6 @@
 //! Blocks in RAM between the application, which never waits, and a card, which sometimes does.
 
-use super::block::{BLOCK, HEAD, Head, NONE, PAYLOAD, seal};
+use super::block::{BLOCK, HEAD, Head, NONE, PAYLOAD, put_checksum, put_head};
 use super::record::Record;
 use postcard::ser_flavors::{Flavor, Size};
 use postcard::serialize_with_flavor;
@@ -10,10 +10,10 @@ const LENGTH: usize = 2;
 /// What a [`Record::Gap`] takes at most.
 const GAP_MAX: usize = LENGTH + 6;
 
-/// `N` blocks: the newest is being filled, those before it wait to be written.
+/// `N` blocks, which may lie in slow RAM: the newest is being filled, those before it wait to be written.
 #[derive(Debug)]
-pub struct Ring<const N: usize> {
-    blocks: [[u8; BLOCK]; N],
+pub struct Ring<'b, const N: usize> {
+    blocks: &'b mut [[u8; BLOCK]; N],
     /// The oldest block.
     oldest: usize,
     /// Sealed blocks.
@@ -29,23 +29,13 @@ pub struct Ring<const N: usize> {
     lost_total: u32,
 }
 
-impl<const N: usize> Ring<N> {
+impl<'b, const N: usize> Ring<'b, N> {
     /// Room that a loss waits for, half of all, so that what follows is a stretch and not a crumb.
     const AFTER_LOSS: usize = N * PAYLOAD / 2;
 
-    /// An empty log of this number.
-    pub const fn new(log: u32) -> Self {
-        Ring {
-            blocks: [[0; BLOCK]; N],
-            oldest: 0,
-            sealed: 0,
-            used: 0,
-            first: NONE,
-            log,
-            sequence: 0,
-            lost: 0,
-            lost_total: 0,
-        }
+    /// An empty log of this number; what `blocks` held is written over.
+    pub const fn new(log: u32, blocks: &'b mut [[u8; BLOCK]; N]) -> Self {
+        Ring { blocks, oldest: 0, sealed: 0, used: 0, first: NONE, log, sequence: 0, lost: 0, lost_total: 0 }
     }
 
     /// Records dropped so far.
@@ -113,18 +103,22 @@ impl<const N: usize> Ring<N> {
         if let (1.., Some(block)) = (self.used, self.blocks.get_mut(index)) {
             let unused = block.get_mut(HEAD + self.used..).unwrap_or(&mut []);
             unused.fill(0);
-            seal(block, head);
+            put_head(block, head);
             self.sealed += 1;
             self.sequence = self.sequence.wrapping_add(1);
             (self.used, self.first) = (0, NONE);
         }
     }
 
-    /// Copies the oldest sealed blocks, as many as there are and `into` holds; how many.
+    /// Copies the oldest sealed blocks, as many as there are and `into` holds; how many. Their checksums are made here, by
+    /// who writes them out: no frame pays for them.
     pub fn oldest(&self, into: &mut [[u8; BLOCK]]) -> usize {
         let count = self.sealed.min(into.len());
         let from = (0..count).filter_map(|k| self.blocks.get((self.oldest + k) % N));
-        into.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+        into.iter_mut().zip(from).for_each(|(to, from)| {
+            *to = *from;
+            put_checksum(to);
+        });
         count
     }
 
@@ -137,9 +131,9 @@ impl<const N: usize> Ring<N> {
 }
 
 /// Postcard's way into the ring.
-struct Into<'r, const N: usize>(&'r mut Ring<N>);
+struct Into<'r, 'b, const N: usize>(&'r mut Ring<'b, N>);
 
-impl<const N: usize> Flavor for Into<'_, N> {
+impl<const N: usize> Flavor for Into<'_, '_, N> {
     type Output = ();
 
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {

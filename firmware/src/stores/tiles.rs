@@ -27,6 +27,8 @@ pub const HEAD_BYTES: usize = 96;
 pub const BEFORE_PIXELS: usize = HEADER_BYTES + HEAD_BYTES;
 /// Bytes of flash that the flight computer has for this store: seven sectors of 128 KiB.
 pub const BOARD_BYTES: usize = 7 * 128 * 1024;
+/// Those of them that the camera's bootloader writes: six sectors.
+pub const DFU_BYTES: usize = 6 * 128 * 1024;
 
 /// What the store says beside the pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use super::{Failure, positive, print, print_json};
 use plumbline_firmware::boot::BootError;
 use plumbline_firmware::stores::framing::checksum;
-use plumbline_firmware::stores::tiles::{BEFORE_PIXELS, BOARD_BYTES};
+use plumbline_firmware::stores::tiles::{BEFORE_PIXELS, BOARD_BYTES, DFU_BYTES};
 use plumbline_sim::link::tile_store;
 use plumbline_sim::reference::Radiometry;
 use plumbline_sim::stage::orthophoto;
@@ -51,6 +51,7 @@ struct Told {
     bytes: usize,
     km2: f64,
     km2_max: f64,
+    km2_max_dfu: f64,
     unknown_cells: usize,
     crc32: String,
 }
@@ -123,6 +124,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         bytes: store.len(),
         km2: km2(frame.area(), scale),
         km2_max: km2(cells_max as f64, scale),
+        km2_max_dfu: km2((DFU_BYTES - BEFORE_PIXELS) as f64, scale),
         unknown_cells: tile.unknown,
         crc32: format!("{:08x}", checksum(&store)),
     };
@@ -134,7 +136,13 @@ fn table(told: &Told, out: &str) -> String {
         ("tile", format!("{} x {} pixels of {} m, EPSG:{}", told.cols, told.rows, told.resolution_m, told.epsg)),
         ("centre", format!("{:.7}, {:.7}", told.centre_lat, told.centre_lon)),
         ("grid", format!("convergence {:.6} deg, scale {:.7}", told.convergence_deg, told.point_scale)),
-        ("area", format!("{:.3} km2 of the {:.3} km2 that fit on the board", told.km2, told.km2_max)),
+        (
+            "area",
+            format!(
+                "{:.3} km2 of the {:.3} km2 that fit on the board, {:.3} km2 by DFU",
+                told.km2, told.km2_max, told.km2_max_dfu
+            ),
+        ),
         ("unknown", format!("{} pixels, black: nothing is matched there", told.unknown_cells)),
         ("store", format!("{out}, {} bytes, CRC-32 {}", told.bytes, told.crc32)),
     ];

@@ -35,9 +35,11 @@ pub const SECTIONS: [(&str, Range<u32>); 8] = [
 
 /// Buffers that must be there, by the end of their mangled names' paths, and where. DMA1 and DMA2 do not reach DTCM, the
 /// card's DMA reaches AXI SRAM alone; what the pipeline works in must not wait for a bus.
-pub const BUFFERS: [(&str, Range<u32>); 17] = [
+pub const BUFFERS: [(&str, Range<u32>); 19] = [
     ("6camera4RING", AXI),
     ("4card6BLOCKS", AXI),
+    ("7logging4RING", SRAM123),
+    ("7logging3LOG", DTCM),
     ("4link4SEND", SRAM123),
     ("4link7RECEIVE", SRAM123),
     ("5fault6RECORD", BACKUP),

@@ -40,7 +40,7 @@ pub fn file<'a>(pieces: impl Iterator<Item = (u32, &'a [u8])>, partition: Range<
 }
 
 /// CRC-32 as the suffix has it: not inverted at the end.
-fn crc(bytes: &[u8]) -> u32 {
+pub fn crc(bytes: &[u8]) -> u32 {
     bytes.iter().fold(u32::MAX, |sum, byte| {
         (0..8).fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg()))
     })

@@ -5,6 +5,7 @@
 //! by a debug probe. With `--bare` the bare image by a debug probe, over the bootloader.
 
 mod dfu;
+mod store;
 
 use super::board::{self, Image, map};
 use super::process::{output, run, succeeds};
@@ -12,11 +13,12 @@ use super::{Failure, build, places, set_up};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
+use store::{Blob, TILES};
 
 /// The chip, as probe-rs calls it.
 const CHIP: &str = "STM32H743VITx";
 /// Where the tiles begin: behind the mission's sector.
-const TILES: u32 = map::BANK_2 + 0x0002_0000;
+const TILES_AT: u32 = map::BANK_2 + 0x0002_0000;
 /// End of flash, and of what the camera's bootloader writes.
 const FLASH_END: u32 = 0x0820_0000;
 const DFU_END: u32 = 0x081e_0000;
@@ -26,6 +28,7 @@ const DFU_END: u32 = 0x081e_0000;
 struct Asked {
     way: Way,
     mission: Option<PathBuf>,
+    settings: Option<PathBuf>,
     tiles: Option<PathBuf>,
 }
 
@@ -41,27 +44,27 @@ enum Way {
     Bare,
 }
 
-/// A piece of flash and its bytes.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Blob {
-    address: u32,
-    path: PathBuf,
-    bytes: Vec<u8>,
-}
-
-/// Builds, checks and writes.
+/// Checks, builds and writes.
 ///
 /// # Errors
-/// Arguments that cannot be meant.
+/// Arguments that cannot be meant, and stores that the board would refuse.
 pub fn flash(args: &[String]) -> Result<ExitCode, Failure> {
     let asked = asked(args)?;
     let end = if asked.way == Way::Dfu { DFU_END } else { FLASH_END };
     let mut blobs = Vec::new();
-    if let Some(path) = &asked.mission {
-        blobs.push(blob(path, map::BANK_2, TILES)?);
-    }
     if let Some(path) = &asked.tiles {
-        blobs.push(blob(path, TILES, end)?);
+        blobs.push(store::read(path, TILES, TILES_AT..end)?);
+    }
+    let settings = asked.settings.as_deref();
+    let mission = match asked.mission {
+        Some(camera) if store::is_camera_file(&camera) => match build::command() {
+            Ok(()) => Some(store::made(&camera, settings)?),
+            Err(sentence) => return Ok(super::failed(sentence)),
+        },
+        other => other,
+    };
+    if let Some(path) = mission {
+        blobs.push(store::read(&path, store::MISSION, map::BANK_2..TILES_AT)?);
     }
     Ok(write(asked.way, &blobs).map_or_else(super::failed, |()| ExitCode::SUCCESS))
 }
@@ -75,25 +78,25 @@ fn asked(args: &[String]) -> Result<Asked, Failure> {
             "--bare" => asked.way = Way::Bare,
             "--probe" if asked.way == Way::Dfu => asked.way = Way::Probe,
             "--probe" => {}
-            // The camera file's content is part of the mission's.
+            // One store: the camera file's content is part of the mission's.
+            "--mission" | "--camera" if asked.mission.is_some() => {
+                return Err("flash writes one mission: give --camera or --mission, once".into());
+            }
             "--mission" | "--camera" => asked.mission = Some(file()?),
+            "--settings" => asked.settings = Some(file()?),
             "--tiles" => asked.tiles = Some(file()?),
             other => {
-                return Err(format!("flash knows --bare, --probe, --mission, --camera and --tiles, but not {other:?}"));
+                return Err(format!(
+                    "flash knows --bare, --probe, --camera, --settings, --mission and --tiles, but not {other:?}"
+                ));
             }
         }
     }
-    Ok(asked)
-}
-
-/// A file that goes to `address` and must end before `end`.
-fn blob(path: &Path, address: u32, end: u32) -> Result<Blob, Failure> {
-    let bytes = fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let room = (end - address) as usize;
-    if bytes.is_empty() || bytes.len() > room {
-        return Err(format!("{} has {} bytes; there is room for 1 to {room}", path.display(), bytes.len()));
+    let is_camera_file = asked.mission.as_deref().is_some_and(store::is_camera_file);
+    match asked.settings {
+        Some(_) if !is_camera_file => Err("--settings goes with a camera file: --camera FILE.toml".into()),
+        _ => Ok(asked),
     }
-    Ok(Blob { address, path: path.to_owned(), bytes })
 }
 
 fn write(way: Way, blobs: &[Blob]) -> Result<(), Failure> {
@@ -182,14 +185,11 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_does_not_fit_is_refused() {
-        let path = std::env::temp_dir().join(format!("plumbline-flash-{}", std::process::id()));
-        fs::write(&path, [0; 17]).unwrap();
-        assert!(blob(&path, TILES, TILES + 17).is_ok());
-        assert!(blob(&path, TILES, TILES + 16).unwrap_err().contains("room for 1 to 16"));
-        fs::write(&path, []).unwrap();
-        assert!(blob(&path, TILES, FLASH_END).is_err());
-        fs::remove_file(&path).unwrap();
-        assert!(blob(&path, TILES, FLASH_END).is_err());
+    fn settings_go_with_a_camera_file_and_there_is_one_mission() {
+        let asked = asked_for("--settings s.toml --camera c.toml").unwrap();
+        assert_eq!((asked.mission, asked.settings), (Some("c.toml".into()), Some("s.toml".into())));
+        assert!(asked_for("--settings s.toml").unwrap_err().contains("camera file"));
+        assert!(asked_for("--settings s.toml --mission m.bin").unwrap_err().contains("camera file"));
+        assert!(asked_for("--camera c.toml --mission m.bin").unwrap_err().contains("one mission"));
     }
 }
