@@ -2,6 +2,8 @@
 
 #[path = "serial/faults.rs"]
 mod faults;
+#[path = "serial/greeting.rs"]
+mod greeting;
 #[path = "serial/messages.rs"]
 mod messages;
 #[path = "serial/qemu.rs"]
