@@ -124,10 +124,11 @@ fn application(log: &Log, tiles: Option<&[u8]>, tape: &'static Tape) -> Result<A
 }
 
 /// `fixes.csv` of a replay: of a simulated flight with its truth and the frames that were lost, of a real one without.
+/// `tiles` as for [`replay`].
 ///
 /// # Errors
 /// A tile whose place cannot be converted.
-pub fn fixes_csv(log: &Log, replayed: &Replayed) -> Result<String, InputError> {
+pub fn fixes_csv(log: &Log, tiles: Option<&[u8]>, replayed: &Replayed) -> Result<String, InputError> {
     let reports: BTreeMap<u32, _> = replayed.reports.iter().map(|report| (report.sequence, *report)).collect();
     let truths: BTreeMap<u32, [f64; 2]> = log
         .annotations
@@ -140,7 +141,7 @@ pub fn fixes_csv(log: &Log, replayed: &Replayed) -> Result<String, InputError> {
     });
     let Some((centre, resolution_m)) = scene else {
         let rows = reports.iter().map(|(&frame, report)| fixes::Row { frame, report: Some(*report), truth_px: None });
-        return Ok(fixes::csv(tile_centre(log)?, rows));
+        return Ok(fixes::csv(tile_centre(log, tiles)?, rows));
     };
     // Of a log that ends early the frames that it knows of.
     let is_whole = log.is_closed && log.gaps == 0;
@@ -155,9 +156,9 @@ pub fn fixes_csv(log: &Log, replayed: &Replayed) -> Result<String, InputError> {
 }
 
 /// Grid coordinates of the tile's centre.
-fn tile_centre(log: &Log) -> Result<[f64; 2], InputError> {
+fn tile_centre(log: &Log, tiles: Option<&[u8]>) -> Result<[f64; 2], InputError> {
     let refuse = || InputError::new("the log holds no reference tile to place its fixes by");
-    let tiles = log.tiles.as_deref().ok_or_else(refuse)?;
+    let tiles = log.tiles.as_deref().or(tiles).ok_or_else(refuse)?;
     let tile = plumbline_firmware::stores::tiles::read(tiles).map_err(|_| refuse())?;
     let georeference = tile.georeference();
     let degrees = |e7: i32| f64::from(e7) * 1e-7;

@@ -313,10 +313,10 @@ GPIO = {port: 0x58020000 + 0x400 * n for n, port in enumerate("ABCDE")}
 # Pin: mode (1 output, 2 alternate) and alternate function, by the data sheet's tables 9 to 13 (DS12110).
 PINS = {"PA5": (2, 1), "PB4": (2, 2), "PB10": (2, 7), "PA11": (2, 10), "PA12": (2, 10),
         "PC0": (1, None), "PC1": (1, None), "PC2": (1, None)}
-PINS |= {pin: (2, 12) for pin in ("PC8", "PC9", "PC10", "PC11", "PC12", "PD2")}
 PINS |= {pin: (2, 13) for pin in "PC6 PC7 PE0 PE1 PE4 PB6 PE5 PE6 PA4 PB7 PA6".split()}
-# With a mission: what is received, the servo, the sensor's clock, bus, reset and power.
+# With a mission: what is received, the servo, the sensor's clock, bus, reset and power, the card.
 EYES = {"PB11": (2, 7), "PD12": (2, 2), "PA8": (2, 1), "PB8": (2, 4), "PB9": (2, 4), "PA10": (1, None), "PD7": (1, None)}
+EYES |= {pin: (2, 12) for pin in ("PC8", "PC9", "PC10", "PC11", "PC12", "PD2")}
 # Latching first, then the rest; by the NVIC's numbers (RM0433 table 149).
 PRIORITIES = {28: 0, 29: 0, 78: 0, 11: 0x40, 12: 0x40, 39: 0x40, 49: 0x40, 50: 0x40, 101: 0x40, 122: 0x40, 1: 0x40}
 # By ARMv7-M B3.5, from the manual's addresses.

@@ -44,7 +44,7 @@ fn assert_same(scenario: Scenario) -> usize {
     assert_eq!(replayed.first_difference, None);
     assert_eq!((replayed.different, replayed.gaps, replayed.end), (0, 0, End::Closed));
     assert_eq!((replayed.same, replayed.replayed), (replayed.frames, replayed.records));
-    assert_eq!(fixes_csv(&log, &replayed).expect("placed"), fixes);
+    assert_eq!(fixes_csv(&log, None, &replayed).expect("placed"), fixes);
     assert_eq!(fixes.lines().count(), frames + 1);
     replayed.accepted
 }

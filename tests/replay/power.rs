@@ -22,7 +22,7 @@ fn prefix(bytes: &[u8]) -> usize {
     let replayed = replay(&log, tiles.as_deref()).expect("it can be replayed");
     assert_eq!((replayed.first_difference.as_deref(), replayed.gaps), (None, 0));
     assert_eq!(replayed.replayed, replayed.records);
-    let fixes = fixes_csv(&log, &replayed).expect("placed");
+    let fixes = fixes_csv(&log, None, &replayed).expect("placed");
     if replayed.frames > 0 {
         assert!(flight().0.starts_with(&fixes), "{fixes}");
         assert_eq!(fixes.lines().count(), replayed.frames + 1);
@@ -62,7 +62,7 @@ fn damaged_blocks_end_what_is_claimed() {
         assert_eq!((replayed.damaged_blocks, replayed.gaps, replayed.different), (2, 1, 0), "block {at}");
         assert!(replayed.replayed < replayed.records);
         assert_eq!(replayed.same, replayed.frames);
-        let told = fixes_csv(&log, &replayed).expect("placed");
+        let told = fixes_csv(&log, None, &replayed).expect("placed");
         assert!(fixes.starts_with(&told), "{told}");
     }
     // Without its beginning nobody knows what the application ran on.

@@ -40,7 +40,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let tiles = args.tiles.as_deref().map(file).transpose()?;
     let replayed = replay(&log, tiles.as_deref()).map_err(|error| InputError::new(format!("{name}: {error}")))?;
     if let Some(folder) = &args.out {
-        let csv = fixes_csv(&log, &replayed)?;
+        let csv = fixes_csv(&log, tiles.as_deref(), &replayed)?;
         if !folder.is_dir() {
             std::fs::create_dir(folder)
                 .map_err(|error| InputError::new(format!("cannot create {}: {error}", folder.display())))?;
