@@ -1,11 +1,9 @@
 //! 100,000 damaged inputs for every reader of bytes; `cargo xtask fuzz` makes ten million of each.
 
-use plumbline_tests::fuzz::{hunt, targets};
+use plumbline_tests::fuzz::{SLOWEST_OVER_MEAN, hunt, targets};
 
 const INPUTS: u64 = 100_000;
 const SEED: u64 = 20_261_122;
-/// No input may take so many times what they take in the mean. A search that grows with the square of a length would.
-const SLOWEST_OVER_MEAN: f64 = 2000.0;
 
 #[test]
 fn damaged_inputs_are_survived() {

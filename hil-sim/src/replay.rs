@@ -14,6 +14,7 @@ use annotation::Annotation;
 use embassy_executor::raw::Executor;
 use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
 use plumbline_firmware::boot;
+use plumbline_firmware::log::record::Record;
 use plumbline_firmware::run::{self, Pending};
 use plumbline_firmware::stores::framing::checksum;
 use plumbline_survey::crs::Crs;
@@ -43,7 +44,9 @@ pub struct Replayed {
     pub records: usize,
     /// Those that were run again: all, or those before the first gap or before the application went another way.
     pub replayed: usize,
-    /// Frames that came to something.
+    /// Frames that came to something in the log.
+    pub frames_logged: usize,
+    /// Those that were run again.
     pub frames: usize,
     /// Frames with a fix.
     pub accepted: usize,
@@ -91,6 +94,7 @@ pub fn replay(log: &Log, tiles: Option<&[u8]>) -> Result<Replayed, InputError> {
     Ok(Replayed {
         records: log.items.iter().filter(|item| **item != Item::Hole).count(),
         replayed: tape.position(),
+        frames_logged: log.items.iter().filter(|item| is_frame(item)).count(),
         frames: frames.len(),
         accepted: frames.iter().filter(|report| report.fix.is_some()).count(),
         same,
@@ -102,6 +106,10 @@ pub fn replay(log: &Log, tiles: Option<&[u8]>) -> Result<Replayed, InputError> {
         end: if log.is_closed { End::Closed } else { End::Cut },
         reports: frames,
     })
+}
+
+fn is_frame(item: &Item) -> bool {
+    matches!(item, Item::Record(bytes) if matches!(Record::decode(bytes), Some(Record::Frame(..))))
 }
 
 /// Boots as the board did.

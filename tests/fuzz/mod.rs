@@ -66,6 +66,9 @@ pub struct Hunted {
     pub slowest_over_mean: f64,
 }
 
+/// No input may take so many times what they take in the mean: a search that grows with the square of a length would.
+pub const SLOWEST_OVER_MEAN: f64 = 2000.0;
+
 /// Readings of an input that seemed slow: on a machine with other things to do the first one says little.
 const READINGS: usize = 5;
 

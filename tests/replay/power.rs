@@ -2,13 +2,18 @@
 
 use crate::flown::{flown, replayed, scenario};
 use plumbline_firmware::log::block::BLOCK;
-use plumbline_sim::link::inproc::InProcess;
+use plumbline_firmware::log::card::Area;
+use plumbline_firmware::log::journal::LogJournal;
+use plumbline_firmware::log::writer::write_out;
+use plumbline_sim::link::inproc::{Card, InProcess};
 use plumbline_sim::link::{Event, Link};
 use plumbline_sim::replay::read::{LogError, read};
 use plumbline_sim::replay::{End, fixes_csv, replay};
 use plumbline_sim::stage::Stage;
 use proptest::prelude::{any, proptest};
+use std::pin::pin;
 use std::sync::OnceLock;
+use std::task::{Context, Waker};
 
 fn flight() -> &'static (String, Vec<u8>) {
     static FLIGHT: OnceLock<(String, Vec<u8>)> = OnceLock::new();
@@ -91,6 +96,47 @@ fn a_slow_card_costs_records_that_are_counted_and_no_frame() {
     assert_eq!((replayed.gaps, replayed.different, replayed.damaged_blocks), (1, 0, 0));
     assert!((700..1000).contains(&replayed.lost_records), "{}", replayed.lost_records);
     assert_eq!(replayed.end, End::Closed);
+}
+
+/// A card may keep what stood there before where a write was lost, and blocks of an older log are whole.
+#[test]
+fn a_whole_block_of_another_log_or_place_is_as_good_as_a_damaged_one() {
+    let (_, whole) = flight();
+    let (_, other) = flown(scenario(23, 1));
+    let at = whole.len() / BLOCK / 2;
+    for stale in [&other[5 * BLOCK..6 * BLOCK], &whole[(at - 3) * BLOCK..(at - 2) * BLOCK]] {
+        let mut bytes = whole.clone();
+        bytes[at * BLOCK..(at + 1) * BLOCK].copy_from_slice(stale);
+        let (_, replayed) = replayed(&bytes);
+        assert_eq!((replayed.damaged_blocks, replayed.gaps, replayed.different), (1, 1, 0));
+        assert_eq!(replayed.first_difference, None);
+    }
+}
+
+/// With the ring of a board, whose half is more than a stall leaves free.
+#[test]
+fn a_stall_while_tiles_are_written_costs_none_of_them() {
+    const RING: usize = 256;
+    let tiles: Vec<u8> = (0..600_000u32).map(|n| (n * 7) as u8).collect();
+    let blocks = Box::leak(Box::new([[0; BLOCK]; RING]));
+    let log = LogJournal::<RING>::new(5, &[1; 200], &tiles, 1000, blocks);
+    let mut card = Card::default();
+    let shared = card.clone();
+    let mut writing = pin!(write_out(&log, &mut card, Area { first: 0, end: u32::MAX }));
+    let context = &mut Context::from_waker(Waker::noop());
+    for step in 0..4000u32 {
+        // Longer than 256 blocks of 488 bytes last.
+        shared.set_busy(step < 2000);
+        log.annotate(&[step as u8; 100]);
+        assert!(writing.as_mut().poll(context).is_pending());
+    }
+    log.close();
+    assert!(writing.as_mut().poll(context).is_pending());
+    let read = read(&shared.bytes(), None).expect("a log");
+    assert!(read.tiles.as_deref() == Some(&tiles[..]), "tiles are missing");
+    // Half of the ring was the flight's: 62 KB of records of 106 bytes, and the rest of 2000 is lost, in one place.
+    assert!((1300..1500).contains(&read.lost_records), "{}", read.lost_records);
+    assert_eq!((read.gaps, read.is_closed), (1, true));
 }
 
 proptest! {

@@ -8,7 +8,8 @@ use plumbline_core::pipeline::{Outcome, Pipeline, Refusal, Situation};
 use plumbline_core::pose::Wait;
 use plumbline_core::units::Micros;
 
-/// Most lost frames that are reported one by one; more are a restarted counter.
+/// Most lost frames that are reported one by one; more are counted only, and more than half of all numbers are a restarted
+/// counter.
 const LOST_MAX: u32 = 16;
 
 /// Works on frames for ever.
@@ -28,6 +29,10 @@ pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl T
                 app.outbox.room().await;
                 app.post(Out::Frame(frame));
             }
+        }
+        if (LOST_MAX + 1..1 << 31).contains(&lost) {
+            // Too many to be reported one by one.
+            app.count(|c| c.frames_lost = c.frames_lost.saturating_add(lost));
         }
         expected = start.sequence.wrapping_add(1);
         let mut work = Work { out: FrameOut::new(start.sequence) };

@@ -27,6 +27,9 @@ static APP: StaticCell<App<'static>> = StaticCell::new();
 pub enum Grounded {
     /// What lies in flash was refused.
     Stores(BootError),
+    /// Reading flash has ended in faults: a write that lost its power leaves words that no longer are what their check bits
+    /// say.
+    Unreadable,
     /// The mission wants edges that this board does not have: it knows when it opens the shutter, no more.
     Edges,
     /// The sensor cannot do what the mission wants of it.
@@ -38,6 +41,7 @@ impl Grounded {
     pub fn words(self) -> [&'static str; 2] {
         match self {
             Grounded::Stores(error) => error.words(),
+            Grounded::Unreadable => ["mission store: ", "flash cannot be read"],
             Grounded::Edges => ["mission store: ", "no edge, or no exposure"],
             Grounded::Sensor(SensorError::Window) => ["sensor: ", "frame does not fit it"],
             Grounded::Sensor(SensorError::Exposure) => ["sensor: ", "exposure does not fit it"],

@@ -146,7 +146,7 @@ impl Camera {
             let channel = MDMA.ch(COPY);
             COPIED.reset();
             channel.sar().write_value(embassy_stm32::pac::mdma::regs::Sar(RING.address() + offset));
-            let to = self.staging.as_ptr().addr() as u32 + (row - first) * bytes;
+            let to = self.staging.as_mut_ptr().expose_provenance() as u32 + (row - first) * bytes;
             channel.dar().write_value(embassy_stm32::pac::mdma::regs::Dar(to));
             channel.bndtr().write(|w| w.set_bndt(rows * bytes));
             channel.cr().modify(|w| w.set_en(true));
@@ -154,6 +154,7 @@ impl Camera {
             if !COPIED.wait().await {
                 return false;
             }
+            core::sync::atomic::fence(Ordering::Acquire);
             row += rows;
         }
         true
@@ -192,6 +193,10 @@ impl FrontEnd for Camera {
         if !is_copied || self.is_gone() || !self.ring.holds(first, self.written()) {
             return self.lost(count);
         }
+        // A frame of more or fewer pixels than there should be is shifted somewhere.
+        if end == u32::from(self.size.1) && self.written() != end * self.ring.row_bytes() {
+            return self.lost(count);
+        }
         self.row = end;
         let bytes = count as usize * usize::from(self.size.0);
         let words = self.staging.get(..bytes / 4).unwrap_or(&[]);
@@ -204,7 +209,11 @@ impl FrontEnd for Camera {
 /// before it sends, so there is time.
 pub(super) fn arm(sequence: u32) {
     let stream = DMA2.st(STREAM);
-    DCMI.cr().modify(|w| w.set_capture(false));
+    // Off and on again, which empties its own FIFO of what a frame cut short has left.
+    DCMI.cr().modify(|w| {
+        w.set_capture(false);
+        w.set_enable(false);
+    });
     stream.cr().modify(|w| w.set_en(false));
     // A word under way is finished first.
     for _ in 0..64 {
@@ -227,7 +236,8 @@ pub(super) fn arm(sequence: u32) {
     stream.ndtr().write(|w| w.set_ndt(RING_WORDS.load(Ordering::Relaxed) as u16));
     stream.fcr().write(|w| {
         w.set_dmdis(Dmdis::DISABLED);
-        w.set_fth(Fth::FULL);
+        // Words go on to memory as they come: what NDTR has counted is there.
+        w.set_fth(Fth::QUARTER);
     });
     stream.cr().write(|w| {
         w.set_dir(Dir::PERIPHERAL_TO_MEMORY);
@@ -235,7 +245,7 @@ pub(super) fn arm(sequence: u32) {
         w.set_minc(true);
         w.set_psize(Size::BITS32);
         w.set_msize(Size::BITS32);
-        w.set_mburst(Burst::INCR4);
+        w.set_mburst(Burst::SINGLE);
         w.set_pl(Pl::VERY_HIGH);
         w.set_en(true);
     });
@@ -244,6 +254,7 @@ pub(super) fn arm(sequence: u32) {
         w.set_frame_isc(true);
         w.set_ovr_isc(true);
     });
+    DCMI.cr().modify(|w| w.set_enable(true));
     DCMI.cr().modify(|w| w.set_capture(true));
     // Who waits for rows of the frame before learns that it is gone.
     ROW.wake();

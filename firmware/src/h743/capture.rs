@@ -2,7 +2,7 @@
 //! it and triggers the exposures.
 //!
 //! TIM3 starts by TIM2's start (its ITR1, RM0433 table 331), with the same divider and clock, so it always shows TIM2's
-//! lower half, off by the few timer clocks that the trigger takes, less than 20 ns. Nothing sets either afterwards.
+//! lower half, off by the few timer clocks that the trigger takes. Nothing sets either afterwards.
 
 use super::trigger::{Due, PULSE_US, due, widen};
 use crate::board::Timer;
@@ -63,9 +63,10 @@ pub fn start(pulse: Peri<'static, PA5>, trigger: Peri<'static, PB4>, prescaler: 
         w.set_icf(0, FilterValue::FCK_INT_N8);
     });
     TIM2.ccer().write(|w| w.set_cce(0, true));
+    // Before its update, which would be the trigger otherwise.
+    TIM2.cr2().write(|w| w.set_mms(Mms::ENABLE));
     TIM2.egr().write(|w| w.set_ug(true));
     TIM2.sr().write(|_| ());
-    TIM2.cr2().write(|w| w.set_mms(Mms::ENABLE));
     TIM2.dier().write(|w| w.set_ccie(0, true));
     TIM2.cr1().write(|w| w.set_cen(true));
 
@@ -148,6 +149,10 @@ unsafe fn TIM3() {
     if IS_HIGH.swap(false, Ordering::Relaxed) {
         TIM3.ccmr_output(0).write(|w| w.set_ocm(0, OcmGp::FORCE_INACTIVE));
     } else if TIM3.ccmr_output(0).read().ocm(0) == OcmGp::ACTIVE_ON_MATCH {
+        // A match of an earlier compare, while the new one is still ahead.
+        if (now().0 as u16).wrapping_sub(compare) > 0x8000 {
+            return;
+        }
         TIM3.ccr(0).write(|w| w.set_ccr(compare.wrapping_add(PULSE_US)));
         TIM3.ccmr_output(0).write(|w| w.set_ocm(0, OcmGp::INACTIVE_ON_MATCH));
         IS_HIGH.store(true, Ordering::Relaxed);

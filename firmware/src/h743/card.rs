@@ -101,7 +101,7 @@ impl MicroSd {
         self.ready().await?;
         command(number::SET_BLOCK_LENGTH, BLOCK as u32)?;
         REGISTERS.dlenr().write(|w| w.set_datalength((count * BLOCK) as u32));
-        REGISTERS.idmabase0r().write(|w| w.set_idmabase0(self.batch.as_mut_ptr().addr() as u32));
+        REGISTERS.idmabase0r().write(|w| w.set_idmabase0(self.batch.as_mut_ptr().expose_provenance() as u32));
         REGISTERS.idmactrlr().modify(|w| w.set_idmaen(true));
         REGISTERS.dctrl().modify(|w| {
             w.set_dtmode(0);

@@ -5,6 +5,7 @@
 use super::memory::Buffer;
 use crate::board::{Reader, Writer};
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use embassy_stm32::gpio::Pull;
 use embassy_stm32::mode::Async;
 use embassy_stm32::peripherals::{DMA1_CH0, DMA1_CH1, PB10, PB11, USART3};
 use embassy_stm32::usart::{Config, RingBufferedUartRx, Uart, UartTx};
@@ -52,6 +53,8 @@ pub struct Parts {
 pub fn start(parts: Parts) -> Option<(Receiver, Sender)> {
     let mut config = Config::default();
     config.baudrate = BAUD;
+    // A line that nobody drives is quiet.
+    config.rx_pull = Pull::Up;
     let Parts { usart, rx, tx, rx_dma, tx_dma } = parts;
     let uart = Uart::new(usart, rx, tx, tx_dma, rx_dma, Irqs, config).ok()?;
     let (tx, rx) = uart.split();

@@ -1,11 +1,12 @@
 //! From reset to flight.
 
-use super::boot::{Booted, boot};
+use super::boot::{Booted, Grounded, boot};
 use super::camera::{Camera, Staging};
 use super::gauge::Figures;
 use super::led::State;
 use super::life::TIMEOUT_US;
 use super::port::{self, Clock, Eye};
+use super::record::Reason;
 use super::sensor::{self, NoSensor, Sensor};
 use super::tasks::{self, LIFE, Notices};
 use super::timing::{CAMERA_CLOCK_HZ, Square, prescaler, square};
@@ -50,6 +51,7 @@ pub fn start() -> ! {
         }
     }
     gauge::start(&mut core.DCB, &mut core.DWT);
+    supply::watch_boot();
     // SAFETY: every handler is in place.
     unsafe { cortex_m::interrupt::enable() };
 
@@ -165,10 +167,12 @@ fn start_tasks(
             spawn(spawner, tasks::lamps_task(None, lamps));
             spawn(spawner, simulator::line_task(core_hz, usb_in, usb_out));
         } else {
-            // The safe state leaves the card alone.
+            // The safe state leaves the card alone; and the stores, where reading them has led there.
             let log = if is_safe_state { None } else { logging::log() };
             let journal: &'static dyn Journal = log.map_or(&NoJournal, |log| log);
-            match boot(wave.hz, journal) {
+            let is_unreadable = is_safe_state && record.is_some_and(|record| record.reason == Reason::Bus);
+            let booted = if is_unreadable { Err(Grounded::Unreadable) } else { boot(wave.hz, journal) };
+            match booted {
                 Ok(booted) => {
                     let app = booted.app;
                     if booted.blurs {

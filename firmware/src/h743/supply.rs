@@ -6,7 +6,8 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::InterruptExt;
-use embassy_stm32::pac::{EXTI, FLASH, PWR, RCC};
+use embassy_stm32::pac::iwdg::vals::{Key, Pr};
+use embassy_stm32::pac::{EXTI, FLASH, IWDG1, PWR, RCC};
 
 /// Brown-out reset level wanted: 2, which holds the chip in reset below 2.4 V.
 pub const BROWN_OUT_WANTED: u8 = 2;
@@ -39,12 +40,22 @@ pub fn was_low() -> bool {
     IS_LOW.load(Ordering::Relaxed)
 }
 
+/// Starts the watchdog with its longest time, half a minute, until the board's own is set: a crystal that does not swing
+/// would hang the start for ever.
+pub fn watch_boot() {
+    IWDG1.kr().write(|w| w.set_key(Key::START));
+    IWDG1.kr().write(|w| w.set_key(Key::ENABLE));
+    IWDG1.pr().write(|w| w.set_pr(Pr::DIVIDE_BY256));
+    IWDG1.rlr().write(|w| w.set_rl(0xfff));
+    IWDG1.kr().write(|w| w.set_key(Key::RESET));
+}
+
 /// Why the chip was reset last. The flags are taken back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ResetCause {
     /// The watchdog.
     pub watchdog: bool,
-    /// The supply.
+    /// The supply sagged; not that it came on, which sets the same flag and another.
     pub brown_out: bool,
 }
 
@@ -52,7 +63,7 @@ pub struct ResetCause {
 pub fn reset_cause() -> ResetCause {
     let flags = RCC.rsr().read();
     RCC.rsr().modify(|w| w.set_rmvf(true));
-    ResetCause { watchdog: flags.iwdg1rstf(), brown_out: flags.borrstf() }
+    ResetCause { watchdog: flags.iwdg1rstf(), brown_out: flags.borrstf() && !flags.porrstf() }
 }
 
 #[interrupt]

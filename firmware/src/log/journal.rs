@@ -16,8 +16,6 @@ use plumbline_core::stamp::Polarity;
 
 /// Bytes of the tile store in a record.
 const PIECE: usize = 1024;
-/// Room that pieces of the tile store leave to the flight.
-const LEFT_TO_FLIGHT: usize = 8 * 1024;
 
 /// A journal that becomes a log: `N` borrowed blocks of RAM, and both stores, which are logged too so that a log is all that a replay
 /// needs. The tile store goes in the background, as fast as there is room beside the flight's records.
@@ -100,9 +98,10 @@ impl<'f, const N: usize> LogJournal<'f, N> {
         self.ring.with(|ring| self.fill(ring).oldest(into)).unwrap_or(0)
     }
 
-    /// Puts pieces of the tile store into `ring`.
+    /// Puts pieces of the tile store into `ring`: as far as half of it, the other half is the flight's, and none behind a loss
+    /// before the flight's own records go on.
     fn fill<'r>(&self, ring: &'r mut Ring<'f, N>) -> &'r Ring<'f, N> {
-        while ring.room() > LEFT_TO_FLIGHT.min(N * PAYLOAD / 2) + PIECE {
+        while !ring.is_losing() && ring.room() > N * PAYLOAD / 2 + PIECE {
             let from = self.tiles_done.get();
             let rest = self.tiles.get(from..).unwrap_or(&[]);
             let piece = rest.get(..PIECE).unwrap_or(rest);

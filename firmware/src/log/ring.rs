@@ -43,6 +43,11 @@ impl<'b, const N: usize> Ring<'b, N> {
         self.lost_total
     }
 
+    /// Whether the last record was dropped, so that others are until there is room again.
+    pub fn is_losing(&self) -> bool {
+        self.lost > 0
+    }
+
     /// Payload bytes that still find room.
     pub fn room(&self) -> usize {
         ((N - self.sealed) * PAYLOAD).saturating_sub(self.used)
@@ -86,7 +91,7 @@ impl<'b, const N: usize> Ring<'b, N> {
             let room = self.blocks.get_mut(index).and_then(|b| b.get_mut(HEAD + self.used..HEAD + PAYLOAD));
             let Some(room) = room else { return };
             let count = room.len().min(rest.len());
-            let (now, later) = rest.split_at(count);
+            let Some((now, later)) = rest.split_at_checked(count) else { return };
             room.iter_mut().zip(now).for_each(|(to, from)| *to = *from);
             rest = later;
             self.used += count;

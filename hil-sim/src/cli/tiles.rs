@@ -36,7 +36,7 @@ pub struct Args {
 }
 
 /// Where nothing is known of more than this share of a tile, it is refused.
-const UNKNOWN_MAX: f64 = 0.5;
+const UNKNOWN_MAX: f64 = 0.05;
 
 #[derive(Serialize)]
 struct Told {
@@ -143,7 +143,7 @@ fn table(told: &Told, out: &str) -> String {
                 told.km2, told.km2_max, told.km2_max_dfu
             ),
         ),
-        ("unknown", format!("{} pixels, black: nothing is matched there", told.unknown_cells)),
+        ("unknown", format!("{} pixels, black", told.unknown_cells)),
         ("store", format!("{out}, {} bytes, CRC-32 {}", told.bytes, told.crc32)),
     ];
     rows.iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect()

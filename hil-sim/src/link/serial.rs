@@ -118,7 +118,8 @@ impl Serial {
                 Said::Done => return Err(Failed::Lost("an answer to another request".to_owned())),
                 Said::Refused(refusal) => return Err(Failed::Lost(format!("a step was refused: {refusal:?}"))),
             };
-            if !is_at_work {
+            // Its report may still be on the board.
+            if !is_at_work && next != Next::More {
                 self.at_work = None;
             }
             said = match next {

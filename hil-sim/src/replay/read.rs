@@ -1,7 +1,7 @@
 //! A log as it lies on a card or in a file: damaged, cut or whole.
 
 use super::annotation::Annotation;
-use plumbline_firmware::log::block::{BLOCK, BlockError, NONE, VERSION, open};
+use plumbline_firmware::log::block::{BLOCK, BlockError, Head as BlockHead, NONE, VERSION, open};
 use plumbline_firmware::log::record::{Head, Record};
 use plumbline_firmware::stores::framing::checksum;
 use std::ops::Range;
@@ -86,7 +86,7 @@ fn block(bytes: &[u8], index: usize) -> Option<&[u8; BLOCK]> {
 
 /// The blocks of each log, damaged ones among them. Blocks behind each other belong to one log as long as their numbers
 /// say so, and the next log begins where one ends; all else is of a card's earlier life.
-fn logs(bytes: &[u8]) -> Result<Vec<Range<usize>>, LogError> {
+fn logs(bytes: &[u8]) -> Result<Vec<(Range<usize>, u32)>, LogError> {
     let mut logs: Vec<(Range<usize>, u32)> = Vec::new();
     let mut version = None;
     for index in 0..bytes.len() / BLOCK {
@@ -111,7 +111,7 @@ fn logs(bytes: &[u8]) -> Result<Vec<Range<usize>>, LogError> {
     if logs.is_empty() {
         return Err(version.map_or(LogError::NoLog, LogError::Version));
     }
-    Ok(logs.into_iter().map(|(range, _)| range).collect())
+    Ok(logs)
 }
 
 /// Records out of blocks.
@@ -131,11 +131,14 @@ struct Assembly {
 }
 
 impl Assembly {
-    fn read(mut self, bytes: &[u8], range: Range<usize>) -> Result<Log, LogError> {
+    fn read(mut self, bytes: &[u8], (range, number): (Range<usize>, u32)) -> Result<Log, LogError> {
         let mut blocks = 0;
         let mut is_whole = true;
-        for index in range {
-            let Some(Ok((head, payload))) = block(bytes, index).map(open) else {
+        for index in range.clone() {
+            // A whole block of another log, or of another place in this one, is as good as a damaged one.
+            let is_own = |head: &BlockHead| head.log == number && head.sequence as usize == index - range.start;
+            let opened = block(bytes, index).and_then(|block| open(block).ok()).filter(|(head, _)| is_own(head));
+            let Some((head, payload)) = opened else {
                 self.damaged_blocks += 1;
                 if std::mem::replace(&mut is_whole, false) {
                     self.hole();

@@ -95,6 +95,10 @@ fn asked(args: &[String]) -> Result<Asked, Failure> {
     let is_camera_file = asked.mission.as_deref().is_some_and(store::is_camera_file);
     match asked.settings {
         Some(_) if !is_camera_file => Err("--settings goes with a camera file: --camera FILE.toml".into()),
+        _ if asked.way == Way::Dfu && asked.tiles.is_some() && asked.mission.is_none() => Err(
+            "by DFU the tiles go with the mission, whose sector lies before them and is erased: give --camera or --mission too"
+                .into(),
+        ),
         _ => Ok(asked),
     }
 }

@@ -11,14 +11,16 @@ use std::process::Command;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kind {
     magic: [u8; 4],
+    /// Of the format that the firmware reads.
+    version: u32,
     name: &'static str,
     verb: &'static str,
 }
 
 /// Camera, calibration and settings.
-pub const MISSION: Kind = Kind { magic: *b"PLBM", name: "mission store", verb: "plumbline mission" };
+pub const MISSION: Kind = Kind { magic: *b"PLBM", version: 3, name: "mission store", verb: "plumbline mission" };
 /// The reference tile.
-pub const TILES: Kind = Kind { magic: *b"PLBT", name: "tile store", verb: "plumbline tiles" };
+pub const TILES: Kind = Kind { magic: *b"PLBT", version: 1, name: "tile store", verb: "plumbline tiles" };
 
 /// Bytes of a header.
 const HEADER: usize = 32;
@@ -55,7 +57,7 @@ pub fn read(path: &Path, kind: Kind, place: Range<u32>) -> Result<Blob, Failure>
 
 /// Magic, both checksums, and that the file ends where the store does.
 fn check(bytes: &[u8], kind: Kind) -> Result<(), Failure> {
-    let Kind { magic, name, verb } = kind;
+    let Kind { magic, version, name, verb } = kind;
     let not_one = || format!("this is no {name}; `{verb}` makes one");
     let (header, payload) = bytes.split_at_checked(HEADER).ok_or_else(not_one)?;
     let word = |at: usize| header.get(at..).and_then(|b| b.first_chunk()).map_or(0, |&bytes| u32::from_le_bytes(bytes));
@@ -63,6 +65,9 @@ fn check(bytes: &[u8], kind: Kind) -> Result<(), Failure> {
     match () {
         () if !header.starts_with(&magic) => Err(not_one()),
         () if sum(&header[..HEADER - 4]) != word(HEADER - 4) => Err(format!("the header of this {name} is damaged")),
+        () if word(4) != version => {
+            Err(format!("this {name} has format {}, and the firmware reads {version}: `{verb}` makes one", word(4)))
+        }
         () if payload.len() != word(8) as usize => {
             Err(format!("this {name} has {} bytes behind its header, which says {}", payload.len(), word(8)))
         }

@@ -92,7 +92,14 @@ impl Talk {
                     self.paces[pace].missed(&self.patience);
                     if since.elapsed() > self.patience.stall {
                         let silent_s = since.elapsed().as_secs_f64();
-                        return Err(Failed::Lost(format!("no answer for {silent_s:.1} s")));
+                        // A board that has booted meanwhile may have taken a late message of this session for its first.
+                        let welcomed = self.hello(self.patience.most);
+                        return match welcomed {
+                            Ok(welcomed) if self.boot.is_some_and(|boot| boot != welcomed.boot) => {
+                                Err(Failed::Rebooted)
+                            }
+                            _ => Err(Failed::Lost(format!("no answer for {silent_s:.1} s"))),
+                        };
                     }
                 }
                 Heard::Unplugged => {
@@ -139,7 +146,11 @@ impl Talk {
             match heard {
                 Heard::Answer(welcomed) => return welcomed,
                 Heard::Silence => {}
-                Heard::Unplugged => self.line = None,
+                Heard::Unplugged => {
+                    (self.line, self.receiver) = (None, Receiver::new());
+                    // One that opens and fails at once would be opened without a pause.
+                    std::thread::sleep(RETRY.min(left));
+                }
             }
         }
     }
