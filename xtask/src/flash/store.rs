@@ -108,7 +108,7 @@ mod tests {
     fn store(magic: &[u8; 4], payload: &[u8]) -> Vec<u8> {
         let mut bytes = vec![0; HEADER];
         bytes[..4].copy_from_slice(magic);
-        bytes[4] = 1;
+        bytes[4] = if *magic == MISSION.magic { MISSION.version } else { TILES.version } as u8;
         bytes[8..12].copy_from_slice(&(payload.len() as u32).to_le_bytes());
         bytes[12..16].copy_from_slice(&(!crc(payload)).to_le_bytes());
         let sum = !crc(&bytes[..28]);
@@ -136,6 +136,22 @@ mod tests {
             assert!(check(&good[..length], MISSION).is_err(), "{length} bytes");
         }
         assert!(check(&[&good[..], &[0]].concat(), MISSION).is_err(), "one byte too many");
+    }
+
+    /// The firmware's own figures, read from its source: this crate does not link it.
+    #[test]
+    fn formats_are_those_that_the_firmware_reads() {
+        for (kind, file) in [(MISSION, "mission"), (TILES, "tiles")] {
+            let path = places::root().join(format!("firmware/src/stores/{file}.rs"));
+            let text = fs::read_to_string(path).unwrap();
+            let line = text.lines().find(|line| line.contains("pub const KIND")).unwrap();
+            let magic = std::str::from_utf8(&kind.magic).unwrap();
+            assert!(line.contains(magic) && line.contains(&format!("version: {} ", kind.version)), "{line}");
+        }
+        let old = [&b"PLBM"[..], &[2], &[0; 27]].concat();
+        let sum = !crc(&old[..28]);
+        let old = [&old[..28], &sum.to_le_bytes()].concat();
+        assert!(check(&old, MISSION).unwrap_err().contains("format 2"));
     }
 
     #[test]
