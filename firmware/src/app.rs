@@ -55,8 +55,14 @@ pub struct Line(pub [u8; 50]);
 impl Line {
     /// The line, cut after 50 bytes.
     pub fn new(text: &str) -> Self {
+        Line::of([text])
+    }
+
+    /// The parts as one line, cut after 50 bytes.
+    pub fn of<const N: usize>(parts: [&str; N]) -> Self {
         let mut line = [0; 50];
-        line.iter_mut().zip(text.bytes()).for_each(|(to, from)| *to = from);
+        let bytes = parts.iter().flat_map(|part| part.bytes());
+        line.iter_mut().zip(bytes).for_each(|(to, from)| *to = from);
         Line(line)
     }
 }

@@ -8,11 +8,11 @@ pub mod annotation;
 pub mod read;
 pub mod tape;
 
-use crate::link::tasks::{HostGauge, endless};
+use crate::link::tasks;
 use crate::score::fixes;
 use annotation::Annotation;
 use embassy_executor::raw::Executor;
-use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
+use plumbline_firmware::app::App;
 use plumbline_firmware::boot;
 use plumbline_firmware::log::record::Record;
 use plumbline_firmware::run::{self, Pending};
@@ -79,16 +79,7 @@ pub fn replay(log: &Log, tiles: Option<&[u8]>) -> Result<Replayed, InputError> {
     let pending: &'static Pending = Box::leak(Box::default());
     let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
     let part = || Part::new(tape);
-    let (mut reader, timer) = (part(), part());
-    endless(executor, async move { receive::receive(app, &mut reader, &timer).await });
-    let (mut front_end, timer) = (part(), part());
-    endless(executor, async move { camera::camera(app, &mut front_end, &timer, &HostGauge).await });
-    let (mut writer, timer) = (part(), part());
-    endless(executor, async move { transmit::transmit(app, &mut writer, &timer, &HostGauge).await });
-    let (mut beats, mut pulses, mut edges) = (part(), part(), part());
-    endless(executor, async move { beat::beat(app, &mut beats).await });
-    endless(executor, async move { edges::pulses(app, &mut pulses).await });
-    endless(executor, async move { edges::edges(app, &mut edges).await });
+    tasks::spawn(executor, app, part, part());
     run::until_idle(executor, pending);
     let Verdict { frames, same, different, first_difference, .. } = tape.finish();
     Ok(Replayed {

@@ -2,8 +2,9 @@
 
 use super::Target;
 use plumbline_firmware::serial::FRAME_MAX;
-use plumbline_firmware::serial::frame::{checksum, encode};
+use plumbline_firmware::serial::frame::encode;
 use plumbline_firmware::serial::message::{Answer, Counts, Envelope, Event, Next, Refused, Request, Store, Welcome};
+use plumbline_firmware::stores::framing::checksum;
 use plumbline_sim::link::mutants::{NEXT_ID, device_bytes, host_bytes, step_bytes};
 
 /// What a board receives.

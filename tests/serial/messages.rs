@@ -1,12 +1,13 @@
 //! The boards' end of the line by itself: stale, repeated, foreign, oversized and mutated messages.
 
 use plumbline_firmware::board::Writer;
-use plumbline_firmware::serial::frame::{Receiver, Unframed, checksum, decode, encode};
+use plumbline_firmware::serial::frame::{Receiver, Unframed, decode, encode};
 use plumbline_firmware::serial::message::{Answer, Counts, Envelope, Event, Next, Refused, Request, Store};
 use plumbline_firmware::serial::session::{Identity, Machine, Session};
 use plumbline_firmware::serial::stores::{Stores, Uploaded};
 use plumbline_firmware::serial::wires::{Port, Wires};
 use plumbline_firmware::serial::{FRAME_MAX, PIECE_MAX, SENT_MAX, VERSION};
+use plumbline_firmware::stores::framing::checksum;
 use plumbline_sim::link::mutants::{NEXT_ID, device_bytes, host_bytes, step_bytes};
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

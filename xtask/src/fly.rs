@@ -23,7 +23,7 @@ pub fn fly(args: &[String]) -> Result<ExitCode, Failure> {
 }
 
 /// The value of an option, as `--name value` or `--name=value`; empty if the value is missing.
-fn option<'a>(args: &'a [String], name: &str) -> Option<&'a str> {
+pub fn option<'a>(args: &'a [String], name: &str) -> Option<&'a str> {
     args.iter().enumerate().find_map(|(at, arg)| match arg.strip_prefix(name)? {
         "" => Some(args.get(at + 1).map_or("", String::as_str)),
         rest => rest.strip_prefix('='),

@@ -1,6 +1,7 @@
 //! `cargo xtask fuzz`: ten million damaged inputs for each reader of bytes, then cargo-fuzz's coverage-guided search where
 //! it runs.
 
+use super::fly::option;
 use super::process::{cargo, run, succeeds};
 use super::{Failure, places};
 use std::process::Command;
@@ -19,9 +20,8 @@ pub fn fuzz(args: &[String]) -> Result<(), Failure> {
         println!("coverage-guided search: skipped, it needs a nightly toolchain and `cargo install cargo-fuzz`");
         return Ok(());
     }
-    let of = |option: &str| args.iter().position(|arg| arg == option).and_then(|at| args.get(at + 1));
-    let runs = of("--inputs").map_or(INPUTS, String::as_str);
-    for target in TARGETS.iter().filter(|target| of("--target").is_none_or(|wanted| wanted == *target)) {
+    let runs = option(args, "--inputs").unwrap_or(INPUTS);
+    for target in TARGETS.iter().filter(|target| option(args, "--target").is_none_or(|wanted| wanted == **target)) {
         let mut search = Command::new("cargo");
         search.current_dir(places::root()).args(["+nightly", "fuzz", "run", target, "--", "-max_len=8192"]);
         run(search.arg(format!("-runs={runs}")))?;

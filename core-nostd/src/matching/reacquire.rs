@@ -8,7 +8,7 @@
 
 use super::View;
 use super::detail::{Limit, limit_to};
-use super::search::{HILL_PX, Peak, SearchError, check};
+use super::search::{HILL_PX, Peak, SearchError, check, put_in};
 use crate::dsp::{dot_and_energy, dot4_rows};
 use crate::math::sqrt;
 use crate::rectify::Run;
@@ -589,11 +589,8 @@ fn summits(scores: &[[u8; 4]], (cols, rows): (usize, usize), room: &mut [Summit;
             }
             let at = room.iter().take(count).position(|summit| own > summit.score).unwrap_or(count);
             count = (count + 1).min(SUMMITS);
-            // Each from there on moves down a place; the last one goes.
-            let mut moved = Summit { centre: (col as i16, row as i16), score: own };
-            for summit in room.iter_mut().take(count).skip(at) {
-                core::mem::swap(summit, &mut moved);
-            }
+            let summit = Summit { centre: (col as i16, row as i16), score: own };
+            put_in(room.iter_mut().take(count).skip(at), summit);
         }
     }
     count

@@ -399,9 +399,14 @@ fn summits<'r>(scores: &[i16], side: usize, room: &'r mut [Place; SUMMITS]) -> &
 fn insert(room: &mut [Place; SUMMITS], count: &mut usize, place: Place) {
     let at = room.iter().take(*count).position(|other| place.score > other.score).unwrap_or(*count);
     *count = (*count + 1).min(SUMMITS);
-    // Each from there on moves down a place; the last one goes.
-    let mut moved = place;
-    for other in room.iter_mut().take(*count).skip(at) {
+    put_in(room.iter_mut().take(*count).skip(at), place);
+}
+
+/// Puts an item in front of others: each moves down a place, and the last one goes.
+#[inline(always)]
+pub(super) fn put_in<'a, T: 'a>(others: impl Iterator<Item = &'a mut T>, item: T) {
+    let mut moved = item;
+    for other in others {
         core::mem::swap(other, &mut moved);
     }
 }

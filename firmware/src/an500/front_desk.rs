@@ -1,7 +1,7 @@
 //! The board as the application sees it: a make-believe camera front end, the link and the capture timer, all fed by
 //! the steps of the simulator. See [`crate::window`] for the registers.
 
-use super::{INSTRUCTIONS_PER_COUNT, psram, stack, time_driver, uart};
+use super::{psram, stack, time_driver, uart};
 use crate::board::{FrameStart, FrontEnd, Gauge, Reader, Rows, Timer, Writer};
 use crate::window as at;
 use core::cell::Cell;
@@ -180,11 +180,7 @@ impl Timer for Port {
 
 impl Gauge for Port {
     fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {
-        cortex_m::interrupt::free(|_| {
-            let before = time_driver::counter();
-            let result = work();
-            (result, time_driver::counter().wrapping_sub(before) * INSTRUCTIONS_PER_COUNT)
-        })
+        time_driver::measured(work)
     }
 
     fn overruns(&self) -> u32 {

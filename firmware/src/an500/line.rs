@@ -1,6 +1,6 @@
 //! The simulator's line on UART 0, for an image that is fed by nothing else.
 
-use super::{INSTRUCTIONS_PER_COUNT, stack, time_driver, uart};
+use super::{stack, time_driver, uart};
 use crate::board;
 use crate::serial::wires::Wires;
 
@@ -27,11 +27,7 @@ pub struct Gauge(pub &'static Wires);
 
 impl board::Gauge for Gauge {
     fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {
-        cortex_m::interrupt::free(|_| {
-            let before = time_driver::counter();
-            let result = work();
-            (result, time_driver::counter().wrapping_sub(before) * INSTRUCTIONS_PER_COUNT)
-        })
+        time_driver::measured(work)
     }
 
     fn overruns(&self) -> u32 {

@@ -160,6 +160,15 @@ pub fn counter() -> u32 {
     !COUNTER.value.read()
 }
 
+/// Does `work` with interrupts held off; its result, and the instructions it took by [`counter`].
+pub fn measured<R>(work: impl FnOnce() -> R) -> (R, u32) {
+    cortex_m::interrupt::free(|_| {
+        let before = counter();
+        let result = work();
+        (result, counter().wrapping_sub(before) * super::INSTRUCTIONS_PER_COUNT)
+    })
+}
+
 /// Whether a task waits for an instant: if not, only the world outside can wake the program.
 pub fn alarm_pending() -> bool {
     CLOCK.state.lock(|state| state.next.get() != u64::MAX)

@@ -38,7 +38,8 @@ pub async fn tell(
         writer.write(bytes).await;
         if count.is_multiple_of(REASON_EVERY) {
             let [what, why] = reason;
-            let bytes = encoder.encode(&outgoing::critical(["no fixes: ", what, why]));
+            let line = Line::of(["no fixes: ", what, why]);
+            let bytes = encoder.encode(&outgoing::status_text(MavSeverity::MAV_SEVERITY_CRITICAL, line.0));
             writer.write(bytes).await;
             for (severity, line) in notices {
                 let bytes = encoder.encode(&outgoing::status_text(*severity, line.0));

@@ -37,26 +37,22 @@ pub type Notices = Vec<(MavSeverity, Line), 6>;
 const INTERVAL_US: u32 = 50_000;
 
 /// Runs a task with its mark.
-pub async fn alive<T>(task: u8, work: impl Future<Output = T>) -> T {
-    LIFE.expect(task);
-    let marks = async {
-        loop {
-            LIFE.mark(task);
-            Timer::after_millis(MARK_MS).await;
-        }
-    };
-    join(work, marks).await.0
+pub fn alive<T>(task: u8, work: impl Future<Output = T>) -> impl Future<Output = T> {
+    marked(task, true, work)
 }
 
 /// The same for the application's tasks, but for the simulator's mode: there they work when they are told to, and the line
 /// shows life.
-async fn living<T>(task: u8, clock: &Clock, work: impl Future<Output = T>) -> T {
-    let is_flight = matches!(clock, Clock::Chip);
-    if is_flight {
+fn living<T>(task: u8, clock: Clock, work: impl Future<Output = T>) -> impl Future<Output = T> {
+    marked(task, matches!(clock, Clock::Chip), work)
+}
+
+async fn marked<T>(task: u8, is_expected: bool, work: impl Future<Output = T>) -> T {
+    if is_expected {
         LIFE.expect(task);
     }
     let marks = async {
-        if is_flight {
+        if is_expected {
             loop {
                 LIFE.mark(task);
                 Timer::after_millis(MARK_MS).await;
@@ -69,33 +65,32 @@ async fn living<T>(task: u8, clock: &Clock, work: impl Future<Output = T>) -> T 
 /// Bytes in.
 #[embassy_executor::task]
 pub async fn receive_task(app: &'static App<'static>, mut line: port::Receiver, clock: Clock) -> ! {
-    living(0, &clock, receive::receive(app, &mut line, &clock)).await
+    living(0, clock, receive::receive(app, &mut line, &clock)).await
 }
 
 /// Frames.
 #[embassy_executor::task]
 pub async fn camera_task(app: &'static App<'static>, mut front_end: Eye, clock: Clock, figures: Figures) -> ! {
-    living(1, &clock, camera::camera(app, &mut front_end, &clock, &figures)).await
+    living(1, clock, camera::camera(app, &mut front_end, &clock, &figures)).await
 }
 
 /// Bytes out.
 #[embassy_executor::task]
 pub async fn transmit_task(app: &'static App<'static>, mut line: port::Sender, clock: Clock, figures: Figures) -> ! {
-    living(2, &clock, transmit::transmit(app, &mut line, &clock, &figures)).await
+    living(2, clock, transmit::transmit(app, &mut line, &clock, &figures)).await
 }
 
 /// What happens by the clock.
 #[embassy_executor::task]
 pub async fn beat_task(app: &'static App<'static>, mut clock: Clock) -> ! {
-    let kind = clock;
-    living(3, &kind, beat::beat(app, &mut clock)).await
+    living(3, clock, beat::beat(app, &mut clock)).await
 }
 
 /// Pulses and edges.
 #[embassy_executor::task]
 pub async fn latches_task(app: &'static App<'static>, clock: Clock) -> ! {
     let (mut pulse_timer, mut edge_timer) = (clock, clock);
-    living(4, &clock, join(edges::pulses(app, &mut pulse_timer), edges::edges(app, &mut edge_timer))).await.0
+    living(4, clock, join(edges::pulses(app, &mut pulse_timer), edges::edges(app, &mut edge_timer))).await.0
 }
 
 /// Exposures; after faults in a row only when the safe state has passed.

@@ -4,17 +4,11 @@
 //! long for its buffer is dropped and counted.
 
 use super::message::Envelope;
+use crate::stores::framing::{CRC, checksum};
 use cobs::{DecodeResult, DecoderState};
 use postcard::ser_flavors::crc::CrcModifier;
 use postcard::ser_flavors::{Cobs, Slice};
 use serde::{Deserialize, Serialize};
-
-const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-
-/// CRC32 of a store.
-pub fn checksum(bytes: &[u8]) -> u32 {
-    CRC.checksum(bytes)
-}
 
 /// The bytes of a message, in `buffer`; `None` where it is too small.
 pub fn encode<'b, M: Serialize>(envelope: &Envelope<M>, buffer: &'b mut [u8]) -> Option<&'b [u8]> {

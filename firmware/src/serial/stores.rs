@@ -1,7 +1,7 @@
 //! What is uploaded before a flight: two blobs that stand for flash. What is in them is the application's affair.
 
-use super::frame::checksum;
 use super::message::{Refused, Store};
+use crate::stores::framing::checksum;
 
 /// Room for both, as a board gives it.
 #[derive(Debug)]

@@ -19,9 +19,10 @@ pub const HEADER_BYTES: usize = 32;
 /// Bytes that the header's own checksum covers.
 const CHECKED: usize = HEADER_BYTES - 4;
 
-const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+/// CRC-32/ISO-HDLC, of stores, log and line.
+pub(crate) const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// The checksum of both stores and of the log.
+/// The checksum of both stores, of the log and of the line.
 pub fn checksum(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }
@@ -40,6 +41,12 @@ pub struct Kind {
 /// # Errors
 /// [`StoreError`], of which this function gives those up to [`StoreError::Payload`].
 pub fn open(kind: Kind, region: &[u8]) -> Result<&[u8], StoreError> {
+    let (payload, sum) = payload(kind, region)?;
+    if checksum(payload) == sum { Ok(payload) } else { Err(StoreError::Payload) }
+}
+
+/// The payload behind a header that holds, and the checksum that it should have.
+fn payload(kind: Kind, region: &[u8]) -> Result<(&[u8], u32), StoreError> {
     let (header, rest) = region.split_first_chunk::<HEADER_BYTES>().ok_or(StoreError::Nothing)?;
     let is_all = |byte: u8| header.iter().all(|&b| b == byte);
     if is_all(0xff) || is_all(0) {
@@ -57,7 +64,7 @@ pub fn open(kind: Kind, region: &[u8]) -> Result<&[u8], StoreError> {
         return Err(StoreError::Version);
     }
     let payload = rest.get(..word(8) as usize).ok_or(StoreError::Length)?;
-    if checksum(payload) == word(12) { Ok(payload) } else { Err(StoreError::Payload) }
+    Ok((payload, word(12)))
 }
 
 /// The header for a payload, whose parts follow each other.
@@ -83,5 +90,5 @@ pub fn header(kind: Kind, payload: &[&[u8]]) -> [u8; HEADER_BYTES] {
 /// Bytes of the whole store that `region` begins with, header included, if its header holds; for who keeps or copies
 /// stores without looking into them.
 pub fn extent(kind: Kind, region: &[u8]) -> Option<usize> {
-    open(kind, region).ok().map(|payload| HEADER_BYTES + payload.len())
+    payload(kind, region).ok().map(|(payload, _)| HEADER_BYTES + payload.len())
 }

@@ -100,14 +100,6 @@ pub fn status_text(severity: MavSeverity, line: [u8; 50]) -> STATUSTEXT_DATA {
     STATUSTEXT_DATA { severity, text: line.into() }
 }
 
-/// STATUSTEXT of severity CRITICAL: the parts as one line, cut at the message's 50 characters.
-pub fn critical(parts: [&str; 3]) -> STATUSTEXT_DATA {
-    let mut line = [0; 50];
-    let bytes = parts.iter().flat_map(|part| part.bytes());
-    line.iter_mut().zip(bytes).for_each(|(to, from)| *to = from);
-    status_text(MavSeverity::MAV_SEVERITY_CRITICAL, line)
-}
-
 /// The servo's command: follow-up angle β relative to the vehicle, as a gimbal yaw. Rates are left to the servo.
 pub fn servo(follow_up: Radians) -> GIMBAL_DEVICE_SET_ATTITUDE_DATA {
     GIMBAL_DEVICE_SET_ATTITUDE_DATA {

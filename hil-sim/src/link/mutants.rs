@@ -5,11 +5,12 @@
 
 use plumbline_firmware::board::Reader;
 use plumbline_firmware::serial::FRAME_MAX;
-use plumbline_firmware::serial::frame::{Receiver, Unframed, checksum, decode, encode};
+use plumbline_firmware::serial::frame::{Receiver, Unframed, decode, encode};
 use plumbline_firmware::serial::message::{Answer, Counts, Envelope, Request, Store};
 use plumbline_firmware::serial::session::{Identity, Machine, Session};
 use plumbline_firmware::serial::stores::{Stores, Uploaded};
 use plumbline_firmware::serial::wires::{Port, Wires};
+use plumbline_firmware::stores::framing::checksum;
 use std::cell::RefCell;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};

@@ -48,7 +48,7 @@ pub fn endless<F: Future + 'static>(executor: &'static Executor, task: F) {
 }
 
 /// No counters and no memory limits on the host.
-pub struct HostGauge;
+struct HostGauge;
 
 impl Gauge for HostGauge {
     fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {

@@ -3,8 +3,8 @@
 use super::said::{Failed, Refusal, Said, Welcomed};
 use super::{REBOOTS_MAX, Serial, told};
 use plumbline_firmware::serial::PIECE_MAX;
-use plumbline_firmware::serial::frame::checksum;
 use plumbline_firmware::serial::message::Request;
+use plumbline_firmware::stores::framing::checksum;
 
 impl Serial {
     /// A session with a board that has just booted, flash uploaded, the application started. Why not, otherwise.
