@@ -4,7 +4,13 @@ use super::process::{cargo, run};
 use super::set_up::{self, Compiler};
 use super::{Failure, places};
 
-/// Builds everything that flies: all images, and `plumbline` in release. The way the images were compiled.
+/// Builds everything that flies: the images of both boards, and `plumbline` in release.
+pub fn all() -> Result<(), Failure> {
+    h743(&build()?)
+}
+
+/// Builds what flies without the flight computer: the emulated board's images, and `plumbline`. The way the images were
+/// compiled.
 pub fn build() -> Result<Compiler, Failure> {
     let compiler = set_up::compiler()?;
     images(&compiler)?;

@@ -28,7 +28,7 @@ fn main() -> ExitCode {
     let verb = args.next().unwrap_or_default();
     let rest: Vec<String> = args.collect();
     let outcome = match verb.as_str() {
-        "build" => none_left(&rest).map(|()| build::build().map_or_else(failed, |_| ExitCode::SUCCESS)),
+        "build" => none_left(&rest).map(|()| build::all().map_or_else(failed, |()| ExitCode::SUCCESS)),
         "fly" => Ok(fly::fly(&rest).unwrap_or_else(failed)),
         "budget" => budget::budget(&rest),
         "flash" => flash::flash(&rest),

@@ -6,6 +6,7 @@
 //! | [`uart`] | the vehicle's link on UART 0 |
 //! | [`doorbell`] | the simulator's knock on UART 1 |
 //! | [`front_desk`] | camera, link and capture timer as the application sees them |
+//! | [`tasks`] | the application's tasks, for either image |
 //! | [`line`] | the simulator's line on UART 0, for the image that is fed by nothing else |
 //! | [`instructions`] | what a piece of work costs |
 //! | [`psram`] | the window that the simulator shares |
@@ -13,7 +14,7 @@
 //! | [`stack`] | what RAM is in use |
 //! | [`fault`] | panics and hard faults end the emulation with a failure |
 //!
-//! Nothing here knows the application. Emulated time is a function of executed instructions (`-icount shift=1`: 2 ns
+//! Nothing but [`tasks`] knows the application. Emulated time is a function of executed instructions (`-icount shift=1`: 2 ns
 //! each); see [`idle`] for what happens when there is nothing to execute.
 
 pub mod doorbell;
@@ -25,6 +26,7 @@ pub mod line;
 pub mod psram;
 pub mod ring;
 pub mod stack;
+pub mod tasks;
 pub mod time_driver;
 pub mod uart;
 

@@ -12,7 +12,7 @@ mod board {
     use plumbline_firmware::an500::front_desk::{Camera, FrontDesk, Port};
     use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
     use plumbline_firmware::an500::{self, doorbell, psram, time_driver};
-    use plumbline_firmware::app::{App, beat, camera, edges, grounded, receive, transmit};
+    use plumbline_firmware::app::{App, grounded};
     use plumbline_firmware::boot::{self, BootError};
     use plumbline_firmware::journal::NoJournal;
     use plumbline_firmware::run::{self, Pending};
@@ -26,35 +26,7 @@ mod board {
     static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
     static APP: StaticCell<App<'static>> = StaticCell::new();
 
-    #[embassy_executor::task]
-    async fn receive_task(app: &'static App<'static>, mut reader: Port, timer: Port) -> ! {
-        receive::receive(app, &mut reader, &timer).await
-    }
-
-    #[embassy_executor::task]
-    async fn camera_task(app: &'static App<'static>, mut front_end: Camera, port: Port) -> ! {
-        camera::camera(app, &mut front_end, &port, &port).await
-    }
-
-    #[embassy_executor::task]
-    async fn transmit_task(app: &'static App<'static>, mut writer: Port, port: Port) -> ! {
-        transmit::transmit(app, &mut writer, &port, &port).await
-    }
-
-    #[embassy_executor::task]
-    async fn beat_task(app: &'static App<'static>, mut timer: Port) -> ! {
-        beat::beat(app, &mut timer).await
-    }
-
-    #[embassy_executor::task]
-    async fn pulses_task(app: &'static App<'static>, mut timer: Port) -> ! {
-        edges::pulses(app, &mut timer).await
-    }
-
-    #[embassy_executor::task]
-    async fn edges_task(app: &'static App<'static>, mut timer: Port) -> ! {
-        edges::edges(app, &mut timer).await
-    }
+    plumbline_firmware::application_tasks!(Camera, Port, Port);
 
     #[embassy_executor::task]
     async fn drain_task(mut reader: Port) -> ! {
@@ -89,17 +61,7 @@ mod board {
         let (port, spawner) = (Port(desk), executor.spawner());
         // Each task is spawned once, at boot: none of these can fail.
         let (spawned, status) = match boot() {
-            Ok(app) => {
-                let tasks = [
-                    receive_task(app, port, port).map(|task| spawner.spawn(task)),
-                    camera_task(app, Camera::new(desk), port).map(|task| spawner.spawn(task)),
-                    transmit_task(app, port, port).map(|task| spawner.spawn(task)),
-                    beat_task(app, port).map(|task| spawner.spawn(task)),
-                    pulses_task(app, port).map(|task| spawner.spawn(task)),
-                    edges_task(app, port).map(|task| spawner.spawn(task)),
-                ];
-                (tasks.iter().all(Result::is_ok), 1)
-            }
+            Ok(app) => (spawn_application(spawner, app, Camera::new(desk), port, port), 1),
             Err(reason) => {
                 let tasks = [
                     drain_task(port).map(|task| spawner.spawn(task)),

@@ -7,5 +7,5 @@ fn main() {}
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    plumbline_firmware::h743::start()
+    plumbline_firmware::h743::chip::start()
 }

@@ -15,7 +15,7 @@ mod board {
     use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
     use plumbline_firmware::an500::line::{Gauge, Uart, reboot};
     use plumbline_firmware::an500::{self, INSTRUCTIONS_PER_COUNT, psram, time_driver};
-    use plumbline_firmware::app::{App, beat, camera, edges, receive, transmit};
+    use plumbline_firmware::app::App;
     use plumbline_firmware::run::{self, Pending};
     use plumbline_firmware::serial::boot::{Memory, application};
     use plumbline_firmware::serial::camera::Camera;
@@ -47,35 +47,7 @@ mod board {
     static mut BOOTS: MaybeUninit<(u32, u32)> = MaybeUninit::uninit();
     const MARK: u32 = 0x504c_4244;
 
-    #[embassy_executor::task]
-    async fn receive_task(app: &'static App<'static>, mut reader: Port, timer: Port) -> ! {
-        receive::receive(app, &mut reader, &timer).await
-    }
-
-    #[embassy_executor::task]
-    async fn camera_task(app: &'static App<'static>, mut front_end: Camera, timer: Port, gauge: Gauge) -> ! {
-        camera::camera(app, &mut front_end, &timer, &gauge).await
-    }
-
-    #[embassy_executor::task]
-    async fn transmit_task(app: &'static App<'static>, mut writer: Port, timer: Port, gauge: Gauge) -> ! {
-        transmit::transmit(app, &mut writer, &timer, &gauge).await
-    }
-
-    #[embassy_executor::task]
-    async fn beat_task(app: &'static App<'static>, mut timer: Port) -> ! {
-        beat::beat(app, &mut timer).await
-    }
-
-    #[embassy_executor::task]
-    async fn pulses_task(app: &'static App<'static>, mut timer: Port) -> ! {
-        edges::pulses(app, &mut timer).await
-    }
-
-    #[embassy_executor::task]
-    async fn edges_task(app: &'static App<'static>, mut timer: Port) -> ! {
-        edges::edges(app, &mut timer).await
-    }
+    plumbline_firmware::application_tasks!(Camera, Port, Gauge);
 
     #[embassy_executor::task]
     async fn line_task(session: &'static mut Session<Emulated>) {
@@ -107,15 +79,8 @@ mod board {
             let app: &'static App<'static> = APP.uninit().write(application(uploaded, memory)?);
             let (port, gauge, spawner) = (Port(wires), Gauge(wires), self.executor.spawner());
             let front_end = Camera::new(wires, rows.ok_or(["the board", "has no room for rows"])?);
-            let tasks = [
-                receive_task(app, port, port).map(|task| spawner.spawn(task)),
-                camera_task(app, front_end, port, gauge).map(|task| spawner.spawn(task)),
-                transmit_task(app, port, port, gauge).map(|task| spawner.spawn(task)),
-                beat_task(app, port).map(|task| spawner.spawn(task)),
-                pulses_task(app, port).map(|task| spawner.spawn(task)),
-                edges_task(app, port).map(|task| spawner.spawn(task)),
-            ];
-            if tasks.iter().all(Result::is_ok) { Ok(()) } else { Err(["the board", "has no room for a task"]) }
+            let is_spawned = spawn_application(spawner, app, front_end, port, gauge);
+            if is_spawned { Ok(()) } else { Err(["the board", "has no room for a task"]) }
         }
 
         fn run(&mut self) {

@@ -53,7 +53,7 @@ pub const BUFFERS: [(&str, Range<u32>); 19] = [
     ("4boot12FRAME_MEMORY", DTCM),
     ("4boot7BUFFERS", DTCM),
     ("4boot3APP", DTCM),
-    ("5start7STAGING", DTCM),
+    ("6flight7STAGING", DTCM),
     ("FAULT_STACK", DTCM),
 ];
 

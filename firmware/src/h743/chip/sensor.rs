@@ -1,7 +1,7 @@
 //! The MT9V034 on its bus: power, clock, identity, settings.
 
-use super::mt9v034::{ADDRESS, CHIP_VERSION, SensorError, Setting, Write, register};
-use super::timing::Square;
+use crate::h743::mt9v034::{ADDRESS, CHIP_VERSION, SensorError, Setting, Write, register};
+use crate::h743::timing::Square;
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Speed};
 use embassy_stm32::i2c::{self, I2c, Master};
 use embassy_stm32::mode::Blocking;

@@ -1,6 +1,6 @@
-//! The chip's clocks, as [`timing`](super::timing) plans them, by embassy's driver.
+//! The chip's clocks, as [`timing`](crate::h743::timing) plans them, by embassy's driver.
 
-use super::timing::{HSE_HZ, Plan};
+use crate::h743::timing::{HSE_HZ, Plan};
 use embassy_stm32::pac;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Hsi48Config, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,

@@ -4,8 +4,8 @@
 //! TIM3 starts by TIM2's start (its ITR1, RM0433 table 331), with the same divider and clock, so it always shows TIM2's
 //! lower half, off by the few timer clocks that the trigger takes. Nothing sets either afterwards.
 
-use super::trigger::{Due, PULSE_US, due, widen};
 use crate::board::Timer;
+use crate::h743::trigger::{Due, PULSE_US, due, widen};
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::InterruptExt;
@@ -36,7 +36,7 @@ pub struct Pins {
     _trigger: Flex<'static>,
 }
 
-/// Starts both timers. `prescaler`: see [`timing::prescaler`](super::timing::prescaler).
+/// Starts both timers. `prescaler`: see [`timing::prescaler`](crate::h743::timing::prescaler).
 pub fn start(pulse: Peri<'static, PA5>, trigger: Peri<'static, PB4>, prescaler: u16) -> Pins {
     rcc::enable_and_reset::<peripherals::TIM2>();
     rcc::enable_and_reset::<peripherals::TIM3>();

@@ -1,8 +1,8 @@
 //! What lies in flash, made into an application.
 
-use super::mt9v034::{SensorError, Setting, Wanted};
 use crate::app::App;
 use crate::boot::{self, BootError};
+use crate::h743::mt9v034::{SensorError, Setting, Wanted};
 use crate::journal::Journal;
 use crate::stores::tiles::BOARD_BYTES;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;

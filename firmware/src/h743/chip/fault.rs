@@ -3,8 +3,8 @@
 //! Every fault enters by one piece of assembly, which takes a stack of its own before it pushes anything: after an
 //! overflow there is none.
 
-use super::record::{Reason, Record, WORDS, firmware, hash};
-use super::regions::GUARD;
+use crate::h743::record::{Reason, Record, WORDS, firmware, hash};
+use crate::h743::regions::GUARD;
 use core::panic::PanicInfo;
 use cortex_m::peripheral::{SCB, SYST};
 use embassy_stm32::pac;

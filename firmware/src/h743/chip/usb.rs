@@ -1,6 +1,6 @@
 //! A serial line over USB for the simulator: CDC-ACM on the full-speed port.
 //!
-//! In flight only its hello is listened to; see [`hello`](super::hello).
+//! In flight only its hello is listened to; see [`hello`](crate::h743::hello).
 
 use crate::board::{Reader, Writer};
 use core::sync::atomic::{AtomicBool, Ordering};

@@ -6,7 +6,9 @@
 //! sleeps, and has an end.
 
 use super::memory::{Buffer, Zeroes};
-use super::sdio::{ALL_FLAGS, Answer, Fault, Identity, command as number, command_outcome, data_outcome, is_ready};
+use crate::h743::sdio::{
+    ALL_FLAGS, Answer, Fault, Identity, command as number, command_outcome, data_outcome, is_ready,
+};
 use crate::log::block::BLOCK;
 use crate::log::card::BlockDevice;
 use core::sync::atomic::{AtomicBool, Ordering, fence};

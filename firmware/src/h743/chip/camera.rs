@@ -1,14 +1,14 @@
 //! The camera's front end: DCMI and DMA2 into a ring of rows in AXI SRAM, MDMA from there to DTCM as rows are asked for.
 //!
 //! A frame is armed by its trigger and takes the ring from the start. The interface's interrupt at each row's end counts
-//! rows; where the DMA stands is arithmetic ([`ring`](super::ring)). Rows are checked against overwriting after they have
+//! rows; where the DMA stands is arithmetic ([`ring`](crate::h743::ring)). Rows are checked against overwriting after they have
 //! been copied, so what the application gets is whole.
 
 use super::capture;
 use super::memory::Buffer;
-use super::mt9v034::PIXELS;
-use super::ring::Ring;
 use crate::board::{FrameStart, FrontEnd, Rows};
+use crate::h743::mt9v034::PIXELS;
+use crate::h743::ring::Ring;
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use core::task::Poll;
@@ -74,7 +74,7 @@ impl Camera {
     /// Sets up interface and controllers; `None` where no ring fits such rows, or there is a front end already.
     ///
     /// Polarities as the camera's own public driver has them for this sensor; R0x72 belongs to it
-    /// ([`mt9v034`](super::mt9v034)).
+    /// ([`mt9v034`](crate::h743::mt9v034)).
     pub fn new(dma: Peri<'static, DMA2_CH1>, size: (u16, u16), staging: &'static mut Staging) -> Option<Camera> {
         let ring = Ring::new(size.0, RING_ROWS)?;
         RING.take(&RING_TAKEN)?;

@@ -1,6 +1,6 @@
 //! The banks of RAM at start: code into ITCM, vectors, MPU, caches; and the buffers outside DTCM.
 
-use super::regions::REGIONS;
+use crate::h743::regions::REGIONS;
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};

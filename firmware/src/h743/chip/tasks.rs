@@ -5,15 +5,15 @@
 use super::boot::Booted;
 use super::capture::{self, CaptureTimer};
 use super::gauge::Figures;
-use super::hello::{Listener, may_leave};
-use super::led::{State, lamps};
-use super::life::{Life, MARK_MS};
 use super::port::{self, Clock, Eye};
-use super::record::{GOOD_S, SAFE_S};
-use super::servo::pulse_us;
 use super::{fault, supply, usb};
 use crate::app::{App, Line, beat, camera, edges, grounded, receive, transmit};
 use crate::board::Reader;
+use crate::h743::hello::{Listener, may_leave};
+use crate::h743::led::{State, lamps};
+use crate::h743::life::{Life, MARK_MS};
+use crate::h743::record::{GOOD_S, SAFE_S};
+use crate::h743::servo::pulse_us;
 use core::cell::Cell;
 use embassy_futures::join::join;
 use embassy_stm32::gpio::Output;
@@ -109,11 +109,11 @@ pub async fn trigger_task(booted: Booted, is_safe_state: bool) -> ! {
 /// The follow-up axis, as often as its servo takes a pulse.
 #[embassy_executor::task]
 pub async fn servo_task(app: &'static App<'static>, mut pwm: SimplePwm<'static, TIM4>) -> ! {
-    let period_us = 1_000_000 / super::servo::RATE_HZ;
+    let period_us = 1_000_000 / crate::h743::servo::RATE_HZ;
     pwm.ch1().enable();
     let work = async {
         loop {
-            let us = app.servo().map_or(super::servo::MIDDLE_US, pulse_us);
+            let us = app.servo().map_or(crate::h743::servo::MIDDLE_US, pulse_us);
             pwm.ch1().set_duty_cycle_fraction(us.into(), period_us);
             Timer::after_micros(period_us.into()).await;
         }

@@ -1,0 +1,35 @@
+//! The chip itself: what only the image for the flight computer compiles.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`start`](mod@start), [`boot`], [`flight`], [`tasks`] | from reset to flight |
+//! | [`clocks`], [`memory`], [`fault`], [`supply`], [`gauge`] | the chip itself |
+//! | [`capture`], [`sensor`], [`camera`] | the eye |
+//! | [`link`], [`usb`], [`port`], [`card`] | what it talks to |
+//! | [`simulator`] | the flight that comes over USB instead |
+//! | [`logging`], [`random`] | the flight's log onto the card |
+
+#[macro_use]
+mod pins;
+pub mod boot;
+pub mod camera;
+pub mod capture;
+pub mod card;
+pub mod clocks;
+pub mod fault;
+pub mod flight;
+pub mod gauge;
+pub mod link;
+pub mod logging;
+pub mod memory;
+pub mod port;
+pub mod random;
+pub mod sensor;
+pub mod simulator;
+pub mod start;
+pub mod supply;
+pub mod tasks;
+pub mod usb;
+
+use defmt_rtt as _;
+pub use start::start;
