@@ -7,7 +7,7 @@ pub enum State {
     Safe,
     /// No mission, or one that was refused. Red, one a second.
     Grounded,
-    /// The sensor does not answer. Red and blue in turn.
+    /// The sensor does not answer, or has fallen silent. Red and blue in turn.
     NoSensor,
     /// In the simulator's hands. Blue, steady.
     Simulator,

@@ -7,6 +7,7 @@
 //! | [`timing`] | clocks and dividers |
 //! | [`ring`] | where the camera's DMA stands |
 //! | [`trigger`] | when the next exposure is triggered |
+//! | [`silence`] | whether the sensor answers triggers |
 //! | [`mt9v034`] | the sensor's registers |
 //! | [`regions`] | the MPU's words |
 //! | [`record`] | the record of a fault |
@@ -25,6 +26,7 @@ pub mod regions;
 pub mod ring;
 pub mod sdio;
 pub mod servo;
+pub mod silence;
 pub mod timing;
 pub mod trigger;
 

@@ -4,11 +4,16 @@
 //! end by an interrupt, which may come late. Together they give the position since the frame began: the count nearest to
 //! the rows counted that agrees with what is left. That holds while the interrupt is less than half a ring late.
 
-/// A ring of `rows` rows of `row_bytes` bytes, a multiple of four.
+use core::num::NonZeroU32;
+
+/// A ring of `rows` rows of `row_bytes` bytes, a multiple of four. What is divided by is not zero by its type, so that no
+/// division can panic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ring {
     row_bytes: u32,
-    rows: u32,
+    rows: NonZeroU32,
+    /// Bytes of a lap.
+    lap: NonZeroU32,
 }
 
 impl Ring {
@@ -16,20 +21,21 @@ impl Ring {
     pub fn new(row_bytes: u16, rows: u16) -> Option<Ring> {
         let (row_bytes, rows) = (row_bytes as u32, rows as u32);
         let fits = row_bytes > 0 && row_bytes.is_multiple_of(4) && rows >= 4 && row_bytes * rows / 4 <= u16::MAX as u32;
-        fits.then_some(Ring { row_bytes, rows })
+        let (rows, lap) = (NonZeroU32::new(rows)?, NonZeroU32::new(row_bytes * rows)?);
+        fits.then_some(Ring { row_bytes, rows, lap })
     }
 
     /// Words of a lap: what the controller counts down from.
     pub fn words(&self) -> u16 {
-        (self.row_bytes * self.rows / 4) as u16
+        (self.lap.get() / 4) as u16
     }
 
     /// Bytes written since the frame began, from the words left of this lap and the rows that have ended.
     pub fn written(&self, words_left: u16, rows_ended: u32) -> u32 {
-        let lap = self.row_bytes * self.rows;
-        let place = lap.saturating_sub(words_left as u32 * 4) % lap;
+        let lap = self.lap.get();
+        let place = lap.saturating_sub(words_left as u32 * 4) % self.lap;
         let expected = rows_ended * self.row_bytes;
-        let behind = (expected % lap + lap - place) % lap;
+        let behind = (expected % self.lap + lap - place) % self.lap;
         // Behind what was counted by less than half a ring, or ahead of it by the rest.
         if behind <= lap / 2 { expected.saturating_sub(behind) } else { expected + (lap - behind) }
     }
@@ -42,13 +48,13 @@ impl Ring {
     /// Whether row `first` and those after it have not been overwritten. The controller's own buffer may be ahead of its
     /// count, so the last row before the overwriting counts as lost.
     pub fn holds(&self, first: u32, written: u32) -> bool {
-        written <= (first + self.rows - 1) * self.row_bytes
+        written <= (first + self.rows.get() - 1) * self.row_bytes
     }
 
     /// Where row `row` begins in the ring, bytes; and how many rows from it on follow each other before the ring's end.
     pub fn place(&self, row: u32) -> (u32, u32) {
         let slot = row % self.rows;
-        (slot * self.row_bytes, self.rows - slot)
+        (slot * self.row_bytes, self.rows.get() - slot)
     }
 
     /// Bytes of a row.
@@ -58,7 +64,7 @@ impl Ring {
 
     /// Most rows that may be asked for at once: what arrives meanwhile must not overwrite them.
     pub fn rows_at_once(&self) -> u32 {
-        self.rows / 2
+        self.rows.get() / 2
     }
 }
 

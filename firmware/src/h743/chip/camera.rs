@@ -12,6 +12,7 @@ use crate::h743::ring::Ring;
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use core::task::Poll;
+use embassy_futures::select::{Either, select};
 use embassy_stm32::dcmi::FrameDma;
 use embassy_stm32::interrupt::InterruptExt;
 use embassy_stm32::pac::dma::vals::{Burst, Dir, Dmdis, Fth, Pl, Size};
@@ -49,6 +50,8 @@ static WANTED: AtomicU32 = AtomicU32::new(u32::MAX);
 /// Whether the frame under way was cut off by the interface or its DMA.
 static IS_BROKEN: AtomicBool = AtomicBool::new(false);
 static OVERRUNS: AtomicU32 = AtomicU32::new(0);
+/// Frames of which a row has come since start.
+static FRAMES: AtomicU32 = AtomicU32::new(0);
 /// Words of the ring, for the handler.
 static RING_WORDS: AtomicU32 = AtomicU32::new(0);
 static BEGUN: Signal<CriticalSectionRawMutex, (u32, Ticks)> = Signal::new();
@@ -58,6 +61,11 @@ static COPIED: Signal<CriticalSectionRawMutex, bool> = Signal::new();
 /// Rows lost to overruns since start.
 pub fn overruns() -> u32 {
     OVERRUNS.load(Ordering::Relaxed)
+}
+
+/// Frames of which a row has come since start.
+pub fn frames() -> u32 {
+    FRAMES.load(Ordering::Relaxed)
 }
 
 /// The front end of frames of `size` pixels.
@@ -136,6 +144,20 @@ impl Camera {
         Rows::Overrun
     }
 
+    /// Waits until the controller has moved the rows from `first` on; whether it did. It takes microseconds. One that has not
+    /// ended when those rows are overwritten, or the next frame is armed, is given up and stopped: each row's end and each
+    /// trigger wakes this wait.
+    async fn copied(&self, first: u32) -> bool {
+        let overdue = poll_fn(|context| {
+            ROW.register(context.waker());
+            if self.is_gone() || !self.ring.holds(first, self.written()) { Poll::Ready(()) } else { Poll::Pending }
+        });
+        match select(COPIED.wait(), overdue).await {
+            Either::First(is_good) => is_good,
+            Either::Second(()) => false,
+        }
+    }
+
     /// Moves rows from the ring to DTCM; whether the controller did.
     async fn copy(&mut self, first: u32, count: u32) -> bool {
         let bytes = self.ring.row_bytes();
@@ -151,7 +173,14 @@ impl Camera {
             channel.bndtr().write(|w| w.set_bndt(rows * bytes));
             channel.cr().modify(|w| w.set_en(true));
             channel.cr().modify(|w| w.set_swrq(true));
-            if !COPIED.wait().await {
+            if !self.copied(first).await {
+                channel.cr().modify(|w| w.set_en(false));
+                // What it has read is written first, and must not lie among the next rows.
+                for _ in 0..64 {
+                    if !channel.cr().read().en() {
+                        break;
+                    }
+                }
                 return false;
             }
             core::sync::atomic::fence(Ordering::Acquire);
@@ -268,6 +297,7 @@ unsafe fn DCMI() {
         let ended = ROWS_ENDED.load(Ordering::Relaxed) + 1;
         ROWS_ENDED.store(ended, Ordering::Release);
         if ended == 1 {
+            FRAMES.fetch_add(1, Ordering::Relaxed);
             BEGUN.signal((SEQUENCE.load(Ordering::Relaxed), capture::now()));
         }
         if ended >= WANTED.load(Ordering::Acquire) {

@@ -6,7 +6,7 @@ use super::boot::Booted;
 use super::capture::{self, CaptureTimer};
 use super::gauge::Figures;
 use super::port::{self, Clock, Eye};
-use super::{fault, supply, usb};
+use super::{camera as eye, fault, supply, usb};
 use crate::app::{App, Line, beat, camera, edges, grounded, receive, transmit};
 use crate::board::Reader;
 use crate::h743::hello::{Listener, may_leave};
@@ -14,6 +14,7 @@ use crate::h743::led::{State, lamps};
 use crate::h743::life::{Life, MARK_MS};
 use crate::h743::record::{GOOD_S, SAFE_S};
 use crate::h743::servo::pulse_us;
+use crate::h743::silence::{Change, Silence};
 use core::cell::Cell;
 use embassy_futures::join::join;
 use embassy_stm32::gpio::Output;
@@ -178,7 +179,8 @@ pub async fn hello_task(app: Option<&'static App<'static>>, mut line: usb::Recei
     alive(9, work).await
 }
 
-/// Tells what there is to tell once the autopilot is heard, or after ten seconds; then a supply that runs low.
+/// Tells what there is to tell once the autopilot is heard, or after ten seconds; then a supply that runs low, and a sensor
+/// that falls silent or comes back.
 #[embassy_executor::task]
 pub async fn notices_task(app: &'static App<'static>, notices: Notices) -> ! {
     let work = async {
@@ -191,14 +193,25 @@ pub async fn notices_task(app: &'static App<'static>, notices: Notices) -> ! {
         for (severity, line) in notices {
             app.say(severity, line).await;
         }
+        let (mut silence, mut is_low_told) = (Silence::default(), false);
         loop {
-            if supply::was_low() {
+            if supply::was_low() && !is_low_told {
+                is_low_told = true;
                 app.say(MavSeverity::MAV_SEVERITY_CRITICAL, Line::new("camera: supply was below 2.7 V")).await;
-                break;
             }
-            Timer::after_secs(1).await;
+            match silence.look(capture::triggers(), eye::frames()) {
+                Some(Change::Silent) => {
+                    show(State::NoSensor);
+                    app.say(MavSeverity::MAV_SEVERITY_CRITICAL, Line::new("no fixes: no frames from the sensor")).await;
+                }
+                Some(Change::Back) => {
+                    show(State::Searching);
+                    app.say(MavSeverity::MAV_SEVERITY_NOTICE, Line::new("camera: the sensor delivers again")).await;
+                }
+                None => {}
+            }
+            Timer::after_millis(250).await;
         }
-        core::future::pending().await
     };
     alive(10, work).await
 }
