@@ -9,6 +9,8 @@
 //! 3. Pixel centres are integers, row 0 is north (or forward), columns run east (or right).
 //! 4. An output file appears whole or not at all.
 
+pub mod adjust;
+pub mod calibrate;
 pub mod camera_file;
 pub mod crs;
 pub mod data;

@@ -1,5 +1,6 @@
 //! One file a verb: parses, checks, dispatches.
 
+mod adjust;
 mod attitude;
 mod exterior;
 mod fly;
@@ -54,6 +55,8 @@ enum Verb {
     Intersect(intersect::Args),
     /// Smooth the columns of a log: value, rate and sigma at its times or at others (paper 001)
     Smooth(smooth::Args),
+    /// Adjust a problem of Bundle Adjustment in the Large
+    Adjust(adjust::Args),
     /// Reproduce a paper's tables and say where and why they differ
     Reproduce(reproduce::Args),
 }
@@ -104,6 +107,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Verb::Motion(args) => motion::run(&args),
         Verb::Intersect(args) => intersect::run(&args),
         Verb::Smooth(args) => smooth::run(&args),
+        Verb::Adjust(args) => adjust::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     }
 }

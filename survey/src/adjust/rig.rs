@@ -1,0 +1,425 @@
+//! Collinearity of a camera of one or more heads (paper 002, section 3.2, whose formulas the print has lost).
+//!
+//! A station has one orientation (phi, omega, kappa, X, Y, Z), the platform's; a head has a mount (angles, centre d) that
+//! all stations share. With v = X - S, R_v the station's and R_i the head's rotation:
+//!
+//! ```text
+//! q = R_v' v - d_i        u = R_i' q        tangents (-u1/u3, -u2/u3) -> lens -> x, y
+//! ```
+//!
+//! Known lever arms and the first head's angles are constraints by construction: they are no unknowns at all. That leaves
+//! 6m + 3(p-q) + 9 for m stations, p points, q of them known, and four heads. Beyond the paper a head may have a
+//! centre, a time offset against the stations' instants and an interior orientation of its own, each with what is known of
+//! it beforehand as observations with sigmas.
+
+use super::lens::{INTERIOR, INTERIOR_NAMES, Interior};
+use super::model::{At, Link, Model, Row, Structure};
+use super::rotation;
+use nalgebra::{Matrix3, Vector3};
+
+/// How many numbers a head has.
+pub const HEAD: usize = 7 + INTERIOR;
+/// What they are: angles, centre, time offset; the interior orientation follows.
+const MOUNT_NAMES: [&str; 7] = ["phi", "omega", "kappa", "dx", "dy", "dz", "dt"];
+/// What a station's numbers are.
+pub const STATION_NAMES: [&str; 6] = ["phi", "omega", "kappa", "X", "Y", "Z"];
+/// Place of the time offset in a head's numbers.
+pub const TIME: usize = 6;
+/// Place of the first number of the interior orientation.
+pub const LENS: usize = 7;
+
+/// Name of a head's number.
+#[must_use]
+pub fn head_name(number: usize) -> &'static str {
+    if number < LENS { MOUNT_NAMES[number] } else { INTERIOR_NAMES[number - LENS] }
+}
+
+/// A head: start values, and which of them are unknowns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Head {
+    /// Phi, omega, kappa (rad, head to platform), centre (m, platform), time offset (s), interior orientation.
+    pub values: [f64; HEAD],
+    /// Places of those that are unknowns, ascending.
+    pub free: Vec<usize>,
+}
+
+impl Head {
+    /// A head of which the angles are unknown unless it is the first.
+    #[must_use]
+    pub fn new(angles_rad: [f64; 3], d_m: [f64; 3], interior: Interior, is_first: bool) -> Self {
+        let mut values = [0.0; HEAD];
+        values[..3].copy_from_slice(&angles_rad);
+        values[3..6].copy_from_slice(&d_m);
+        values[LENS..].copy_from_slice(&interior.0);
+        Head { values, free: if is_first { Vec::new() } else { vec![0, 1, 2] } }
+    }
+}
+
+/// A station: start values (phi, omega, kappa in rad, X, Y, Z in m), and how they change, a second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Station {
+    /// Phi, omega, kappa, X, Y, Z.
+    pub values: [f64; 6],
+    /// Their rates; they matter where a head has a time offset.
+    pub rates: [f64; 6],
+    /// Whether they are unknowns.
+    pub is_free: bool,
+}
+
+/// A point on the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// East, north, up, metres.
+    pub position_m: [f64; 3],
+    /// Whether it is unknown.
+    pub is_free: bool,
+}
+
+/// A point seen by a head at a station: x right, y up from the frame's centre, pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation {
+    /// Which station.
+    pub station: usize,
+    /// Which head.
+    pub head: usize,
+    /// Which point.
+    pub point: usize,
+    /// Image point.
+    pub image_px: [f64; 2],
+}
+
+/// Where a point would be seen, x right and y up in pixels; `None` where it is not in front of the head.
+#[must_use]
+pub fn project(head: &[f64; HEAD], station: &Station, point_m: [f64; 3]) -> Option<[f64; 2]> {
+    let sight = Sight::new(head, station);
+    let u = sight.u(point_m);
+    in_front(&u).then(|| Interior(lens(head)).image([-u.x / u.z, -u.y / u.z]))
+}
+
+fn lens(head: &[f64; HEAD]) -> [f64; INTERIOR] {
+    std::array::from_fn(|k| head[LENS + k])
+}
+
+/// Whether the ray goes into the camera: the axis is -z.
+fn in_front(u: &Vector3<f64>) -> bool {
+    u.z < 0.0
+}
+
+/// What a station and a head have in common for all points.
+#[derive(Clone, Debug)]
+struct Sight {
+    centre: Vector3<f64>,
+    /// Ground to platform, and its derivatives by the station's angles.
+    to_platform: Matrix3<f64>,
+    by_angle: [Matrix3<f64>; 3],
+    /// Platform to head, and its derivatives by the head's angles.
+    to_head: Matrix3<f64>,
+    by_mount: [Matrix3<f64>; 3],
+    d: Vector3<f64>,
+    rates: [f64; 6],
+}
+
+impl Sight {
+    fn new(head: &[f64; HEAD], station: &Station) -> Self {
+        let at = |k: usize| station.values[k] + head[TIME] * station.rates[k];
+        let (rotation, by_angle) = rotation::with_derivatives([at(0), at(1), at(2)]);
+        let (mount, by_mount) = rotation::with_derivatives([head[0], head[1], head[2]]);
+        Sight {
+            centre: Vector3::new(at(3), at(4), at(5)),
+            to_platform: rotation.transpose(),
+            by_angle: by_angle.map(|matrix| matrix.transpose()),
+            to_head: mount.transpose(),
+            by_mount: by_mount.map(|matrix| matrix.transpose()),
+            d: Vector3::new(head[3], head[4], head[5]),
+            rates: station.rates,
+        }
+    }
+
+    fn u(&self, point_m: [f64; 3]) -> Vector3<f64> {
+        self.to_head * (self.to_platform * (Vector3::from(point_m) - self.centre) - self.d)
+    }
+}
+
+/// A block of stations, heads, points and observations as an adjustment.
+#[derive(Debug)]
+pub struct Rig {
+    /// The stations.
+    pub stations: Vec<Station>,
+    /// The heads.
+    pub heads: Vec<Head>,
+    /// The points.
+    pub points: Vec<Point>,
+    /// The observations.
+    pub observations: Vec<Observation>,
+    /// Standard deviation of an image coordinate of each head, pixels.
+    pub sigma_px: Vec<f64>,
+    structure: Structure,
+    /// First unknown of each station, head and point, if it has any.
+    station_at: Vec<Option<usize>>,
+    head_at: Vec<Option<usize>>,
+    point_at: Vec<Option<usize>>,
+}
+
+impl Rig {
+    /// Lays out the unknowns: stations, heads, points.
+    #[must_use]
+    pub fn new(
+        stations: Vec<Station>,
+        heads: Vec<Head>,
+        points: Vec<Point>,
+        observations: Vec<Observation>,
+        sigma_px: Vec<f64>,
+    ) -> Self {
+        let mut structure = Structure::default();
+        let mut next = 0;
+        let mut lay = |sizes: &mut Vec<usize>, size: usize| {
+            if size == 0 {
+                return (None, None);
+            }
+            let first = next;
+            next += size;
+            sizes.push(size);
+            (Some(first), Some(sizes.len() as u32 - 1))
+        };
+        let sizes = &mut structure.sizes;
+        let (station_at, station_block): (Vec<_>, Vec<_>) =
+            stations.iter().map(|station| lay(sizes, if station.is_free { 6 } else { 0 })).unzip();
+        let (head_at, head_block): (Vec<_>, Vec<_>) = heads.iter().map(|head| lay(sizes, head.free.len())).unzip();
+        let mut free = 0;
+        let numbers: Vec<Option<u32>> = points
+            .iter()
+            .map(|point| {
+                free += u32::from(point.is_free);
+                point.is_free.then(|| free - 1)
+            })
+            .collect();
+        structure.points = free as usize;
+        let point_at = numbers.iter().map(|number| number.map(|number| next + 3 * number as usize)).collect();
+        structure.links = observations
+            .iter()
+            .map(|seen| Link {
+                station: station_block[seen.station],
+                head: head_block[seen.head],
+                point: numbers[seen.point],
+            })
+            .collect();
+        Rig { stations, heads, points, observations, sigma_px, structure, station_at, head_at, point_at }
+    }
+
+    /// Adds what is known of a station's numbers beforehand: rows of unit variance over phi, omega, kappa, X, Y, Z. It says
+    /// nothing where the station is not unknown.
+    pub fn expect_station(&mut self, station: usize, target: [f64; 6], rows: Vec<Vec<f64>>) {
+        if let Some(block) = self.block_at(self.station_at[station]) {
+            self.structure.priors.push(super::Prior {
+                place: super::Place::Block(block),
+                target: target.to_vec(),
+                rows,
+            });
+        }
+    }
+
+    /// Adds what is known of single numbers of a head beforehand: (place, value, sigma); those that are no unknowns are
+    /// passed over.
+    pub fn expect_head(&mut self, head: usize, known: &[(usize, f64, f64)]) {
+        let Some(block) = self.block_at(self.head_at[head]) else { return };
+        let free = &self.heads[head].free;
+        let known: Vec<_> = known
+            .iter()
+            .filter_map(|&(place, value, sigma)| Some((free.binary_search(&place).ok()?, value, sigma)))
+            .collect();
+        let place = super::Place::Block(block);
+        self.structure.priors.push(super::Prior::of_sigmas(place, free.len(), &known));
+    }
+
+    /// Adds what is known of a point beforehand: rows of unit variance over X, Y, Z.
+    pub fn expect_point(&mut self, point: usize, target: [f64; 3], rows: Vec<Vec<f64>>) {
+        if let Some(at) = self.point_at[point] {
+            let place = super::Place::Point((at - self.structure.reduced()) / 3);
+            self.structure.priors.push(super::Prior { place, target: target.to_vec(), rows });
+        }
+    }
+
+    fn block_at(&self, unknown: Option<usize>) -> Option<usize> {
+        let unknown = unknown?;
+        let mut start = 0;
+        self.structure.sizes.iter().position(|size| {
+            let found = start == unknown;
+            start += size;
+            found
+        })
+    }
+
+    /// Start values of all unknowns.
+    #[must_use]
+    pub fn start(&self) -> Vec<f64> {
+        let stations = self.stations.iter().filter(|station| station.is_free).flat_map(|station| station.values);
+        let heads = self.heads.iter().flat_map(|head| head.free.iter().map(|place| head.values[*place]));
+        let points = self.points.iter().filter(|point| point.is_free).flat_map(|point| point.position_m);
+        stations.chain(heads).chain(points).collect()
+    }
+
+    /// A station's numbers at some values of the unknowns.
+    #[must_use]
+    pub fn station(&self, x: &[f64], station: usize) -> [f64; 6] {
+        match self.station_at[station] {
+            Some(at) => std::array::from_fn(|k| x[at + k]),
+            None => self.stations[station].values,
+        }
+    }
+
+    /// A head's numbers.
+    #[must_use]
+    pub fn head(&self, x: &[f64], head: usize) -> [f64; HEAD] {
+        let mut values = self.heads[head].values;
+        if let Some(at) = self.head_at[head] {
+            for (k, place) in self.heads[head].free.iter().enumerate() {
+                values[*place] = x[at + k];
+            }
+        }
+        values
+    }
+
+    /// A point's position.
+    #[must_use]
+    pub fn point(&self, x: &[f64], point: usize) -> [f64; 3] {
+        match self.point_at[point] {
+            Some(at) => std::array::from_fn(|k| x[at + k]),
+            None => self.points[point].position_m,
+        }
+    }
+
+    /// Place of a head's number among the unknowns.
+    #[must_use]
+    pub fn head_unknown(&self, head: usize, number: usize) -> Option<usize> {
+        Some(self.head_at[head]? + self.heads[head].free.binary_search(&number).ok()?)
+    }
+
+    /// Place of a station's first number among the unknowns.
+    #[must_use]
+    pub fn station_unknown(&self, station: usize) -> Option<usize> {
+        self.station_at[station]
+    }
+
+    /// Place of a point's first coordinate among the unknowns.
+    #[must_use]
+    pub fn point_unknown(&self, point: usize) -> Option<usize> {
+        self.point_at[point]
+    }
+
+    /// The point that the model counts as its `number`th.
+    #[must_use]
+    pub fn free_point(&self, number: usize) -> Option<usize> {
+        (0..self.points.len()).filter(|point| self.points[*point].is_free).nth(number)
+    }
+
+    /// What an unknown of the reduced system is called: heads and stations are counted from 0, as in the files.
+    #[must_use]
+    pub fn name(&self, unknown: usize) -> String {
+        for (station, at) in self.station_at.iter().enumerate() {
+            if let Some(at) = at.filter(|at| (*at..at + 6).contains(&unknown)) {
+                return format!("{} of station {station}", STATION_NAMES[unknown - at]);
+            }
+        }
+        for (head, at) in self.head_at.iter().enumerate() {
+            let free = &self.heads[head].free;
+            if let Some(at) = at.filter(|at| (*at..at + free.len()).contains(&unknown)) {
+                return format!("{} of head {head}", head_name(free[unknown - at]));
+            }
+        }
+        format!("unknown {unknown}")
+    }
+}
+
+/// A rig at some values of its unknowns.
+#[derive(Debug)]
+pub struct RigAt<'a> {
+    rig: &'a Rig,
+    x: &'a [f64],
+    /// A station's with each head.
+    sights: Vec<Sight>,
+    lenses: Vec<Interior>,
+}
+
+impl Model for Rig {
+    type At<'a> = RigAt<'a>;
+
+    fn structure(&self) -> &Structure {
+        &self.structure
+    }
+
+    fn at<'a>(&'a self, x: &'a [f64]) -> RigAt<'a> {
+        let heads: Vec<[f64; HEAD]> = (0..self.heads.len()).map(|head| self.head(x, head)).collect();
+        let mut sights = Vec::with_capacity(self.stations.len() * heads.len());
+        for (index, station) in self.stations.iter().enumerate() {
+            let station = Station { values: self.station(x, index), ..*station };
+            sights.extend(heads.iter().map(|head| Sight::new(head, &station)));
+        }
+        RigAt { rig: self, x, sights, lenses: heads.iter().map(|head| Interior(lens(head))).collect() }
+    }
+}
+
+impl RigAt<'_> {
+    fn sight(&self, seen: &Observation) -> &Sight {
+        &self.sights[seen.station * self.rig.heads.len() + seen.head]
+    }
+
+    /// Of the prediction: what the residual is to be multiplied by is 1 / sigma.
+    fn weight(&self, seen: &Observation) -> f64 {
+        1.0 / self.rig.sigma_px[seen.head]
+    }
+}
+
+impl At for RigAt<'_> {
+    fn residual(&self, observation: usize) -> Option<[f64; 2]> {
+        let seen = &self.rig.observations[observation];
+        let u = self.sight(seen).u(self.rig.point(self.x, seen.point));
+        let weight = self.weight(seen);
+        in_front(&u).then(|| {
+            let image = self.lenses[seen.head].image([-u.x / u.z, -u.y / u.z]);
+            [0, 1].map(|k| (image[k] - seen.image_px[k]) * weight)
+        })
+    }
+
+    fn linearise(&self, observation: usize, row: &mut Row) -> bool {
+        let seen = &self.rig.observations[observation];
+        let sight = self.sight(seen);
+        let from_centre = Vector3::from(self.rig.point(self.x, seen.point)) - sight.centre;
+        let q = sight.to_platform * from_centre - sight.d;
+        let u = sight.to_head * q;
+        if !in_front(&u) {
+            return false;
+        }
+        let tangents = [-u.x / u.z, -u.y / u.z];
+        let imaged = self.lenses[seen.head].imaged(tangents);
+        let weight = self.weight(seen);
+        row.residual = [0, 1].map(|k| (imaged.point_px[k] - seen.image_px[k]) * weight);
+
+        // Derivatives of u: by the point, by the station's angles, by the head's.
+        let by_point = sight.to_head * sight.to_platform;
+        let by_angle = sight.by_angle.map(|matrix| sight.to_head * (matrix * from_centre));
+        let by_mount = sight.by_mount.map(|matrix| matrix * q);
+        let by_time = by_angle[0] * sight.rates[0] + by_angle[1] * sight.rates[1] + by_angle[2] * sight.rates[2]
+            - by_point * Vector3::new(sight.rates[3], sight.rates[4], sight.rates[5]);
+        let free = &self.rig.heads[seen.head].free;
+        for e in 0..2 {
+            // Of the image point by u: lens times perspective.
+            let [a, b] = imaged.by_tangent[e];
+            let by_u = Vector3::new(-a, -b, -(a * tangents[0] + b * tangents[1])) * (weight / u.z);
+            let point = by_point.tr_mul(&by_u);
+            row.point[e] = point.into();
+            for k in 0..3 {
+                row.station[e][k] = by_u.dot(&by_angle[k]);
+                row.station[e][3 + k] = -point[k];
+            }
+            for (value, place) in row.head[e].iter_mut().zip(free) {
+                *value = match *place {
+                    k @ 0..3 => by_u.dot(&by_mount[k]),
+                    k @ 3..6 => -by_u.dot(&sight.to_head.column(k - 3)),
+                    TIME => by_u.dot(&by_time),
+                    k => weight * imaged.by_interior[e][k - LENS],
+                };
+            }
+        }
+        true
+    }
+}

@@ -1,0 +1,193 @@
+//! From start values to the least squares: Gauss-Newton, damped (Levenberg-Marquardt) where a step does not help.
+
+use super::error::SolveError;
+use super::model::Model;
+use super::normal::{Equations, Layout, Reduced};
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::{Mat, Side};
+
+/// How large residuals count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loss {
+    /// By their squares.
+    Squares,
+    /// Huber's: by their length beyond so many standard deviations.
+    Huber(f64),
+}
+
+impl Loss {
+    /// An observation's part of the cost.
+    pub(super) fn of(self, [a, b]: [f64; 2]) -> f64 {
+        let squares = a * a + b * b;
+        match self {
+            Loss::Huber(limit) if squares > limit * limit => limit * (squares.sqrt() - 0.5 * limit),
+            _ => 0.5 * squares,
+        }
+    }
+
+    /// The weight under which squares have the same slope.
+    pub(super) fn weight(self, [a, b]: [f64; 2]) -> f64 {
+        match self {
+            Loss::Huber(limit) => (limit / a.hypot(b)).min(1.0),
+            Loss::Squares => 1.0,
+        }
+    }
+}
+
+/// How to iterate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// How large residuals count.
+    pub loss: Loss,
+    /// Iterations after which it is given up.
+    pub iterations_max: usize,
+    /// Damping of the first iteration; 0 is Gauss-Newton as long as it helps.
+    pub damping: f64,
+    /// It has converged when a step promises to lower the cost by less than this part of it.
+    pub gain_min: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { loss: Loss::Squares, iterations_max: 50, damping: 0.0, gain_min: 1e-10 }
+    }
+}
+
+/// Where the iteration ended.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// The unknowns.
+    pub x: Vec<f64>,
+    /// Half the sum of squared residuals (less what the loss takes off) at the start.
+    pub cost_start: f64,
+    /// And at the end.
+    pub cost_end: f64,
+    /// Steps that were taken.
+    pub iterations: usize,
+}
+
+/// First damping after Gauss-Newton has failed; far below it there is none again.
+const DAMPING_FIRST: f64 = 1e-4;
+const DAMPING_NONE: f64 = 1e-7;
+/// Damping beyond which no step is left.
+const DAMPING_MAX: f64 = 1e16;
+/// Costs are equal when they differ by less than this part: the rounding of a sum of squares.
+const ROUNDING: f64 = 1e-12;
+/// Squared residual of an equation, in standard deviations, that is rounding alone.
+const NOTHING: f64 = 1e-22;
+
+/// An adjustment ready to be solved: the model, and what its equations have in common from one iteration to the next.
+#[derive(Debug)]
+pub struct Adjustment<'a, M: Model> {
+    pub(super) equations: Equations<'a, M>,
+    pub(super) symbolic: SymbolicLlt<usize>,
+}
+
+impl<'a, M: Model> Adjustment<'a, M> {
+    /// Lays out the equations.
+    ///
+    /// # Errors
+    /// [`SolveError::TooLarge`].
+    pub fn new(model: &'a M, loss: Loss) -> Result<Self, SolveError> {
+        let layout = Layout::new(model.structure());
+        let symbolic = SymbolicLlt::try_new(layout.pattern.compressed().as_ref(), Side::Lower)
+            .map_err(|_| SolveError::TooLarge)?;
+        Ok(Adjustment { equations: Equations { model, layout, loss }, symbolic })
+    }
+
+    /// Solves from `start`; `told` hears of every step: its number and the cost after it.
+    ///
+    /// # Errors
+    /// [`SolveError`] says why there is no solution.
+    pub fn solve(
+        &self,
+        start: Vec<f64>,
+        options: &Options,
+        told: &mut dyn FnMut(usize, f64),
+    ) -> Result<Solution, SolveError> {
+        let equations = &self.equations;
+        let mut x = start;
+        let cost_start = match equations.cost(&x) {
+            Some(cost) => cost,
+            None => return Err(equations.behind(&x)),
+        };
+        let nothing = NOTHING * equations.model.structure().equations() as f64;
+        let (mut cost, mut damping, mut growth) = (cost_start, options.damping, 2.0);
+        let mut iterations = 0;
+        loop {
+            if !cost.is_finite() {
+                return Err(SolveError::NotFinite);
+            }
+            if iterations == options.iterations_max {
+                return Err(SolveError::NotConverged { iterations, cost_start, cost });
+            }
+            let trial = self.trial(&x, damping);
+            let Some((step, gain)) = trial else {
+                if damping == 0.0 {
+                    return Err(self.singular(&x));
+                }
+                damping = larger(damping, &mut growth);
+                if damping > DAMPING_MAX {
+                    return Err(SolveError::Stuck { iterations, cost_start, cost });
+                }
+                continue;
+            };
+            let is_last = gain <= options.gain_min * cost;
+            let moved: Vec<f64> = x.iter().zip(&step).map(|(x, step)| x + step).collect();
+            match equations.cost(&moved) {
+                Some(new) if new <= cost * (1.0 + ROUNDING) + nothing => {
+                    let ratio = if gain > 0.0 { (cost - new) / gain } else { 1.0 };
+                    (x, cost) = (moved, new.min(cost));
+                    iterations += 1;
+                    told(iterations, cost);
+                    if is_last || new <= nothing {
+                        break;
+                    }
+                    // Nielsen's rule for the trust region, as in Ceres.
+                    damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0);
+                    growth = 2.0;
+                    if options.damping == 0.0 && damping < DAMPING_NONE {
+                        damping = 0.0;
+                    }
+                }
+                _ if is_last => break,
+                _ => {
+                    damping = larger(damping, &mut growth);
+                    if damping > DAMPING_MAX {
+                        return Err(SolveError::Stuck { iterations, cost_start, cost });
+                    }
+                }
+            }
+        }
+        Ok(Solution { x, cost_start, cost_end: cost, iterations })
+    }
+
+    /// The step under some damping and the gain it promises; `None` where the equations are not positive definite.
+    fn trial(&self, x: &[f64], damping: f64) -> Option<(Vec<f64>, f64)> {
+        let reduced = self.equations.reduced(x, damping).ok()?;
+        let factor = self.factor(&reduced)?;
+        let blocks: Vec<f64> = solved(&factor, &reduced.gradient).into_iter().map(|value| -value).collect();
+        let (step, gain) = self.equations.step(x, &reduced, &blocks, damping).ok()?;
+        step.iter().all(|step| step.is_finite()).then_some((step, gain))
+    }
+
+    /// Cholesky's factor of the reduced equations; `None` where they are not positive definite.
+    pub(super) fn factor(&self, reduced: &Reduced) -> Option<Llt<usize, f64>> {
+        let matrix = self.equations.layout.pattern.matrix(&reduced.values);
+        Llt::try_new_with_symbolic(self.symbolic.clone(), matrix.as_ref(), Side::Lower).ok()
+    }
+}
+
+fn larger(damping: f64, growth: &mut f64) -> f64 {
+    let larger = if damping == 0.0 { DAMPING_FIRST } else { damping * *growth };
+    *growth *= 2.0;
+    larger
+}
+
+/// S^-1 times a vector.
+pub(super) fn solved(factor: &Llt<usize, f64>, right: &[f64]) -> Vec<f64> {
+    let mut solution = Mat::from_fn(right.len(), 1, |row, _| right[row]);
+    factor.solve_in_place(solution.as_mut());
+    (0..right.len()).map(|row| solution[(row, 0)]).collect()
+}

@@ -1,0 +1,100 @@
+//! The observations file: `station,head,point,x_px,y_px`, x right and y up from the frame's centre.
+
+use super::block::Block;
+use crate::adjust::rig::Observation;
+use crate::error::InputError;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Columns of the file.
+const HEADER: [&str; 5] = ["station", "head", "point", "x_px", "y_px"];
+/// An image coordinate beyond it belongs to no frame.
+const IMAGE_MAX_PX: f64 = 65_535.0;
+
+/// Observations, each with the line it stands in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observations {
+    /// In the file's order.
+    pub seen: Vec<Observation>,
+    /// Line of each, from 1.
+    pub lines: Vec<usize>,
+    /// What messages call the file.
+    pub name: String,
+}
+
+impl Observations {
+    /// Reads the observations of a block.
+    ///
+    /// # Errors
+    /// The file cannot be read; otherwise as [`Self::parse`].
+    pub fn read(path: &Path, block: &Block) -> Result<Self, InputError> {
+        let name = path.display().to_string();
+        let text =
+            std::fs::read_to_string(path).map_err(|error| InputError::new(format!("cannot read {name}: {error}")))?;
+        Self::parse(&text, &name, block)
+    }
+
+    /// Reads observations from text; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// Another header; a row with too few or too many fields, with what is no index of the block or no finite number, or
+    /// one that stands there a second time.
+    pub fn parse(text: &str, name: &str, block: &Block) -> Result<Self, InputError> {
+        let mut lines =
+            text.trim_start_matches('\u{feff}').lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+        let refuse = |sentence: String| Err(InputError::new(format!("{name}{sentence}")));
+        let header = lines.next().map(|(_, line)| line.split(',').map(str::trim).collect::<Vec<_>>());
+        if header.as_deref() != Some(&HEADER[..]) {
+            return refuse(format!(": the first line is not {}", HEADER.join(",")));
+        }
+        let mut observations = Observations { seen: Vec::new(), lines: Vec::new(), name: name.to_owned() };
+        let mut first: HashMap<(usize, usize, usize), usize> = HashMap::new();
+        for (index, text) in lines {
+            let line = index + 1;
+            let fields: Vec<&str> = text.split(',').map(str::trim).collect();
+            if fields.len() != HEADER.len() {
+                return refuse(format!(", line {line}: {} fields, not {}", fields.len(), HEADER.len()));
+            }
+            let place = |k: usize, count: usize, what: &str| -> Result<usize, InputError> {
+                let number: usize = fields[k].parse().map_err(|_| {
+                    InputError::new(format!(
+                        "{name}, line {line}: {} = \"{}\" is no index from 0",
+                        HEADER[k], fields[k]
+                    ))
+                })?;
+                if number < count {
+                    return Ok(number);
+                }
+                let sentence =
+                    format!("{name}, line {line}: {what} {number}, but the block has {count}, counted from 0");
+                Err(InputError::new(sentence))
+            };
+            let image = |k: usize| -> Result<f64, InputError> {
+                let value = fields[k].parse::<f64>().ok().filter(|value| value.abs() <= IMAGE_MAX_PX);
+                value.ok_or_else(|| {
+                    let sentence =
+                        format!("{name}, line {line}: {} = \"{}\" is no image coordinate", HEADER[k], fields[k]);
+                    InputError::new(sentence)
+                })
+            };
+            let seen = Observation {
+                station: place(0, block.stations.len(), "station")?,
+                head: place(1, block.heads.len(), "head")?,
+                point: place(2, block.points.len(), "point")?,
+                image_px: [image(3)?, image(4)?],
+            };
+            if let Some(before) = first.insert((seen.station, seen.head, seen.point), line) {
+                return refuse(format!(
+                    ", line {line}: point {} at station {}, head {} stands in line {before} already",
+                    seen.point, seen.station, seen.head
+                ));
+            }
+            observations.seen.push(seen);
+            observations.lines.push(line);
+        }
+        if observations.seen.is_empty() {
+            return refuse(" holds no observation".to_owned());
+        }
+        Ok(observations)
+    }
+}
