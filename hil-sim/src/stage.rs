@@ -149,20 +149,10 @@ pub(crate) fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputErro
     }
     let camera = &scenario.camera;
     Ok(CameraFile {
-        cols: camera.cols.into(),
-        rows: camera.rows.into(),
-        fov_h_deg: camera.fov_h_deg,
-        fov_v_deg: camera.fov_v_deg,
         offset_m_px: camera.offset_m_px,
         offset_n_px: camera.offset_n_px,
-        pixel_mm: None,
         distortion: camera.distortion.map(|d| Distortion { k1: d.k1, k2: d.k2, k3: d.k3, p1: d.p1, p2: d.p2 }),
-        version: None,
-        crc32: None,
-        boresight: None,
-        heads: None,
-        lever_arms: None,
-        covariance: None,
+        ..CameraFile::new((camera.cols.into(), camera.rows.into()), (camera.fov_h_deg, camera.fov_v_deg))
     })
 }
 
