@@ -13,6 +13,7 @@ mod replay;
 mod reproduce;
 mod serve;
 mod smooth;
+mod stitch;
 mod tiles;
 
 use clap::{Parser, Subcommand};
@@ -46,6 +47,8 @@ enum Verb {
     Map(map::Args),
     /// Rectify one frame onto the ground plane
     Rectify(rectify::Args),
+    /// Make the virtual image of a camera of several heads from one frame of each (paper 002)
+    Stitch(stitch::Args),
     /// Find a rectified patch in a reference
     Match(match_::Args),
     /// Image motion during an exposure: exact, to first order (eq. 21), and the centroid of its track
@@ -100,6 +103,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Verb::Mission(args) => mission::run(&args),
         Verb::Map(args) => map::run(&args),
         Verb::Rectify(args) => rectify::run(&args),
+        Verb::Stitch(args) => stitch::run(&args),
         Verb::Match(args) => match_::run(&args),
         Verb::Motion(args) => motion::run(&args),
         Verb::Intersect(args) => intersect::run(&args),
