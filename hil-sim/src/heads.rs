@@ -54,6 +54,14 @@ pub fn turned(rotation_deg: [f64; 3], boresight_rad: [f64; 3]) -> [f64; 3] {
     attitude_of(&(on_core_axes(&head_from_platform) * eq_1(boresight_rad)))
 }
 
+/// A vector on the platform's axes (right, forward, up) as one on its mount's (forward, right, down), of a platform that is
+/// turned by `boresight_rad` against that.
+#[must_use]
+pub fn from_platform([right, forward, up]: [f64; 3], boresight_rad: [f64; 3]) -> [f64; 3] {
+    let [forward, up, right]: [f64; 3] = (eq_1(boresight_rad).transpose() * Vector3::new(forward, up, right)).into();
+    [forward, right, -up]
+}
+
 /// Where head `head` is and where it looks when the virtual camera is at `station`.
 #[must_use]
 pub fn station_of(station: &Station, head: &Head) -> Station {

@@ -4,6 +4,7 @@ use crate::camera::render_camera;
 use crate::flight::{Area, AttitudeLog, Motion, TrueState, footprint_margin_at_m, footprint_margin_m};
 use crate::link::Flash;
 use crate::mission::mission_of;
+use crate::mount;
 use crate::reference::Radiometry;
 use crate::render::{Renderer, Station};
 use crate::scenario::{self, Scenario};
@@ -125,10 +126,13 @@ fn refuse(error: scenario::ScenarioError) -> InputError {
     InputError::new(error.to_string())
 }
 
-/// The scenario's camera; a camera file's replaces it in the scenario too.
+/// The scenario's camera; a camera file's, or that of the head that flies, replaces it in the scenario too, and its mount.
 pub(crate) fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputError> {
     if let Some(path) = &scenario.camera_file {
-        let file = crate::camera::read(path)?;
+        let whole = CameraFile::read(path)?;
+        let mounted = mount::of_file(&whole, scenario.head, &scenario.mount);
+        let (file, mount) = mounted.map_err(|why| InputError::new(format!("{}: {why}", path.display())))?;
+        crate::camera::core_camera(&file).map_err(|error| InputError::new(format!("{}: {error}", path.display())))?;
         scenario.camera = scenario::Camera {
             cols: file.cols as u16,
             rows: file.rows as u16,
@@ -145,6 +149,8 @@ pub(crate) fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputErro
             }),
         };
         scenario.check(&path.display().to_string()).map_err(refuse)?;
+        // A head leans more than a boresight may.
+        scenario.mount = mount;
         return Ok(file);
     }
     let camera = &scenario.camera;
