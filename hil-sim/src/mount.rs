@@ -55,7 +55,9 @@ pub fn of_file(file: &CameraFile, head: Option<u8>, mount: &Mount) -> Result<(Ca
     let number = match (head, count) {
         (None, 0) => return Ok((file.clone(), mount)),
         (None, 1) => 1,
-        (None, _) => return Err(format!("it has {count} heads, and none is said to fly: head = 1 to {count}")),
+        (None, _) => {
+            return Err(format!("it has {count} heads, and head (of `mission`, --head) does not say which one flies"));
+        }
         (Some(head), _) => usize::from(head),
     };
     let flying = number.checked_sub(1).and_then(|index| file.heads.get(index));

@@ -114,3 +114,31 @@ fn bad_input_is_refused() {
     refusals.expect("stitch --camera heads.toml --out out.png", &["--frames"]);
     refusals.done();
 }
+
+/// A file of several heads flies one of them, which has to be said; a file of one flies that.
+#[test]
+fn a_mission_is_of_one_head() {
+    let folder = scene("stitch-mission");
+    folder.write("one.toml", format!("{}{HEAD}", camera()));
+    folder.write("plain.toml", camera());
+    folder.write("settings.toml", "head = 2\n");
+    let heads = "mission --camera heads.toml --out mission.bin --json";
+    let of_option = folder.run(&format!("{heads} --head 2")).json();
+    assert_eq!((of_option["cols"].as_u64(), of_option["rows"].as_u64()), (Some(240), Some(200)));
+    assert_eq!(folder.run(&format!("{heads} --settings settings.toml")).json(), of_option);
+    assert_eq!(folder.run(&with(heads, "--camera", "one.toml")).json()["crc32"], of_option["crc32"]);
+    std::fs::remove_file(folder.path("mission.bin")).expect("there");
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(heads, &["heads.toml", "2 heads", "--head"]);
+    for head in ["3", "255"] {
+        refusals.expect(&format!("{heads} --head {head}"), &["heads.toml", "2 heads", head]);
+    }
+    for head in ["0", "-1", "256", "nan", "two"] {
+        refusals.expect(&format!("{heads} --head {head}"), &["--head"]);
+    }
+    refusals.expect(&format!("{heads} --head 1 --settings settings.toml"), &["settings.toml", "--head"]);
+    refusals.expect(&format!("{} --head 1", with(heads, "--camera", "plain.toml")), &["plain.toml", "0 heads"]);
+    folder.write("flight.toml", "head = 1\n");
+    refusals.expect("fly --scenario flight.toml --frames 1", &["flight.toml", "head = 1", "camera_file"]);
+    refusals.done();
+}

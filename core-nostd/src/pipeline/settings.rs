@@ -217,5 +217,5 @@ const READOUT_MAX_US: u32 = 1_000_000;
 /// Largest pitch and roll of a camera in its mount: a head of a combined camera leans by 20 to 30 degrees; 46 and the
 /// vehicle's own tilt bring the horizon near.
 const LEAN_MAX_RAD: f32 = 0.8;
-/// Any turn about the axis: a head may stand on its side. Half a turn, and rounding.
-const TURN_MAX_RAD: f32 = 3.1416;
+/// Any turn about the axis: a head may stand on its side.
+const TURN_MAX_RAD: f32 = core::f32::consts::PI;

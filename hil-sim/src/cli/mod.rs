@@ -48,6 +48,11 @@ enum Verb {
     /// Rectify one frame onto the ground plane
     Rectify(rectify::Args),
     /// Make the virtual image of a camera of several heads from one frame of each (paper 002)
+    ///
+    /// The frames, taken at one instant, become what the virtual camera of the file would have seen: an image of its size, 8
+    /// bits, grey or RGB as the frames are, 0 where no head sees anything. It is made in pieces and held in memory, a byte a
+    /// pixel and band; frames have at most 8192 pixels a side, the image 65,535. How far neighbouring heads are off each other
+    /// is measured by matching windows of both where they overlap.
     Stitch(stitch::Args),
     /// Find a rectified patch in a reference
     Match(match_::Args),

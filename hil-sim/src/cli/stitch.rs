@@ -11,9 +11,6 @@ use plumbline_survey::picture::{Bands, Picture, read_bands, write_grey_png, writ
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// One frame of each head, taken at the same instant, becomes the image that the virtual camera of the file would have
-/// taken: of its size, 8 bits, grey or RGB as the frames are, 0 where no head sees anything. The image is made in pieces
-/// and held in memory, a byte a pixel and band; frames have at most 8192 pixels a side, the image 65,535.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Camera file (TOML) with heads
