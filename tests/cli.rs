@@ -43,6 +43,8 @@ mod reproduced;
 mod seeded;
 #[path = "cli/smooth.rs"]
 mod smooth;
+#[path = "cli/stitch.rs"]
+mod stitch;
 #[path = "cli/stores.rs"]
 mod stores;
 #[path = "golden/textures.rs"]

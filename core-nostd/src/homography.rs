@@ -32,6 +32,9 @@ impl Homography {
     ///
     /// den = a22 − m kH a23 − n kV a21, m' = (m a33 + n (kV/kH) a31 − a32/kH)/den,
     /// n' = (m (kH/kV) a13 + n a11 − a12/kV)/den.
+    ///
+    /// Nothing here asks `a` to be a rotation: any matrix maps the rays (n kV, −1, m kH) of one picture to those of another.
+    /// So does that of a head of a combined camera (paper 002), whose undistorted picture is a piece of the virtual image.
     pub fn full(a: &Matrix3<f32>, camera: &Camera) -> Self {
         let (k_h, k_v) = camera.tangent_per_px();
         let [a11, a12, a13] = [a[(0, 0)], a[(0, 1)], a[(0, 2)]];

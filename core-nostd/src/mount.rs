@@ -20,7 +20,12 @@ pub struct LeverArm {
     pub down_m: f32,
 }
 
-/// The camera's place and turn in the vehicle.
+/// Pitch or roll of a boresight from which on the camera is a head that looks aside (paper 002), rather than one that was
+/// meant to look along its mount's axis: 11.5 degrees.
+const LEAN_RAD: f32 = 0.2;
+
+/// The camera's place and turn in the vehicle. A head of a combined camera is mounted as any camera is: its rotation and the
+/// platform's boresight are one turn, which is in the homography once a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Mount {
@@ -34,6 +39,11 @@ impl Mount {
     /// Whether the camera looks exactly where it should.
     pub fn is_aligned(&self) -> bool {
         self.boresight == Attitude::default()
+    }
+
+    /// Whether the camera looks aside, so that its footprint lies beside the nadir.
+    pub fn looks_aside(&self) -> bool {
+        self.boresight.pitch.0.abs() > LEAN_RAD || self.boresight.roll.0.abs() > LEAN_RAD
     }
 
     /// The rotation of eq. 1 with the boresight on the camera's side: camera from mount, times mount from local.

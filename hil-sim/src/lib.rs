@@ -2,7 +2,8 @@
 //!
 //! [`scenario`] → [`stage`] ([`world`], [`flight`], [`mod@reference`]) → [`fly`] ([`sensors`], [`autopilot`], [`render`],
 //! [`fault`], [`link`]) → [`station`] → [`score`]. Apart from all of it stands [`oracle`], which judges the core's
-//! geometry; [`still`] and [`still_match`] run the core on single pictures, [`smoothing`] fits logs; [`panels`] draws curves.
+//! geometry; [`still`] and [`still_match`] run the core on single pictures, [`stitch`] on those of a camera of several [`heads`],
+//! [`smoothing`] fits logs; [`panels`] draws curves.
 
 pub mod autopilot;
 pub mod camera;
@@ -10,6 +11,7 @@ pub mod dump;
 pub mod fault;
 pub mod flight;
 pub mod fly;
+pub mod heads;
 pub mod link;
 pub mod mission;
 pub mod mount;
@@ -28,5 +30,6 @@ pub mod stage;
 pub mod station;
 pub mod still;
 pub mod still_match;
+pub mod stitch;
 pub mod tile;
 pub mod world;

@@ -3,6 +3,7 @@
 pub mod settings;
 mod stamps;
 
+use crate::mount::told_arm;
 use crate::scenario::{FollowUpMode, Scenario};
 use plumbline_firmware::stores::mission::Mission;
 use plumbline_survey::camera_file::CameraFile;
@@ -23,7 +24,7 @@ pub fn mission_of(scenario: &Scenario, camera: &CameraFile) -> Mission {
             FollowUpMode::Measured => 1,
             FollowUpMode::Fixed => 2,
         },
-        lever_arm_m: scenario.mount.lever_arm_m.map(|m| m as f32),
+        lever_arm_m: told_arm(scenario).map(|m| m as f32),
         boresight_rad: scenario.mount.boresight_deg.map(|deg| deg.to_radians() as f32),
         sigmas: sigmas_of(scenario),
         motions: motions_of(scenario),

@@ -1,14 +1,69 @@
-//! The lever arm as it really is, in f64 and apart from the core's.
+//! How a camera file has the camera mounted, and the lever arm as it really is, in f64 and apart from the core's.
 
 use crate::flight::TrueState;
+use crate::heads::{from_platform, turned};
 use crate::render::Station;
+use crate::scenario::{FollowUpMode, Mount, Scenario};
 use crate::stage::Stage;
+use plumbline_survey::camera_file::CameraFile;
 
-/// Where the antenna is, grid east, north and up, of a vehicle whose camera is in `state` and sits `lever_arm_m` (forward,
-/// right, down) from the antenna.
+/// Where the antenna is, grid east, north and up, of a vehicle whose camera is in `state`: back by a head's arm, which turns
+/// with the follow-up axis, and by the lever arm, which does not.
 #[must_use]
-pub fn antenna(state: &TrueState, [forward_m, right_m, down_m]: [f64; 3]) -> [f64; 3] {
-    let body = Station { follow_up_rad: 0.0, ..Stage::mount_station(state) }.axes();
+pub fn antenna(state: &TrueState, mount: &Mount) -> [f64; 3] {
+    let axis = Stage::mount_station(state);
+    let body = Station { follow_up_rad: 0.0, ..axis };
     let camera = [state.east_m, state.north_m, state.up_m];
-    std::array::from_fn(|i| camera[i] - forward_m * body.forward[i] - right_m * body.right[i] - down_m * body.down[i])
+    [(axis, mount.head_arm_m), (body, mount.lever_arm_m)].into_iter().fold(camera, |place, (station, arm)| {
+        let (axes, [forward_m, right_m, down_m]) = (station.axes(), arm);
+        std::array::from_fn(|i| {
+            place[i] - forward_m * axes.forward[i] - right_m * axes.right[i] - down_m * axes.down[i]
+        })
+    })
+}
+
+/// The lever arm that a board is told. It knows arms along the vehicle's axes alone: a head's is among them where the camera
+/// is fixed, and left out, some centimetres, where a servo turns it.
+#[must_use]
+pub fn told_arm(scenario: &Scenario) -> [f64; 3] {
+    let Mount { lever_arm_m, head_arm_m, .. } = scenario.mount;
+    let is_fixed = scenario.follow_up.mode == FollowUpMode::Fixed;
+    std::array::from_fn(|i| lever_arm_m[i] + if is_fixed { head_arm_m[i] } else { 0.0 })
+}
+
+/// `mount` with what a camera file says of the platform, and the camera that flies, turned and placed as the file has it:
+/// head `head`, counted from 1, or the file's only camera.
+///
+/// # Errors
+/// What is wrong, to stand behind the file's name: several heads and none named, a head that is not there, a boresight or an
+/// arm that is told twice.
+pub fn of_file(file: &CameraFile, head: Option<u8>, mount: &Mount) -> Result<(CameraFile, Mount), String> {
+    let mut mount = *mount;
+    if let Some(angles_deg) = file.boresight {
+        if mount.boresight_deg != [0.0; 3] {
+            return Err("it has a boresight, and so has [mount]".to_owned());
+        }
+        mount.boresight_deg = turned(angles_deg, [0.0; 3]).map(f64::to_degrees);
+    }
+    if let Some([right, forward, up]) = file.lever_arms {
+        if mount.lever_arm_m != [0.0; 3] {
+            return Err("it has a lever arm, and so has [mount]".to_owned());
+        }
+        mount.lever_arm_m = [forward, right, -up];
+    }
+    let count = file.heads.len();
+    let number = match (head, count) {
+        (None, 0) => return Ok((file.clone(), mount)),
+        (None, 1) => 1,
+        (None, _) => {
+            return Err(format!("it has {count} heads, and head (of `mission`, --head) does not say which one flies"));
+        }
+        (Some(head), _) => usize::from(head),
+    };
+    let flying = number.checked_sub(1).and_then(|index| file.heads.get(index));
+    let flying = flying.ok_or_else(|| format!("head {number} is none of its {count} heads"))?;
+    let boresight_rad = mount.boresight_deg.map(f64::to_radians);
+    mount.head_arm_m = from_platform(flying.d_m, boresight_rad);
+    mount.boresight_deg = turned(flying.rotation_deg, boresight_rad).map(f64::to_degrees);
+    Ok((flying.camera(), mount))
 }

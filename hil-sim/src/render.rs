@@ -239,7 +239,7 @@ pub fn render(
 
 impl RenderCamera {
     /// Tangent per pixel across and along.
-    fn tangent_per_px(&self) -> [f64; 2] {
+    pub(crate) fn tangent_per_px(&self) -> [f64; 2] {
         [
             (self.fov_h_rad / 2.0).tan() / (self.cols as f64 / 2.0),
             (self.fov_v_rad / 2.0).tan() / (self.rows as f64 / 2.0),
@@ -260,7 +260,7 @@ impl RenderCamera {
     }
 
     /// Ideal ray (right, forward) at down = 1 to frame pixel `(col, row)`.
-    fn pixel(&self, [right, forward]: [f64; 2]) -> (f64, f64) {
+    pub(crate) fn pixel(&self, [right, forward]: [f64; 2]) -> (f64, f64) {
         let ideal = [right, -forward];
         let [x, y] = self.distortion.as_ref().map_or(ideal, |coefficients| distorted(coefficients, ideal));
         let [across, along] = self.tangent_per_px();

@@ -73,6 +73,8 @@ pub struct Scenario {
     pub camera: Camera,
     /// A camera file instead of `[camera]`.
     pub camera_file: Option<PathBuf>,
+    /// Which head of the camera file flies, counted from 1.
+    pub head: Option<u8>,
     /// How it is mounted.
     pub mount: Mount,
     /// Where the vehicle goes and how it moves.
@@ -117,6 +119,7 @@ impl Default for Scenario {
             noise_dn: 3.0,
             camera: Camera::default(),
             camera_file: None,
+            head: None,
             mount: Mount::default(),
             flight: Flight::default(),
             attitude: Attitude::default(),

@@ -55,7 +55,7 @@ pub fn score(stage: &Stage, record: &FrameRecord) -> Scored {
     let against = |d: [f32; 2]| truth_px.map(|t| [f64::from(d[0]) - t[0], f64::from(d[1]) - t[1]]);
     let matched = report.and_then(|r| r.matched);
     let fix = report.and_then(|r| r.fix).map(|fix| fix.map(f64::from));
-    let [east_m, north_m, _] = antenna(truth, stage.scenario.mount.lever_arm_m);
+    let [east_m, north_m, _] = antenna(truth, &stage.scenario.mount);
     let error_m = fix.map(|fix| [fix[0] + stage.tile_centre[0] - east_m, fix[1] + stage.tile_centre[1] - north_m]);
     let nees = fix
         .zip(error_m)

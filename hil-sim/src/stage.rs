@@ -4,6 +4,7 @@ use crate::camera::render_camera;
 use crate::flight::{Area, AttitudeLog, Motion, TrueState, footprint_margin_at_m, footprint_margin_m};
 use crate::link::Flash;
 use crate::mission::mission_of;
+use crate::mount;
 use crate::reference::Radiometry;
 use crate::render::{Renderer, Station};
 use crate::scenario::{self, Scenario};
@@ -125,10 +126,13 @@ fn refuse(error: scenario::ScenarioError) -> InputError {
     InputError::new(error.to_string())
 }
 
-/// The scenario's camera; a camera file's replaces it in the scenario too.
+/// The scenario's camera; a camera file's, or that of the head that flies, replaces it in the scenario too, and its mount.
 pub(crate) fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputError> {
     if let Some(path) = &scenario.camera_file {
-        let file = crate::camera::read(path)?;
+        let whole = CameraFile::read(path)?;
+        let mounted = mount::of_file(&whole, scenario.head, &scenario.mount);
+        let (file, mount) = mounted.map_err(|why| InputError::new(format!("{}: {why}", path.display())))?;
+        crate::camera::core_camera(&file).map_err(|error| InputError::new(format!("{}: {error}", path.display())))?;
         scenario.camera = scenario::Camera {
             cols: file.cols as u16,
             rows: file.rows as u16,
@@ -145,24 +149,16 @@ pub(crate) fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputErro
             }),
         };
         scenario.check(&path.display().to_string()).map_err(refuse)?;
+        // A head leans more than a boresight may.
+        scenario.mount = mount;
         return Ok(file);
     }
     let camera = &scenario.camera;
     Ok(CameraFile {
-        cols: camera.cols.into(),
-        rows: camera.rows.into(),
-        fov_h_deg: camera.fov_h_deg,
-        fov_v_deg: camera.fov_v_deg,
         offset_m_px: camera.offset_m_px,
         offset_n_px: camera.offset_n_px,
-        pixel_mm: None,
         distortion: camera.distortion.map(|d| Distortion { k1: d.k1, k2: d.k2, k3: d.k3, p1: d.p1, p2: d.p2 }),
-        version: None,
-        crc32: None,
-        boresight: None,
-        heads: None,
-        lever_arms: None,
-        covariance: None,
+        ..CameraFile::new((camera.cols.into(), camera.rows.into()), (camera.fov_h_deg, camera.fov_v_deg))
     })
 }
 

@@ -7,6 +7,7 @@ use plumbline_core::rectify::{Node, Run, Source, rectify_into};
 use plumbline_core::reduce::{Reducer, Reduction};
 use plumbline_survey::error::InputError;
 use plumbline_survey::picture::Picture;
+use std::borrow::Cow;
 
 /// Largest patch side.
 pub const PATCH_MAX_PX: usize = 4096;
@@ -81,24 +82,62 @@ pub fn rectify(camera: &Camera, frame: &Picture, homography: Homography, target:
             "the patch would have {cols} x {rows} pixels, at most {PATCH_MAX_PX} x {PATCH_MAX_PX} are made"
         )));
     }
-    let internal = |what: &str| InputError::new(format!("the frame cannot be rectified: {what}"));
-    let ratio = camera.ratio(height_m, resolution_m);
-    let size = (camera.cols(), camera.rows());
-    let reduction = Reduction::choose(size, ratio, usize::MAX).map_err(|_| internal("it is too small"))?;
-    let mut table = vec![0; if reduction.is_boxes() { reduction.bytes() } else { 0 }];
-    if reduction.is_boxes() {
-        let taken = Reducer::new(reduction, size).take(&frame.pixels, &mut table);
-        taken.map_err(|_| internal("its rows do not fit"))?;
+    let reduced = Reduced::new(camera, frame, camera.ratio(height_m, resolution_m))?;
+    reduced.rectify(homography, (height_m, resolution_m), (cols, rows))
+}
+
+/// A frame as the core keeps it, to be rectified as often as one likes.
+#[derive(Clone, Debug)]
+pub struct Reduced<'a> {
+    camera: Camera,
+    reduction: Reduction,
+    /// Prefix sums of boxes, or the frame's own pixels.
+    kept: Cow<'a, [u8]>,
+}
+
+impl<'a> Reduced<'a> {
+    /// `frame`, of the size of `camera`, for patches a pixel of which spans `ratio` of its own.
+    ///
+    /// # Errors
+    /// One sentence for a frame of another size or one that is too small.
+    pub fn new(camera: &Camera, frame: &'a Picture, ratio: f32) -> Result<Self, InputError> {
+        let size = (camera.cols(), camera.rows());
+        let reduction = Reduction::choose(size, ratio, usize::MAX).map_err(|_| internal("it is too small"))?;
+        let kept = if reduction.is_boxes() {
+            let mut table = vec![0; reduction.bytes()];
+            let taken = Reducer::new(reduction, size).take(&frame.pixels, &mut table);
+            taken.map_err(|_| internal("its rows do not fit"))?;
+            Cow::Owned(table)
+        } else {
+            Cow::Borrowed(frame.pixels.as_slice())
+        };
+        Source::new(&kept, reduction).map_err(|_| internal("it is too small"))?;
+        Ok(Reduced { camera: *camera, reduction, kept })
     }
-    let kept = if reduction.is_boxes() { &table } else { &frame.pixels };
-    let source = Source::new(kept, reduction).map_err(|_| internal("it is too small"))?;
-    let map = FrameFromPatch::new(homography, camera, (height_m, resolution_m), (cols as u16, rows as u16));
-    let mut pixels = vec![0; cols * rows];
-    let mut runs = Box::new(FixedVec::<Run, RUNS_MAX>::new());
-    let mut nodes = vec![Node::NOWHERE; 2 * (cols + 1)];
-    rectify_into(&map, source, &mut pixels, &mut nodes, runs.as_mut())
-        .map_err(|_| internal("its buffers do not fit"))?;
-    Ok(Patch { picture: Picture { cols, rows, pixels }, runs: runs.iter().copied().collect() })
+
+    /// A patch of (cols, rows), at most [`PATCH_MAX_PX`] each, of so many metres a pixel from so many metres' height.
+    ///
+    /// # Errors
+    /// One sentence for an empty patch.
+    pub fn rectify(
+        &self,
+        homography: Homography,
+        (height_m, resolution_m): (f32, f32),
+        (cols, rows): (usize, usize),
+    ) -> Result<Patch, InputError> {
+        let source = Source::new(&self.kept, self.reduction).map_err(|_| internal("it is too small"))?;
+        let map = FrameFromPatch::new(homography, &self.camera, (height_m, resolution_m), (cols as u16, rows as u16));
+        let mut pixels = vec![0; cols * rows];
+        let mut runs = Box::new(FixedVec::<Run, RUNS_MAX>::new());
+        let mut nodes = vec![Node::NOWHERE; 2 * (cols + 1)];
+        rectify_into(&map, source, &mut pixels, &mut nodes, runs.as_mut())
+            .map_err(|_| internal("its buffers do not fit"))?;
+        Ok(Patch { picture: Picture { cols, rows, pixels }, runs: runs.iter().copied().collect() })
+    }
+}
+
+fn internal(what: &str) -> InputError {
+    InputError::new(format!("the frame cannot be rectified: {what}"))
 }
 
 /// Runs of the pixels of `mask` that are not 0.

@@ -11,8 +11,8 @@
 //! offset_n_px = 0.0     # what is added to a frame point, forward
 //! ```
 //!
-//! Optional are `pixel_mm`, `version`, `crc32` and the tables `distortion`, `boresight`, `heads`, `lever_arms` and
-//! `covariance`. Any other key is an error: a misspelt one would pass for a perfect lens.
+//! Optional are `pixel_mm`, `version`, `crc32` and the tables `distortion`, [`heads`], [`boresight`, `lever_arms` and
+//! `covariance`](mounting). Any other key is an error: a misspelt one would pass for a perfect lens.
 //!
 //! # Lens distortion
 //! Brown-Conrady on normalised coordinates as OpenCV has it, from the ideal point to the distorted one. With m to the right
@@ -33,21 +33,27 @@
 //! `crc32` key and without that line's end. The line stands before the first table.
 
 mod checksum;
+pub mod heads;
+mod keys;
+pub mod mounting;
 mod parse;
 
 use std::fs;
 use std::path::Path;
 
-use toml::{Table, Value};
-
 use crate::error::InputError;
+use crate::output::write_file;
+
+pub use heads::Head;
+pub use mounting::Covariance;
 
 /// A camera file's content, checked. Angles in degrees, as in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraFile {
-    /// Columns of a frame, 1 to [`SIDE_MAX_PX`].
+    /// Columns of a frame, 1 to [`SIDE_MAX_PX`]; of the virtual image where there are heads, to
+    /// [`heads::VIRTUAL_SIDE_MAX_PX`].
     pub cols: u32,
-    /// Rows of a frame, 1 to [`SIDE_MAX_PX`].
+    /// Rows of a frame, likewise.
     pub rows: u32,
     /// Full field of view across (over the columns), degrees, more than 0 and less than 180.
     pub fov_h_deg: f64,
@@ -65,14 +71,14 @@ pub struct CameraFile {
     pub version: Option<u32>,
     /// Checksum found in the file, which it agreed with. Not used in writing: the writer computes its own.
     pub crc32: Option<u32>,
-    /// Rotation between camera and attitude sensor; kept, not interpreted yet.
-    pub boresight: Option<Value>,
-    /// Mounts of the heads of a combined camera; kept, not interpreted yet.
-    pub heads: Option<Value>,
-    /// Lever arms to antenna and attitude sensor; kept, not interpreted yet.
-    pub lever_arms: Option<Value>,
-    /// Covariance of the calibration; kept, not interpreted yet.
-    pub covariance: Option<Value>,
+    /// φ, ω, κ of the vehicle from the camera, degrees.
+    pub boresight: Option<[f64; 3]>,
+    /// From the antenna to the camera: right, forward, up along the vehicle's axes, metres.
+    pub lever_arms: Option<[f64; 3]>,
+    /// How well the heads' angles are known.
+    pub covariance: Option<Covariance>,
+    /// Heads of a combined camera, none for an ordinary one.
+    pub heads: Vec<Head>,
 }
 
 /// Brown-Conrady coefficients, dimensionless; the formulas are in the [module](self). Absent keys are 0.
@@ -93,7 +99,46 @@ pub struct Distortion {
 /// Most columns and most rows of a frame.
 pub const SIDE_MAX_PX: u32 = 8192;
 
+impl Distortion {
+    /// Its table under `title`.
+    fn text(&self, title: &str) -> String {
+        let Distortion { k1, k2, k3, p1, p2 } = self;
+        format!("{title}\nk1 = {k1:?}\nk2 = {k2:?}\nk3 = {k3:?}\np1 = {p1:?}\np2 = {p2:?}\n")
+    }
+}
+
+/// Writes a camera file, with a fresh checksum.
+///
+/// # Errors
+/// The content is none that would be read again, or the file cannot be written.
+pub fn write(path: &Path, camera: &CameraFile) -> Result<(), InputError> {
+    let text = camera.to_toml_string();
+    CameraFile::from_toml_str(&text, &path.display().to_string())?;
+    write_file(path, text.as_bytes())
+}
+
 impl CameraFile {
+    /// A camera of (columns, rows) and full fields of view (across, along) in degrees, and nothing else. Not checked.
+    #[must_use]
+    pub fn new((cols, rows): (u32, u32), (fov_h_deg, fov_v_deg): (f64, f64)) -> Self {
+        CameraFile {
+            cols,
+            rows,
+            fov_h_deg,
+            fov_v_deg,
+            offset_m_px: 0.0,
+            offset_n_px: 0.0,
+            pixel_mm: None,
+            distortion: None,
+            version: None,
+            crc32: None,
+            boresight: None,
+            lever_arms: None,
+            covariance: None,
+            heads: Vec::new(),
+        }
+    }
+
     /// Reads and checks a camera file.
     ///
     /// # Errors
@@ -132,24 +177,20 @@ impl CameraFile {
         if let Some(version) = self.version {
             line("version", version.to_string());
         }
-        if let Some(d) = &self.distortion {
-            text.push_str("\n[distortion]\n");
-            for (key, value) in [("k1", d.k1), ("k2", d.k2), ("k3", d.k3), ("p1", d.p1), ("p2", d.p2)] {
-                text.push_str(&format!("{key} = {value:?}\n"));
-            }
+        if let Some(distortion) = &self.distortion {
+            text.push_str(&distortion.text("\n[distortion]"));
         }
-        let tables: Table = [
-            ("boresight", &self.boresight),
-            ("heads", &self.heads),
-            ("lever_arms", &self.lever_arms),
-            ("covariance", &self.covariance),
-        ]
-        .into_iter()
-        .filter_map(|(key, value)| Some((key.to_owned(), value.clone()?)))
-        .collect();
-        if !tables.is_empty() {
-            text.push('\n');
-            text.push_str(&tables.to_string());
+        if let Some([phi, omega, kappa]) = self.boresight {
+            text.push_str(&format!("\n[boresight]\nphi_deg = {phi:?}\nomega_deg = {omega:?}\nkappa_deg = {kappa:?}\n"));
+        }
+        if let Some(arm) = self.lever_arms {
+            text.push_str(&format!("\n[lever_arms]\nantenna_to_camera_m = {arm:?}\n"));
+        }
+        if let Some(covariance) = &self.covariance {
+            text.push_str(&covariance.text());
+        }
+        for head in &self.heads {
+            text.push_str(&head.text());
         }
         checksum::with_checksum(&text)
     }

@@ -21,10 +21,10 @@ pub mod raster;
 pub mod smooth;
 mod tiff_image;
 
-pub use camera_file::{CameraFile, Distortion};
+pub use camera_file::{CameraFile, Distortion, Head};
 pub use crs::Crs;
 pub use data::shared_data;
 pub use error::InputError;
 pub use output::write_file;
-pub use picture::{Picture, read_grey, write_grey_png, write_rgb_png};
+pub use picture::{Bands, Picture, read_bands, read_grey, write_grey_png, write_rgb_png};
 pub use raster::{GeoTransform, Raster, SampleType};

@@ -1,4 +1,4 @@
-//! Grey pictures in memory: camera frames, patches, tiles and masks as files hold them.
+//! Pictures in memory: camera frames, patches, tiles and masks as files hold them; grey but for those of several bands.
 
 use std::fs;
 use std::io::Cursor;
@@ -22,6 +22,32 @@ pub struct Picture {
     pub pixels: Vec<u8>,
 }
 
+/// An 8-bit picture of one band (grey) or three (RGB), each band a picture.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Bands(pub Vec<Picture>);
+
+impl Bands {
+    /// (columns, rows).
+    #[must_use]
+    pub fn size(&self) -> (usize, usize) {
+        self.0.first().map_or((0, 0), |band| (band.cols, band.rows))
+    }
+
+    /// Its grey: the only band, or luma as of [`read_grey`].
+    #[must_use]
+    pub fn grey(&self) -> Picture {
+        let (cols, rows) = self.size();
+        let pixels = match self.0.as_slice() {
+            [red, green, blue] => {
+                let pixels = red.pixels.iter().zip(&green.pixels).zip(&blue.pixels);
+                pixels.map(|((r, g), b)| rounded(weighted(*r, *g, *b), 1000)).collect()
+            }
+            bands => bands.first().map_or_else(Vec::new, |band| band.pixels.clone()),
+        };
+        Picture { cols, rows, pixels }
+    }
+}
+
 /// Reads a PNG, TIFF or JPEG picture of 8 or 16 bits, grey or RGB, as 8-bit grey.
 ///
 /// RGB becomes luma by ITU-R BT.601 (0.299 R + 0.587 G + 0.114 B); 16 bits are divided by 257, which takes 65535 to
@@ -31,25 +57,60 @@ pub struct Picture {
 /// # Errors
 /// The file is missing, broken, cut short, empty, none of the three formats, or of another sample type.
 pub fn read_grey(path: &Path) -> Result<Picture, InputError> {
-    let bytes = fs::read(path).map_err(|error| InputError::new(format!("cannot read {}: {error}", path.display())))?;
-    let (cols, rows, pixels) = if is_tiff(&bytes) {
-        let picture = read_tiff(&bytes, path)?;
-        let pixels = match (&picture.samples, picture.bands) {
-            (Samples::U8(samples), 1..=4) => grey_from_8(samples, picture.bands),
-            (Samples::U16(samples), 1..=4) => grey_from_16(samples, picture.bands),
-            _ => {
-                return Err(InputError::new(format!(
-                    "{} is not a picture of 8 or 16 bits, grey or RGB",
-                    path.display()
-                )));
-            }
-        };
-        (picture.cols, picture.rows, pixels)
-    } else {
-        read_png_or_jpeg(&bytes)
-            .map_err(|why| InputError::new(format!("cannot read picture {}: {why}", path.display())))?
+    let Decoded { cols, rows, bands, samples } = decode(path)?;
+    let pixels = match samples {
+        Depth::Eight(samples) => grey_from_8(&samples, bands),
+        Depth::Sixteen(samples) => grey_from_16(&samples, bands),
     };
     Ok(Picture { cols, rows, pixels })
+}
+
+/// The same with its colours: one band of a grey picture, three of a colour picture, without alpha.
+///
+/// # Errors
+/// As [`read_grey`].
+pub fn read_bands(path: &Path) -> Result<Bands, InputError> {
+    let Decoded { cols, rows, bands, samples } = decode(path)?;
+    let colours = if bands < 3 { 1 } else { 3 };
+    let band = |band: usize| match &samples {
+        Depth::Eight(samples) => samples.chunks_exact(bands).map(|pixel| pixel[band]).collect(),
+        Depth::Sixteen(samples) => {
+            samples.chunks_exact(bands).map(|pixel| rounded(u32::from(pixel[band]), 257)).collect()
+        }
+    };
+    Ok(Bands((0..colours).map(|index| Picture { cols, rows, pixels: band(index) }).collect()))
+}
+
+/// A picture as its file has it.
+struct Decoded {
+    cols: usize,
+    rows: usize,
+    /// Interleaved by pixel: grey, grey and alpha, RGB, RGB and alpha.
+    bands: usize,
+    samples: Depth,
+}
+
+/// Samples of 8 or 16 bits.
+enum Depth {
+    Eight(Vec<u8>),
+    Sixteen(Vec<u16>),
+}
+
+fn decode(path: &Path) -> Result<Decoded, InputError> {
+    let bytes = fs::read(path).map_err(|error| InputError::new(format!("cannot read {}: {error}", path.display())))?;
+    if !is_tiff(&bytes) {
+        return read_png_or_jpeg(&bytes)
+            .map_err(|why| InputError::new(format!("cannot read picture {}: {why}", path.display())));
+    }
+    let picture = read_tiff(&bytes, path)?;
+    let samples = match (picture.samples, picture.bands) {
+        (Samples::U8(samples), 1..=4) => Depth::Eight(samples),
+        (Samples::U16(samples), 1..=4) => Depth::Sixteen(samples),
+        _ => {
+            return Err(InputError::new(format!("{} is not a picture of 8 or 16 bits, grey or RGB", path.display())));
+        }
+    };
+    Ok(Decoded { cols: picture.cols, rows: picture.rows, bands: picture.bands, samples })
 }
 
 /// Writes an 8-bit grey PNG. The same picture gives the same bytes. See [`write_file`] for how it comes to disk.
@@ -92,8 +153,8 @@ fn write_png(
     write_file(path, &png)
 }
 
-/// Grey pixels of a PNG or JPEG file in memory, or why not.
-fn read_png_or_jpeg(bytes: &[u8]) -> Result<(usize, usize, Vec<u8>), String> {
+/// A PNG or JPEG file in memory, or why not.
+fn read_png_or_jpeg(bytes: &[u8]) -> Result<Decoded, String> {
     let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
     let whole = match reader.format() {
         Some(ImageFormat::Png) => png_is_whole(bytes),
@@ -111,18 +172,18 @@ fn read_png_or_jpeg(bytes: &[u8]) -> Result<(usize, usize, Vec<u8>), String> {
     if cols == 0 || rows == 0 {
         return Err(format!("it is empty ({cols} x {rows})"));
     }
-    let pixels = match decoded {
-        DynamicImage::ImageLuma8(p) => p.into_raw(),
-        DynamicImage::ImageLumaA8(p) => grey_from_8(&p, 2),
-        DynamicImage::ImageRgb8(p) => grey_from_8(&p, 3),
-        DynamicImage::ImageRgba8(p) => grey_from_8(&p, 4),
-        DynamicImage::ImageLuma16(p) => grey_from_16(&p, 1),
-        DynamicImage::ImageLumaA16(p) => grey_from_16(&p, 2),
-        DynamicImage::ImageRgb16(p) => grey_from_16(&p, 3),
-        DynamicImage::ImageRgba16(p) => grey_from_16(&p, 4),
+    let (bands, samples) = match decoded {
+        DynamicImage::ImageLuma8(p) => (1, Depth::Eight(p.into_raw())),
+        DynamicImage::ImageLumaA8(p) => (2, Depth::Eight(p.into_raw())),
+        DynamicImage::ImageRgb8(p) => (3, Depth::Eight(p.into_raw())),
+        DynamicImage::ImageRgba8(p) => (4, Depth::Eight(p.into_raw())),
+        DynamicImage::ImageLuma16(p) => (1, Depth::Sixteen(p.into_raw())),
+        DynamicImage::ImageLumaA16(p) => (2, Depth::Sixteen(p.into_raw())),
+        DynamicImage::ImageRgb16(p) => (3, Depth::Sixteen(p.into_raw())),
+        DynamicImage::ImageRgba16(p) => (4, Depth::Sixteen(p.into_raw())),
         _ => return Err("it is not a picture of 8 or 16 bits, grey or RGB".into()),
     };
-    Ok((cols, rows, pixels))
+    Ok(Decoded { cols, rows, bands, samples })
 }
 
 /// Whether a PNG file has its last chunk. The decoder stops at the last pixel and would not miss it.

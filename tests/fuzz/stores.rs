@@ -105,10 +105,18 @@ impl Target for Camera {
             "cols = 640\nrows = 480\nfov_h_deg = 40.0\nfov_v_deg = 30.0\noffset_m_px = 0.5\noffset_n_px = -2.0\n";
         let full = format!(
             "{plain}pixel_mm = 0.006\nversion = 3\n\n[distortion]\nk1 = -0.1\nk2 = 0.01\nk3 = 0.0\np1 = 1e-4\np2 = -2e-4\n\n\
-             [boresight]\nheading_deg = 0.1\n\n[lever_arms]\ngnss_m = [0.1, 0.2, -0.3]\n"
+             [boresight]\nphi_deg = 0.1\nomega_deg = 0\nkappa_deg = -0.2\n\n[lever_arms]\nantenna_to_camera_m = [0.1, 0.2, -0.3]\n"
         );
-        let written = CameraFile::from_toml_str(&full, "seed").expect("a good file").to_toml_string();
-        [plain.to_owned(), full, written].map(String::into_bytes).to_vec()
+        let head =
+            "[[heads]]\ncols = 640\nrows = 480\nf_px = 700.0\nrotation_deg = [22.0, 0.0, 0.1]\nd_m = [0.1, 0.0, 0.0]\n";
+        let heads = format!(
+            "{}\n{head}\n{head}[heads.distortion]\nk1 = -0.1\n\n[covariance]\nhead_sd_arcsec = [1, 2, 3]\n\
+             head_arcsec2 = [[1, 0, 0], [0, 4, 0.1], [0, 0.1, 9]]\n",
+            plain.replace("0.5", "0").replace("-2.0", "0")
+        );
+        let written = |text: &str| CameraFile::from_toml_str(text, "seed").expect("a good file").to_toml_string();
+        let [one, several] = [written(&full), written(&heads)];
+        [plain.to_owned(), full, one, heads, several].map(String::into_bytes).to_vec()
     }
 
     /// The line of the checksum stands first in what was written.

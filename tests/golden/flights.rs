@@ -1,5 +1,7 @@
 //! Whole flights in-process against the truth and against each other: mounted cameras, stamps, and what goes wrong.
 
+#[path = "flights/heads.rs"]
+mod heads;
 #[path = "flights/mount.rs"]
 mod mount;
 #[path = "flights/paired.rs"]

@@ -100,7 +100,7 @@ pub enum SettingsError {
     FrameMemory,
     /// A stream's interval, or a motion that it is said to measure, is impossible.
     Motion,
-    /// A lever arm or a boresight is not a number, or the boresight is not a small turn.
+    /// A lever arm or a boresight is not a number, or the camera leans too far from its mount's axis.
     Mount,
     /// A readout longer than a second.
     Readout,
@@ -162,11 +162,11 @@ impl Settings {
             return Err(SettingsError::Motion);
         }
         let (arm, turn) = (&self.mount.lever_arm, &self.mount.boresight);
-        let is_small = |angle: f32| angle.abs() <= BORESIGHT_MAX_RAD;
+        let is_within = |angle: Radians, most: f32| angle.0.abs() <= most;
         let is_mount = [arm.forward_m, arm.right_m, arm.down_m].iter().all(|length| length.is_finite())
-            && is_small(turn.heading.0)
-            && is_small(turn.pitch.0)
-            && is_small(turn.roll.0);
+            && is_within(turn.heading, TURN_MAX_RAD)
+            && is_within(turn.pitch, LEAN_MAX_RAD)
+            && is_within(turn.roll, LEAN_MAX_RAD);
         if !is_mount {
             return Err(SettingsError::Mount);
         }
@@ -214,5 +214,8 @@ impl Settings {
 const LIMIT_MAX_US: u32 = 60_000_000;
 /// Longest readout of a rolling shutter.
 const READOUT_MAX_US: u32 = 1_000_000;
-/// Largest angle of a boresight: beyond it the camera is mounted in another way.
-const BORESIGHT_MAX_RAD: f32 = 0.2;
+/// Largest pitch and roll of a camera in its mount: a head of a combined camera leans by 20 to 30 degrees; 46 and the
+/// vehicle's own tilt bring the horizon near.
+const LEAN_MAX_RAD: f32 = 0.8;
+/// Any turn about the axis: a head may stand on its side.
+const TURN_MAX_RAD: f32 = core::f32::consts::PI;

@@ -218,6 +218,22 @@ impl Situation {
         }
     }
 
+    /// How far from the nadir the frame's corners see, (east, north), heights; more than any patch beyond the horizon. The
+    /// lens is left out: it moves a corner by some pixels of the frame.
+    fn reach(&self, camera: &Camera) -> (f32, f32) {
+        let a = self.mount.camera_from_local(self.attitude, self.follow_up);
+        let undistorted_from_frame = Homography::inverse(&a, camera);
+        let (m, n) = (0.5 * camera.cols() as f32, 0.5 * camera.rows() as f32);
+        let (k_h, k_v) = camera.tangent_per_px();
+        let corners = [(m, n), (m, -n), (-m, n), (-m, -n)].map(|(m, n)| {
+            let corner = undistorted_from_frame.ideal(m, n);
+            corner.map_or((f32::MAX, f32::MAX), |(m, n)| ((m * k_h).abs(), (n * k_v).abs()))
+        });
+        corners
+            .iter()
+            .fold((0.0, 0.0), |(across, along): (f32, f32), corner| (across.max(corner.0), along.max(corner.1)))
+    }
+
     /// The same situation `after_us` after mid-exposure: angles and place carried on with their rates. Over the readout of a
     /// rolling shutter, ±10 ms, that is off by half of an angular acceleration of 100°/s² times 10 ms squared, 0.005°.
     fn after(&self, after_us: i32) -> Self {
@@ -260,10 +276,17 @@ impl Situation {
         }
     }
 
-    /// Patch size by eq. 4, rounded down, at most the build's; `None` when too small to be a template or the height
-    /// is no height.
+    /// Patch size, rounded down, at most the build's; `None` when too small to be a template or the height is no height.
+    /// By eq. 4; for a camera that looks aside, whose footprint lies beside the nadir and hardly in a patch of that size
+    /// around it, as large as it takes to hold the footprint.
     pub fn patch_size(&self, camera: &Camera, resolution_m: f32) -> Option<(u16, u16)> {
-        let (cols, rows) = camera.patch_size(self.height_m, resolution_m);
+        let (cols, rows) = if self.mount.looks_aside() {
+            let (across, along) = self.reach(camera);
+            let per_px = 2.0 * self.height_m / resolution_m;
+            (across * per_px, along * per_px)
+        } else {
+            camera.patch_size(self.height_m, resolution_m)
+        };
         let side = |px: f32| px.min(PATCH_MAX_PX as f32) as u16;
         (cols >= PATCH_MIN_PX && rows >= PATCH_MIN_PX).then(|| (side(cols), side(rows)))
     }

@@ -15,6 +15,9 @@ pub struct Args {
     /// Camera file (TOML)
     #[arg(long, value_name = "FILE")]
     camera: PathBuf,
+    /// Which head of the camera file flies, counted from 1; a file of several needs it, here or in the settings
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..), allow_negative_numbers = true)]
+    head: Option<u8>,
     /// Settings file (TOML): mount, sensors, shutter, search, with the keys of a scenario; the default scene's unless given
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
@@ -41,7 +44,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let name = args.settings.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
     let text = args.settings.as_ref().map(std::fs::read_to_string).transpose();
     let text = text.map_err(|error| InputError::new(format!("cannot read {name}: {error}")))?;
-    let mission = mission(&args.camera, text.as_deref().map(|text| (text, name.as_str())))?;
+    let mission = mission(&args.camera, args.head, text.as_deref().map(|text| (text, name.as_str())))?;
     let refuse = |error| InputError::new(format!("the firmware would refuse it: {}", BootError::Mission(error)));
     mission.settings().map_err(refuse)?;
     mission.stamp_settings().map_err(refuse)?;

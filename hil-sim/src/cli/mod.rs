@@ -14,6 +14,7 @@ mod replay;
 mod reproduce;
 mod serve;
 mod smooth;
+mod stitch;
 mod tiles;
 
 use clap::{Parser, Subcommand};
@@ -47,6 +48,13 @@ enum Verb {
     Map(map::Args),
     /// Rectify one frame onto the ground plane
     Rectify(rectify::Args),
+    /// Make the virtual image of a camera of several heads from one frame of each (paper 002)
+    ///
+    /// The frames, taken at one instant, become what the virtual camera of the file would have seen: an image of its size, 8
+    /// bits, grey or RGB as the frames are, 0 where no head sees anything. It is made in pieces and held in memory, a byte a
+    /// pixel and band; frames have at most 8192 pixels a side, the image 65,535. How far neighbouring heads are off each other
+    /// is measured by matching windows of both where they overlap.
+    Stitch(stitch::Args),
     /// Find a rectified patch in a reference
     Match(match_::Args),
     /// Image motion during an exposure: exact, to first order (eq. 21), and the centroid of its track
@@ -103,6 +111,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Verb::Mission(args) => mission::run(&args),
         Verb::Map(args) => map::run(&args),
         Verb::Rectify(args) => rectify::run(&args),
+        Verb::Stitch(args) => stitch::run(&args),
         Verb::Match(args) => match_::run(&args),
         Verb::Motion(args) => motion::run(&args),
         Verb::Intersect(args) => intersect::run(&args),

@@ -9,7 +9,8 @@ use std::path::Path;
 use toml::{Table, Value};
 
 /// The keys, each with those of its table; a table without any is a plain key.
-const KEYS: [(&str, &[&str]); 13] = [
+const KEYS: [(&str, &[&str]); 14] = [
+    ("head", &[]),
     ("send_patches", &[]),
     ("search_px", &[]),
     ("resolution_m", &[]),
@@ -36,12 +37,12 @@ const KEYS: [(&str, &[&str]); 13] = [
     ("timer", &["pps_jitter_us", "rate_walk_ppm"]),
 ];
 
-/// The mission of a camera file and, where given, of a settings file: its text and its name. What is not said is as in the
-/// default scenario.
+/// The mission of a camera file, of one of its heads where it has several, and, where given, of a settings file: its text and
+/// its name. What is not said is as in the default scenario.
 ///
 /// # Errors
 /// One sentence for a camera that cannot be used, a key that is none of a mission's, a value out of its range.
-pub fn mission(camera: &Path, settings: Option<(&str, &str)>) -> Result<Mission, InputError> {
+pub fn mission(camera: &Path, head: Option<u8>, settings: Option<(&str, &str)>) -> Result<Mission, InputError> {
     let refuse = |why: String| InputError::new(why);
     let (text, name) = settings.unwrap_or(("", "settings"));
     let mut table: Table = toml::from_str(text).map_err(|error| {
@@ -66,6 +67,10 @@ pub fn mission(camera: &Path, settings: Option<(&str, &str)>) -> Result<Mission,
     let mut scenario: Scenario =
         toml::from_str(&text).map_err(|error| refuse(format!("{name}: {}", error.message().replace('\n', " "))))?;
     scenario.camera_file = Some(camera.to_owned());
+    if head.is_some() && scenario.head.is_some() {
+        return Err(refuse(format!("{name}: head is given, and --head too")));
+    }
+    scenario.head = scenario.head.or(head);
     let file = camera_of(&mut scenario)?;
     Ok(Mission { send_patches, ..mission_of(&scenario, &file) })
 }

@@ -137,6 +137,9 @@ impl Scenario {
 
     /// What single values cannot say.
     fn check_together(&self) -> Result<(), String> {
+        if let Some(head) = self.head.filter(|_| self.camera_file.is_none()) {
+            return Err(format!("head = {head} is one of a camera_file, which is not given"));
+        }
         let [low, high] = self.flight.height_m;
         if low > high {
             return Err(format!("flight.height_m = [{low}, {high}] has the higher value first"));

@@ -240,6 +240,10 @@ pub struct Mount {
     pub lever_arm_m: [f64; 3],
     /// Turn of the camera against where the follow-up axis has it look: heading, pitch, roll.
     pub boresight_deg: [f64; 3],
+    /// From the virtual projection centre of a combined camera to the head that flies, along the axes of the mount, which
+    /// turn with the follow-up axis: forward, right, down. From the camera file alone.
+    #[serde(skip)]
+    pub head_arm_m: [f64; 3],
 }
 
 /// How the reference differs from the ground: offset + gain · 255 (DN/255)^gamma, noise, and patches that changed.

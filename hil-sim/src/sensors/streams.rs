@@ -4,7 +4,7 @@ use super::attitude_faults::FaultyAttitude;
 use super::noise::{GaussMarkov, White, stream, uniform};
 use crate::flight::{Motion, TrueState, wrapped};
 use crate::mount::antenna;
-use crate::scenario::{FollowUpMode, Scenario};
+use crate::scenario::{FollowUpMode, Mount, Scenario};
 use rand_chacha::ChaCha12Rng;
 
 /// What a sensor says, before its message rounds it.
@@ -106,8 +106,7 @@ pub struct Streams {
     /// Pulses from the first second to the one before the second are not there.
     pulses_lost_s: Option<[f64; 2]>,
     convergence_rad: f64,
-    /// From the antenna to the camera: forward, right, down, metres.
-    lever_arm_m: [f64; 3],
+    mount: Mount,
     /// Heading, pitch, roll.
     attitude_white: [White; 3],
     attitude_drift: [GaussMarkov; 3],
@@ -141,7 +140,7 @@ impl Streams {
             timetables: timetables(scenario),
             pulses_lost_s: scenario.timer.pps_lost_s,
             convergence_rad,
-            lever_arm_m: scenario.mount.lever_arm_m,
+            mount: scenario.mount,
             attitude_white: [
                 white(heading_white_deg, "attitude.heading.white"),
                 white(attitude.white_deg, "attitude.pitch.white"),
@@ -237,7 +236,7 @@ impl Streams {
         let white = self.position_white.each_mut().map(White::draw);
         let noise = self.velocity_white.each_mut().map(White::draw);
         let velocity = self.velocity_ned(&state);
-        let antenna = antenna(&state, self.lever_arm_m);
+        let antenna = antenna(&state, &self.mount);
         Reading::Position {
             east_m: antenna[0] + east + white[0],
             north_m: antenna[1] + north + white[1],
