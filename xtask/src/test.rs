@@ -24,7 +24,7 @@ const HOST: [Step; 5] = [
 ];
 
 /// What is compiled, linked and emulated for the boards: most of it work for one core at a time.
-const BOARDS: [Step; 12] = [
+const BOARDS: [Step; 11] = [
     ("flight computer: build and clippy", board_built),
     ("clippy (firmware)", firmware_checked),
     ("core alone", |compiler| core_alone(compiler, &["--no-default-features"]).into()),
@@ -46,7 +46,6 @@ const BOARDS: [Step; 12] = [
         Ok(budget::Verdict::OtherCompiler(why)) => Outcome::Skipped(why),
         Err(why) => Outcome::Failed(why),
     }),
-    ("a thousand frames over a bad line", |_| bad_line().into()),
 ];
 
 const CORE: &str = "plumbline-core";
@@ -131,11 +130,6 @@ fn core_alone(compiler: &Compiler, features: &[&str]) -> Result<(), Failure> {
     cargo.args(["build", "--package", CORE, "--profile", places::PROFILE]).args(features);
     compiler.apply(&mut cargo);
     run(&mut cargo)
-}
-
-/// What takes too long without optimisation.
-fn bad_line() -> Result<(), Failure> {
-    run(cargo().args(["test", "--release", "--package", "plumbline-tests", "--test", "serial", "--", "--ignored"]))
 }
 
 fn documentation() -> Result<(), Failure> {
