@@ -9,6 +9,7 @@ mod block;
 mod check;
 mod fields;
 mod file;
+pub mod mounts;
 mod observations;
 mod result;
 pub mod seam;

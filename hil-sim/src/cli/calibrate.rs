@@ -1,7 +1,8 @@
 //! `plumbline calibrate`: a camera of several heads from its flight.
 
-use super::{Failure, note, print, print_json};
+use super::{Failure, folder, note, print, print_json};
 use indicatif::ProgressBar;
+use plumbline_sim::calibration;
 use plumbline_survey::adjust::rig::{HEAD, LENS, TIME};
 use plumbline_survey::calibrate::{Block, Calibration, Observations, camera_file};
 use plumbline_survey::error::InputError;
@@ -28,6 +29,8 @@ pub struct Args {
     json: bool,
 }
 
+/// The report's file.
+const REPORT: &str = "report.html";
 /// Outliers that are named.
 const NAMED: usize = 100;
 const ARCSEC: f64 = 3600.0;
@@ -64,18 +67,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let block = Block::read(&args.block)?;
     let observations = Observations::read(&args.observations, &block)?;
     let bar = ProgressBar::new_spinner();
-    let calibration = Calibration::new(&block, &observations, &mut |iteration, cost| {
+    let adjusted = Calibration::new(&block, &observations, &mut |iteration, cost| {
         bar.set_message(format!("iteration {iteration}: sum of squares {:.6e}", 2.0 * cost));
         bar.tick();
     });
     bar.finish_and_clear();
-    let calibration = calibration?;
-    let file = camera_file(&block, &observations, &calibration)?;
+    let adjusted = adjusted?;
+    let file = camera_file(&block, &observations, &adjusted)?;
     let mut notes = file.assumed;
     notes.extend(block.ignored.iter().map(|key| format!("{}: {key} means nothing here", args.block.display())));
     let text = file.camera.checked_toml_string(&args.out)?;
+    if let Some(report) = &args.report {
+        let page = calibration::page(&block, &observations, &adjusted);
+        folder::create(report)?;
+        write_file(&report.join(REPORT), page.as_bytes())?;
+    }
     write_file(&args.out, text.as_bytes())?;
-    let told = told(&block, &observations, &calibration, notes);
+    let told = told(&block, &observations, &adjusted, notes);
     told.notes.iter().for_each(|line| note(line));
     if args.json {
         return print_json(&told);
@@ -86,6 +94,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Files that can be written, and that are not those that are read.
 fn check_files(args: &Args) -> Result<(), InputError> {
     check_file(&args.out)?;
+    if let Some(report) = &args.report {
+        folder::check("--report", report, &[REPORT])?;
+    }
     let is_out = |path: &Path| {
         path == args.out || path.canonicalize().is_ok_and(|path| args.out.canonicalize().is_ok_and(|out| path == out))
     };

@@ -5,11 +5,13 @@ mod attitude;
 mod calibrate;
 mod exterior;
 mod fly;
+mod folder;
 mod intersect;
 mod map;
 mod match_;
 mod mission;
 mod motion;
+mod mounts;
 mod rectify;
 mod replay;
 mod reproduce;
@@ -66,6 +68,8 @@ enum Verb {
     Smooth(smooth::Args),
     /// Calibrate a camera of several heads by constrained bundle adjustment (paper 002)
     Calibrate(calibrate::Args),
+    /// How heads sit to each other, from exterior orientations of their pictures or from resections on a test field
+    Mounts(mounts::Args),
     /// Adjust a problem of Bundle Adjustment in the Large
     Adjust(adjust::Args),
     /// Reproduce a paper's tables and say where and why they differ
@@ -120,6 +124,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Verb::Intersect(args) => intersect::run(&args),
         Verb::Smooth(args) => smooth::run(&args),
         Verb::Calibrate(args) => calibrate::run(&args),
+        Verb::Mounts(args) => mounts::run(&args),
         Verb::Adjust(args) => adjust::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     }

@@ -2,7 +2,9 @@
 
 use super::{Failure, print, print_json};
 use indicatif::{ProgressBar, ProgressStyle};
-use plumbline_sim::reproduce::{Reproduction, paper_000, paper_001, table_3, text, write_figures, write_figures_000};
+use plumbline_sim::reproduce::{
+    Reproduction, paper_000, paper_001, paper_002, table_3, text, write_figures, write_figures_000,
+};
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::{check_file, write_file};
 use std::path::{Path, PathBuf};
@@ -27,9 +29,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match args.paper.as_str() {
         "000" => of_000(args),
         "001" => of_001(args),
+        "002" => of_002(args),
         "003" => of_003(args),
         other => {
-            let sentence = format!("paper {other} is not in this version, 000, 001 and 003 are");
+            let sentence = format!("paper {other} is not in this version, 000 to 003 are");
             Err(Failure::Input(InputError::new(sentence)))
         }
     }
@@ -69,11 +72,30 @@ fn of_000(args: &Args) -> Result<(), Failure> {
     if args.json { print_json(&reproduction) } else { print(&reproduction.text()) }
 }
 
+fn of_002(args: &Args) -> Result<(), Failure> {
+    if let Some(folder) = &args.out {
+        create(folder)?;
+    }
+    let bar = progress_bar(paper_002::adjustments(), "adjustment");
+    let reproduction = paper_002::Reproduction::new(&|| bar.inc(1));
+    bar.finish_and_clear();
+    let reproduction = reproduction.map_err(|error| Failure::Work(format!("a simulated block: {error:?}")))?;
+    if args.json {
+        return print_json(&reproduction);
+    }
+    let head = format!(
+        "Paper 002: blocks of {} seeds, image noise {} px.",
+        reproduction.seeds.len(),
+        paper_002::world::NOISE_PX
+    );
+    print(&text::table(head, &reproduction.rows))
+}
+
 fn of_003(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.out {
         create(folder)?;
     }
-    let bar = progress_bar(args.frames);
+    let bar = progress_bar(args.frames.into(), "frame");
     let flown = table_3::flown(args.frames, &mut |frame| bar.set_position(u64::from(frame) + 1));
     bar.finish_and_clear();
     let flown = flown?;
@@ -97,9 +119,9 @@ fn create(folder: &Path) -> Result<(), InputError> {
 }
 
 /// On stderr, and only where somebody sees it.
-fn progress_bar(frames: u32) -> ProgressBar {
-    let bar = ProgressBar::new(frames.into());
-    match ProgressStyle::with_template("frame {pos} of {len} {wide_bar} {eta} left") {
+fn progress_bar(count: u64, what: &str) -> ProgressBar {
+    let bar = ProgressBar::new(count);
+    match ProgressStyle::with_template(&format!("{what} {{pos}} of {{len}} {{wide_bar}} {{eta}} left")) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }

@@ -29,10 +29,9 @@ pub fn check(block: &Block, observations: &Observations, rig: &Rig) -> Result<()
         of_station[seen.station] += 1;
         of_head[seen.head] += 1;
     }
-    for (point, &count) in of_point.iter().enumerate() {
-        if block.points[point].is_free && count < 2 && !known_point(point) {
-            let how = if count == 0 { "never".to_owned() } else { format!("once ({})", place_of(observations, point)) };
-            return refuse(format!("point {point} is seen {how}; an unknown point needs two rays"));
+    for (head, &count) in of_head.iter().enumerate() {
+        if count == 0 && !block.heads[head].free.is_empty() {
+            return refuse(format!("head {head} sees nothing"));
         }
     }
     for (station, &count) in of_station.iter().enumerate() {
@@ -42,9 +41,10 @@ pub fn check(block: &Block, observations: &Observations, rig: &Rig) -> Result<()
             return refuse(format!("station {station} has {seen}; six unknowns need three at least"));
         }
     }
-    for (head, &count) in of_head.iter().enumerate() {
-        if count == 0 && !block.heads[head].free.is_empty() {
-            return refuse(format!("head {head} sees nothing"));
+    for (point, &count) in of_point.iter().enumerate() {
+        if block.points[point].is_free && count < 2 && !known_point(point) {
+            let how = if count == 0 { "never".to_owned() } else { format!("once ({})", place_of(observations, point)) };
+            return refuse(format!("point {point} is seen {how}; an unknown point needs two rays"));
         }
     }
     let (equations, unknowns) = (rig.structure().equations(), rig.structure().unknowns());

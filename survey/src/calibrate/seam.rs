@@ -89,6 +89,9 @@ fn interior(head: &[f64; HEAD]) -> Interior {
     Interior(std::array::from_fn(|k| head[LENS + k]))
 }
 
+/// How far beyond the frame, in half sides, a lens may bring a direction back into it.
+const BEYOND: f64 = 1.5;
+
 /// Where a head's frame shows a direction, if it does.
 #[must_use]
 pub fn image_of(head: &[f64; HEAD], ray: &Vector3<f64>, half_px: [f64; 2]) -> Option<[f64; 2]> {
@@ -96,7 +99,12 @@ pub fn image_of(head: &[f64; HEAD], ray: &Vector3<f64>, half_px: [f64; 2]) -> Op
     if u.z >= 0.0 {
         return None;
     }
-    let image = interior(head).image([-u.x / u.z, -u.y / u.z]);
+    // Far beyond the frame the lens' polynomial means nothing, and may fold back into it.
+    let tangents = [-u.x / u.z, -u.y / u.z];
+    if (0..2).any(|k| tangents[k].abs() > BEYOND * half_px[k] / head[LENS]) {
+        return None;
+    }
+    let image = interior(head).image(tangents);
     (image[0].abs() <= half_px[0] && image[1].abs() <= half_px[1]).then_some(image)
 }
 

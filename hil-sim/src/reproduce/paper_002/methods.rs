@@ -41,8 +41,8 @@ fn judged(truth: &[[f64; HEAD]], calibrated: &[[f64; HEAD]]) -> (Vec<f64>, (f64,
     (errors, rms_and_max(&mismatches(truth, calibrated, &world::virtual_image(), SEAM_STEP_PX)))
 }
 
-fn outcome(world: &World, calibration: &Calibration) -> Outcome {
-    let (errors_arcsec, seam_px) = judged(&world.heads, &calibration.heads);
+fn outcome(world: &World, heads: &[[f64; HEAD]], calibration: &Calibration) -> Outcome {
+    let (errors_arcsec, seam_px) = judged(&world.heads, heads);
     let angles = calibration.unknowns.iter().filter(|unknown| unknown.number < 3);
     let phi_x = calibration.correlations.iter().find(|pair| pair.a.starts_with("phi") && pair.b.starts_with("X"));
     Outcome {
@@ -74,7 +74,8 @@ pub fn constrained(
         world::self_calibrating(&mut block, known);
     }
     let rig = block.rig(&observations.seen);
-    Ok(outcome(&world, &Calibration::of_rig(&rig, &Options::default(), &mut |_, _| {})?))
+    let calibration = Calibration::of_rig(&rig, &Options::default(), &mut |_, _| {})?;
+    Ok(outcome(&world, &calibration.heads, &calibration))
 }
 
 /// Every picture with an orientation of its own; the mounts are the means over the stations.
@@ -123,9 +124,7 @@ pub fn unconstrained(seed: u64, points: usize) -> Result<Outcome, SolveError> {
         let angles = rotation::angles_rad(&(mount(&world.heads[0]) * u * v_t));
         mean[..3].copy_from_slice(&angles);
     }
-    let mut of_means = outcome(&world, &calibration);
-    (of_means.errors_arcsec, of_means.seam_px) = judged(&world.heads, &means);
-    of_means.sigmas_arcsec.clear();
+    let mut of_means = outcome(&world, &means, &calibration);
     for station in 0..world.stations.len() {
         let centres: Vec<Vector3<f64>> =
             pictures(station).iter().map(|values| Vector3::new(values[3], values[4], values[5])).collect();
@@ -166,7 +165,8 @@ pub fn cross_overlap(seed: u64, matches: usize) -> Result<Outcome, SolveError> {
         block.point_priors.push(PointPrior { point: index, position_m: point.position_m, sigma_m });
     }
     let rig = block.rig(&observations.seen);
-    Ok(outcome(&world, &Calibration::of_rig(&rig, &Options::default(), &mut |_, _| {})?))
+    let calibration = Calibration::of_rig(&rig, &Options::default(), &mut |_, _| {})?;
+    Ok(outcome(&world, &calibration.heads, &calibration))
 }
 
 /// Root mean square.

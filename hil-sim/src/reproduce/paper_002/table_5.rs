@@ -68,11 +68,12 @@ fn triangulated(seed: u64, truth: &[[f64; HEAD]], calibrated: &[[f64; HEAD]]) ->
         }
     }
     world.known = world.points.len();
-    world.add_points(&mut rng, CHECKS, half, 3);
-    let first_tie = world.points.len();
-    world.add_points(&mut rng, TIES, [half[0] + 0.4 * base, half[1] + 300.0], 2);
-
     let turned = Symmetrised::new(calibrated);
+    let sees =
+        |world: &World, station: &Station, point: [f64; 3]| virtual_point(world, &turned, station, point).is_some();
+    world.add_points(&mut rng, CHECKS, half, 3, &sees);
+    let first_tie = world.points.len();
+    world.add_points(&mut rng, TIES, [half[0] + 0.4 * base, half[1] + 300.0], 2, &sees);
     let camera = Interior::ideal(F_PX);
     let mut seen = Vec::new();
     for (station, at) in world.stations.iter().enumerate() {

@@ -34,6 +34,9 @@ pub const CENTRES_M: [[f64; 3]; 4] =
 /// Design angles phi, omega of the heads, degrees.
 pub const DESIGN_DEG: [[f64; 2]; 4] = [[-22.0, 18.0], [22.0, 18.0], [-22.0, -18.0], [22.0, -18.0]];
 
+/// How far beyond the frame, in half sides, a lens may bring a point back into it.
+const BEYOND: f64 = 1.05;
+
 /// The virtual image with the heads' frames.
 #[must_use]
 pub fn virtual_image() -> Virtual {
@@ -143,19 +146,26 @@ impl World {
             .map(|[east, north]| [east, north, ground_m(east, north)])
             .collect();
         let mut world = World { heads, stations, known: known.len(), points: known };
-        world.add_points(&mut rng, count, [1550.0, 1450.0], 3);
+        world.add_points(&mut rng, count, [1550.0, 1450.0], 3, &|world, station, point| {
+            (0..world.heads.len()).any(|head| world.image(station, head, point).is_some())
+        });
         world
     }
 
-    /// Adds points within so many metres of the middle that `stations` stations at least see.
-    pub fn add_points(&mut self, rng: &mut ChaCha12Rng, count: usize, half_m: [f64; 2], stations: usize) {
+    /// Adds points within so many metres of the middle that `stations` stations at least see, as `sees` has it.
+    pub fn add_points(
+        &mut self,
+        rng: &mut ChaCha12Rng,
+        count: usize,
+        half_m: [f64; 2],
+        stations: usize,
+        sees: &dyn Fn(&World, &Station, [f64; 3]) -> bool,
+    ) {
         let wanted = self.points.len() + count;
         while self.points.len() < wanted {
             let [east, north] = half_m.map(|half| (2.0 * uniform(rng) - 1.0) * half);
             let point = [east, north, ground_m(east, north)];
-            let sees =
-                |station: &&Station| (0..self.heads.len()).any(|head| self.image(station, head, point).is_some());
-            if self.stations.iter().filter(sees).count() >= stations {
+            if self.stations.iter().filter(|station| sees(self, station, point)).count() >= stations {
                 self.points.push(point);
             }
         }
@@ -164,6 +174,13 @@ impl World {
     /// Where a head of a station sees a point, if its frame holds it.
     #[must_use]
     pub fn image(&self, station: &Station, head: usize, point: [f64; 3]) -> Option<[f64; 2]> {
+        // Far beyond the frame the lens' polynomial means nothing, and may fold back into it.
+        let mut ideal = self.heads[head];
+        ideal[LENS..].copy_from_slice(&Interior::ideal(F_PX).0);
+        let near = project(&ideal, station, point)?;
+        if (0..2).any(|k| near[k].abs() > BEYOND * HEAD_PX[k] / 2.0) {
+            return None;
+        }
         let image = project(&self.heads[head], station, point)?;
         (image[0].abs() <= HEAD_PX[0] / 2.0 && image[1].abs() <= HEAD_PX[1] / 2.0).then_some(image)
     }
