@@ -10,6 +10,7 @@ pub mod figure_3;
 pub mod memory;
 pub mod paper_000;
 pub mod paper_001;
+pub mod paper_002;
 pub mod resample;
 pub mod rivals;
 pub mod setting;

@@ -8,6 +8,7 @@
 mod block;
 mod check;
 mod fields;
+mod file;
 mod observations;
 mod result;
 pub mod seam;
@@ -15,6 +16,7 @@ mod symmetrise;
 
 pub use block::{Block, PointPrior, Sizes, StationPrior};
 pub use check::check;
+pub use file::{Calibrated, camera_file};
 pub use observations::Observations;
 pub use result::{Calibration, Correlation, HeadUnknown, OUTLIER_SIGMAS, Residual, STATION_NUMBERS, unknown_name};
 pub use symmetrise::{Symmetrised, mount};

@@ -112,9 +112,7 @@ impl Distortion {
 /// # Errors
 /// The content is none that would be read again, or the file cannot be written.
 pub fn write(path: &Path, camera: &CameraFile) -> Result<(), InputError> {
-    let text = camera.to_toml_string();
-    CameraFile::from_toml_str(&text, &path.display().to_string())?;
-    write_file(path, text.as_bytes())
+    write_file(path, camera.checked_toml_string(path)?.as_bytes())
 }
 
 impl CameraFile {
@@ -157,6 +155,16 @@ impl CameraFile {
     /// does not agree.
     pub fn from_toml_str(text: &str, name: &str) -> Result<Self, InputError> {
         parse::camera_file(text, name)
+    }
+
+    /// [`Self::to_toml_string`] for a file at `path`, if it would be read again.
+    ///
+    /// # Errors
+    /// As [`Self::from_toml_str`].
+    pub fn checked_toml_string(&self, path: &Path) -> Result<String, InputError> {
+        let text = self.to_toml_string();
+        Self::from_toml_str(&text, &path.display().to_string())?;
+        Ok(text)
     }
 
     /// The file's text, with a fresh checksum in its first line. Reading it gives the same content, to the last bit.

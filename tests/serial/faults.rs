@@ -30,8 +30,10 @@ fn fly(stage: &Stage, faults: LineFaults, seed: u64) -> (Flown, LineFaultCounts)
     (flown, counts)
 }
 
-/// So many frames with one message in a hundred hit by each kind of fault.
-fn one_percent(frames: u32) {
+/// One message in a hundred is hit by each kind of fault.
+#[test]
+fn a_bad_line_changes_no_fix_of_a_thousand() {
+    let frames = 1000;
     let stage = stage(small(5, frames));
     let expected = in_process(&stage);
     let (flown, counts) = fly(&stage, bad(1.0), 6);
@@ -47,18 +49,6 @@ fn one_percent(frames: u32) {
     assert!(each.iter().all(|&count| count >= least), "{counts:?}");
     assert!(trouble.timeouts >= counts.lost && trouble.resends >= counts.lost, "{trouble} of {counts:?}");
     assert!(trouble.bad_checksum > 0 && trouble.stale > 0, "{trouble}");
-}
-
-#[test]
-fn a_bad_line_changes_no_fix() {
-    one_percent(60);
-}
-
-/// The promise itself; `cargo xtask test` runs it in release.
-#[test]
-#[ignore = "takes long without optimisation"]
-fn a_thousand_frames_over_a_bad_line() {
-    one_percent(1000);
 }
 
 /// The session outlives the line: a request that was under way is sent again, and done once.
@@ -83,7 +73,6 @@ fn a_board_that_reboots_leaves_a_gap_that_is_counted() {
 
 /// At other moments.
 #[test]
-#[ignore = "takes long without optimisation"]
 fn boards_that_reboot_leave_gaps_that_are_counted() {
     let stage = stage(small(9, 120));
     let expected = in_process(&stage);

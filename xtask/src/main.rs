@@ -9,6 +9,7 @@ mod flash;
 mod flight;
 mod fly;
 mod fuzz;
+mod lanes;
 mod panics;
 mod places;
 mod process;
@@ -35,7 +36,7 @@ fn main() -> ExitCode {
         "compare" => compare::compare(&rest),
         "fuzz" => Ok(fuzz::fuzz(&rest).map_or_else(failed, |()| ExitCode::SUCCESS)),
         "panics" => none_left(&rest).map(|()| panics::tell().map_or_else(failed, |()| ExitCode::SUCCESS)),
-        "test" => none_left(&rest).map(|()| test::test()),
+        "test" => test::test(&rest),
         "" => Err(format!("cargo xtask needs a verb: {VERBS}")),
         unknown => Err(format!("cargo xtask knows no verb {unknown:?}; it knows {VERBS}")),
     };
@@ -48,7 +49,7 @@ fn main() -> ExitCode {
 const VERBS: &str = "build (all images and the plumbline command), fly [options of plumbline fly], budget [--json] \
     [--overwrite] [--against REVISION], flash [--probe] [--bare] [--camera FILE.toml [--settings FILE.toml]] \
     [--mission FILE] [--tiles FILE], compare [--json] [--frame PICTURE ...], fuzz [--inputs N] [--seed S] \
-    [--target READER], panics, and test";
+    [--target READER], panics, and test [STEP]";
 
 fn none_left(rest: &[String]) -> Result<(), Failure> {
     rest.first().map_or(Ok(()), |extra| Err(format!("this verb takes no arguments, but got {extra:?}")))

@@ -5,10 +5,11 @@ use std::env;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// cargo, as it started us, at the workspace's root and with the target folder as we see it.
+/// cargo, as it started us, at the workspace's root and with the target folder as we see it. What is built here is mostly
+/// built from nothing: keeping its parts for a next time would cost time now, and inlining between them.
 pub fn cargo() -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(places::root()).env("CARGO_TARGET_DIR", places::target());
+    command.current_dir(places::root()).env("CARGO_TARGET_DIR", places::target()).env("CARGO_INCREMENTAL", "0");
     command
 }
 

@@ -2,6 +2,7 @@
 
 mod adjust;
 mod attitude;
+mod calibrate;
 mod exterior;
 mod fly;
 mod intersect;
@@ -63,6 +64,8 @@ enum Verb {
     Intersect(intersect::Args),
     /// Smooth the columns of a log: value, rate and sigma at its times or at others (paper 001)
     Smooth(smooth::Args),
+    /// Calibrate a camera of several heads by constrained bundle adjustment (paper 002)
+    Calibrate(calibrate::Args),
     /// Adjust a problem of Bundle Adjustment in the Large
     Adjust(adjust::Args),
     /// Reproduce a paper's tables and say where and why they differ
@@ -116,6 +119,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Verb::Motion(args) => motion::run(&args),
         Verb::Intersect(args) => intersect::run(&args),
         Verb::Smooth(args) => smooth::run(&args),
+        Verb::Calibrate(args) => calibrate::run(&args),
         Verb::Adjust(args) => adjust::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     }

@@ -2,8 +2,10 @@
 
 use crate::Failure;
 
-/// What `probe-rs chip info STM32H743VITx` prints: name, first address, end. From the target description
-/// `STM32H7_Series.yaml` of the crate probe-rs 0.32.0, variant STM32H743VI.
+/// Name, first address and end of the chip's own memories in probe-rs 0.32.0: the addresses as `probe-rs chip info
+/// STM32H743VITx` prints them, the names, which it does not print, from its target description `STM32H7_Series.yaml`,
+/// variant STM32H743VI. It also prints three windows of external flash (0x6000_0000, 0x9000_0000, 0xa000_0000), which this
+/// board has not.
 pub const PROBE_RS: [(&str, u32, u32); 9] = [
     ("ITCM", 0x0000_0000, 0x0001_0000),
     ("BANK_1", 0x0800_0000, 0x0810_0000),
