@@ -3,9 +3,10 @@
 //! [`scenario`] → [`stage`] ([`world`], [`flight`], [`mod@reference`]) → [`fly`] ([`sensors`], [`autopilot`], [`render`],
 //! [`fault`], [`link`]) → [`station`] → [`score`]. Apart from all of it stands [`oracle`], which judges the core's
 //! geometry; [`still`] and [`still_match`] run the core on single pictures, [`stitch`] on those of a camera of several [`heads`],
-//! [`smoothing`] fits logs; [`panels`] draws curves.
+//! [`smoothing`] fits logs; [`panels`] draws curves; [`calibration`] is the page of a calibrated camera.
 
 pub mod autopilot;
+pub mod calibration;
 pub mod camera;
 pub mod dump;
 pub mod fault;

@@ -6,13 +6,13 @@
 
 mod board;
 mod errors;
-mod format;
+pub(crate) mod format;
 mod head;
 mod instants;
 mod overlay;
 mod paper;
 mod parameters;
-mod plots;
+pub(crate) mod plots;
 mod png;
 mod provenance;
 mod strip;
@@ -22,7 +22,7 @@ pub(crate) mod tests;
 use crate::fly::Flight;
 use crate::score::{Scored, Summary, length};
 use crate::stage::Stage;
-use maud::{DOCTYPE, PreEscaped, html};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::fmt;
 
 /// Distance from the truth at which a match counts as right, pixels: that of `match_rate`.
@@ -66,30 +66,39 @@ impl Report<'_> {
     pub fn html(&self) -> Result<String, ReportError> {
         let title = format!("Plumbline flight: {}", self.summary.scenario);
         let plots = self.plots()?;
-        let page = html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    title { (title) }
-                    style { (PreEscaped(include_str!("report/style.css"))) }
-                }
-                body {
-                    main {
-                        (self.head())
-                        (self.against_the_paper())
-                        (plots)
-                        (self.error_parts())
-                        (self.instants())
-                        (self.strip())
-                        (self.board())
-                        (self.parameters())
-                        (self.provenance())
-                    }
-                }
-            }
+        let body = html! {
+            (self.head())
+            (self.against_the_paper())
+            (plots)
+            (self.error_parts())
+            (self.instants())
+            (self.strip())
+            (self.board())
+            (self.parameters())
+            (self.provenance())
         };
-        Ok(page.into_string())
+        Ok(page(&title, &body))
     }
+}
+
+/// A page with its style and nothing from outside.
+pub(crate) fn page(title: &str, body: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(include_str!("report/style.css"))) }
+            }
+            body { main { (body) } }
+        }
+    };
+    page.into_string()
+}
+
+/// A figure of the strip below the verdict: its value, and what it is.
+pub(crate) fn key(value: &str, name: &str) -> Markup {
+    html! { div { b { (value) } span { (name) } } }
 }

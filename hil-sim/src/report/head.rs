@@ -2,7 +2,7 @@
 
 use super::format::{maybe, number, percent};
 use super::paper::{RAW_PX, RECTIFIED_PX};
-use super::{RIGHT_PX, Report};
+use super::{RIGHT_PX, Report, key};
 use crate::scenario::Ground;
 use crate::score::Summary;
 use maud::{Markup, html};
@@ -10,7 +10,6 @@ use maud::{Markup, html};
 impl Report<'_> {
     pub(super) fn head(&self) -> Markup {
         let summary = self.summary;
-        let key = |value: String, name: &str| html! { div { b { (value) } span { (name) } } };
         let wrong = self.scored.iter().filter(|scored| Self::is_wrong(scored)).count();
         let share = summary.accepted as f64 / summary.frames.max(1) as f64;
         html! {
@@ -23,10 +22,10 @@ impl Report<'_> {
                     p class="verdict bad" { "Wrong fixes: " (wrong) ", more than " (RIGHT_PX) " px from the truth." }
                 }
                 div class="keys" {
-                    (key(format!("{} of {}", summary.accepted, summary.frames), &format!("frames fixed ({})", percent(share))))
-                    (key(maybe(summary.matching_error_px.rectified_mean, 2, "px"), "mean matching error, rectified"))
-                    (key(maybe(summary.ground_error_m.mean, 2, "m"), "mean ground error"))
-                    (key(maybe(summary.nees_mean, 2, ""), "NEES (2 expected)"))
+                    (key(&format!("{} of {}", summary.accepted, summary.frames), &format!("frames fixed ({})", percent(share))))
+                    (key(&maybe(summary.matching_error_px.rectified_mean, 2, "px"), "mean matching error, rectified"))
+                    (key(&maybe(summary.ground_error_m.mean, 2, "m"), "mean ground error"))
+                    (key(&maybe(summary.nees_mean, 2, ""), "NEES (2 expected)"))
                 }
             }
         }

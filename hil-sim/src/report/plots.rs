@@ -10,6 +10,7 @@ use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::coord::types::RangedCoordf64;
 use plotters::drawing::IntoDrawingArea;
+use plotters::element::Rectangle;
 use plotters::prelude::SVGBackend;
 use plotters::style::{Color, IntoFont, RGBColor, TextStyle};
 use std::error::Error;
@@ -27,23 +28,23 @@ const FONT: u32 = 36;
 /// Most frames that are drawn one by one.
 const FRAMES_MAX: usize = 2000;
 
-const INK: RGBColor = RGBColor(40, 40, 38);
+pub(crate) const INK: RGBColor = RGBColor(40, 40, 38);
 const RULE: RGBColor = RGBColor(214, 211, 203);
-const RECTIFIED: RGBColor = RGBColor(31, 90, 140);
-const UNRECTIFIED: RGBColor = RGBColor(150, 145, 133);
-const REFUSED: RGBColor = RGBColor(179, 38, 30);
-const PAPER: RGBColor = RGBColor(176, 106, 0);
+pub(crate) const RECTIFIED: RGBColor = RGBColor(31, 90, 140);
+pub(crate) const UNRECTIFIED: RGBColor = RGBColor(150, 145, 133);
+pub(crate) const REFUSED: RGBColor = RGBColor(179, 38, 30);
+pub(crate) const PAPER: RGBColor = RGBColor(176, 106, 0);
 
-type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-type Drawn = Result<(), Box<dyn Error>>;
+pub(crate) type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+pub(crate) type Drawn = Result<(), Box<dyn Error>>;
 
 /// Axes of a plot.
-struct Axes<'a> {
-    x: Range<f64>,
-    y: Range<f64>,
-    x_text: &'a str,
-    y_text: &'a str,
-    x_label: &'a dyn Fn(&f64) -> String,
+pub(crate) struct Axes<'a> {
+    pub(crate) x: Range<f64>,
+    pub(crate) y: Range<f64>,
+    pub(crate) x_text: &'a str,
+    pub(crate) y_text: &'a str,
+    pub(crate) x_label: &'a dyn Fn(&f64) -> String,
 }
 
 impl Report<'_> {
@@ -89,7 +90,11 @@ impl Report<'_> {
 }
 
 /// Draws a plot; `label` is what those who cannot see it are told.
-fn plot(label: &str, axes: &Axes<'_>, draw: impl FnOnce(&mut Chart<'_, '_>) -> Drawn) -> Result<Markup, ReportError> {
+pub(crate) fn plot(
+    label: &str,
+    axes: &Axes<'_>,
+    draw: impl FnOnce(&mut Chart<'_, '_>) -> Drawn,
+) -> Result<Markup, ReportError> {
     let mut text = String::new();
     draw_into(&mut text, axes, draw).map_err(|error| ReportError(format!("{label} ({error})")))?;
     // The page's own opening tag: inside HTML no namespace is needed, and the style sheet sets the size.
@@ -132,15 +137,26 @@ fn font() -> TextStyle<'static> {
     ("sans-serif", FONT).into_font().color(&INK)
 }
 
+/// Filled bars, each from its lower left corner to its upper right one.
+pub(crate) fn bars(
+    chart: &mut Chart<'_, '_>,
+    bars: impl Iterator<Item = [(f64, f64); 2]> + Clone,
+    colour: RGBColor,
+) -> Drawn {
+    chart.draw_series(bars.clone().map(|corners| Rectangle::new(corners, colour.mix(0.55).filled())))?;
+    chart.draw_series(bars.map(|corners| Rectangle::new(corners, colour.stroke_width(3))))?;
+    Ok(())
+}
+
 /// A tick's number without the tail that binary fractions have.
-fn plain(value: f64) -> String {
+pub(crate) fn plain(value: f64) -> String {
     let rounded = (value * 1e4).round() / 1e4;
     // Adding zero takes the sign off a negative one.
     (rounded + 0.0).to_string().replace('-', "−")
 }
 
 /// A range from 0 that holds `values`, with room above them.
-fn from_zero(values: impl Iterator<Item = f64>) -> Range<f64> {
+pub(crate) fn from_zero(values: impl Iterator<Item = f64>) -> Range<f64> {
     let largest = values.fold(0.0, f64::max);
     0.0..if largest > 0.0 { 1.08 * largest } else { 1.0 }
 }

@@ -1,10 +1,10 @@
 //! How the matching errors are spread, on a logarithmic axis: rectified and unrectified ones lie decades apart.
 
-use super::{Axes, PAPER, RECTIFIED, UNRECTIFIED, from_zero, plain, plot};
+use super::{Axes, PAPER, RECTIFIED, UNRECTIFIED, bars, from_zero, plain, plot};
 use crate::report::{Report, ReportError, paper};
 use crate::score::length;
 use maud::Markup;
-use plotters::element::{PathElement, Rectangle};
+use plotters::element::PathElement;
 use plotters::style::Color;
 
 /// Lower border of the first class as a power of ten, pixels; smaller errors are counted in it.
@@ -39,13 +39,13 @@ impl Report<'_> {
         };
         plot("Histogram of the matching errors, pixels, logarithmic", &axes, |chart| {
             for (counts, colour) in [(raw, UNRECTIFIED), (rectified, RECTIFIED)] {
-                let bars = || {
-                    let left = |class: usize| FIRST + class as f64 / PER_DECADE;
-                    let filled = counts.into_iter().enumerate().filter(|&(_, count)| count > 0);
-                    filled.map(move |(class, count)| [(left(class), 0.0), (left(class + 1), count as f64)])
-                };
-                chart.draw_series(bars().map(|corners| Rectangle::new(corners, colour.mix(0.55).filled())))?;
-                chart.draw_series(bars().map(|corners| Rectangle::new(corners, colour.stroke_width(3))))?;
+                let left = |class: usize| FIRST + class as f64 / PER_DECADE;
+                let filled = counts.into_iter().enumerate().filter(|&(_, count)| count > 0);
+                bars(
+                    chart,
+                    filled.map(|(class, count)| [(left(class), 0.0), (left(class + 1), count as f64)]),
+                    colour,
+                )?;
             }
             let top = axes.y.end;
             chart.draw_series([paper::RAW_PX, paper::RECTIFIED_PX].map(|px| {

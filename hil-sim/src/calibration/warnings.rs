@@ -1,0 +1,32 @@
+//! What the reader has to know of the block before believing the page.
+
+use super::Page;
+use maud::{Markup, html};
+
+impl Page<'_> {
+    pub(super) fn warnings(&self) -> Markup {
+        let ignored = &self.block.ignored;
+        let mut warnings: Vec<String> = Vec::new();
+        if !ignored.is_empty() {
+            warnings
+                .push(format!("Keys of the block that mean nothing here and were ignored: {}.", ignored.join(", ")));
+        }
+        if self.calibration.heads.len() > 1 {
+            warnings.extend(self.seams.assumed.iter().map(|assumed| (*assumed).to_owned()));
+        }
+        if self.before.designed.is_none() {
+            warnings.push(
+                "With the heads as designed the adjustment does not come to an end: “before” shows the start values."
+                    .into(),
+            );
+        }
+        html! {
+            @if !warnings.is_empty() {
+                section {
+                    h2 { "Warnings" }
+                    @for warning in warnings { p { (warning) } }
+                }
+            }
+        }
+    }
+}
