@@ -1,12 +1,13 @@
 //! Paper 002: calibration of a camera of four heads, on a made-up flight over made-up ground.
 //!
 //! [`parallax`] is sections 2.2 and 3.1.1, [`world`] the camera and its block of 25 stations, [`methods`] the paper's three
-//! ways to the mounting angles, [`table_5`] the triangulation of virtual images. Tables 1 to 4 are lost with their
+//! ways to the mounting angles, [`virtual_image`] what is stitched with them, [`table_5`] the triangulation of such images. Tables 1 to 4 are lost with their
 //! numbers; what they say in words has a row.
 
 pub mod methods;
 pub mod parallax;
 pub mod table_5;
+pub mod virtual_image;
 pub mod world;
 
 use super::Row;
@@ -14,6 +15,7 @@ use methods::{Outcome, rms};
 use plumbline_survey::adjust::SolveError;
 use rayon::prelude::*;
 use serde::Serialize;
+use virtual_image::VirtualError;
 use world::InteriorError;
 
 /// Seeds of the blocks that the rows on methods are the mean of.
@@ -81,7 +83,7 @@ pub fn outcomes(
 /// How many adjustments [`Reproduction::new`] makes, for a progress bar.
 #[must_use]
 pub fn adjustments() -> u64 {
-    POOLED + 7 * SEEDS.count() as u64 + TRIANGULATED
+    POOLED + 7 * SEEDS.count() as u64 + TRIANGULATED + 1
 }
 
 /// Seeds of the triangulations.
@@ -89,6 +91,7 @@ const TRIANGULATED: u64 = 8;
 const METHODS: &str = "Three methods, 25 stations, 0.4 px";
 const INTERIORS: &str = "Interior orientations off by 2 um";
 const TABLE_1: &str = "Table 1 (lost), line elements";
+const VIRTUAL_IMAGE: &str = "Virtual image, four heads beside one camera";
 const TABLE_5: &str = "Table 5";
 
 fn row(table: &'static str, quantity: String, paper: Option<f64>, ours: f64, difference: Option<&str>) -> Row {
@@ -110,7 +113,7 @@ impl Reproduction {
     ///
     /// # Errors
     /// None for these blocks; the adjustment's own are passed on.
-    pub fn new(done: &(dyn Fn() + Sync)) -> Result<Self, SolveError> {
+    pub fn new(done: &(dyn Fn() + Sync)) -> Result<Self, VirtualError> {
         let counted = |of: &(dyn Fn(u64) -> Result<Outcome, SolveError> + Sync),
                        seeds: std::ops::RangeInclusive<u64>| {
             outcomes(seeds, |seed| {
@@ -131,7 +134,6 @@ impl Reproduction {
         }
         let alone = counted(&|seed| methods::unconstrained(seed, POINTS), SEEDS)?;
         rows.extend(of_method(METHODS, "every picture on its own, mean of 25", &Summary::new(&alone)));
-        rows.extend(line_elements(&alone));
         let all = counted(&|seed| methods::constrained(seed, POINTS, none, None), 1..=POOLED)?;
         let first = Summary::new(&all[..SEEDS.count()]);
         rows.extend(of_method(METHODS, "constrained", &first));
@@ -145,6 +147,7 @@ impl Reproduction {
         ));
         rows.push(row(METHODS, format!("constrained, {POOLED} blocks: error / sigma, rms"), None, pooled.ratio, None));
 
+        rows.extend(line_elements(&alone));
         let ignored = counted(&|seed| methods::constrained(seed, POINTS, RESIDUAL, None), SEEDS)?;
         rows.extend(of_method(INTERIORS, &format!("ignored, {POINTS} points"), &Summary::new(&ignored)));
         for points in [POINTS, 2 * POINTS] {
@@ -152,6 +155,8 @@ impl Reproduction {
             let name = format!("estimated with the angles, {points} points");
             rows.extend(of_method(INTERIORS, &name, &Summary::new(&of)));
         }
+        rows.extend(of_virtual_image()?);
+        done();
         rows.extend(triangulations(done)?);
         Ok(Reproduction { paper: "002", seeds: SEEDS.collect(), rows })
     }
@@ -177,6 +182,25 @@ fn line_elements(alone: &[Outcome]) -> Vec<Row> {
         row(TABLE_1, "share beyond 0.15 m, %".to_owned(), None, 100.0 * beyond, None),
         row(TABLE_1, "correlation of phi with X of a picture".to_owned(), None, correlation, None),
     ]
+}
+
+/// The stitched image beside an ideal camera's.
+fn of_virtual_image() -> Result<Vec<Row>, VirtualError> {
+    let stitched = virtual_image::stitched(*SEEDS.start(), POINTS)?;
+    let name = |what: &str| format!("pixels {} times as large: {what}", virtual_image::LARGER);
+    let seams = || stitched.seams.iter();
+    let windows: usize = seams().map(|seam| seam.windows).sum();
+    let squares: f64 = seams().map(|seam| seam.windows as f64 * seam.rms_px.unwrap_or(0.0).powi(2)).sum();
+    let largest = seams().filter_map(|seam| seam.max_px).fold(0.0, f64::max);
+    let of = |what: &str, ours: f64| row(VIRTUAL_IMAGE, name(what), None, ours, None);
+    Ok(vec![
+        of("share of the image that a head sees, %", 100.0 * stitched.mosaic.coverage),
+        of(&format!("seams by matching, rms of {windows} windows, px"), (squares / windows.max(1) as f64).sqrt()),
+        of("seams by matching, largest, px", largest),
+        of("against one ideal camera, rms, px", stitched.off.rms_px.unwrap_or(f64::NAN)),
+        of("against one ideal camera, largest, px", stitched.off.max_px.unwrap_or(f64::NAN)),
+        of("greys against one ideal camera, rms, DN", stitched.grey_rms_dn),
+    ])
 }
 
 fn triangulations(done: &(dyn Fn() + Sync)) -> Result<Vec<Row>, SolveError> {

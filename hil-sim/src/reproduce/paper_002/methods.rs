@@ -32,6 +32,8 @@ pub struct Outcome {
 }
 
 const ARCSEC: f64 = 3600.0;
+/// Stream of the noise of a calibration block.
+pub(super) const CONSTRAINED: &str = "constrained";
 
 fn judged(truth: &[[f64; HEAD]], calibrated: &[[f64; HEAD]]) -> (Vec<f64>, (f64, f64)) {
     let errors = (1..truth.len())
@@ -67,7 +69,7 @@ pub fn constrained(
     estimated: Option<InteriorError>,
 ) -> Result<Outcome, SolveError> {
     let world = World::calibration(seed, points, error);
-    let mut rng = stream(seed, "constrained");
+    let mut rng = stream(seed, CONSTRAINED);
     let observations = world.observed(&mut rng, NOISE_PX);
     let mut block = world.start(&mut rng);
     if let Some(known) = estimated {
@@ -84,7 +86,7 @@ pub fn constrained(
 /// As [`constrained`].
 pub fn unconstrained(seed: u64, points: usize) -> Result<Outcome, SolveError> {
     let world = World::calibration(seed, points, InteriorError::default());
-    let mut rng = stream(seed, "constrained");
+    let mut rng = stream(seed, CONSTRAINED);
     let observations = world.observed(&mut rng, NOISE_PX);
     let block = world.start(&mut rng);
     let heads = world.heads.len();

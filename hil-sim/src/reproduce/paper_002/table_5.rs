@@ -1,6 +1,6 @@
 //! Table 5: aerial triangulation of 39 virtual images made with the calibrated heads, judged at check points.
 
-use super::methods::rms;
+use super::methods::{self, rms};
 use super::world::{self, F_PX, HEIGHT_M, InteriorError, NOISE_PX, VIRTUAL_PX, World};
 use crate::sensors::noise::{normal, stream};
 use nalgebra::Vector3;
@@ -39,7 +39,7 @@ pub struct Checked {
 /// None for these blocks; the adjustment's own are passed on.
 pub fn checked(seed: u64, points: usize) -> Result<Checked, SolveError> {
     let calibration_world = World::calibration(seed, points, InteriorError::default());
-    let mut rng = stream(seed, "constrained");
+    let mut rng = stream(seed, methods::CONSTRAINED);
     let observations = calibration_world.observed(&mut rng, NOISE_PX);
     let rig = calibration_world.start(&mut rng).rig(&observations.seen);
     let calibrated = Calibration::of_rig(&rig, &Options::default(), &mut |_, _| {})?.heads;
