@@ -142,7 +142,7 @@ impl Page<'_> {
             }
             p class="note" {
                 "The virtual camera looks along the mean of the heads’ axes, turned against the platform by φ " (q[0]) ", ω " (q[1]) ", κ " (q[2])
-                ". Small: standard deviation in arc seconds, carried on from the covariance; a head that was given has one here, since the mean moves."
+                ". Small: standard deviation in arc seconds, carried on from the covariance; a head that was given has one here, since the mean moves. The camera file’s covariance is of heads 1 and up and takes the turn as given."
             }
         }
     }

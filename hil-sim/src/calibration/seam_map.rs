@@ -79,6 +79,9 @@ impl Page<'_> {
         let all = seams.outlines.iter().flatten().chain([&seams.view.half_px]);
         let [x, y] =
             all.fold([0.0_f64, 0.0_f64], |[x, y], [a, b]| [x.max(a.abs()), y.max(b.abs())]).map(|half| 1.02 * half);
+        if !(x > 0.0 && y > 0.0) {
+            return html! {};
+        }
         let classes = self.classes();
         let stroke = |part: f64| format!("{:.0}", part * x);
         let [half_x, half_y] = seams.view.half_px;

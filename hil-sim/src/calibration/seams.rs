@@ -4,7 +4,7 @@ use super::propagate::Propagated;
 use nalgebra::Vector3;
 use plumbline_survey::adjust::rig::{HEAD, LENS};
 use plumbline_survey::calibrate::seam::{Virtual, mismatches, ray_of};
-use plumbline_survey::calibrate::{Block, Calibration, Observations, Symmetrised, mount};
+use plumbline_survey::calibrate::{Block, Calibration, Observations, Symmetrised, camera_file, mount};
 
 /// Places across the virtual image.
 const COLUMNS: f64 = 100.0;
@@ -34,7 +34,7 @@ pub struct Seams {
     /// Where two heads see.
     pub places: Vec<Place>,
     /// What the block did not say, and what was taken instead.
-    pub assumed: Vec<&'static str>,
+    pub assumed: Vec<String>,
 }
 
 impl Seams {
@@ -46,27 +46,10 @@ impl Seams {
         calibration: &Calibration,
         symmetrised: &Symmetrised,
     ) -> Self {
-        let mut assumed = Vec::new();
-        let head_half_px = match block.sizes.head {
-            Some(size) => size.map(|side| 0.5 * f64::from(side)),
-            None => {
-                assumed.push(
-                    "The block has no cols and rows: a head’s frame is taken as large as the observations reach.",
-                );
-                farthest(observations.seen.iter().map(|seen| seen.image_px))
-            }
-        };
-        let f_px = block.sizes.virtual_f_px.unwrap_or(symmetrised.heads[0][LENS]);
-        let outlines: Vec<_> = symmetrised.heads.iter().map(|head| outline(head, head_half_px, f_px)).collect();
-        let half_px = match block.sizes.virtual_image {
-            Some(size) => size.map(|side| 0.5 * f64::from(side)),
-            None => {
-                assumed.push("The block has no virtual_cols and virtual_rows: the virtual image is taken to hold all heads’ frames.");
-                farthest(outlines.iter().flatten().copied())
-            }
-        };
-        let view = Virtual { f_px, half_px, head_half_px };
-        let step_px = 2.0 * half_px[0] / COLUMNS;
+        let (view, assumed) = view(block, observations, calibration);
+        let f_px = view.f_px;
+        let outlines = symmetrised.heads.iter().map(|head| outline(head, view.head_half_px, f_px)).collect();
+        let step_px = 2.0 * view.half_px[0] / COLUMNS;
         let places = places(calibration, symmetrised, &view, step_px);
         Seams { view, step_px, outlines, places, assumed }
     }
@@ -93,6 +76,28 @@ pub fn rms_and_max(lengths: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let (count, squares, max) =
         lengths.fold((0_u32, 0.0, 0.0_f64), |(n, sum, max), length| (n + 1, sum + length * length, max.max(length)));
     (count > 0).then(|| ((squares / f64::from(count)).sqrt(), max))
+}
+
+/// The virtual image of the camera file, and what had to be assumed for it. Heads that no picture holds have none, of no size.
+fn view(block: &Block, observations: &Observations, calibration: &Calibration) -> (Virtual, Vec<String>) {
+    let half = |cols: u32, rows: u32| [cols, rows].map(|side| 0.5 * f64::from(side));
+    let c_px = calibration.heads[0][LENS];
+    match camera_file(block, observations, calibration) {
+        Ok(file) => {
+            let camera = &file.camera;
+            let half_px = half(camera.cols, camera.rows);
+            let (f_px, head_half_px) = match camera.heads.first() {
+                Some(head) => (half_px[0] / (0.5 * camera.fov_h_deg.to_radians()).tan(), half(head.cols, head.rows)),
+                None => (c_px, half_px),
+            };
+            let assumed = file.assumed.iter().map(|assumed| format!("The block has {assumed}.")).collect();
+            (Virtual { f_px, half_px, head_half_px }, assumed)
+        }
+        Err(error) => {
+            let head_half_px = farthest(observations.seen.iter().map(|seen| seen.image_px));
+            (Virtual { f_px: c_px, half_px: [0.0; 2], head_half_px }, vec![format!("No seams: {error}.")])
+        }
+    }
 }
 
 /// The mismatch of every place: that of heads one sigma off against the calibrated ones, combined by the covariance. Steps are

@@ -11,9 +11,7 @@ impl Page<'_> {
             warnings
                 .push(format!("Keys of the block that mean nothing here and were ignored: {}.", ignored.join(", ")));
         }
-        if self.calibration.heads.len() > 1 {
-            warnings.extend(self.seams.assumed.iter().map(|assumed| (*assumed).to_owned()));
-        }
+        warnings.extend(self.seams.assumed.iter().cloned());
         if self.before.designed.is_none() {
             warnings.push(
                 "With the heads as designed the adjustment does not come to an end: “before” shows the start values."
