@@ -12,15 +12,17 @@ const ANGLES: [&str; 3] = ["φ", "ω", "κ"];
 
 impl Page<'_> {
     pub(super) fn mounts(&self) -> Markup {
+        // One head has no distances, and is no virtual camera.
+        let are_several = self.calibration.heads.len() > 1;
         html! {
             section {
                 h2 { "The paper’s tables, of this camera" }
                 div class="two" {
-                    div { (self.distances()) }
+                    @if are_several { div { (self.distances()) } }
                     div { (self.lever_arms()) }
                     div { (self.designed()) }
                     div { (self.calibrated()) }
-                    div { (self.symmetrised()) }
+                    @if are_several { div { (self.symmetrised()) } }
                     div { (self.points()) }
                 }
             }
@@ -55,7 +57,6 @@ impl Page<'_> {
                             }
                         }
                     }
-                    @if pairs.is_empty() { tr { th { "One head" } td class="n" { (number(f64::NAN, 4, "m")) } } }
                 }
             }
             p class="note" {
@@ -162,8 +163,8 @@ fn angle(value_rad: f64, sigma_arcsec: Option<f64>, change_rad: Option<f64>) -> 
 }
 
 fn degrees(angle_rad: f64) -> String {
-    // Adding zero takes the sign off a negative one.
-    format!("{}°", number(angle_rad.to_degrees() + 0.0, 5, ""))
+    // Adding zero takes the sign off what rounds to a negative one.
+    format!("{}°", number((angle_rad.to_degrees() * 1e5).round() * 1e-5 + 0.0, 5, ""))
 }
 
 fn signed(value: f64, digits: usize, unit: &str) -> String {

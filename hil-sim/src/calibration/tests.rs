@@ -205,5 +205,5 @@ fn a_camera_of_one_head_has_a_page() {
     );
     is_whole(&one.page);
     assert!(one.page.contains("Camera of 1 head<") && !one.page.contains("Seams"));
-    assert!(!one.page.contains("Calibration brings"));
+    assert!(!one.page.contains("Calibration brings") && !one.page.contains("−0.00000°"));
 }
