@@ -21,7 +21,7 @@ pub mod rotation;
 mod solve;
 mod weakest;
 
-pub use covariance::{Cofactors, Redundancy};
+pub use covariance::{Cofactors, OfPoint, Redundancy};
 pub use error::SolveError;
 pub use lens::{INTERIOR, INTERIOR_NAMES, Imaged, Interior};
 pub use model::{At, HEAD_MAX, Link, Model, Place, Prior, Row, STATION_MAX, Structure};

@@ -53,8 +53,8 @@ fn stations_hold_the_block() {
     // The points come out where they are, to what the adjustment says of them.
     let mut pooled = 0.0;
     for (point, truth) in world.points.iter().enumerate() {
-        for k in 0..3 {
-            pooled += ((calibration.points[point][k] - truth[k]) / calibration.point_sigmas_m[point][k]).powi(2);
+        for (k, truth) in truth.iter().enumerate() {
+            pooled += ((calibration.points[point][k] - truth) / calibration.point_sigmas_m[point][k]).powi(2);
         }
     }
     // A shift of all points by the stations' mean is one error in all of them: the ratio scatters more than 1 / sqrt(n).

@@ -83,6 +83,6 @@ fn exterior_orientations_that_are_none() {
     std::fs::write(&path, format!("{header}a,1,2,3,4,5,6\nb,1,2,3,4,5,6\n")).expect("written");
     let two = read_exterior(&path).expect("two");
     assert!(mounts(&two[..1], &[two[..1].to_vec()]).is_err_and(|error| error.to_string().contains("1 exposures")));
-    assert!(mounts(&two, &[two[..1].to_vec()]).is_err_and(|error| error.to_string().contains("head 2 1")));
+    assert!(mounts(&two, &[two[..1].to_vec()]).is_err_and(|error| error.to_string().contains("head 1 1")));
     std::fs::remove_dir_all(&folder).expect("removed");
 }

@@ -157,7 +157,7 @@ fn text_of(told: &Told) -> String {
             Some([a, b, c]) => format!("{a:.2} {b:.2} {c:.2}"),
             _ => "held".to_owned(),
         };
-        text.push_str(&format!("{:4} {phi:11.6} {omega:12.6} {kappa:12.6}    {sd}\n", index + 1));
+        text.push_str(&format!("{index:4} {phi:11.6} {omega:12.6} {kappa:12.6}    {sd}\n"));
     }
     for outlier in &told.outliers {
         text.push_str(&format!(

@@ -31,11 +31,11 @@ pub struct Args {
 struct Told {
     exposures: usize,
     heads: Vec<OfHead>,
-    /// Centres in the platform's axes, head 1 included: for `heads_d_m` of a block.
+    /// Centres in the platform's axes, the first head's included: for `heads_d_m` of a block.
     heads_d_m: Vec<[f64; 3]>,
 }
 
-/// A head against head 1.
+/// A head against the first, counted from 0.
 #[derive(Debug, Serialize)]
 struct OfHead {
     head: usize,
@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mounts = mounts(first, others)?;
     let told = Told {
         exposures: first.len(),
-        heads: mounts.iter().enumerate().map(|(index, mount)| of_head(index + 2, mount)).collect(),
+        heads: mounts.iter().enumerate().map(|(index, mount)| of_head(index + 1, mount)).collect(),
         heads_d_m: platform_centres(&mounts),
     };
     if args.json {
@@ -82,7 +82,7 @@ fn of_head(head: usize, mount: &Mount) -> OfHead {
 
 fn text_of(told: &Told) -> String {
     let mut text = format!(
-        "{} exposures; each head against head 1, in its axes, with the scatter of an exposure\n",
+        "{} exposures; each head against head 0, in its axes, with the scatter of an exposure\n",
         told.exposures
     );
     let triple = |values: [f64; 3], digits: usize| values.map(|value| format!("{value:.digits$}")).join("  ");
@@ -98,7 +98,7 @@ fn text_of(told: &Told) -> String {
     }
     text.push_str("centres on the platform (x, y in their plane, m):\n");
     for (index, centre) in told.heads_d_m.iter().enumerate() {
-        text.push_str(&format!("head {}: {}\n", index + 1, triple(*centre, 4)));
+        text.push_str(&format!("head {index}: {}\n", triple(*centre, 4)));
     }
     text
 }

@@ -18,6 +18,11 @@ pub struct Cofactors<'a, M: Model> {
     pub eigenvalue_min: f64,
 }
 
+/// A point's cofactors, symmetric.
+pub type OfPoint = [[f64; 3]; 3];
+/// Of a point's observations, each with its number, and of the point.
+type Controlled = (Vec<(u32, Redundancy)>, OfPoint);
+
 /// What an observation is worth: its parts of the redundancy (in \[0, 1\]) in x and y.
 pub type Redundancy = [f64; 2];
 
@@ -109,7 +114,7 @@ impl<M: Model> Cofactors<'_, M> {
     ///
     /// # Errors
     /// None at a solution that [`Adjustment::cofactors`] accepted.
-    pub fn redundancies(&self) -> Result<(Vec<Redundancy>, Vec<[[f64; 3]; 3]>), SolveError> {
+    pub fn redundancies(&self) -> Result<(Vec<Redundancy>, Vec<OfPoint>), SolveError> {
         let equations = &self.adjustment.equations;
         let structure = equations.model.structure();
         let joined = self.joined();
@@ -141,12 +146,7 @@ impl<M: Model> Cofactors<'_, M> {
         Ok((redundancies, points))
     }
 
-    fn of_point(
-        &self,
-        at: &M::At<'_>,
-        joined: &[f64],
-        point: usize,
-    ) -> Result<(Vec<(u32, Redundancy)>, [[f64; 3]; 3]), NormalError> {
+    fn of_point(&self, at: &M::At<'_>, joined: &[f64], point: usize) -> Result<Controlled, NormalError> {
         let equations = &self.adjustment.equations;
         let of = equations.of_point(at, self.x, point, 0.0, None)?;
         let dense = self.dense(joined, &of.blocks, &of.rows);

@@ -335,9 +335,9 @@ fn lever_arm_unknowns(file: &Field<'_>, heads: &mut [Head], priors: &mut HeadPri
         one_a_head(&field, heads.len())?.iter().map(Field::sigmas).collect::<Result<_, _>>()?
     };
     for (index, (head, sigma)) in heads.iter_mut().zip(sigmas).enumerate() {
-        for k in 0..3 {
+        for (k, sigma) in sigma.into_iter().enumerate() {
             free(head, 3 + k);
-            priors.push((index, 3 + k, head.values[3 + k], sigma[k]));
+            priors.push((index, 3 + k, head.values[3 + k], sigma));
         }
     }
     Ok(())

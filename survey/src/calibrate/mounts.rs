@@ -41,13 +41,13 @@ pub struct Mount {
 /// # Errors
 /// Fewer than two exposures, or lists of different lengths.
 pub fn mounts(first: &[Exterior], others: &[Vec<Exterior>]) -> Result<Vec<Mount>, InputError> {
-    others.iter().enumerate().map(|(index, other)| mount(first, other, index + 2)).collect()
+    others.iter().enumerate().map(|(index, other)| mount(first, other, index + 1)).collect()
 }
 
 fn mount(first: &[Exterior], other: &[Exterior], number: usize) -> Result<Mount, InputError> {
     if first.len() != other.len() {
         return Err(InputError::new(format!(
-            "head 1 has {} exposures, head {number} {}: row i of each has to be the same exposure",
+            "head 0 has {} exposures, head {number} {}: row i of each has to be the same exposure",
             first.len(),
             other.len()
         )));
@@ -56,27 +56,27 @@ fn mount(first: &[Exterior], other: &[Exterior], number: usize) -> Result<Mount,
     if count < 2 {
         return Err(InputError::new(format!("{count} exposures: two at least tell a scatter")));
     }
-    let pairs: Vec<(Matrix3<f64>, Vector3<f64>)> = first
-        .iter()
-        .zip(other)
-        .map(|(a, b)| (a.rotation.tr_mul(&b.rotation), a.rotation.tr_mul(&(b.centre_m - a.centre_m))))
-        .collect();
-    let sum: Matrix3<f64> = pairs.iter().map(|(rotation, _)| rotation).sum();
+    let against_first = |(a, b): (&Exterior, &Exterior)| Exterior {
+        rotation: a.rotation.tr_mul(&b.rotation),
+        centre_m: a.rotation.tr_mul(&(b.centre_m - a.centre_m)),
+    };
+    let pairs: Vec<Exterior> = first.iter().zip(other).map(against_first).collect();
+    let sum: Matrix3<f64> = pairs.iter().map(|pair| pair.rotation).sum();
     let svd = sum.svd(true, true);
     let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else {
         return Err(InputError::new(format!("the rotations of head {number} have no mean")));
     };
     let mean = u * v_t;
-    let centre = pairs.iter().map(|(_, centre)| centre).sum::<Vector3<f64>>() / count as f64;
-    let scatter = |of: &dyn Fn(&(Matrix3<f64>, Vector3<f64>)) -> Vector3<f64>| {
+    let centre = pairs.iter().map(|pair| pair.centre_m).sum::<Vector3<f64>>() / count as f64;
+    let scatter = |of: &dyn Fn(&Exterior) -> Vector3<f64>| {
         let squares: Vector3<f64> = pairs.iter().map(|pair| of(pair).component_mul(&of(pair))).sum();
         (squares / (count - 1) as f64).map(f64::sqrt).into()
     };
     Ok(Mount {
         rotation: mean,
-        rotation_sd_rad: scatter(&|(rotation, _)| small_rotation(&(rotation * mean.transpose()))),
+        rotation_sd_rad: scatter(&|pair| small_rotation(&(pair.rotation * mean.transpose()))),
         centre_m: centre.into(),
-        centre_sd_m: scatter(&|(_, of)| of - centre),
+        centre_sd_m: scatter(&|pair| pair.centre_m - centre),
         exposures: count,
     })
 }

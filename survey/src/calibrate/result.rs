@@ -230,7 +230,7 @@ fn correlations(rig: &Rig, cofactors: &crate::adjust::Cofactors<'_, Rig>) -> Vec
     let mut correlations = Vec::new();
     for (i, a) in unknowns.iter().enumerate() {
         for (j, b) in unknowns.iter().enumerate().skip(i + 1) {
-            let is_angle_with_line = i < 3 && (3..6).contains(&j) || i >= 3 && i < 6 && j >= 6 || i < 3 && j >= 6;
+            let is_angle_with_line = i < 3 && j >= 3 || (3..6).contains(&i) && j >= 6;
             if is_angle_with_line {
                 let value = q[i][j] / (q[i][i] * q[j][j]).sqrt();
                 correlations.push(Correlation { a: rig.name(*a), b: rig.name(*b), value });
