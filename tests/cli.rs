@@ -15,6 +15,8 @@ mod bad_outputs;
 mod bad_pictures;
 #[path = "cli/bad_samples.rs"]
 mod bad_samples;
+#[path = "cli/boresight.rs"]
+mod boresight;
 #[path = "cli/command.rs"]
 mod command;
 #[path = "cli/flights.rs"]

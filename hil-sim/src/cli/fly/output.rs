@@ -34,7 +34,7 @@ impl Output {
             return refuse(format!("--out {}: the folder {} does not exist", folder.display(), parent.display()));
         }
         if folder.is_dir() {
-            for name in ["fixes.csv", "report.json", "report.html"] {
+            for name in ["fixes.csv", "poses.csv", "report.json", "report.html"] {
                 check_file(&folder.join(name))?;
             }
         }
