@@ -15,6 +15,8 @@ mod bad_outputs;
 mod bad_pictures;
 #[path = "cli/bad_samples.rs"]
 mod bad_samples;
+#[path = "cli/boresight.rs"]
+mod boresight;
 #[path = "cli/calibrate.rs"]
 mod calibrate;
 #[path = "cli/command.rs"]

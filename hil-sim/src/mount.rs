@@ -64,6 +64,8 @@ pub fn of_file(file: &CameraFile, head: Option<u8>, mount: &Mount) -> Result<(Ca
     let flying = flying.ok_or_else(|| format!("head {number} is none of its {count} heads"))?;
     let boresight_rad = mount.boresight_deg.map(f64::to_radians);
     mount.head_arm_m = from_platform(flying.d_m, boresight_rad);
-    mount.boresight_deg = turned(flying.rotation_deg, boresight_rad).map(f64::to_degrees);
+    let of_head = |platform_rad| turned(flying.rotation_deg, platform_rad).map(f64::to_degrees);
+    mount.true_boresight_deg = mount.true_boresight_deg.map(|_| of_head(mount.true_boresight_rad()));
+    mount.boresight_deg = of_head(boresight_rad);
     Ok((flying.camera(), mount))
 }

@@ -2,6 +2,7 @@
 
 pub mod blur;
 pub mod fixes;
+pub mod navigation;
 pub mod pose;
 pub mod raw;
 pub mod stamps;
@@ -361,7 +362,7 @@ pub fn fixes_csv(stage: &Stage, flight: &Flight, scored: &[Scored]) -> String {
     fixes::csv(stage.tile_centre, rows)
 }
 
-/// Writes `fixes.csv` and `report.json` into `folder`.
+/// Writes `fixes.csv`, `poses.csv` and `report.json` into `folder`.
 ///
 /// # Errors
 /// A folder that cannot be written to.
@@ -373,6 +374,7 @@ pub fn write(
     summary: &Summary,
 ) -> Result<(), InputError> {
     write_file(&folder.join("fixes.csv"), fixes_csv(stage, flight, scored).as_bytes())?;
+    write_file(&folder.join("poses.csv"), navigation::csv(stage, flight).as_bytes())?;
     let json = serde_json::to_string_pretty(summary)
         .map_err(|error| InputError::new(format!("the report cannot be written: {error}")))?;
     write_file(&folder.join("report.json"), json.as_bytes())

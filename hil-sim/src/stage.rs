@@ -108,8 +108,7 @@ impl Stage {
 
     /// Where the camera is in `state`, and where it looks.
     pub fn station(&self, state: &TrueState) -> Station {
-        let boresight_rad = self.scenario.mount.boresight_deg.map(f64::to_radians);
-        Station { boresight_rad, ..Stage::mount_station(state) }
+        Station { boresight_rad: self.scenario.mount.true_boresight_rad(), ..Stage::mount_station(state) }
     }
 
     /// The laser's slant range in `state`: along the follow-up axis, to which it is strapped beside the camera, to where it

@@ -3,9 +3,10 @@
 //!
 //! [`Block`] and [`Observations`] are the files, checked key by key and line by line; [`check`] tells what they cannot
 //! determine; [`Calibration`] adjusts and judges; [`Symmetrised`] is the virtual camera; [`seam`] how far the heads put one
-//! direction apart in it.
+//! direction apart in it. [`boresight`] is how a camera of one head sits in its vehicle, from a flight's fixes.
 
 mod block;
+pub mod boresight;
 mod check;
 mod fields;
 mod file;

@@ -19,6 +19,7 @@ pub mod output;
 pub mod picture;
 pub mod raster;
 pub mod smooth;
+mod table;
 mod tiff_image;
 
 pub use camera_file::{CameraFile, Distortion, Head};

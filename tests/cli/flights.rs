@@ -102,7 +102,7 @@ fn the_same_seed_gives_the_same_bytes() {
     for (seed, out) in [(5, "one"), (5, "two"), (6, "other")] {
         folder.run(&format!("fly --frames 6 --seed {seed} --out {out}")).done();
     }
-    for file in ["fixes.csv", "report.json", "report.html"] {
+    for file in ["fixes.csv", "poses.csv", "report.json", "report.html"] {
         let [one, two, other] = ["one", "two", "other"].map(|out| folder.read(&format!("{out}/{file}")));
         assert!(one == two, "{file} differs with the same seed");
         assert!(one != other, "{file} does not depend on the seed");

@@ -29,11 +29,23 @@ pub enum FollowUp {
     Degrees(f64),
 }
 
-fn follow_up(text: &str) -> Result<FollowUp, String> {
+/// A follow-up angle as an option.
+pub fn follow_up(text: &str) -> Result<FollowUp, String> {
     match text {
         "auto" => Ok(FollowUp::Auto),
         "none" => Ok(FollowUp::None),
         _ => finite(text).map(FollowUp::Degrees).map_err(|_| "auto, none or a finite number of degrees".to_owned()),
+    }
+}
+
+impl FollowUp {
+    /// The angle in f64 radians, given the exact one.
+    pub fn radians(self, exact_rad: f64) -> f64 {
+        match self {
+            FollowUp::Auto => exact_rad,
+            FollowUp::None => 0.0,
+            FollowUp::Degrees(degrees) => (degrees % 360.0).to_radians(),
+        }
     }
 }
 
@@ -63,11 +75,7 @@ impl AttitudeArgs {
 
     /// The follow-up angle to use in f64 radians, given the exact one.
     pub fn follow_up_rad(&self, exact_rad: f64) -> f64 {
-        match self.follow_up_deg {
-            FollowUp::Auto => exact_rad,
-            FollowUp::None => 0.0,
-            FollowUp::Degrees(degrees) => (degrees % 360.0).to_radians(),
-        }
+        self.follow_up_deg.radians(exact_rad)
     }
 
     /// The core's follow-up angle.

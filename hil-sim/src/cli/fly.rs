@@ -61,7 +61,11 @@ pub struct Args {
     /// Flight plan to fly
     #[arg(long, value_parser = plan)]
     plan: Option<String>,
-    /// Folder for fixes.csv, report.json and report.html; nothing is written unless given
+    /// Folder for fixes.csv, poses.csv, report.json and report.html; nothing is written unless given
+    ///
+    /// poses.csv is the truth: where the antenna was on the grid of fixes.csv, how high the camera above the ground, heading
+    /// from grid north, pitch, roll and follow-up angle at each stamp, as a navigation without error would log them for
+    /// `plumbline boresight`.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Write the flight's log, for `plumbline replay`; with --link inproc

@@ -2,6 +2,7 @@
 
 mod adjust;
 mod attitude;
+mod boresight;
 mod calibrate;
 mod exterior;
 mod fly;
@@ -70,6 +71,12 @@ enum Verb {
     Calibrate(calibrate::Args),
     /// How heads sit to each other, from exterior orientations of their pictures or from resections on a test field
     Mounts(mounts::Args),
+    /// Estimate how a camera of one head sits in its vehicle, from a flight's fixes and an independent navigation
+    ///
+    /// The fixes of a board that was told the boresight of --camera are held against positions that are known otherwise, GNSS
+    /// while it lasts. An angle that they show worse than to 0.2 degrees keeps its value; kappa shows by tilts alone. The file
+    /// that is written has [boresight] replaced and all else kept but comments.
+    Boresight(boresight::Args),
     /// Adjust a problem of Bundle Adjustment in the Large
     Adjust(adjust::Args),
     /// Reproduce a paper's tables and say where and why they differ
@@ -125,6 +132,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Verb::Smooth(args) => smooth::run(&args),
         Verb::Calibrate(args) => calibrate::run(&args),
         Verb::Mounts(args) => mounts::run(&args),
+        Verb::Boresight(args) => boresight::run(&args),
         Verb::Adjust(args) => adjust::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     }

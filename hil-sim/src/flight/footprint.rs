@@ -17,8 +17,8 @@ pub fn footprint_margin_m(scenario: &Scenario) -> f64 {
 /// boresight.
 #[must_use]
 pub fn footprint_margin_at_m(scenario: &Scenario, tilt_rad: f64) -> f64 {
-    let [_, pitch_deg, roll_deg] = scenario.mount.boresight_deg;
-    let leans_rad = (pitch_deg.to_radians().cos() * roll_deg.to_radians().cos()).acos();
+    let [_, pitch_rad, roll_rad] = scenario.mount.true_boresight_rad();
+    let leans_rad = (pitch_rad.cos() * roll_rad.cos()).acos();
     let off_nadir_rad = corner_tangent(&scenario.camera).atan() + tilt_rad + leans_rad;
     if off_nadir_rad < FRAC_PI_2 { scenario.flight.height_m[1] * off_nadir_rad.tan() } else { f64::INFINITY }
 }

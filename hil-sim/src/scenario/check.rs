@@ -115,6 +115,8 @@ impl Scenario {
         ranges.extend(self.spells().flat_map(|(key, spell)| spell.map(|s| (key, s, 0.0, 1e9))));
         ranges.extend(self.mount.lever_arm_m.map(|m| ("mount.lever_arm_m", m, -100.0, 100.0)));
         ranges.extend(self.mount.boresight_deg.map(|deg| ("mount.boresight_deg", deg, -10.0, 10.0)));
+        let truly = self.mount.true_boresight_deg.into_iter().flatten();
+        ranges.extend(truly.map(|deg| ("mount.true_boresight_deg", deg, -10.0, 10.0)));
         if let Some(replay) = &self.replay {
             ranges.push(("replay.start_s", replay.start_s.unwrap_or(0.0), -1e9, 1e9));
             ranges.push(("replay.time_scale", replay.time_scale, 0.01, 100.0));

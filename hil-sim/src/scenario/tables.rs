@@ -240,10 +240,20 @@ pub struct Mount {
     pub lever_arm_m: [f64; 3],
     /// Turn of the camera against where the follow-up axis has it look: heading, pitch, roll.
     pub boresight_deg: [f64; 3],
+    /// The same turn as it really is, where the board is told another: what `plumbline boresight` finds. As told unless given.
+    pub true_boresight_deg: Option<[f64; 3]>,
     /// From the virtual projection centre of a combined camera to the head that flies, along the axes of the mount, which
     /// turn with the follow-up axis: forward, right, down. From the camera file alone.
     #[serde(skip)]
     pub head_arm_m: [f64; 3],
+}
+
+impl Mount {
+    /// The camera's turn as it really is, radians.
+    #[must_use]
+    pub fn true_boresight_rad(&self) -> [f64; 3] {
+        self.true_boresight_deg.unwrap_or(self.boresight_deg).map(f64::to_radians)
+    }
 }
 
 /// How the reference differs from the ground: offset + gain · 255 (DN/255)^gamma, noise, and patches that changed.

@@ -6,7 +6,12 @@ use plumbline_sim::stage::Stage;
 
 const FRAMES: u32 = 50;
 /// Forward, right, down; heading, pitch, roll. Two pixels of the reference, and one at 125 m.
-const MOUNT: Mount = Mount { lever_arm_m: [8.0, -3.0, 4.0], boresight_deg: [1.5, -2.0, 1.0], head_arm_m: [0.0; 3] };
+const MOUNT: Mount = Mount {
+    lever_arm_m: [8.0, -3.0, 4.0],
+    boresight_deg: [1.5, -2.0, 1.0],
+    true_boresight_deg: None,
+    head_arm_m: [0.0; 3],
+};
 
 fn mounted(mount: Mount, frames: u32) -> Scenario {
     Scenario { mount, ..scenario(2, frames) }

@@ -26,7 +26,7 @@ impl Output {
                 None => Ok(None),
             };
         };
-        folder::check("--out", folder, &["fixes.csv", "report.json", "report.html"])?;
+        folder::check("--out", folder, &["fixes.csv", "poses.csv", "report.json", "report.html"])?;
         Ok(Some(Output { folder: folder.clone(), dump: args.dump.unwrap_or(0) }))
     }
 

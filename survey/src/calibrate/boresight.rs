@@ -1,0 +1,283 @@
+//! The boresight of a camera of one head from the fixes and poses of a flight: the part of paper 002's platform calibration
+//! that such a camera needs.
+//!
+//! Where positions are independently known, the fixes' errors show how the camera really sits: see [`model`] for what a
+//! boresight does to a fix. It is estimated by least squares with Huber's loss: Gauss-Newton steps with the weights of the
+//! residuals before, whose scale is their median's, held after some steps so that they converge. The covariance is Huber's (Robust Statistics, section 7.6), s² (A'PA)⁻¹
+//! with s² = Σψ² / (2n − u) / m², ψ the residuals cut at the limit and m the mean of its derivative, over both components.
+//!
+//! Phi and omega move each fix by the height times the angle. Kappa turns the patch about the camera's axis and moves it by
+//! the height times the angle times the tilt only, so a level flight does not show it.
+
+mod files;
+mod model;
+#[cfg(test)]
+mod tests;
+
+pub use files::{Joined, join, read};
+pub use model::{Footprint, Sighting};
+
+use super::OUTLIER_SIGMAS;
+use model::Rays;
+use nalgebra::{SMatrix, SVector};
+use std::fmt;
+
+/// Fewest fixes that are adjusted: twenty equations for three or five unknowns.
+pub const FIXES_MIN: usize = 10;
+/// An angle of a larger standard deviation is not determined, and the value that the board was told is kept: 0.2 degrees.
+pub const SD_MAX_RAD: f64 = 0.2 / 180.0 * std::f64::consts::PI;
+/// How many times the variance of phi or omega may grow when an offset is estimated too. 25 is a correlation of 0.98, and
+/// headings that span no more than 20 degrees either way.
+const INFLATION_MAX: f64 = 25.0;
+/// From there on Huber's loss grows with the residual's length, in its standard deviations.
+const HUBER_SIGMAS: f64 = 2.0;
+/// Median length of a normal pair of unit variances, √(2 ln 2).
+const MEDIAN_LENGTH: f64 = 1.177_410_022_515_475;
+/// Convergence: the last step's largest angle and offset.
+const STEP_RAD: f64 = 1e-10;
+const STEP_M: f64 = 1e-7;
+const ITERATIONS_MAX: usize = 200;
+/// Steps after which the residuals' scale is held.
+const SCALED: usize = 20;
+/// Smallest pivot of the normal equations at unit diagonal.
+const PIVOT_MIN: f64 = 1e-10;
+
+/// Phi, omega, kappa, offset east and north.
+const UNKNOWNS: usize = 5;
+type Normal = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+type Vector = SVector<f64, UNKNOWNS>;
+
+/// An estimated boresight.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boresight {
+    /// Phi, omega, kappa of the mount from the camera, radians; of those that are not determined the values told.
+    pub angles_rad: [f64; 3],
+    /// Their standard deviations, radians; of those that are not determined what it would have been, infinite where nothing
+    /// shows the angle.
+    pub sd_rad: [f64; 3],
+    /// Which of them are determined.
+    pub determined: [bool; 3],
+    /// Offset of the fixes against the positions, east and north, metres, and its standard deviations; where it was asked for.
+    pub offset: Option<([f64; 2], [f64; 2])>,
+    /// Standard deviation of a residual whose sigma is as stated: 1 where the fixes' sigmas are right.
+    pub sigma0: f64,
+    /// Indices of fixes off by more than [`OUTLIER_SIGMAS`].
+    pub outliers: Vec<usize>,
+}
+
+/// Why there is no boresight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BoresightError {
+    /// So many fixes.
+    TooFew(usize),
+    /// The camera of this sighting, by its index, does not see the ground below it.
+    Sky(usize),
+    /// Neither phi nor omega is shown by the fixes.
+    Undetermined,
+    /// Phi or omega and the offset do the same to the fixes: how many times its variance grows.
+    Inseparable(f64),
+    /// No boresight explains the fixes.
+    Diverged,
+}
+
+impl fmt::Display for BoresightError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooFew(count) => write!(f, "{count} fixes with a pose, at least {FIXES_MIN} are needed"),
+            Self::Sky(index) => write!(f, "the camera of sighting {index} does not see the ground below it"),
+            Self::Undetermined => {
+                write!(f, "neither phi nor omega is known to {:.1} degrees from these fixes", SD_MAX_RAD.to_degrees())
+            }
+            Self::Inseparable(inflation) => write!(
+                f,
+                "a boresight and an offset cannot be told apart where the camera's heading hardly changes: together the \
+                 variance is {inflation:.0} times as large, more than {INFLATION_MAX:.0}"
+            ),
+            Self::Diverged => write!(f, "no boresight explains the fixes' distances from the positions"),
+        }
+    }
+}
+
+/// The boresight of the camera that took `sightings`, while the board was told `told_rad`, with a constant offset of the
+/// fixes (east, north) where `with_offset`.
+///
+/// # Errors
+/// [`BoresightError`].
+pub fn estimate(
+    sightings: &[Sighting],
+    footprint: &Footprint,
+    told_rad: [f64; 3],
+    with_offset: bool,
+) -> Result<Boresight, BoresightError> {
+    if sightings.len() < FIXES_MIN {
+        return Err(BoresightError::TooFew(sightings.len()));
+    }
+    let rays = |(index, sighting)| Rays::new(sighting, footprint, told_rad).ok_or(BoresightError::Sky(index));
+    let rays = sightings.iter().enumerate().map(rays).collect::<Result<Vec<_>, _>>()?;
+    let mut adjustment = Adjustment { sightings, rays, told_rad, free: [true, true, true, with_offset, with_offset] };
+    let mut sd_rad = [f64::INFINITY; 3];
+    loop {
+        let solved = adjustment.solve()?;
+        if let Some(Solved { sd, inflation, .. }) = &solved {
+            if with_offset && *inflation > INFLATION_MAX {
+                return Err(BoresightError::Inseparable(*inflation));
+            }
+            (0..3).filter(|k| adjustment.free[*k]).for_each(|k| sd_rad[k] = sd[k]);
+        }
+        // What a fix shows least goes first.
+        let worst = match &solved {
+            Some(_) => (0..3).filter(|k| adjustment.free[*k]).max_by(|a, b| sd_rad[*a].total_cmp(&sd_rad[*b])),
+            None => Some(2).filter(|k| adjustment.free[*k]),
+        };
+        match (worst, solved) {
+            (Some(k), Some(solved)) if sd_rad[k] <= SD_MAX_RAD => return Ok(adjustment.told(&solved, sd_rad)),
+            (Some(k), _) => adjustment.free[k] = false,
+            (None, None) if with_offset => return Err(BoresightError::Inseparable(f64::INFINITY)),
+            (None, _) => return Err(BoresightError::Undetermined),
+        }
+    }
+}
+
+/// The problem, and which unknowns are free.
+struct Adjustment<'a> {
+    sightings: &'a [Sighting],
+    rays: Vec<Rays>,
+    told_rad: [f64; 3],
+    free: [bool; UNKNOWNS],
+}
+
+struct Solved {
+    unknowns: Vector,
+    sigma0: f64,
+    sd: Vector,
+    /// How much the variances of phi and omega gain by the offset, the larger.
+    inflation: f64,
+    outliers: Vec<usize>,
+}
+
+/// A fix against the model: standardised residual, and its derivatives.
+struct Row {
+    residual: SVector<f64, 2>,
+    by: SMatrix<f64, 2, UNKNOWNS>,
+}
+
+impl Adjustment<'_> {
+    fn rows(&self, unknowns: &Vector) -> Result<Vec<Row>, BoresightError> {
+        let row = |(sighting, rays): (&Sighting, &Rays)| {
+            let angles_rad = [unknowns[0], unknowns[1], unknowns[2]];
+            let (mean, by_angles) = rays.displacement(angles_rad).ok_or(BoresightError::Diverged)?;
+            let mut row = Row { residual: SVector::zeros(), by: SMatrix::zeros() };
+            for axis in 0..2 {
+                let sigma_m = sighting.sigma_m[axis];
+                let model_m = sighting.height_m * mean[axis] + unknowns[3 + axis];
+                row.residual[axis] = (sighting.fix_m[axis] - sighting.position_m[axis] - model_m) / sigma_m;
+                for k in (0..3).filter(|k| self.free[*k]) {
+                    row.by[(axis, k)] = sighting.height_m * by_angles[(axis, k)] / sigma_m;
+                }
+                if self.free[3 + axis] {
+                    row.by[(axis, 3 + axis)] = 1.0 / sigma_m;
+                }
+            }
+            Ok(row)
+        };
+        self.sightings.iter().zip(&self.rays).map(row).collect()
+    }
+
+    /// `None` where the normal equations are singular.
+    fn solve(&self) -> Result<Option<Solved>, BoresightError> {
+        let [phi, omega, kappa] = self.told_rad;
+        let mut unknowns = Vector::from([phi, omega, kappa, 0.0, 0.0]);
+        let mut scale_now = 0.0;
+        for iteration in 0..ITERATIONS_MAX {
+            let rows = self.rows(&unknowns)?;
+            if iteration < SCALED {
+                scale_now = scale(&rows);
+            }
+            let limit = HUBER_SIGMAS * scale_now;
+            let (mut normal, mut right) = (Normal::zeros(), Vector::zeros());
+            for row in &rows {
+                let length = row.residual.norm();
+                let weight = if length > limit { limit / length } else { 1.0 };
+                normal += weight * row.by.transpose() * row.by;
+                right += weight * row.by.transpose() * row.residual;
+            }
+            let Some(inverse) = self.inverse(&normal) else { return Ok(None) };
+            let step = inverse * right;
+            unknowns += step;
+            if !unknowns.iter().all(|value| value.is_finite()) {
+                return Err(BoresightError::Diverged);
+            }
+            if step.fixed_rows::<3>(0).amax() < STEP_RAD && step.fixed_rows::<2>(3).amax() < STEP_M {
+                return self.judge(unknowns, scale_now);
+            }
+        }
+        Err(BoresightError::Diverged)
+    }
+
+    fn judge(&self, unknowns: Vector, scale: f64) -> Result<Option<Solved>, BoresightError> {
+        let rows = self.rows(&unknowns)?;
+        let limit = HUBER_SIGMAS * scale;
+        let lengths: Vec<f64> = rows.iter().map(|row| row.residual.norm()).collect();
+        let squares: f64 = lengths.iter().map(|length| length.min(limit).powi(2)).sum();
+        // Beyond the limit the derivative along the residual is 0 and across it limit / length.
+        let slopes = lengths.iter().map(|&length| if length > limit { 0.5 * limit / length } else { 1.0 });
+        let slope = slopes.sum::<f64>() / rows.len() as f64;
+        let count = self.free.iter().filter(|free| **free).count();
+        let sigma0 = (squares / (2 * rows.len() - count) as f64).sqrt() / slope;
+        let normal: Normal = rows.iter().map(|row| row.by.transpose() * row.by).sum();
+        let Some(inverse) = self.inverse(&normal) else { return Ok(None) };
+        let sd = Vector::from_fn(|k, _| sigma0 * inverse[(k, k)].sqrt());
+        // The same flight without the offset.
+        let mut angles_only = normal;
+        for k in 3..UNKNOWNS {
+            angles_only.row_mut(k).fill(0.0);
+            angles_only.column_mut(k).fill(0.0);
+        }
+        let alone = self.inverse(&angles_only);
+        let gained = |k: usize| alone.as_ref().map_or(f64::INFINITY, |alone| inverse[(k, k)] / alone[(k, k)]);
+        let inflation = (0..2).filter(|k| self.free[*k]).map(gained).fold(1.0, f64::max);
+        let outliers = (0..rows.len()).filter(|index| lengths[*index] > OUTLIER_SIGMAS * scale).collect();
+        Ok(Some(Solved { unknowns, sigma0, sd, inflation, outliers }))
+    }
+
+    /// The inverse over the free unknowns, 0 elsewhere.
+    fn inverse(&self, normal: &Normal) -> Option<Normal> {
+        // An unknown that is held, or that an equation was cleared of, has an equation of its own.
+        let is_bound = |k: usize| normal.row(k).amax() == 0.0;
+        if (0..3).any(|k| self.free[k] && is_bound(k)) {
+            return None;
+        }
+        let size = Vector::from_fn(|k, _| if is_bound(k) { 1.0 } else { normal[(k, k)].sqrt() });
+        let unit = Normal::from_fn(|i, j| if i == j { 1.0 } else { normal[(i, j)] / (size[i] * size[j]) });
+        let factor = unit.cholesky()?;
+        if factor.l_dirty().diagonal().iter().any(|pivot| pivot * pivot < PIVOT_MIN) {
+            return None;
+        }
+        let inverse = factor.inverse();
+        Some(Normal::from_fn(
+            |i, j| {
+                if is_bound(i) || is_bound(j) { 0.0 } else { inverse[(i, j)] / (size[i] * size[j]) }
+            },
+        ))
+    }
+
+    fn told(&self, solved: &Solved, sd_rad: [f64; 3]) -> Boresight {
+        let x = &solved.unknowns;
+        Boresight {
+            angles_rad: [x[0], x[1], x[2]],
+            sd_rad,
+            determined: [self.free[0], self.free[1], self.free[2]],
+            offset: self.free[3].then(|| ([x[3], x[4]], [solved.sd[3], solved.sd[4]])),
+            sigma0: solved.sigma0,
+            outliers: solved.outliers.clone(),
+        }
+    }
+}
+
+/// Standard deviation of a standardised residual, from the median of their lengths.
+fn scale(rows: &[Row]) -> f64 {
+    let mut lengths: Vec<f64> = rows.iter().map(|row| row.residual.norm()).collect();
+    lengths.sort_unstable_by(f64::total_cmp);
+    let middle = lengths.len() / 2;
+    0.5 * (lengths[middle] + lengths[(lengths.len() - 1) / 2]) / MEDIAN_LENGTH
+}

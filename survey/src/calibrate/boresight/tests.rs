@@ -1,0 +1,206 @@
+use super::model::Rays;
+use super::*;
+use crate::adjust::rotation;
+use crate::camera_file::CameraFile;
+use nalgebra::{Rotation3, Unit, Vector3};
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::f64::consts::TAU;
+
+/// 0.5, -0.3 and 0.8 degrees beyond what the board was told.
+const TOLD_RAD: [f64; 3] = [0.004, 0.002, -0.005];
+const TRUE_RAD: [f64; 3] = [0.004 + 0.008_73, 0.002 - 0.005_24, -0.005 + 0.013_96];
+
+fn footprint(fov_deg: f64) -> Footprint {
+    Footprint::new(&CameraFile::new((512, 512), (fov_deg, fov_deg)))
+}
+
+/// Numbers that look random between -1 and 1: the fractions of multiples of irrational numbers.
+fn spread(index: usize, stream: usize) -> f64 {
+    let step = [2.0_f64, 3.0, 5.0, 7.0, 11.0, 13.0][stream].sqrt();
+    2.0 * ((index + 1) as f64 * step).fract() - 1.0
+}
+
+/// A flight through headings of so much either way, with tilts of so much, over heights from 100 to 150 m; without errors.
+fn flight(count: usize, heading_rad: f64, tilt_rad: f64) -> Vec<Sighting> {
+    let sighting = |index| {
+        let blank = Sighting {
+            fix_m: [0.0; 2],
+            sigma_m: [0.2, 0.25],
+            position_m: [1000.0 * spread(index, 0), 1000.0 * spread(index, 1)],
+            height_m: 125.0 + 25.0 * spread(index, 2),
+            attitude_rad: [heading_rad * spread(index, 3), tilt_rad * spread(index, 4), tilt_rad * spread(index, 5)],
+            follow_up_rad: 0.0,
+        };
+        let rays = Rays::new(&blank, &footprint(60.0), TOLD_RAD).expect("sees the ground");
+        let (mean, _) = rays.displacement(TRUE_RAD).expect("sees the ground");
+        let fix_m = std::array::from_fn(|axis| blank.position_m[axis] + blank.height_m * mean[axis]);
+        Sighting { fix_m, ..blank }
+    };
+    (0..count).map(sighting).collect()
+}
+
+/// With normal errors of 0.3 m in each axis, one sigma.
+fn noisy(mut sightings: Vec<Sighting>, seed: u64) -> Vec<Sighting> {
+    let mut random = ChaCha12Rng::seed_from_u64(seed);
+    let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    for sighting in &mut sightings {
+        // Box and Muller.
+        let (length, (sin, cos)) = ((-2.0 * (1.0 - uniform()).ln()).sqrt(), (TAU * uniform()).sin_cos());
+        sighting.fix_m = [sighting.fix_m[0] + 0.3 * length * cos, sighting.fix_m[1] + 0.3 * length * sin];
+    }
+    sightings
+}
+
+fn found(sightings: &[Sighting], with_offset: bool) -> Result<Boresight, BoresightError> {
+    estimate(sightings, &footprint(60.0), TOLD_RAD, with_offset)
+}
+
+/// Three axes turned one after the other, each about itself, and no rotation matrix: a camera that hardly sees more than the
+/// nadir finds it where the believed camera has it.
+#[test]
+fn the_nadir_by_active_turns() {
+    let blank = flight(1, 1.0, 0.1)[0];
+    for (attitude_rad, follow_up_rad) in [([0.3, 0.15, -0.1], 0.0), ([2.5, -0.1, 0.17], 2.4), ([-1.0, 0.05, 0.02], 0.3)]
+    {
+        let turned = |axes: [Vector3<f64>; 3], about: Vector3<f64>, angle: f64| {
+            let turn = Rotation3::from_axis_angle(&Unit::new_normalize(about), angle);
+            axes.map(|axis| turn * axis)
+        };
+        // Right, forward, up.
+        let level = [Vector3::x(), Vector3::y(), Vector3::z()];
+        let headed = turned(level, -level[2], attitude_rad[0]);
+        let pitched = turned(headed, headed[0], attitude_rad[1]);
+        let rolled = turned(pitched, pitched[1], attitude_rad[2]);
+        let mount = turned(rolled, rolled[2], follow_up_rad);
+        let camera = |angles_rad| {
+            let rotation = rotation::matrix(angles_rad);
+            [0, 1, 2].map(|k| mount[0] * rotation[(0, k)] + mount[1] * rotation[(1, k)] + mount[2] * rotation[(2, k)])
+        };
+        let (told, truly) = (camera(TOLD_RAD), camera(TRUE_RAD));
+        let ray: Vector3<f64> = (0..3).map(|k| truly[k] * -told[k].z).sum();
+        let sighting = Sighting { attitude_rad, follow_up_rad, ..blank };
+        let mut narrow = footprint(60.0);
+        narrow.patch = [1e-7; 2];
+        let (mean, _) = Rays::new(&sighting, &narrow, TOLD_RAD)
+            .expect("sees the ground")
+            .displacement(TRUE_RAD)
+            .expect("sees the ground");
+        assert!((mean - ray.xy() / -ray.z).amax() < 1e-9, "{mean} {ray}");
+        assert!(mean.norm() > 0.005);
+    }
+}
+
+/// Tilted by a small angle d, a camera of 60 degrees sees the ground d (1 + tan²(30 degrees) / 3) off in the mean.
+#[test]
+fn a_patch_moves_farther_than_its_nadir() {
+    let level = Sighting { attitude_rad: [0.0; 3], ..flight(1, 1.0, 0.1)[0] };
+    let rays = Rays::new(&level, &footprint(60.0), [0.0; 3]).expect("sees the ground");
+    let (mean, _) = rays.displacement([0.0, 1e-4, 0.0]).expect("sees the ground");
+    // The mean of the squares of twelve middles lacks 1/144 of the integral's.
+    let wanted = 1e-4 * (1.0 + (1.0 - 1.0 / 144.0) / 9.0);
+    assert!((mean.y - wanted).abs() < 1e-7 && mean.x.abs() < 1e-12, "{mean} {wanted}");
+}
+
+#[test]
+fn derivatives_are_differences() {
+    let sighting = flight(3, 2.0, 0.2)[2];
+    let rays = Rays::new(&sighting, &footprint(60.0), TOLD_RAD).expect("sees the ground");
+    let (_, derivatives) = rays.displacement(TRUE_RAD).expect("sees the ground");
+    for k in 0..3 {
+        let moved = |by: f64| {
+            let mut angles_rad = TRUE_RAD;
+            angles_rad[k] += by;
+            rays.displacement(angles_rad).expect("sees the ground").0
+        };
+        let difference = (moved(1e-5) - moved(-1e-5)) / 2e-5;
+        assert!((difference - derivatives.column(k)).amax() < 1e-8, "{k}");
+    }
+}
+
+#[test]
+fn a_flight_without_errors_gives_the_boresight_back() {
+    for offset_m in [None, Some([2.5, -1.5])] {
+        let mut sightings = flight(40, 3.0, 0.17);
+        let [east, north] = offset_m.unwrap_or_default();
+        for sighting in &mut sightings {
+            sighting.fix_m = [sighting.fix_m[0] + east, sighting.fix_m[1] + north];
+        }
+        let found = found(&sightings, offset_m.is_some()).expect("found");
+        for k in 0..3 {
+            assert!((found.angles_rad[k] - TRUE_RAD[k]).abs() < 1e-9, "{k}: {found:?}");
+        }
+        assert_eq!(found.determined, [true; 3]);
+        assert_eq!(found.offset.is_some(), offset_m.is_some());
+        if let (Some((found_m, _)), Some(offset_m)) = (found.offset, offset_m) {
+            assert!((found_m[0] - offset_m[0]).hypot(found_m[1] - offset_m[1]) < 1e-7, "{found_m:?}");
+        }
+    }
+}
+
+/// One fix in ten is 20 m off, always to the same side: without them the estimate is the same to a fifth of its sigma or so,
+/// and with squares it would be off by 2 m / 125 m, a degree.
+#[test]
+fn wrong_fixes_are_named_and_do_no_harm() {
+    let good = noisy(flight(300, 3.0, 0.17), 1);
+    let mut spoilt = good.clone();
+    spoilt.iter_mut().step_by(10).for_each(|sighting| sighting.fix_m[0] += 20.0);
+    let (clean, robust) = (found(&good, false).expect("found"), found(&spoilt, false).expect("found"));
+    let wrong: Vec<usize> = (0..300).step_by(10).collect();
+    assert!(clean.outliers.len() <= 1 && wrong.iter().all(|index| robust.outliers.contains(index)), "{robust:?}");
+    assert!(robust.outliers.len() <= wrong.len() + 1);
+    for (found, sigmas) in [(&clean, 3.0), (&robust, 6.0)] {
+        for k in 0..3 {
+            let off = (found.angles_rad[k] - TRUE_RAD[k]).abs() / found.sd_rad[k];
+            assert!(off < sigmas, "{k}: {off} sigmas, {found:?}");
+        }
+    }
+    // 0.3 m of 0.2 m east and 0.25 m north; each of 600 residuals adds 1/600 of relative variance to its square.
+    let wanted = (0.5 * ((0.3_f64 / 0.2).powi(2) + (0.3_f64 / 0.25).powi(2))).sqrt();
+    assert!((clean.sigma0 / wanted - 1.0).abs() < 0.12, "{} {wanted}", clean.sigma0);
+}
+
+/// Squares of the errors over the covariance, of many flights: its diagonal is right to what 40 values tell.
+#[test]
+fn the_standard_deviations_are_those_of_the_errors() {
+    let all = noisy(flight(40 * 150, 3.0, 0.17), 2);
+    let mut squares = [0.0; 3];
+    for part in all.chunks(150) {
+        let found = found(part, false).expect("found");
+        for k in 0..3 {
+            squares[k] += ((found.angles_rad[k] - TRUE_RAD[k]) / found.sd_rad[k]).powi(2) / 40.0;
+        }
+    }
+    // Mean squares of 40 normal numbers: one sigma is √(2/40) = 0.22.
+    assert!(squares.iter().all(|square| (square - 1.0).abs() < 0.67), "{squares:?}");
+}
+
+#[test]
+fn level_flights_do_not_show_kappa() {
+    let found = found(&noisy(flight(100, 3.0, 1e-4), 1), false).expect("found");
+    assert_eq!(found.determined, [true, true, false]);
+    assert_eq!(found.angles_rad[2], TOLD_RAD[2]);
+    assert!(found.sd_rad[2] > SD_MAX_RAD);
+    for k in 0..2 {
+        // The kappa that is kept is wrong, but moves nothing.
+        assert!((found.angles_rad[k] - TRUE_RAD[k]).abs() < 3.5 * found.sd_rad[k] + 1e-4, "{k}: {found:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_told_apart_is_refused() {
+    for heading_rad in [0.0, 0.1, 0.25] {
+        let outcome = found(&noisy(flight(100, heading_rad, 0.17), 1), true);
+        assert!(
+            matches!(outcome, Err(BoresightError::Inseparable(inflation)) if inflation > INFLATION_MAX),
+            "{outcome:?}"
+        );
+        assert!(found(&noisy(flight(100, heading_rad, 0.17), 1), false).is_ok());
+    }
+    let apart = found(&noisy(flight(100, 1.0, 0.17), 1), true).expect("57 degrees either way");
+    assert!(apart.offset.is_some_and(|(offset_m, sd_m)| offset_m[0].abs() < 4.0 * sd_m[0]));
+    assert_eq!(found(&flight(9, 3.0, 0.17), false), Err(BoresightError::TooFew(9)));
+    let mut wild = noisy(flight(100, 3.0, 0.17), 1);
+    wild.iter_mut().enumerate().for_each(|(index, sighting)| sighting.fix_m[0] += 40.0 * spread(index, 1));
+    assert_eq!(found(&wild[..12], false), Err(BoresightError::Undetermined));
+}
