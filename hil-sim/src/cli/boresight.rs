@@ -49,6 +49,7 @@ struct Told {
     /// Phi, omega, kappa, as in the camera file.
     boresight_deg: [f64; 3],
     sd_deg: [f64; 3],
+    random_sd_deg: [f64; 3],
     determined: [bool; 3],
     sigma0: f64,
     fixes: usize,
@@ -127,6 +128,7 @@ fn told(boresight_deg: [f64; 3], found: &Boresight, joined: &Joined) -> Told {
     Told {
         boresight_deg,
         sd_deg: found.sd_rad.map(f64::to_degrees),
+        random_sd_deg: found.random_sd_rad.map(f64::to_degrees),
         determined: found.determined,
         sigma0: found.sigma0,
         fixes: joined.sightings.len(),

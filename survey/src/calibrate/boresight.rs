@@ -6,6 +6,13 @@
 //! residuals before, whose scale is their median's, held after some steps so that they converge. The covariance is Huber's (Robust Statistics, section 7.6), s² (A'PA)⁻¹
 //! with s² = Σψ² / (2n − u) / m², ψ the residuals cut at the limit and m the mean of its derivative, over both components.
 //!
+//! Neighbouring fixes see the same ground and share its errors, so the covariance is also taken from the sums of the gradients
+//! over stretches of the flight (a sandwich estimator), and the larger of both stands.
+//!
+//! How the matching weighs the parts of a patch is not known. The nadir's ray alone and the whole patch are the two ends:
+//! by them phi and omega differ by a tenth of the correction, kappa, whose arm is the tilt less the patch's own middle, by half.
+//! Half of the one and all of the other is added to the standard deviations; a second flight with the new file takes it off.
+//!
 //! Phi and omega move each fix by the height times the angle. Kappa turns the patch about the camera's axis and moves it by
 //! the height times the angle times the tilt only, so a level flight does not show it.
 
@@ -39,6 +46,10 @@ const STEP_M: f64 = 1e-7;
 const ITERATIONS_MAX: usize = 200;
 /// Steps after which the residuals' scale is held.
 const SCALED: usize = 20;
+/// Stretches of a flight whose errors are taken as independent.
+const STRETCHES: usize = 12;
+/// Share of a correction of phi, omega, kappa by which it is uncertain beside the fixes' errors.
+const MODEL_SHARES: [f64; 3] = [0.05, 0.05, 0.5];
 /// Smallest pivot of the normal equations at unit diagonal.
 const PIVOT_MIN: f64 = 1e-10;
 
@@ -55,6 +66,8 @@ pub struct Boresight {
     /// Their standard deviations, radians; of those that are not determined what it would have been, infinite where nothing
     /// shows the angle.
     pub sd_rad: [f64; 3],
+    /// The part of them that comes from the fixes' errors; what determines an angle or not.
+    pub random_sd_rad: [f64; 3],
     /// Which of them are determined.
     pub determined: [bool; 3],
     /// Offset of the fixes against the positions, east and north, metres, and its standard deviations; where it was asked for.
@@ -226,7 +239,16 @@ impl Adjustment<'_> {
         let sigma0 = (squares / (2 * rows.len() - count) as f64).sqrt() / slope;
         let normal: Normal = rows.iter().map(|row| row.by.transpose() * row.by).sum();
         let Some(inverse) = self.inverse(&normal) else { return Ok(None) };
-        let sd = Vector::from_fn(|k, _| sigma0 * inverse[(k, k)].sqrt());
+        let mut middle = Normal::zeros();
+        for stretch in rows.chunks(rows.len().div_ceil(STRETCHES)) {
+            let gradient: Vector = stretch
+                .iter()
+                .map(|row| row.by.transpose() * row.residual * (limit / row.residual.norm()).min(1.0))
+                .sum();
+            middle += gradient * gradient.transpose();
+        }
+        let sandwich = inverse * middle * inverse / (slope * slope);
+        let sd = Vector::from_fn(|k, _| (sigma0 * inverse[(k, k)].sqrt()).max(sandwich[(k, k)].sqrt()));
         // The same flight without the offset.
         let mut angles_only = normal;
         for k in 3..UNKNOWNS {
@@ -261,11 +283,14 @@ impl Adjustment<'_> {
         ))
     }
 
-    fn told(&self, solved: &Solved, sd_rad: [f64; 3]) -> Boresight {
+    fn told(&self, solved: &Solved, random_sd_rad: [f64; 3]) -> Boresight {
         let x = &solved.unknowns;
+        let model_rad = |k: usize| MODEL_SHARES[k] * (x[k] - self.told_rad[k]);
+        let sd_rad = std::array::from_fn(|k| random_sd_rad[k].hypot(model_rad(k)));
         Boresight {
             angles_rad: [x[0], x[1], x[2]],
             sd_rad,
+            random_sd_rad,
             determined: [self.free[0], self.free[1], self.free[2]],
             offset: self.free[3].then(|| ([x[3], x[4]], [solved.sd[3], solved.sd[4]])),
             sigma0: solved.sigma0,

@@ -138,8 +138,8 @@ fn a_flight_without_errors_gives_the_boresight_back() {
     }
 }
 
-/// One fix in ten is 20 m off, always to the same side: without them the estimate is the same to a fifth of its sigma or so,
-/// and with squares it would be off by 2 m / 125 m, a degree.
+/// One fix in ten is 20 m off, always to the same side. Each pulls with two sigmas at most, so the mean moves by a fifth of a
+/// fix's sigma, 3.5 of the mean's own over 300; with squares it would be off by 2 m / 125 m, a degree.
 #[test]
 fn wrong_fixes_are_named_and_do_no_harm() {
     let good = noisy(flight(300, 3.0, 0.17), 1);
@@ -149,30 +149,29 @@ fn wrong_fixes_are_named_and_do_no_harm() {
     let wrong: Vec<usize> = (0..300).step_by(10).collect();
     assert!(clean.outliers.len() <= 1 && wrong.iter().all(|index| robust.outliers.contains(index)), "{robust:?}");
     assert!(robust.outliers.len() <= wrong.len() + 1);
-    for (found, sigmas) in [(&clean, 3.0), (&robust, 6.0)] {
-        for k in 0..3 {
-            let off = (found.angles_rad[k] - TRUE_RAD[k]).abs() / found.sd_rad[k];
-            assert!(off < sigmas, "{k}: {off} sigmas, {found:?}");
-        }
+    for k in 0..3 {
+        let off = (robust.angles_rad[k] - clean.angles_rad[k]).abs() / clean.random_sd_rad[k];
+        assert!(off < 6.0, "{k}: {off} sigmas, {robust:?}");
     }
     // 0.3 m of 0.2 m east and 0.25 m north; each of 600 residuals adds 1/600 of relative variance to its square.
     let wanted = (0.5 * ((0.3_f64 / 0.2).powi(2) + (0.3_f64 / 0.25).powi(2))).sqrt();
     assert!((clean.sigma0 / wanted - 1.0).abs() < 0.12, "{} {wanted}", clean.sigma0);
 }
 
-/// Squares of the errors over the covariance, of many flights: its diagonal is right to what 40 values tell.
+/// Squares of the errors over the covariance, of many flights: its diagonal is right to what 30 values tell.
 #[test]
 fn the_standard_deviations_are_those_of_the_errors() {
-    let all = noisy(flight(40 * 150, 3.0, 0.17), 2);
+    let all = noisy(flight(30 * 300, 3.0, 0.17), 2);
     let mut squares = [0.0; 3];
-    for part in all.chunks(150) {
+    for part in all.chunks(300) {
         let found = found(part, false).expect("found");
+        assert_eq!(found.determined, [true; 3]);
         for k in 0..3 {
-            squares[k] += ((found.angles_rad[k] - TRUE_RAD[k]) / found.sd_rad[k]).powi(2) / 40.0;
+            squares[k] += ((found.angles_rad[k] - TRUE_RAD[k]) / found.random_sd_rad[k]).powi(2) / 30.0;
         }
     }
-    // Mean squares of 40 normal numbers: one sigma is √(2/40) = 0.22.
-    assert!(squares.iter().all(|square| (square - 1.0).abs() < 0.67), "{squares:?}");
+    // Mean squares of 30 normal numbers: one sigma is √(2/30) = 0.26.
+    assert!(squares.iter().all(|square| (square - 1.0).abs() < 0.77), "{squares:?}");
 }
 
 #[test]
@@ -202,5 +201,6 @@ fn what_cannot_be_told_apart_is_refused() {
     assert_eq!(found(&flight(9, 3.0, 0.17), false), Err(BoresightError::TooFew(9)));
     let mut wild = noisy(flight(100, 3.0, 0.17), 1);
     wild.iter_mut().enumerate().for_each(|(index, sighting)| sighting.fix_m[0] += 40.0 * spread(index, 1));
-    assert_eq!(found(&wild[..12], false), Err(BoresightError::Undetermined));
+    let outcome = found(&wild[..12], false);
+    assert!(matches!(outcome, Err(BoresightError::Undetermined | BoresightError::Diverged)), "{outcome:?}");
 }
