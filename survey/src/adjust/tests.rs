@@ -127,8 +127,8 @@ fn a_rig_without_noise_closes() {
     let adjustment = Adjustment::new(&rig, Loss::Squares).expect("laid out");
     let solution = adjustment.solve(moved, &Options::default(), &mut |_, _| {}).expect("solved");
     let head = rig.head(&solution.x, 1);
-    for k in 0..3 {
-        let arcsec = (head[k] - rig.heads[1].values[k]).to_degrees() * 3600.0;
+    for (ours, truth) in head.iter().zip(rig.heads[1].values).take(3) {
+        let arcsec = (ours - truth).to_degrees() * 3600.0;
         assert!(arcsec.abs() < 1e-7, "{arcsec}");
     }
     assert!(solution.cost_end < 1e-15 && solution.iterations < 10, "{solution:?}");
