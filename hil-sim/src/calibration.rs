@@ -1,7 +1,7 @@
 //! `report.html` of a calibrated camera: what the block said before and after, on one page that needs nothing but itself.
 //!
 //! Everything on it is computed from the block, its observations and the adjustment; given are two figures of paper 002
-//! alone, in `points`. Style and plots are those of a flight's [`report`](crate::report). Heads, stations and points are
+//! alone, in `points`. Style and plots are those of a flight's [`report`]. Heads, stations and points are
 //! counted from 0, as in the files. The same block gives the same bytes.
 
 mod before;

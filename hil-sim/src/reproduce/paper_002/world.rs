@@ -76,7 +76,7 @@ pub struct World {
     pub known: usize,
 }
 
-/// Mounts within [`MOUNT_DEG`] of the design, the first as designed; interiors off by `error`.
+/// Mounts within 0.3 degrees (standard deviation) of the design, the first as designed; interiors off by `error`.
 #[must_use]
 pub fn mounted(rng: &mut ChaCha12Rng, error: InteriorError) -> Vec<[f64; HEAD]> {
     let mut heads = design();

@@ -127,8 +127,8 @@ fn a_flight_without_errors_gives_the_boresight_back() {
             sighting.fix_m = [sighting.fix_m[0] + east, sighting.fix_m[1] + north];
         }
         let found = found(&sightings, offset_m.is_some()).expect("found");
-        for (angle, truth) in found.angles_rad.iter().zip(TRUE_RAD) {
-            assert!((angle - truth).abs() < 1e-9, "{found:?}");
+        for (k, truth_rad) in TRUE_RAD.into_iter().enumerate() {
+            assert!((found.angles_rad[k] - truth_rad).abs() < 1e-9, "{k}: {found:?}");
         }
         assert_eq!(found.determined, [true; 3]);
         assert_eq!(found.offset.is_some(), offset_m.is_some());
@@ -180,9 +180,9 @@ fn level_flights_do_not_show_kappa() {
     assert_eq!(found.determined, [true, true, false]);
     assert_eq!(found.angles_rad[2], TOLD_RAD[2]);
     assert!(found.sd_rad[2] > SD_MAX_RAD);
-    for (k, truth) in TRUE_RAD.iter().enumerate().take(2) {
+    for (k, truth_rad) in TRUE_RAD.into_iter().enumerate().take(2) {
         // The kappa that is kept is wrong, but moves nothing.
-        assert!((found.angles_rad[k] - truth).abs() < 3.5 * found.sd_rad[k] + 1e-4, "{k}: {found:?}");
+        assert!((found.angles_rad[k] - truth_rad).abs() < 3.5 * found.sd_rad[k] + 1e-4, "{k}: {found:?}");
     }
 }
 
