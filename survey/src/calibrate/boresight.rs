@@ -1,7 +1,7 @@
 //! The boresight of a camera of one head from the fixes and poses of a flight: the part of paper 002's platform calibration
 //! that such a camera needs.
 //!
-//! Where positions are independently known, the fixes' errors show how the camera really sits: see [`model`] for what a
+//! Where positions are independently known, the fixes' errors show how the camera really sits: see `boresight/model.rs` for what a
 //! boresight does to a fix. It is estimated by least squares with Huber's loss: Gauss-Newton steps with the weights of the
 //! residuals before, whose scale is their median's, held after some steps so that they converge. The covariance is Huber's (Robust Statistics, section 7.6), s² (A'PA)⁻¹
 //! with s² = Σψ² / (2n − u) / m², ψ the residuals cut at the limit and m the mean of its derivative, over both components.
