@@ -20,5 +20,5 @@ pub use block::{Block, PointPrior, Sizes, StationPrior};
 pub use check::check;
 pub use file::{Calibrated, camera_file};
 pub use observations::Observations;
-pub use result::{Calibration, Correlation, HeadUnknown, OUTLIER_SIGMAS, Residual, STATION_NUMBERS, unknown_name};
+pub use result::{Calibration, Correlation, HeadUnknown, OUTLIER_SIGMAS, Residual, unknown_name};
 pub use symmetrise::{Symmetrised, mount};

@@ -57,7 +57,7 @@ fn a_test_field() {
     for mount in &found {
         assert!(mount.centre_sd_m.iter().all(|sd| *sd < 0.010), "{:?}", mount.centre_sd_m);
     }
-    let centres = platform_centres(&found);
+    let centres = platform_centres(&found).expect("a plane");
     for (ours, truth) in centres.iter().zip(CENTRES_M) {
         for k in 0..3 {
             assert!((ours[k] - truth[k]).abs() < 0.004, "{ours:?} {truth:?}");

@@ -147,6 +147,38 @@ fn what_nothing_holds_in_place() {
     expect(&sentence, &["falls apart into 2 parts", "12, 13, 14"]);
 }
 
+/// What holds a block is not refused: stations over known points alone, and known stations.
+#[test]
+fn what_is_held_is_not_refused() {
+    let mut block: Value = serde_json::from_str(BLOCK).expect("JSON");
+    let solved = |block: &Value| {
+        let block = Block::parse(&block.to_string(), "block.json").expect("a block");
+        let observations = Observations::parse(OBSERVATIONS, "obs.csv", &block).expect("observations");
+        Calibration::new(&block, &observations, &mut |_, _| {}).map(|calibration| calibration.sigma0_px)
+    };
+    let golden = block["solution"].clone();
+    // Every point known.
+    block["fixed_points"] = json!((0..109).collect::<Vec<_>>());
+    block["point_start"] = json!(clean_points(&block));
+    assert!(solved(&block).expect("calibrated") < 1.0);
+    // Two known stations instead of known points.
+    block["fixed_points"] = json!([]);
+    block["fixed_stations"] = json!([0, 24]);
+    for station in [0, 24] {
+        block["station_start"][station] = golden["stations"][station].clone();
+    }
+    assert!(solved(&block).expect("calibrated") < 0.5);
+}
+
+/// The adjusted points of the golden block.
+fn clean_points(block: &Value) -> Vec<[f64; 3]> {
+    let mut block = block.clone();
+    block["fixed_points"] = json!((0..12).collect::<Vec<_>>());
+    let block = Block::parse(&block.to_string(), "block.json").expect("a block");
+    let observations = Observations::parse(OBSERVATIONS, "obs.csv", &block).expect("observations");
+    Calibration::new(&block, &observations, &mut |_, _| {}).expect("calibrated").points
+}
+
 #[test]
 fn start_values_that_lead_nowhere() {
     let mut block: Value = serde_json::from_str(BLOCK).expect("JSON");

@@ -97,6 +97,9 @@ fn check_files(args: &Args) -> Result<(), InputError> {
     if let Some(report) = &args.report {
         folder::check("--report", report, &[REPORT])?;
     }
+    if args.report.as_ref().is_some_and(|report| report.join(REPORT) == args.out) {
+        return Err(InputError::new(format!("--out and the report are the same file: {}", args.out.display())));
+    }
     let is_out = |path: &Path| {
         path == args.out || path.canonicalize().is_ok_and(|path| args.out.canonicalize().is_ok_and(|out| path == out))
     };

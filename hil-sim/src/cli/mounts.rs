@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let told = Told {
         exposures: first.len(),
         heads: mounts.iter().enumerate().map(|(index, mount)| of_head(index + 1, mount)).collect(),
-        heads_d_m: platform_centres(&mounts),
+        heads_d_m: platform_centres(&mounts)?,
     };
     if args.json {
         return print_json(&told);

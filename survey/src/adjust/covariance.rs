@@ -39,7 +39,7 @@ impl<M: Model> Adjustment<'_, M> {
         };
         let Some(factor) = self.factor(&reduced) else { return Err(self.singular(x)) };
         let (eigenvalue_min, vector) = self.weakest(&reduced, &factor);
-        if eigenvalue_min < EIGENVALUE_MIN {
+        if eigenvalue_min.is_nan() || eigenvalue_min < EIGENVALUE_MIN {
             return Err(SolveError::Singular { along: largest(&vector) });
         }
         Ok(Cofactors { adjustment: self, x, factor, eigenvalue_min })

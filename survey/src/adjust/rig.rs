@@ -154,6 +154,11 @@ pub struct Rig {
     /// Standard deviation of an image coordinate of each head, pixels.
     pub sigma_px: Vec<f64>,
     structure: Structure,
+    /// Unknowns before the points'.
+    reduced: usize,
+    /// Block of each station and head.
+    station_block: Vec<Option<u32>>,
+    head_block: Vec<Option<u32>>,
     /// First unknown of each station, head and point, if it has any.
     station_at: Vec<Option<usize>>,
     head_at: Vec<Option<usize>>,
@@ -203,13 +208,26 @@ impl Rig {
                 point: numbers[seen.point],
             })
             .collect();
-        Rig { stations, heads, points, observations, sigma_px, structure, station_at, head_at, point_at }
+        Rig {
+            reduced: next,
+            stations,
+            heads,
+            points,
+            observations,
+            sigma_px,
+            structure,
+            station_block,
+            head_block,
+            station_at,
+            head_at,
+            point_at,
+        }
     }
 
     /// Adds what is known of a station's numbers beforehand: rows of unit variance over phi, omega, kappa, X, Y, Z. It says
     /// nothing where the station is not unknown.
     pub fn expect_station(&mut self, station: usize, target: [f64; 6], rows: Vec<Vec<f64>>) {
-        if let Some(block) = self.block_at(self.station_at[station]) {
+        if let Some(block) = self.station_block[station].map(|block| block as usize) {
             self.structure.priors.push(super::Prior {
                 place: super::Place::Block(block),
                 target: target.to_vec(),
@@ -221,7 +239,7 @@ impl Rig {
     /// Adds what is known of single numbers of a head beforehand: (place, value, sigma); those that are no unknowns are
     /// passed over.
     pub fn expect_head(&mut self, head: usize, known: &[(usize, f64, f64)]) {
-        let Some(block) = self.block_at(self.head_at[head]) else { return };
+        let Some(block) = self.head_block[head].map(|block| block as usize) else { return };
         let free = &self.heads[head].free;
         let known: Vec<_> = known
             .iter()
@@ -234,19 +252,9 @@ impl Rig {
     /// Adds what is known of a point beforehand: rows of unit variance over X, Y, Z.
     pub fn expect_point(&mut self, point: usize, target: [f64; 3], rows: Vec<Vec<f64>>) {
         if let Some(at) = self.point_at[point] {
-            let place = super::Place::Point((at - self.structure.reduced()) / 3);
+            let place = super::Place::Point((at - self.reduced) / 3);
             self.structure.priors.push(super::Prior { place, target: target.to_vec(), rows });
         }
-    }
-
-    fn block_at(&self, unknown: Option<usize>) -> Option<usize> {
-        let unknown = unknown?;
-        let mut start = 0;
-        self.structure.sizes.iter().position(|size| {
-            let found = start == unknown;
-            start += size;
-            found
-        })
     }
 
     /// Start values of all unknowns.

@@ -17,8 +17,26 @@ pub enum Loss {
 }
 
 impl Loss {
+    /// What turns the weighted sum of squares of so many residuals with so much redundancy into a variance: Huber's (Robust
+    /// Statistics, section 7.6), s^2 = sum(psi^2) / r w / m^2, with psi the residuals cut at the limit, w the mean weight
+    /// (the normal equations are weighted) and m the mean slope of psi. One for squares.
+    #[must_use]
+    pub fn variance(self, residuals: &[[f64; 2]], of_priors: f64, redundancy: f64) -> f64 {
+        let count = residuals.len().max(1) as f64;
+        let (mut squares, mut weights, mut slopes) = (of_priors, 0.0, 0.0);
+        for &[a, b] in residuals {
+            let (length, weight) = (a.hypot(b), self.weight([a, b]));
+            squares += (weight * length).powi(2);
+            weights += weight;
+            // Beyond the limit psi has its length for ever: no slope along the residual, the weight across.
+            slopes += if weight < 1.0 { 0.5 * weight } else { 1.0 };
+        }
+        squares / redundancy * (weights / count) / (slopes / count).powi(2)
+    }
+
     /// An observation's part of the cost.
-    pub(super) fn of(self, [a, b]: [f64; 2]) -> f64 {
+    #[must_use]
+    pub fn of(self, [a, b]: [f64; 2]) -> f64 {
         let squares = a * a + b * b;
         match self {
             Loss::Huber(limit) if squares > limit * limit => limit * (squares.sqrt() - 0.5 * limit),
@@ -74,6 +92,8 @@ const DAMPING_NONE: f64 = 1e-7;
 const DAMPING_MAX: f64 = 1e16;
 /// Costs are equal when they differ by less than this part: the rounding of a sum of squares.
 const ROUNDING: f64 = 1e-12;
+/// Under a loss that reweights: least fall of the cost in a step, as a part of it.
+const REWEIGHTED_MIN: f64 = 1e-9;
 /// Squared residual of an equation, in standard deviations, that is rounding alone.
 const NOTHING: f64 = 1e-22;
 
@@ -138,10 +158,13 @@ impl<'a, M: Model> Adjustment<'a, M> {
             match equations.cost(&moved) {
                 Some(new) if new <= cost * (1.0 + ROUNDING) + nothing => {
                     let ratio = if gain > 0.0 { (cost - new) / gain } else { 1.0 };
+                    let fall = cost - new;
                     (x, cost) = (moved, new.min(cost));
                     iterations += 1;
                     told(iterations, cost);
-                    if is_last || new <= nothing {
+                    // Reweighting converges by a factor a step, and promises more than it keeps.
+                    let hardly_fell = equations.loss != Loss::Squares && fall <= REWEIGHTED_MIN * cost;
+                    if is_last || hardly_fell || new <= nothing {
                         break;
                     }
                     // Nielsen's rule for the trust region, as in Ceres.

@@ -21,6 +21,8 @@
 use super::fields::Field;
 use crate::adjust::rig::{Head, LENS, Observation, Point, Rig, Station, TIME};
 use crate::adjust::{INTERIOR_NAMES, Interior, Loss};
+use crate::camera_file::SIDE_MAX_PX;
+use crate::camera_file::heads::{HEADS_MAX, VIRTUAL_SIDE_MAX_PX};
 use crate::error::InputError;
 use nalgebra::SMatrix;
 use serde_json::Value;
@@ -209,8 +211,12 @@ fn one_a_head<'a>(field: &Field<'a>, heads: usize) -> Result<Vec<Field<'a>>, Inp
 fn heads(file: &Field<'_>) -> Result<Vec<Head>, InputError> {
     let angles = file.needed("head_start_rad")?;
     let list = angles.list()?;
-    if list.is_empty() {
-        return Err(angles.wrong("a row a head"));
+    if !(1..=HEADS_MAX).contains(&list.len()) {
+        return Err(InputError::new(format!(
+            "{} has {} rows, not one a head, of 1 to {HEADS_MAX}",
+            angles.at,
+            list.len()
+        )));
     }
     let centres = one_a_head(&file.needed("heads_d_m")?, list.len())?;
     let f = file.needed("f_px")?;
@@ -280,10 +286,10 @@ fn points(file: &Field<'_>) -> Result<Vec<Point>, InputError> {
 /// Indices under a key, none twice.
 fn indices(file: &Field<'_>, key: &str, count: usize, what: &str) -> Result<Vec<usize>, InputError> {
     let Some(field) = file.key(key) else { return Ok(Vec::new()) };
-    let mut indices = Vec::new();
+    let (mut indices, mut is_named) = (Vec::new(), vec![false; count]);
     for item in field.list()? {
         let index = item.index(count, what)?;
-        if indices.contains(&index) {
+        if std::mem::replace(&mut is_named[index], true) {
             return Err(InputError::new(format!("{} names {what} {index} a second time", item.at)));
         }
         indices.push(index);
@@ -369,10 +375,10 @@ fn rows_of(sigmas: &[(usize, f64)]) -> Vec<Vec<f64>> {
 
 fn station_priors(file: &Field<'_>, stations: &[Station]) -> Result<Vec<StationPrior>, InputError> {
     let Some(field) = file.key("station_priors") else { return Ok(Vec::new()) };
-    let mut priors: Vec<StationPrior> = Vec::new();
+    let (mut priors, mut is_named): (Vec<StationPrior>, _) = (Vec::new(), vec![false; stations.len()]);
     for item in field.list()? {
         let station = item.needed("station")?.index(stations.len(), "station")?;
-        if priors.iter().any(|prior| prior.station == station) {
+        if std::mem::replace(&mut is_named[station], true) {
             return Err(InputError::new(format!("{} is a second prior of station {station}", item.at)));
         }
         let start = stations[station].values;
@@ -425,10 +431,10 @@ fn whitening(field: &Field<'_>) -> Result<Vec<Vec<f64>>, InputError> {
 
 fn point_priors(file: &Field<'_>, points: &[Point]) -> Result<Vec<PointPrior>, InputError> {
     let Some(field) = file.key("point_priors") else { return Ok(Vec::new()) };
-    let mut priors: Vec<PointPrior> = Vec::new();
+    let (mut priors, mut is_named): (Vec<PointPrior>, _) = (Vec::new(), vec![false; points.len()]);
     for item in field.list()? {
         let point = item.needed("point")?.index(points.len(), "point")?;
-        if priors.iter().any(|prior| prior.point == point) {
+        if std::mem::replace(&mut is_named[point], true) {
             return Err(InputError::new(format!("{} is a second prior of point {point}", item.at)));
         }
         if !points[point].is_free {
@@ -444,10 +450,10 @@ fn point_priors(file: &Field<'_>, points: &[Point]) -> Result<Vec<PointPrior>, I
 }
 
 fn sizes(file: &Field<'_>) -> Result<Sizes, InputError> {
-    let pair = |cols: &str, rows: &str| -> Result<Option<[u32; 2]>, InputError> {
+    let pair = |cols: &str, rows: &str, most: u32| -> Result<Option<[u32; 2]>, InputError> {
         let side = |field: &Field<'_>| {
             let side = field.value.as_u64().and_then(|side| u32::try_from(side).ok());
-            side.filter(|side| (1..=65_535).contains(side)).ok_or_else(|| field.wrong("1 to 65535 pixels"))
+            side.filter(|side| (1..=most).contains(side)).ok_or_else(|| field.wrong(&format!("1 to {most} pixels")))
         };
         match (file.key(cols), file.key(rows)) {
             (Some(cols), Some(rows)) => Ok(Some([side(&cols)?, side(&rows)?])),
@@ -460,8 +466,8 @@ fn sizes(file: &Field<'_>) -> Result<Sizes, InputError> {
     let positive = |key: &str| file.key(key).map(|field| field.positive()).transpose();
     Ok(Sizes {
         pixel_mm: positive("pixel_mm")?,
-        head: pair("cols", "rows")?,
-        virtual_image: pair("virtual_cols", "virtual_rows")?,
+        head: pair("cols", "rows", SIDE_MAX_PX)?,
+        virtual_image: pair("virtual_cols", "virtual_rows", VIRTUAL_SIDE_MAX_PX)?,
         virtual_f_px: positive("virtual_f_px")?,
     })
 }

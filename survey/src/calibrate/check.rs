@@ -21,7 +21,9 @@ const TURN_RAD: f64 = 1e-6;
 /// behind the head that saw it, a block or a part of it that nothing holds in place.
 pub fn check(block: &Block, observations: &Observations, rig: &Rig) -> Result<(), InputError> {
     let refuse = |sentence: String| Err(InputError::new(format!("{}: {sentence}", observations.name)));
-    let known_point = |point: usize| block.point_priors.iter().any(|prior| prior.point == point);
+    let (mut has_prior, mut is_held) = (vec![false; block.points.len()], vec![false; block.stations.len()]);
+    block.point_priors.iter().for_each(|prior| has_prior[prior.point] = true);
+    block.station_priors.iter().for_each(|prior| is_held[prior.station] = true);
     let (mut of_point, mut of_station, mut of_head) =
         (vec![0; block.points.len()], vec![0; block.stations.len()], vec![0; block.heads.len()]);
     for seen in &observations.seen {
@@ -29,20 +31,23 @@ pub fn check(block: &Block, observations: &Observations, rig: &Rig) -> Result<()
         of_station[seen.station] += 1;
         of_head[seen.head] += 1;
     }
+    let has_free_angle = block.heads.iter().any(|head| head.free.first().is_some_and(|number| *number < 3));
+    if of_head[0] == 0 && has_free_angle {
+        return refuse("head 0 sees nothing, and the others' angles are against it".to_owned());
+    }
     for (head, &count) in of_head.iter().enumerate() {
         if count == 0 && !block.heads[head].free.is_empty() {
             return refuse(format!("head {head} sees nothing"));
         }
     }
     for (station, &count) in of_station.iter().enumerate() {
-        let is_held = block.station_priors.iter().any(|prior| prior.station == station);
-        if block.stations[station].is_free && count < 3 && !is_held {
+        if block.stations[station].is_free && count < 3 && !is_held[station] {
             let seen = if count == 1 { "1 observation".to_owned() } else { format!("{count} observations") };
             return refuse(format!("station {station} has {seen}; six unknowns need three at least"));
         }
     }
     for (point, &count) in of_point.iter().enumerate() {
-        if block.points[point].is_free && count < 2 && !known_point(point) {
+        if block.points[point].is_free && count < 2 && !has_prior[point] {
             let how = if count == 0 { "never".to_owned() } else { format!("once ({})", place_of(observations, point)) };
             return refuse(format!("point {point} is seen {how}; an unknown point needs two rays"));
         }
@@ -101,7 +106,7 @@ fn check_datum(rig: &Rig, name: &str) -> Result<(), InputError> {
             )
         };
         return Err(InputError::new(format!(
-            "{name}: {which} is not held in its {}: it needs fixed_points, point_priors or station_priors",
+            "{name}: {which} is not held in its {}: it needs fixed_points, point_priors, fixed_stations or station_priors",
             missing.join(" and ")
         )));
     }
@@ -165,7 +170,7 @@ fn defects(rig: &Rig, part: &[usize]) -> [usize; 3] {
     let mut row = crate::adjust::Row::zero();
     for (observation, seen) in rig.observations.iter().enumerate() {
         use crate::adjust::At;
-        if part.binary_search(&seen.station).is_err() || !at.linearise(observation, &mut row) {
+        if !at.linearise(observation, &mut row) {
             continue;
         }
         for e in 0..2 {
@@ -193,8 +198,16 @@ fn defects(rig: &Rig, part: &[usize]) -> [usize; 3] {
     let (mut taken, mut before) = (0, 0);
     for (family, (_, count)) in FAMILIES.iter().enumerate() {
         taken += count;
-        let part = DMatrix::from_fn(taken, taken, |i, j| normal[(i, j)] * scale(i) * scale(j));
-        let null = part.symmetric_eigenvalues().iter().filter(|value| **value < TOUCHED_MIN).count();
+        // What moves no unknown is no freedom: a station over known points alone has no scale.
+        let moving: Vec<usize> = (0..taken).filter(|k| generators[*k].iter().any(|value| *value != 0.0)).collect();
+        let part = DMatrix::from_fn(moving.len(), moving.len(), |i, j| {
+            normal[(moving[i], moving[j])] * scale(moving[i]) * scale(moving[j])
+        });
+        let null = if moving.is_empty() {
+            0
+        } else {
+            part.symmetric_eigenvalues().iter().filter(|value| **value < TOUCHED_MIN).count()
+        };
         free[family] = null.saturating_sub(before);
         before = null;
     }
@@ -240,13 +253,15 @@ fn generators(rig: &Rig, x: &[f64], part: &[usize]) -> [Vec<f64>; 7] {
         let angles = [values[0], values[1], values[2]];
         for k in 0..3 {
             let axis = Vector3::from_fn(|row, _| f64::from(u8::from(row == k)));
-            let turn = nalgebra::Rotation3::new(axis * TURN_RAD).into_inner();
-            let turned = rotation::angles_rad(&(turn * rotation::matrix(angles)));
-            let whole = rotation::angles_rad(&rotation::matrix(angles));
+            let turned = |by: f64| {
+                let turn = nalgebra::Rotation3::new(axis * by).into_inner();
+                rotation::angles_rad(&(turn * rotation::matrix(angles)))
+            };
+            let (ahead, back) = (turned(TURN_RAD), turned(-TURN_RAD));
             for row in 0..3 {
-                let turn = turned[row] - whole[row];
+                let turn = ahead[row] - back[row];
                 let turn = turn - std::f64::consts::TAU * (turn / std::f64::consts::TAU).round();
-                generators[3 + k][first + row] = turn / TURN_RAD;
+                generators[3 + k][first + row] = turn / (2.0 * TURN_RAD);
             }
         }
     }

@@ -10,6 +10,8 @@ use crate::camera_file::{CameraFile, Covariance, Distortion, Head, heads::VIRTUA
 use crate::error::InputError;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
+/// Least part of the heads' axes, in the mean, that goes down the platform.
+const AXIS_MIN: f64 = 0.1;
 /// Version of the calibration in the file.
 const VERSION: u32 = 1;
 /// Step by which angles are moved to see what turning the frame does to their covariance, rad.
@@ -41,6 +43,10 @@ pub fn camera_file(
         let mut camera = of_head(head, [cols, rows]).camera();
         (camera.pixel_mm, camera.version) = (block.sizes.pixel_mm, Some(VERSION));
         return Ok(Calibrated { camera, assumed });
+    }
+    let axis: Vector3<f64> = calibration.heads.iter().map(|head| -mount(head).column(2).into_owned()).sum();
+    if axis.z > -AXIS_MIN * calibration.heads.len() as f64 {
+        return Err(InputError::new("the heads' axes have no mean that looks down: there is no virtual camera"));
     }
     let symmetrised = Symmetrised::new(&calibration.heads);
     let f_px = block.sizes.virtual_f_px.unwrap_or_else(|| {

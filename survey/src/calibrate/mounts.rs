@@ -5,12 +5,17 @@
 
 use super::block::Block;
 use super::observations::Observations;
-use super::result::Calibration;
+use super::result::{Calibration, options};
 use crate::adjust::rig::{Head, Observation, Rig, Station};
-use crate::adjust::{Options, rotation};
+use crate::adjust::rotation;
 use crate::error::InputError;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::path::Path;
+
+/// Least singular value of the mean of the exposures' rotations: a scatter of some 25 degrees.
+const AGREEING_MIN: f64 = 0.9;
+/// Centres nearer to each other than this are one, m.
+const APART_MIN_M: f64 = 1e-9;
 
 /// Exterior orientation of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +71,12 @@ fn mount(first: &[Exterior], other: &[Exterior], number: usize) -> Result<Mount,
     let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else {
         return Err(InputError::new(format!("the rotations of head {number} have no mean")));
     };
+    // Equal rotations add up to singular values of their number; a reflection has no place among them.
+    if svd.singular_values.min() < AGREEING_MIN * count as f64 {
+        return Err(InputError::new(format!(
+            "the exposures of head {number} disagree by many degrees: row i of each has to be the same exposure"
+        )));
+    }
     let mean = u * v_t;
     let centre = pairs.iter().map(|pair| pair.centre_m).sum::<Vector3<f64>>() / count as f64;
     let scatter = |of: &dyn Fn(&Exterior) -> Vector3<f64>| {
@@ -74,27 +85,22 @@ fn mount(first: &[Exterior], other: &[Exterior], number: usize) -> Result<Mount,
     };
     Ok(Mount {
         rotation: mean,
-        rotation_sd_rad: scatter(&|pair| small_rotation(&(pair.rotation * mean.transpose()))),
+        rotation_sd_rad: scatter(&|pair| {
+            Rotation3::from_matrix_unchecked(pair.rotation * mean.transpose()).scaled_axis()
+        }),
         centre_m: centre.into(),
         centre_sd_m: scatter(&|pair| pair.centre_m - centre),
         exposures: count,
     })
 }
 
-/// The vector of a small rotation.
-fn small_rotation(rotation: &Matrix3<f64>) -> Vector3<f64> {
-    0.5 * Vector3::new(
-        rotation[(2, 1)] - rotation[(1, 2)],
-        rotation[(0, 2)] - rotation[(2, 0)],
-        rotation[(1, 0)] - rotation[(0, 1)],
-    )
-}
-
 /// Centres in the axes of section 3.1.1: their middle is the origin, x and y lie in the plane fitted to them, y parallel
 /// to the line from the third to the first (from the second to the first where there is no third). Of fewer than three
 /// centres, or of such on a line, the plane is the one nearest to the first head's image.
-#[must_use]
-pub fn platform_centres(mounts: &[Mount]) -> Vec<[f64; 3]> {
+///
+/// # Errors
+/// The heads that give the y axis have one centre.
+pub fn platform_centres(mounts: &[Mount]) -> Result<Vec<[f64; 3]>, InputError> {
     let all: Vec<Vector3<f64>> =
         std::iter::once(Vector3::zeros()).chain(mounts.iter().map(|mount| Vector3::from(mount.centre_m))).collect();
     let middle = all.iter().sum::<Vector3<f64>>() / all.len() as f64;
@@ -106,9 +112,11 @@ pub fn platform_centres(mounts: &[Mount]) -> Vec<[f64; 3]> {
     let up = if is_plane { eigen.eigenvectors.column(order[2]).into_owned() } else { Vector3::z() };
     let up = if up.z < 0.0 { -up } else { up };
     let along = all[0] - all[if all.len() > 2 { 2 } else { 1 }.min(all.len() - 1)];
-    let y = (along - up * along.dot(&up)).normalize();
+    let y = (along - up * along.dot(&up))
+        .try_normalize(APART_MIN_M)
+        .ok_or_else(|| InputError::new("the two heads that give the platform's y axis have one centre"))?;
     let x = y.cross(&up);
-    all.iter().map(|centre| [x, y, up].map(|axis| axis.dot(&(centre - middle)))).collect()
+    Ok(all.iter().map(|centre| [x, y, up].map(|axis| axis.dot(&(centre - middle)))).collect())
 }
 
 /// Exterior orientations of all heads by resecting every picture of a block alone from its known points.
@@ -153,10 +161,11 @@ pub fn resected(block: &Block, observations: &Observations) -> Result<Vec<Vec<Ex
                 seen,
                 vec![block.sigma_px[number]],
             );
-            let options = Options { loss: block.loss, ..Options::default() };
-            let adjusted = Calibration::of_rig(&rig, &options, &mut |_, _| {}).map_err(|error| {
-                InputError::new(format!("{name}: head {number} at station {station} cannot be resected: {error:?}"))
+            let picture = format!("{name}, head {number} at station {station}");
+            let adjusted = Calibration::of_rig(&rig, &options(block), &mut |_, _| {}).map_err(|_| {
+                InputError::new(format!("{picture}: the resection does not come to an end from these start values"))
             })?;
+            let adjusted = adjusted.plausible(&picture)?;
             let [phi, omega, kappa, east, north, up] = adjusted.stations[0];
             pictures.push(Exterior {
                 rotation: rotation::matrix([phi, omega, kappa]),
@@ -210,7 +219,6 @@ pub fn read_exterior(path: &Path) -> Result<Vec<Exterior>, InputError> {
 
 /// R_x(omega) R_y(phi) R_z(kappa), as aerial triangulations report.
 fn omega_phi_kappa([omega, phi, kappa]: [f64; 3]) -> Matrix3<f64> {
-    use nalgebra::Rotation3;
     let about = |axis: Vector3<f64>, angle: f64| Rotation3::new(axis * angle).into_inner();
     about(Vector3::x(), omega) * about(Vector3::y(), phi) * about(Vector3::z(), kappa)
 }

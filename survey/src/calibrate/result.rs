@@ -4,7 +4,7 @@ use super::block::Block;
 use super::check::check;
 use super::observations::Observations;
 use crate::adjust::rig::{HEAD, Rig, head_name};
-use crate::adjust::{Adjustment, At, Model, Options, STATION_NAMES, SolveError};
+use crate::adjust::{Adjustment, At, Loss, Model, Options, SolveError};
 use crate::error::InputError;
 
 /// Standardised residual from which an observation is told as an outlier: one of 15,000 good ones.
@@ -46,7 +46,7 @@ pub struct HeadUnknown {
     pub sigma: f64,
 }
 
-/// How an unknown of a head goes with one of the stations, in the mean over them.
+/// How two unknowns go together: of the first unknown station, and of the heads with it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correlation {
     /// First unknown.
@@ -105,7 +105,7 @@ impl Calibration {
     ) -> Result<Self, InputError> {
         let rig = block.rig(&observations.seen);
         check(block, observations, &rig)?;
-        Self::of_rig(&rig, &Options { loss: block.loss, ..Options::default() }, told)
+        Self::of_rig(&rig, &options(block), told)
             .map_err(|error| refused(&error, &rig, observations))
             .and_then(|calibration| calibration.plausible(&observations.name))
     }
@@ -121,7 +121,11 @@ impl Calibration {
         let cofactors = adjustment.cofactors(x)?;
         let structure = rig.structure();
         let (equations, unknowns) = (structure.equations(), structure.unknowns());
-        let sigma0 = (2.0 * solution.cost_end / (equations - unknowns) as f64).sqrt();
+        let at = rig.at(x);
+        let whitened: Vec<[f64; 2]> =
+            (0..rig.observations.len()).map(|index| at.residual(index).unwrap_or([0.0; 2])).collect();
+        let of_priors = 2.0 * (solution.cost_end - whitened.iter().map(|v| options.loss.of(*v)).sum::<f64>());
+        let sigma0 = options.loss.variance(&whitened, of_priors.max(0.0), (equations - unknowns) as f64).sqrt();
         let sigma_px = rig.sigma_px.iter().sum::<f64>() / rig.sigma_px.len() as f64;
 
         let heads: Vec<[f64; HEAD]> = (0..rig.heads.len()).map(|head| rig.head(x, head)).collect();
@@ -146,7 +150,6 @@ impl Calibration {
             .collect();
 
         let (redundancies, cofactors_of_points) = cofactors.redundancies()?;
-        let at = rig.at(x);
         let residuals: Vec<Residual> = rig
             .observations
             .iter()
@@ -154,7 +157,7 @@ impl Calibration {
             .enumerate()
             .map(|(observation, (seen, redundancy))| {
                 let sigma = rig.sigma_px[seen.head];
-                let whitened = at.residual(observation).unwrap_or([0.0; 2]);
+                let whitened = whitened[observation];
                 let standardised = [0, 1].map(|k| {
                     let scale = sigma0 * redundancy[k].max(0.0).sqrt();
                     if redundancy[k] > REDUNDANCY_MIN && scale > 0.0 { -whitened[k] / scale } else { 0.0 }
@@ -195,7 +198,7 @@ impl Calibration {
     }
 
     /// Refuses residuals that no camera leaves.
-    fn plausible(self, name: &str) -> Result<Self, InputError> {
+    pub(super) fn plausible(self, name: &str) -> Result<Self, InputError> {
         let f_px = self.heads.iter().map(|head| head[crate::adjust::rig::LENS]).fold(f64::INFINITY, f64::min);
         if self.sigma0_px <= PLAUSIBLE_RAD * f_px {
             return Ok(self);
@@ -241,6 +244,12 @@ fn correlations(rig: &Rig, cofactors: &crate::adjust::Cofactors<'_, Rig>) -> Vec
     correlations
 }
 
+/// How a block is to be adjusted: reweighting takes more steps.
+pub(super) fn options(block: &Block) -> Options {
+    let iterations_max = if block.loss == Loss::Squares { 50 } else { 500 };
+    Options { loss: block.loss, iterations_max, ..Options::default() }
+}
+
 /// What the solver says, in the words of the files.
 fn refused(error: &SolveError, rig: &Rig, observations: &Observations) -> InputError {
     let name = &observations.name;
@@ -261,14 +270,14 @@ fn refused(error: &SolveError, rig: &Rig, observations: &Observations) -> InputE
             format!("{name}: the observations do not determine {}", parts.join(", "))
         }
         SolveError::NotConverged { iterations, cost_start, cost } => format!(
-            "{name}: not converged after {iterations} iterations: the sum of squares still falls (from {:.4e} to {:.4e} px^2), \
+            "{name}: not converged after {iterations} iterations: the sum of squares still falls (from {:.4e} to {:.4e} sigmas squared), \
              the start values are too far off",
             2.0 * cost_start,
             2.0 * cost
         ),
         SolveError::Stuck { iterations, cost_start, cost } => format!(
             "{name}: not converged: after {iterations} iterations no step lowers the sum of squares any more (from {:.4e} to \
-             {:.4e} px^2), the start values are too far off",
+             {:.4e} sigmas squared), the start values are too far off",
             2.0 * cost_start,
             2.0 * cost
         ),
@@ -282,6 +291,3 @@ fn refused(error: &SolveError, rig: &Rig, observations: &Observations) -> InputE
 pub fn unknown_name(unknown: &HeadUnknown) -> String {
     format!("{} of head {}", head_name(unknown.number), unknown.head)
 }
-
-/// Names of a station's numbers.
-pub const STATION_NUMBERS: [&str; 6] = STATION_NAMES;
