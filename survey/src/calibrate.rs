@@ -21,4 +21,4 @@ pub use check::check;
 pub use file::{Calibrated, camera_file};
 pub use observations::Observations;
 pub use result::{Calibration, Correlation, HeadUnknown, OUTLIER_SIGMAS, Residual, unknown_name};
-pub use symmetrise::{Symmetrised, mount};
+pub use symmetrise::{Symmetrised, mount, picture};

@@ -1,7 +1,7 @@
 //! `plumbline boresight`: how a camera of one head sits in its vehicle, from a flight.
 
 use super::attitude::{FollowUp, follow_up};
-use super::{Failure, note, print, print_json};
+use super::{Failure, folder, note, print, print_json};
 use plumbline_sim::flight::follow_up_exact;
 use plumbline_survey::calibrate::boresight::{
     Boresight, BoresightError, FIXES_MIN, Footprint, Joined, SD_MAX_RAD, estimate, read,
@@ -10,7 +10,7 @@ use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::{check_file, write_file};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -96,15 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// A file that can be written, and that is not one of those that are read.
 fn check_files(args: &Args) -> Result<(), InputError> {
     check_file(&args.out)?;
-    let is_out = |path: &Path| {
-        path == args.out || path.canonicalize().is_ok_and(|path| args.out.canonicalize().is_ok_and(|out| path == out))
-    };
-    for (option, path) in [("--camera", &args.camera), ("--fixes", &args.fixes), ("--poses", &args.poses)] {
-        if is_out(path) {
-            return Err(InputError::new(format!("--out and {option} are the same file: {}", path.display())));
-        }
-    }
-    Ok(())
+    folder::apart(&args.out, &[("--camera", &args.camera), ("--fixes", &args.fixes), ("--poses", &args.poses)])
 }
 
 /// The error with what it is about.

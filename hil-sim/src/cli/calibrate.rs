@@ -8,7 +8,7 @@ use plumbline_survey::calibrate::{Block, Calibration, Observations, camera_file}
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::{check_file, write_file};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -100,15 +100,7 @@ fn check_files(args: &Args) -> Result<(), InputError> {
     if args.report.as_ref().is_some_and(|report| report.join(REPORT) == args.out) {
         return Err(InputError::new(format!("--out and the report are the same file: {}", args.out.display())));
     }
-    let is_out = |path: &Path| {
-        path == args.out || path.canonicalize().is_ok_and(|path| args.out.canonicalize().is_ok_and(|out| path == out))
-    };
-    for (option, path) in [("--block", &args.block), ("--observations", &args.observations)] {
-        if is_out(path) {
-            return Err(InputError::new(format!("--out and {option} are the same file: {}", path.display())));
-        }
-    }
-    Ok(())
+    folder::apart(&args.out, &[("--block", &args.block), ("--observations", &args.observations)])
 }
 
 fn told(block: &Block, observations: &Observations, calibration: &Calibration, notes: Vec<String>) -> Told {

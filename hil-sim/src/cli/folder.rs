@@ -1,4 +1,4 @@
-//! A folder for what a command writes, looked at before its work and created after it.
+//! Where a command writes: files that are not those it reads, a folder looked at before the work and created after it.
 
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::check_file;
@@ -33,4 +33,22 @@ pub fn create(folder: &Path) -> Result<(), InputError> {
         return Ok(());
     }
     std::fs::create_dir(folder).map_err(|error| InputError::new(format!("cannot create {}: {error}", folder.display())))
+}
+
+/// Refuses an `--out` that is one of the files that are read, each with the option that names it.
+///
+/// # Errors
+/// It is.
+pub fn apart(out: &Path, read: &[(&str, &Path)]) -> Result<(), InputError> {
+    match read.iter().find(|(_, path)| is_same(path, out)) {
+        Some((option, path)) => {
+            Err(InputError::new(format!("--out and {option} are the same file: {}", path.display())))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Whether two paths lead to one file.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    a == b || a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }

@@ -43,10 +43,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let replayed = replay(&log, tiles.as_deref()).map_err(|error| InputError::new(format!("{name}: {error}")))?;
     if let Some(folder) = &args.out {
         let csv = fixes_csv(&log, tiles.as_deref(), &replayed)?;
-        if !folder.is_dir() {
-            std::fs::create_dir(folder)
-                .map_err(|error| InputError::new(format!("cannot create {}: {error}", folder.display())))?;
-        }
+        super::folder::create(folder)?;
         write_file(&folder.join("fixes.csv"), csv.as_bytes())?;
     }
     if args.json {

@@ -1,6 +1,6 @@
 //! `plumbline smooth`: columns of a log as smooth curves.
 
-use super::{Failure, finite, note, positive, print_json};
+use super::{Failure, finite, folder, note, positive, print_json};
 use plumbline_sim::smoothing::{Smoothed, Wanted};
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::{check_file, write_file};
@@ -110,14 +110,10 @@ fn check_files(args: &Args) -> Result<(), InputError> {
     for (option, path) in [("--out", Some(args.out.as_path())), ("--plot", args.plot.as_deref())] {
         let Some(path) = path else { continue };
         check_file(path)?;
-        if let Some((other, _)) = taken.iter().find(|(_, other)| is_same(other, path)) {
+        if let Some((other, _)) = taken.iter().find(|(_, other)| folder::is_same(other, path)) {
             return Err(InputError::new(format!("{option} and {other} are the same file: {}", path.display())));
         }
         taken.push((option, path));
     }
     Ok(())
-}
-
-fn is_same(a: &Path, b: &Path) -> bool {
-    a == b || a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }

@@ -10,6 +10,7 @@
 
 use super::model::{At, Link, Model, Row, Structure};
 use crate::error::InputError;
+use crate::table::text_of;
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 
@@ -72,9 +73,7 @@ impl Bal {
     /// The file cannot be read, is cut short, goes on after its end, holds what is no finite number, names a camera or
     /// point it does not have, or a point that nobody sees.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let name = path.display().to_string();
-        let text =
-            std::fs::read_to_string(path).map_err(|error| InputError::new(format!("cannot read {name}: {error}")))?;
+        let (text, name) = text_of(path)?;
         Self::parse(&text, &name)
     }
 

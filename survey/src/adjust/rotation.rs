@@ -44,6 +44,14 @@ pub fn angles_rad(rotation: &Matrix3<f64>) -> [f64; 3] {
     [(-r[(0, 2)]).atan2(r[(2, 2)]), omega, r[(1, 0)].atan2(r[(1, 1)])]
 }
 
+/// The rotation nearest to a sum of rotations, their mean, and the least singular value of the sum, which is their number
+/// where all agree; `None` where the sum is not finite.
+#[must_use]
+pub fn nearest(sum: Matrix3<f64>) -> Option<(Matrix3<f64>, f64)> {
+    let svd = sum.svd(true, true);
+    Some((svd.u? * svd.v_t?, svd.singular_values.min()))
+}
+
 /// The smallest rotation that takes the direction `from` into the direction `to`, both of length 1 and not opposite.
 #[must_use]
 pub fn between(from: Vector3<f64>, to: Vector3<f64>) -> Matrix3<f64> {

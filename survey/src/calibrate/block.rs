@@ -24,6 +24,7 @@ use crate::adjust::{INTERIOR_NAMES, Interior, Loss};
 use crate::camera_file::SIDE_MAX_PX;
 use crate::camera_file::heads::{HEADS_MAX, VIRTUAL_SIDE_MAX_PX};
 use crate::error::InputError;
+use crate::table::text_of;
 use nalgebra::SMatrix;
 use serde_json::Value;
 use std::path::Path;
@@ -122,9 +123,7 @@ impl Block {
     /// # Errors
     /// The file cannot be read; otherwise as [`Self::parse`].
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let name = path.display().to_string();
-        let text =
-            std::fs::read_to_string(path).map_err(|error| InputError::new(format!("cannot read {name}: {error}")))?;
+        let (text, name) = text_of(path)?;
         Self::parse(&text, &name)
     }
 

@@ -6,9 +6,11 @@
 use super::block::Block;
 use super::observations::Observations;
 use super::result::{Calibration, options};
+use super::symmetrise::picture;
 use crate::adjust::rig::{Head, Observation, Rig, Station};
 use crate::adjust::rotation;
 use crate::error::InputError;
+use crate::table::text_of;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::path::Path;
 
@@ -67,17 +69,15 @@ fn mount(first: &[Exterior], other: &[Exterior], number: usize) -> Result<Mount,
     };
     let pairs: Vec<Exterior> = first.iter().zip(other).map(against_first).collect();
     let sum: Matrix3<f64> = pairs.iter().map(|pair| pair.rotation).sum();
-    let svd = sum.svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else {
+    let Some((mean, least)) = rotation::nearest(sum) else {
         return Err(InputError::new(format!("the rotations of head {number} have no mean")));
     };
     // Equal rotations add up to singular values of their number; a reflection has no place among them.
-    if svd.singular_values.min() < AGREEING_MIN * count as f64 {
+    if least < AGREEING_MIN * count as f64 {
         return Err(InputError::new(format!(
             "the exposures of head {number} disagree by many degrees: row i of each has to be the same exposure"
         )));
     }
-    let mean = u * v_t;
     let centre = pairs.iter().map(|pair| pair.centre_m).sum::<Vector3<f64>>() / count as f64;
     let scatter = |of: &dyn Fn(&Exterior) -> Vector3<f64>| {
         let squares: Vector3<f64> = pairs.iter().map(|pair| of(pair).component_mul(&of(pair))).sum();
@@ -145,12 +145,7 @@ pub fn resected(block: &Block, observations: &Observations) -> Result<Vec<Vec<Ex
                     seen.len()
                 )));
             }
-            let platform = rotation::matrix([start.values[0], start.values[1], start.values[2]]);
-            let mount = rotation::matrix([head.values[0], head.values[1], head.values[2]]);
-            let angles = rotation::angles_rad(&(platform * mount));
-            let centre = platform * Vector3::new(head.values[3], head.values[4], head.values[5]);
-            let place = [0, 1, 2].map(|k| start.values[3 + k] + centre[k]);
-            let values = [angles[0], angles[1], angles[2], place[0], place[1], place[2]];
+            let values = picture(&start.values, &head.values);
             let mut alone = Head { values: head.values, free: Vec::new() };
             alone.values[..7].fill(0.0);
             let points = known.iter().map(|point| block.points[*point]).collect();
@@ -183,9 +178,7 @@ pub fn resected(block: &Block, observations: &Observations) -> Result<Vec<Vec<Ex
 /// # Errors
 /// The file cannot be read, a column is missing, a field is not a finite number.
 pub fn read_exterior(path: &Path) -> Result<Vec<Exterior>, InputError> {
-    let name = path.display().to_string();
-    let text =
-        std::fs::read_to_string(path).map_err(|error| InputError::new(format!("cannot read {name}: {error}")))?;
+    let (text, name) = text_of(path)?;
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let (_, header) = lines.next().ok_or_else(|| InputError::new(format!("{name} is empty")))?;
     let plain = |name: &str| name.split('[').next().unwrap_or_default().trim().to_lowercase();

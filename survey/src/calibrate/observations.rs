@@ -3,6 +3,7 @@
 use super::block::Block;
 use crate::adjust::rig::Observation;
 use crate::error::InputError;
+use crate::table::text_of;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -28,9 +29,7 @@ impl Observations {
     /// # Errors
     /// The file cannot be read; otherwise as [`Self::parse`].
     pub fn read(path: &Path, block: &Block) -> Result<Self, InputError> {
-        let name = path.display().to_string();
-        let text =
-            std::fs::read_to_string(path).map_err(|error| InputError::new(format!("cannot read {name}: {error}")))?;
+        let (text, name) = text_of(path)?;
         Self::parse(&text, &name, block)
     }
 

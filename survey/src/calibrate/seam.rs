@@ -1,8 +1,8 @@
 //! How far two heads put the same direction apart in the virtual image.
 
 use super::symmetrise::mount;
-use crate::adjust::Interior;
 use crate::adjust::rig::{HEAD, LENS};
+use crate::adjust::{Interior, rotation};
 use nalgebra::{Matrix3, Vector3};
 
 /// A virtual image: principal distance and half sides, pixels.
@@ -77,12 +77,7 @@ pub fn mismatches(truth: &[[f64; HEAD]], calibrated: &[[f64; HEAD]], of: &Virtua
 /// The rotation that brings the calibrated heads nearest to the true ones.
 fn common_turn(truth: &[[f64; HEAD]], calibrated: &[[f64; HEAD]]) -> Matrix3<f64> {
     let sum: Matrix3<f64> = truth.iter().zip(calibrated).map(|(a, b)| mount(a) * mount(b).transpose()).sum();
-    // The nearest rotation to a sum that is nearly three times one.
-    let svd = sum.svd(true, true);
-    match (svd.u, svd.v_t) {
-        (Some(u), Some(v_t)) => u * v_t,
-        _ => Matrix3::identity(),
-    }
+    rotation::nearest(sum).map_or_else(Matrix3::identity, |(turn, _)| turn)
 }
 
 fn interior(head: &[f64; HEAD]) -> Interior {

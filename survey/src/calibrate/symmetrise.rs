@@ -46,6 +46,15 @@ pub fn mount(head: &[f64; HEAD]) -> Matrix3<f64> {
     rotation::matrix([head[0], head[1], head[2]])
 }
 
+/// Orientation (phi, omega, kappa, X, Y, Z) of the picture that a head takes at a station, each given by its numbers.
+#[must_use]
+pub fn picture(station: &[f64; 6], head: &[f64; HEAD]) -> [f64; 6] {
+    let platform = rotation::matrix([station[0], station[1], station[2]]);
+    let [phi, omega, kappa] = rotation::angles_rad(&(platform * mount(head)));
+    let centre = platform * Vector3::new(head[3], head[4], head[5]);
+    [phi, omega, kappa, station[3] + centre[0], station[4] + centre[1], station[5] + centre[2]]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

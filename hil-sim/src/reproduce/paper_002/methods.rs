@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use plumbline_survey::adjust::rig::{HEAD, Head, Station};
 use plumbline_survey::adjust::{Interior, Options, SolveError, rotation};
 use plumbline_survey::calibrate::seam::{image_of, mismatches, rms_and_max};
-use plumbline_survey::calibrate::{Block, Calibration, Observations, PointPrior, mount};
+use plumbline_survey::calibrate::{Block, Calibration, Observations, PointPrior, mount, picture};
 
 /// Grid on which a seam is looked at, pixels of the virtual image.
 pub const SEAM_STEP_PX: f64 = 200.0;
@@ -93,11 +93,7 @@ pub fn unconstrained(seed: u64, points: usize) -> Result<Outcome, SolveError> {
     // One station a picture, with one head in the middle of it.
     let pictures = block.stations.iter().flat_map(|station| {
         block.heads.iter().map(|head| {
-            let platform = rotation::matrix([station.values[0], station.values[1], station.values[2]]);
-            let angles = rotation::angles_rad(&(platform * mount(&head.values)));
-            let centre = platform * Vector3::new(head.values[3], head.values[4], head.values[5]);
-            let place = [0, 1, 2].map(|k| station.values[3 + k] + centre[k]);
-            let values = [angles[0], angles[1], angles[2], place[0], place[1], place[2]];
+            let values = picture(&station.values, &head.values);
             Station { values, rates: [0.0; 6], is_free: true }
         })
     });
@@ -121,9 +117,8 @@ pub fn unconstrained(seed: u64, points: usize) -> Result<Outcome, SolveError> {
         let sum: Matrix3<f64> = (0..world.stations.len())
             .map(|station| rotation_of(&pictures(station)[0]).transpose() * rotation_of(&pictures(station)[head]))
             .sum();
-        let svd = sum.svd(true, true);
-        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Err(SolveError::NotFinite) };
-        let angles = rotation::angles_rad(&(mount(&world.heads[0]) * u * v_t));
+        let (turn, _) = rotation::nearest(sum).ok_or(SolveError::NotFinite)?;
+        let angles = rotation::angles_rad(&(mount(&world.heads[0]) * turn));
         mean[..3].copy_from_slice(&angles);
     }
     let mut of_means = outcome(&world, &means, &calibration);
