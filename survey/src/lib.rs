@@ -17,6 +17,7 @@ pub mod data;
 pub mod error;
 pub mod output;
 pub mod picture;
+pub mod plan;
 pub mod raster;
 pub mod smooth;
 mod table;

@@ -1,0 +1,283 @@
+//! `plan.json`: what was planned, for flying it, for other programs, for the page.
+//!
+//! Coordinates `x`, `y` are those of the elevation model's reference system (degrees, longitude first, where it is
+//! geographic; local metres where it has none), `z` metres above its height datum.
+
+use crate::error::InputError;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Version of the file that is written, and the only one that is read.
+pub const VERSION: u32 = 1;
+
+/// A whole plan.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlanFile {
+    /// [`VERSION`].
+    pub version: u32,
+    /// The elevation model, as it was named.
+    pub dem: String,
+    /// Reference system of all x and y; `None` is local metres.
+    pub epsg: Option<u32>,
+    /// Latitude and longitude (WGS 84, degrees) of the local grid's x = 0, y = 0, where they were given.
+    pub origin_deg: Option<[f64; 2]>,
+    /// The camera.
+    pub camera: Camera,
+    /// Flying height above the base plane, H.
+    pub height_m: f64,
+    /// Height of the base plane above the height datum.
+    pub base_height_m: f64,
+    /// Ground sample distance on the base plane, across.
+    pub gsd_m: f64,
+    /// Direction of the strips, clockwise from grid north, 0 to below 180.
+    pub strip_heading_deg: f64,
+    /// Ground speed.
+    pub speed_m_s: f64,
+    /// Least time between two exposures.
+    pub min_interval_s: f64,
+    /// Overlap that was asked for, shares of 1.
+    pub overlap_wanted: Overlap,
+    /// Smallest overlap on the ground of any pair; `None` where there is no pair.
+    pub overlap_min: OverlapMin,
+    /// Photos of all strips.
+    pub photo_count: usize,
+    /// Shortest base and the time it takes.
+    pub base_min_m: f64,
+    /// The same as time.
+    pub interval_min_s: f64,
+    /// Corners of the area, the first not repeated.
+    pub area: Vec<[f64; 2]>,
+    /// Strips in the order of flight.
+    pub strips: Vec<StripFile>,
+    /// Noise that the predicted accuracy is for.
+    pub noise: Noise,
+    /// Predicted accuracy.
+    pub accuracy: Accuracy,
+    /// What else was checked.
+    pub checks: Checks,
+    /// The cheapest constant bases that guarantee the same overlap.
+    pub constant_base: ConstantBase,
+    /// All combinations that were looked at, side overlap before forward overlap, ascending; empty without `--optimise`.
+    pub combinations: Vec<Combination>,
+}
+
+/// The camera of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Camera {
+    /// Columns, across the flight.
+    pub cols: u32,
+    /// Rows, along the flight.
+    pub rows: u32,
+    /// Full field of view across.
+    pub fov_h_deg: f64,
+    /// Full field of view along.
+    pub fov_v_deg: f64,
+    /// Principal point right of the centre.
+    pub offset_m_px: f64,
+    /// Principal point forward of the centre.
+    pub offset_n_px: f64,
+    /// Side of a pixel.
+    pub pixel_mm: Option<f64>,
+    /// k1, k2, k3, p1, p2.
+    pub distortion: Option<[f64; 5]>,
+}
+
+/// Shares of a footprint, 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Overlap {
+    /// Along the strip.
+    pub forward: f64,
+    /// Between strips.
+    pub side: f64,
+}
+
+/// Smallest overlaps; `None` where there is no pair to have one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OverlapMin {
+    /// Along the strip.
+    pub forward: Option<f64>,
+    /// Between strips.
+    pub side: Option<f64>,
+}
+
+/// A strip, from its low end (low x; low y where it runs north), whatever its direction of flight.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StripFile {
+    /// Number of the line it lies on, from 0; a concave area may part a line into several strips.
+    pub line: usize,
+    /// Direction in which it is flown, clockwise from grid north, 0 to below 360.
+    pub heading_deg: f64,
+    /// Exposures.
+    pub photos: Vec<Photo>,
+}
+
+/// An exposure.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Photo {
+    /// East, or longitude.
+    pub x: f64,
+    /// North, or latitude.
+    pub y: f64,
+    /// Above the height datum.
+    pub z: f64,
+    /// WGS 84, degrees, where the place on Earth is known.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub lat: Option<f64>,
+    /// WGS 84, degrees.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub lon: Option<f64>,
+}
+
+/// Standard deviations of what is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Noise {
+    /// Of an image coordinate.
+    pub image_px: f64,
+    /// Of each coordinate of a projection centre.
+    pub position_m: f64,
+    /// Of each angle.
+    pub attitude_deg: f64,
+}
+
+/// Root mean squares over the area's cells.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Accuracy {
+    /// Horizontal, both coordinates together, from the covariance.
+    pub plan_m: f64,
+    /// Height.
+    pub height_m: f64,
+    /// The same from made-up noise, intersected.
+    pub simulated_plan_m: f64,
+    /// The same of the height.
+    pub simulated_height_m: f64,
+    /// Largest predicted horizontal standard deviation of a cell.
+    pub plan_max_m: f64,
+    /// Largest of the height.
+    pub height_max_m: f64,
+    /// Cells that were looked at.
+    pub cells: usize,
+    /// Cells that fewer than two photos of one strip see.
+    pub gaps: usize,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+/// Clearance, blur, time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Checks {
+    /// Least height above the ground along the strips.
+    pub clearance_min_m: f64,
+    /// Most that the picture moves during an exposure over the highest ground.
+    pub smear_px: f64,
+    /// Longest exposure that stays within half a pixel there.
+    pub exposure_max_s: f64,
+    /// Exposure that the smear is for.
+    pub exposure_s: f64,
+    /// Length of strips and turns.
+    pub length_m: f64,
+    /// Time for them.
+    pub flight_time_s: f64,
+    /// Radius of the turns.
+    pub turn_radius_m: f64,
+    /// Photos whose frames look beyond the elevation model, where nothing is known.
+    pub photos_beyond_dem: usize,
+}
+
+/// What constant bases would cost.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ConstantBase {
+    /// Base along the strips.
+    pub base_m: f64,
+    /// Distance of the strips.
+    pub spacing_m: f64,
+    /// Lines.
+    pub lines: usize,
+    /// Photos.
+    pub photos: usize,
+    /// How many photos the variable bases save.
+    pub photos_saved: i64,
+}
+
+/// One combination of overlaps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Combination {
+    /// What was asked for.
+    pub forward: f64,
+    /// What was asked for.
+    pub side: f64,
+    /// Lines.
+    pub lines: usize,
+    /// Photos.
+    pub photos: usize,
+    /// Shortest time between exposures.
+    pub interval_min_s: f64,
+    /// Cells that fewer than two photos of one strip see.
+    pub gaps: usize,
+    /// Horizontal accuracy, from made-up noise; `None` where no cell is seen twice.
+    pub plan_m: Option<f64>,
+    /// Height.
+    pub height_m: Option<f64>,
+    /// Which limit rules it out first; `None` where none does.
+    pub ruled_out: Option<Limit>,
+    /// Whether it is the one.
+    pub chosen: bool,
+}
+
+/// What rules a combination out, in the order of looking.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Limit {
+    /// Cells without a stereo pair.
+    Gap,
+    /// Exposures follow each other too fast.
+    Interval,
+    /// Plan or height accuracy.
+    Accuracy,
+}
+
+impl PlanFile {
+    /// Reads and checks a plan.
+    ///
+    /// # Errors
+    /// The file cannot be read, is no plan of this version, has a coordinate that is not finite, a strip without photos
+    /// or a count that does not agree.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let refuse = |why: String| InputError::new(format!("{}: {why}", path.display()));
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| InputError::new(format!("cannot read {}: {error}", path.display())))?;
+        let value: serde_json::Value =
+            serde_json::from_str(&text).map_err(|error| refuse(format!("it is no JSON: {error}")))?;
+        match value.get("version").and_then(serde_json::Value::as_u64) {
+            Some(version) if version == u64::from(VERSION) => {}
+            Some(version) => return Err(refuse(format!("plan version {version} is not read, only {VERSION} is"))),
+            None => return Err(refuse("it has no version, so it is no plan".to_owned())),
+        }
+        let plan: PlanFile = serde_json::from_value(value).map_err(|error| refuse(format!("it is no plan: {error}")))?;
+        plan.check().map_err(refuse)?;
+        Ok(plan)
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let photos = || self.strips.iter().flat_map(|strip| &strip.photos);
+        if let Some(empty) = self.strips.iter().position(|strip| strip.photos.is_empty()) {
+            return Err(format!("strips[{empty}] has no photos"));
+        }
+        if self.strips.is_empty() || photos().count() != self.photo_count {
+            return Err(format!("photo_count is {}, but the strips have {}", self.photo_count, photos().count()));
+        }
+        if photos().any(|photo| ![photo.x, photo.y, photo.z].iter().all(|value| value.is_finite())) {
+            return Err("a photo's coordinate is not finite".to_owned());
+        }
+        for (key, value) in [
+            ("height_m", self.height_m),
+            ("speed_m_s", self.speed_m_s),
+            ("camera.fov_h_deg", self.camera.fov_h_deg),
+            ("camera.fov_v_deg", self.camera.fov_v_deg),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(format!("{key} is {value}, which is not above 0"));
+            }
+        }
+        Ok(())
+    }
+}
