@@ -13,7 +13,7 @@ mod overlay;
 mod paper;
 mod parameters;
 pub(crate) mod plots;
-mod png;
+pub(crate) mod png;
 mod provenance;
 mod strip;
 #[cfg(test)]

@@ -1,0 +1,195 @@
+//! The map: terrain, area, strips with their directions, photos and a few footprints; and the frame that other maps share.
+
+use super::Page;
+use super::relief;
+use crate::planning::Outputs;
+use crate::planning::footprint::Sight;
+use crate::report::format::{decimals, nice, number};
+use maud::{Markup, html};
+use std::fmt::Write;
+
+/// Drawing units across.
+const WIDTH: f64 = 1000.0;
+/// Tallest map, drawing units.
+const HEIGHT_MAX: f64 = 1100.0;
+/// Room around what is drawn, as a share of its longer side.
+const MARGIN: f64 = 0.03;
+/// Most photos that are drawn, and most strips with an arrow.
+const PHOTOS_MAX: usize = 4000;
+const ARROWS_MAX: usize = 60;
+/// Length of the scale bar as a share of the width.
+const BAR: f64 = 0.25;
+
+/// Working metres on drawing units.
+#[derive(Debug)]
+pub struct Map {
+    west_m: f64,
+    north_m: f64,
+    units_per_m: f64,
+    /// Drawing units, down.
+    pub height: f64,
+    /// The terrain's picture.
+    relief: String,
+}
+
+impl Map {
+    /// Shows the area, the strips with their leads and the footprints of all photos.
+    pub fn new(outputs: &Outputs<'_>) -> Self {
+        let layout = &outputs.planned.layout;
+        let aside_m = 0.5 * layout.view.footprint_m[1];
+        let ends = outputs.legs().flat_map(|leg| {
+            outputs.led(&leg).map(|along| [[along, leg.strip.across_m - aside_m], [along, leg.strip.across_m + aside_m]])
+        });
+        let places = ends.flatten().map(|at| layout.axes.point(at)).chain(outputs.area());
+        let [x0, y0, x1, y1] = places
+            .fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, [x, y]| {
+                [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)]
+            });
+        let margin_m = MARGIN * (x1 - x0).max(y1 - y0);
+        let [mut x0, y0, mut x1, y1] = [x0 - margin_m, y0 - margin_m, x1 + margin_m, y1 + margin_m];
+        // A tall map is made wider rather than higher than a screen.
+        let lacking_m = ((y1 - y0) * WIDTH / HEIGHT_MAX - (x1 - x0)).max(0.0);
+        (x0, x1) = (x0 - 0.5 * lacking_m, x1 + 0.5 * lacking_m);
+        let units_per_m = WIDTH / (x1 - x0);
+        Map {
+            west_m: x0,
+            north_m: y1,
+            units_per_m,
+            height: (y1 - y0) * units_per_m,
+            relief: relief::picture(layout.relief.dem(), [x0, y0, x1, y1]),
+        }
+    }
+
+    /// Drawing units, to the right and down.
+    pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [(x - self.west_m) * self.units_per_m, (self.north_m - y) * self.units_per_m]
+    }
+
+    /// Drawing units of a length.
+    pub fn units(&self, metres: f64) -> f64 {
+        metres * self.units_per_m
+    }
+
+    /// A line through places.
+    pub fn path(&self, places: &[[f64; 2]]) -> String {
+        let mut path = String::new();
+        for (index, place) in places.iter().enumerate() {
+            let [right, down] = self.at(*place);
+            // Writing to a string cannot fail.
+            let _ = write!(path, "{}{right:.1} {down:.1}", if index == 0 { 'M' } else { 'L' });
+        }
+        path
+    }
+
+    /// A map with `over` drawn on the terrain. The first has the terrain's picture in it, the others refer to it.
+    pub fn svg(&self, label: &str, is_first: bool, over: &Markup) -> Markup {
+        let bar_m = nice(BAR * WIDTH / self.units_per_m);
+        let [left, foot] = [24.0, self.height - 24.0];
+        let bar = format!("M{left} {foot:.1}v-12M{left} {foot:.1}h{:.1}v-12", self.units(bar_m));
+        let text = if bar_m >= 1000.0 { number(bar_m / 1000.0, 0, "km") } else { number(bar_m, decimals(bar_m), "m") };
+        let arrow = format!("M{0} 20l11 34l-11 -8l-11 8z", WIDTH - 34.0);
+        html! {
+            svg viewBox=(format!("0 0 {WIDTH} {:.0}", self.height)) role="img" aria-label=(label) {
+                @if is_first {
+                    image id="relief" href=(self.relief) width=(WIDTH) height=(format!("{:.0}", self.height)) preserveAspectRatio="none" {}
+                } @else { use href="#relief" {} }
+                (over)
+                g font-size="26" fill="#1d1d1b" stroke="#fdfcf9" stroke-width="5" paint-order="stroke" {
+                    path d=(bar) fill="none" stroke-width="9" {}
+                    path d=(bar) fill="none" stroke="#1d1d1b" stroke-width="4" {}
+                    text x=(left + 4.0) y=(format!("{:.1}", foot - 22.0)) { (text) }
+                    path d=(arrow) {}
+                    text x=(WIDTH - 34.0) y="82" text-anchor="middle" { "N" }
+                }
+            }
+        }
+    }
+
+    /// The area's outline.
+    pub fn outline(&self, outputs: &Outputs<'_>) -> Markup {
+        let path = format!("{}Z", self.path(&outputs.area()));
+        html! {
+            path d=(path) fill="none" stroke="#fdfcf9" stroke-width="7" stroke-linejoin="round" {}
+            path d=(path) fill="none" stroke="#1d1d1b" stroke-width="3" stroke-linejoin="round" {}
+        }
+    }
+}
+
+impl Page<'_> {
+    pub(super) fn plan(&self) -> Markup {
+        let (outputs, map) = (self.outputs, &self.map);
+        let point = |along_m: f64, across_m: f64| outputs.planned.layout.axes.point([along_m, across_m]);
+        let (mut strips, mut turns, mut dots, mut way) = (String::new(), Vec::new(), String::new(), Vec::new());
+        let step = outputs.file.photo_count.div_ceil(PHOTOS_MAX).max(1);
+        let mut arrows = String::new();
+        let every = outputs.file.strips.len().div_ceil(ARROWS_MAX).max(1);
+        for (index, leg) in outputs.legs().enumerate() {
+            let across_m = leg.strip.across_m;
+            let ends = [leg.from_m(), leg.to_m()].map(|along_m| point(along_m, across_m));
+            strips.push_str(&map.path(&ends));
+            let [lead_in, lead_out] = outputs.led(&leg).map(|along_m| point(along_m, across_m));
+            turns.extend([lead_in, lead_out]);
+            if index % every == 0 {
+                arrows.push_str(&arrow(map.at(ends[0]), map.at(lead_out)));
+            }
+            way.extend(leg.strip.along_m.iter().map(|along_m| point(*along_m, across_m)));
+        }
+        for place in way.iter().step_by(step) {
+            let [right, down] = map.at(*place);
+            let _ = write!(dots, "M{right:.1} {down:.1}h0");
+        }
+        let over = html! {
+            path d=(self.footprints()) fill="#b06a00" fill-opacity="0.12" stroke="#b06a00" stroke-width="3" stroke-linejoin="round" {}
+            path d=(map.path(&turns)) fill="none" stroke="#1f5a8c" stroke-width="2" stroke-dasharray="3 7" stroke-linejoin="round" {}
+            path d=(strips) fill="none" stroke="#1f5a8c" stroke-width="3" {}
+            path d=(arrows) fill="#1f5a8c" {}
+            path d=(dots) fill="none" stroke="#b3261e" stroke-width="8" stroke-linecap="round" {}
+            (map.outline(outputs))
+        };
+        html! {
+            section {
+                h2 { "The plan" }
+                figure {
+                    (map.svg("Map of the terrain with area, strips, photos and footprints", true, &over))
+                    figcaption {
+                        span class="key line" style="--c:#1d1d1b" {} "Area; "
+                        span class="key line" style="--c:#1f5a8c" {} "strips, arrows in the direction of flight, dashed from each end point to the next lead-in; "
+                        span class="key dot" style="--c:#b3261e" {} "photos"
+                        @if step > 1 { ", every " (step) "th" }
+                        "; " span class="key box" style="--c:#b06a00" {} "footprints of three photos of a strip and one of the next, on the terrain. "
+                        "Grid north up, light from the north-west; where the elevation model ends the ground is plain."
+                    }
+                }
+            }
+        }
+    }
+
+    /// Three photos in the middle of the middle strip, and the nearest of the next line.
+    fn footprints(&self) -> String {
+        let strips = &self.outputs.planned.strips;
+        let Some(middle) = strips.get(strips.len().saturating_sub(1) / 2) else { return String::new() };
+        let sight = Sight::new(self.outputs.planned);
+        let first = (middle.along_m.len() / 2).saturating_sub(1);
+        let mut photos: Vec<[f64; 2]> =
+            middle.along_m.iter().skip(first).take(3).map(|along_m| [*along_m, middle.across_m]).collect();
+        if let (Some(next), Some([along_m, _])) = (strips.iter().find(|strip| strip.line == middle.line + 1), photos.get(1)) {
+            let nearest = next.along_m.iter().min_by(|a, b| (*a - along_m).abs().total_cmp(&(*b - along_m).abs()));
+            photos.extend(nearest.map(|nearest| [*nearest, next.across_m]));
+        }
+        let closed = |[along_m, across_m]: [f64; 2]| format!("{}Z", self.map.path(&sight.corners(along_m, across_m)));
+        photos.into_iter().map(closed).collect()
+    }
+}
+
+/// An arrow's head at the end of a line, drawing units.
+fn arrow(from: [f64; 2], to: [f64; 2]) -> String {
+    let (right, down) = (to[0] - from[0], to[1] - from[1]);
+    let length = right.hypot(down);
+    if length == 0.0 {
+        return String::new();
+    }
+    let (u, v) = (right / length, down / length);
+    let back = |along: f64, aside: f64| [to[0] - along * u - aside * v, to[1] - along * v + aside * u];
+    let ([a, b], [c, d]) = (back(20.0, 9.0), back(20.0, -9.0));
+    format!("M{:.1} {:.1}L{a:.1} {b:.1}L{c:.1} {d:.1}Z", to[0], to[1])
+}
