@@ -252,7 +252,8 @@ impl PlanFile {
             Some(version) => return Err(refuse(format!("plan version {version} is not read, only {VERSION} is"))),
             None => return Err(refuse("it has no version, so it is no plan".to_owned())),
         }
-        let plan: PlanFile = serde_json::from_value(value).map_err(|error| refuse(format!("it is no plan: {error}")))?;
+        let plan: PlanFile =
+            serde_json::from_value(value).map_err(|error| refuse(format!("it is no plan: {error}")))?;
         plan.check().map_err(refuse)?;
         Ok(plan)
     }
