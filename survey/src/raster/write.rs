@@ -125,7 +125,8 @@ fn geo_keys(system: Option<(u16, bool)>) -> Vec<u16> {
 fn metadata(bands: &[Band]) -> String {
     let mut text = String::from("<GDALMetadata>\n");
     for (index, band) in bands.iter().enumerate() {
-        let description = band.description.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+        // GDAL takes the escapes off twice: of a single one it would leave nothing behind the ampersand.
+        let description = band.description.replace('&', "&amp;amp;").replace('<', "&lt;").replace('>', "&gt;");
         text += &format!("  <Item name=\"DESCRIPTION\" sample=\"{index}\" role=\"description\">{description}</Item>\n");
     }
     text + "</GDALMetadata>\n"

@@ -51,7 +51,7 @@ impl<R: Read + Seek> TiffFile<R> {
     ///
     /// # Errors
     /// The header is broken; the picture is empty, in colours other than grey or RGB, of samples that are not whole
-    /// bytes; a strip or tile does not lie inside the file.
+    /// bytes; a strip or tile does not lie inside the file, or there is none where one should be.
     pub fn open(reader: R, file_len: u64, path: &Path) -> Result<Self, InputError> {
         let broken = |error| broken(path, &error);
         let refuse = |why: &str| Err(refusal(path, why));
@@ -82,8 +82,10 @@ impl<R: Read + Seek> TiffFile<R> {
             return refuse("it is cut short");
         }
         let geo = geo_tags(&mut decoder).map_err(broken)?;
-        if !chunks_lie_inside(&mut decoder, file_len).map_err(broken)? {
-            return refuse("it is cut short");
+        match chunks(&mut decoder, file_len).map_err(broken)? {
+            Chunks::Whole => {}
+            Chunks::Absent => return refuse("some of its strips or tiles are left out"),
+            Chunks::Beyond => return refuse("it is cut short"),
         }
         Ok(Self { cols, rows, bands, planes, colour, geo, decoder, path: path.to_owned() })
     }
@@ -110,19 +112,29 @@ fn limits(bytes: usize) -> Limits {
     limits
 }
 
-/// Whether every strip or tile ends inside the file. Some decompressors fill up what is missing in silence.
-fn chunks_lie_inside<R: Read + Seek>(decoder: &mut Decoder<R>, file_len: u64) -> TiffResult<bool> {
+/// Where the strips or tiles of a file lie.
+enum Chunks {
+    /// All inside it.
+    Whole,
+    /// One is not there at all: a sparse file.
+    Absent,
+    /// One ends behind the file. Some decompressors fill up what is missing in silence.
+    Beyond,
+}
+
+fn chunks<R: Read + Seek>(decoder: &mut Decoder<R>, file_len: u64) -> TiffResult<Chunks> {
     for (offsets, lengths) in [(Tag::StripOffsets, Tag::StripByteCounts), (Tag::TileOffsets, Tag::TileByteCounts)] {
         let (Some(offsets), Some(lengths)) = (decoder.find_tag(offsets)?, decoder.find_tag(lengths)?) else {
             continue;
         };
         let (offsets, lengths) = (offsets.into_u64_vec()?, lengths.into_u64_vec()?);
-        return Ok(offsets
-            .iter()
-            .zip(&lengths)
-            .all(|(&offset, &length)| length > 0 && offset.checked_add(length).is_some_and(|end| end <= file_len)));
+        if lengths.contains(&0) {
+            return Ok(Chunks::Absent);
+        }
+        let mut ends = offsets.iter().zip(&lengths).map(|(offset, length)| offset.checked_add(*length));
+        return Ok(if ends.all(|end| end.is_some_and(|end| end <= file_len)) { Chunks::Whole } else { Chunks::Beyond });
     }
-    Ok(true)
+    Ok(Chunks::Whole)
 }
 
 fn geo_tags<R: Read + Seek>(decoder: &mut Decoder<R>) -> TiffResult<GeoTags> {

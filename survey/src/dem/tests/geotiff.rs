@@ -71,6 +71,7 @@ pub(super) fn geotiff(layout: &Layout, sample: impl Fn(usize, usize, usize) -> V
     tag(Tag::Compression, &[layout.compression]);
     tag(Tag::PhotometricInterpretation, &[1]);
     tag(Tag::SamplesPerPixel, &[bands as u16]);
+    tag(Tag::PlanarConfiguration, &[1]);
     tag(Tag::ImageWidth, &[cols as u16]);
     tag(Tag::ImageLength, &[rows as u16]);
     tag(Tag::BitsPerSample, &vec![8 * layout.sample.1 as u16; bands]);
@@ -244,6 +245,42 @@ fn a_file_that_changes_is_refused() {
     std::fs::write(&path, geotiff(&Layout { cols: 36, ..PLAIN }, float)).expect("written");
     let error = file.window(&frame_of(&file), file.bounds(), &mut |_, _| {}).expect_err("changed").to_string();
     assert!(error.contains("changed"), "{error}");
+}
+
+#[test]
+fn absurd_sizes_and_missing_tiles_are_refused() {
+    let path = scratch("dem-absurd").join("a.tif");
+    let entry = |bytes: &[u8], tag: u16| {
+        let directory = u32::from_ne_bytes([bytes[4], bytes[5], bytes[6], bytes[7]]) as usize;
+        let mut entries = (directory + 2..bytes.len() - 12).step_by(12);
+        entries.find(|&at| u16::from_ne_bytes([bytes[at], bytes[at + 1]]) == tag).expect("a tag")
+    };
+    // A tag of one 32-bit value.
+    let set = |bytes: &mut [u8], tag: u16, value: u32| {
+        let at = entry(bytes, tag);
+        bytes[at + 2..at + 4].copy_from_slice(&4_u16.to_ne_bytes());
+        bytes[at + 8..at + 12].copy_from_slice(&value.to_ne_bytes());
+    };
+    let (width, length, rows_per_strip, pixel, planar) = (256, 257, 278, 277, 284);
+    for changes in [
+        &[(width, u32::MAX)][..],
+        &[(length, u32::MAX)],
+        &[(length, u32::MAX), (rows_per_strip, u32::MAX)],
+        &[(width, u32::MAX), (length, u32::MAX), (rows_per_strip, u32::MAX)],
+        // 2^31 strips of 2 bands are 2^32, which is 0 in 32 bits.
+        &[(length, 1 << 31), (rows_per_strip, 1), (pixel, 2), (planar, 2)],
+    ] {
+        let mut bytes = geotiff(&Layout { chunk: (0, 29), ..PLAIN }, float);
+        changes.iter().for_each(|(tag, value)| set(&mut bytes, *tag, *value));
+        std::fs::write(&path, &bytes).expect("written");
+        let read = DemFile::open(&path).and_then(|file| file.window(&frame_of(&file), file.bounds(), &mut |_, _| {}));
+        assert!(read.is_err(), "{changes:?}");
+    }
+    let mut bytes = geotiff(&Layout { chunk: (0, 29), ..PLAIN }, float);
+    set(&mut bytes, 279, 0);
+    std::fs::write(&path, &bytes).expect("written");
+    let error = DemFile::open(&path).expect_err("sparse").to_string();
+    assert!(error.contains("left out"), "{error}");
 }
 
 /// A reader that counts what is read through it.
