@@ -149,6 +149,8 @@ mod tests {
             "UNIT[\"Meter\",1.0,AUTHORITY[\"EPSG\",\"9001\"]],AUTHORITY[\"EPSG\",\"31287\"]]",
         );
         assert_eq!(epsg(&named), Ok(31287));
+        let unit = lambert().replace("UNIT[\"Meter\",1.0]", "UNIT[\"Meter\",1.0,AUTHORITY[\"EPSG\",\"9001\"]]");
+        assert_eq!(epsg(&unit), Ok(31287));
         assert_eq!(epsg("PROJCRS[\"any\",BASEGEOGCRS[\"x\",ID[\"EPSG\",4326]],ID[\"EPSG\",32633]]"), Ok(32633));
         let esri = lambert().replace("UNIT[\"Meter\",1.0]", "UNIT[\"Meter\",1.0],AUTHORITY[\"ESRI\",\"102008\"]");
         assert_eq!(epsg(&esri), Ok(31287));
