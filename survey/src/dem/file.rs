@@ -1,6 +1,6 @@
 //! Files of elevation models: the header first, then as much of the heights as is asked for.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -15,9 +15,6 @@ use super::{Dem, Frame, ROUNDING, prj};
 
 /// Bytes of a file that are looked at to tell what it is.
 const START_BYTES: u64 = 64;
-
-/// Largest description of a reference system that is read.
-const PRJ_BYTES_MAX: u64 = 1 << 16;
 
 /// An elevation model on disk, of which only the header is in memory: a GeoTIFF (its first band) or an ESRI ASCII grid.
 ///
@@ -61,7 +58,7 @@ impl DemFile {
         } else if is_ascii_grid(&start) {
             let (header, _) = open_ascii(path)?;
             let Header { cols, rows, geo, .. } = header;
-            Self { path: path.into(), cols, rows, geo, epsg: epsg_beside(path)?, kind: Kind::Ascii(header) }
+            Self { path: path.into(), cols, rows, geo, epsg: prj::epsg_beside(path)?, kind: Kind::Ascii(header) }
         } else {
             return Err(refuse("it is neither a GeoTIFF nor an ESRI ASCII grid".into()));
         };
@@ -236,18 +233,4 @@ fn open_ascii(path: &Path) -> Result<(Header, Tokens<BufReader<File>>), InputErr
     let mut tokens = Tokens::new(BufReader::with_capacity(1 << 16, file));
     let header = Header::read(&mut tokens).map_err(|why| refusal(path, &why))?;
     Ok((header, tokens))
-}
-
-/// EPSG code by the `.prj` file beside an ASCII grid; `None` without one.
-fn epsg_beside(path: &Path) -> Result<Option<u32>, InputError> {
-    let Some(beside) = ["prj", "PRJ"].map(|extension| path.with_extension(extension)).into_iter().find(|p| p.is_file())
-    else {
-        return Ok(None);
-    };
-    let refuse = |why: &str| InputError::new(format!("cannot use reference system {}: {why}", beside.display()));
-    if fs::metadata(&beside).is_ok_and(|file| file.len() > PRJ_BYTES_MAX) {
-        return Err(refuse(&format!("it has more than {PRJ_BYTES_MAX} bytes")));
-    }
-    let bytes = fs::read(&beside).map_err(|error| unreadable(&beside, &error))?;
-    prj::epsg(&String::from_utf8_lossy(&bytes)).map(Some).map_err(|why| refuse(&why))
 }

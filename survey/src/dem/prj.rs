@@ -3,9 +3,16 @@
 //! Either the text names an EPSG code at its root, or it is ESRI's kind, which names none: then the geographic system is told
 //! by ESRI's name for it and the projection by its parameters, which have to be those of a system in the EPSG list.
 
+use std::fs;
+use std::path::Path;
+
 use crate::crs::lookup::code_of;
+use crate::error::InputError;
 
 use super::wkt::Node;
+
+/// Largest text that is read; real ones have a thousand bytes.
+const BYTES_MAX: u64 = 1 << 16;
 
 /// ESRI's names of geographic systems in use, with the EPSG codes PROJ 9.5 gives for them.
 const GEOGRAPHIC: [(&str, u32); 16] = [
@@ -53,8 +60,25 @@ const NEEDED: [(&str, &[&str]); 2] =
 /// Radians a degree, as precisely as files print it.
 const DEGREE_RAD: f64 = 0.017_453_292_519_943_3;
 
+/// EPSG code by the `.prj` file beside a grid; `None` where there is no such file.
+///
+/// # Errors
+/// The file cannot be read, or is not understood.
+pub(super) fn epsg_beside(grid: &Path) -> Result<Option<u32>, InputError> {
+    let mut beside = ["prj", "PRJ"].map(|extension| grid.with_extension(extension)).into_iter();
+    let Some(path) = beside.find(|path| path.is_file()) else {
+        return Ok(None);
+    };
+    let refuse = |why: &str| InputError::new(format!("cannot use reference system {}: {why}", path.display()));
+    if fs::metadata(&path).is_ok_and(|file| file.len() > BYTES_MAX) {
+        return Err(refuse(&format!("it has more than {BYTES_MAX} bytes")));
+    }
+    let bytes = fs::read(&path).map_err(|error| refuse(&error.to_string()))?;
+    epsg(&String::from_utf8_lossy(&bytes)).map(Some).map_err(|why| refuse(&why))
+}
+
 /// The EPSG code of a well-known text, or why there is none.
-pub(super) fn epsg(text: &str) -> Result<u32, String> {
+fn epsg(text: &str) -> Result<u32, String> {
     let root = Node::read(text).ok_or("it is not well-known text")?;
     if let Some(code) = authority(&root) {
         return Ok(code);

@@ -2,6 +2,7 @@
 
 mod ascii;
 mod geotiff;
+mod made_up;
 mod mutations;
 
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use super::geotiff::{Layout, PLAIN, geotiff};
+use super::made_up::{Layout, PLAIN, geotiff};
 use super::*;
 use crate::output::tests::scratch;
 
