@@ -38,11 +38,8 @@ impl Outputs<'_> {
             }
             samples
         });
-        let described: Vec<Band<'_>> = QUANTITIES
-            .iter()
-            .zip(&bands)
-            .map(|((description, _), samples)| Band { description, samples })
-            .collect();
+        let described: Vec<Band<'_>> =
+            QUANTITIES.iter().zip(&bands).map(|((description, _), samples)| Band { description, samples }).collect();
         geotiff_bytes(cells.cols, cells.rows, &described, &geo, self.place.frame().epsg(), NODATA)
     }
 }

@@ -23,10 +23,8 @@ impl<'p> Sight<'p> {
     pub fn new(planned: &'p Planned<'p>) -> Self {
         let (dem, view) = (planned.layout.relief.dem(), &planned.layout.view);
         let known = dem.heights.iter().filter(|height| height.is_finite());
-        let range_m = known.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| {
-            let height = f64::from(*height);
-            [low.min(height), high.max(height)]
-        });
+        let range_m =
+            known.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| [low.min(*height), high.max(*height)]);
         Sight {
             planned,
             dem,

@@ -16,8 +16,7 @@ const NOTE: &str = "Longitude and latitude in WGS 84. Heights are metres above t
                     ellipsoid. Footprints: the rays of the frame's corners to the terrain, to the base plane where the \
                     elevation model ends.";
 /// The same of coordinates nobody knows where.
-const NOTE_LOCAL: &str =
-    "The elevation model has no reference system: coordinates are its local metres, not longitude and latitude. \
+const NOTE_LOCAL: &str = "The elevation model has no reference system: coordinates are its local metres, not longitude and latitude. \
      Heights are metres above its height datum. Footprints: the rays of the frame's corners to the terrain, to the \
      base plane where the elevation model ends.";
 
@@ -26,9 +25,12 @@ impl Outputs<'_> {
     pub(super) fn geojson(&self) -> Result<String, InputError> {
         let legs: Vec<Leg<'_>> = self.legs().collect();
         let sight = Sight::new(self.planned);
-        let mut features = vec![feature(json!({ "type": "Polygon", "coordinates": [self.ring(self.area())?] }), json!({
-            "kind": "area",
-        }))];
+        let mut features = vec![feature(
+            json!({ "type": "Polygon", "coordinates": [self.ring(self.area())?] }),
+            json!({
+                "kind": "area",
+            }),
+        )];
         for (strip, (leg, file)) in legs.iter().zip(&self.file.strips).enumerate() {
             let ends = [leg.from_m(), leg.to_m()].map(|along_m| self.photo(leg, along_m));
             let [from, to] = ends;
@@ -65,7 +67,11 @@ impl Outputs<'_> {
         });
         features.extend(footprints.collect::<Result<Vec<String>, InputError>>()?);
         let note = if self.place.is_known() { NOTE } else { NOTE_LOCAL };
-        Ok(format!("{{\"type\":\"FeatureCollection\",\"note\":{},\"features\":[\n{}\n]}}\n", json!(note), features.join(",\n")))
+        Ok(format!(
+            "{{\"type\":\"FeatureCollection\",\"note\":{},\"features\":[\n{}\n]}}\n",
+            json!(note),
+            features.join(",\n")
+        ))
     }
 
     /// A closed ring, counter-clockwise.

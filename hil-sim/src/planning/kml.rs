@@ -24,16 +24,26 @@ impl Outputs<'_> {
             let [from, to] = places;
             let text = format!("{} {}", from?, to?);
             let photos = leg.strip.along_m.len();
-            Ok(placemark(&format!("strip {strip}"), "#strip", &format!("{photos} photos"), &html! {
-                LineString { altitudeMode { "absolute" } coordinates { (text) } }
-            }))
+            Ok(placemark(
+                &format!("strip {strip}"),
+                "#strip",
+                &format!("{photos} photos"),
+                &html! {
+                    LineString { altitudeMode { "absolute" } coordinates { (text) } }
+                },
+            ))
         });
         let photos = self.legs().enumerate().flat_map(|(strip, leg)| {
             leg.strip.along_m.iter().enumerate().map(move |(number, along_m)| {
                 let text = self.globe([*along_m, leg.strip.across_m])?;
-                Ok(placemark(&format!("{strip}/{number}"), "#photo", "", &html! {
-                    Point { altitudeMode { "absolute" } coordinates { (text) } }
-                }))
+                Ok(placemark(
+                    &format!("{strip}/{number}"),
+                    "#photo",
+                    "",
+                    &html! {
+                        Point { altitudeMode { "absolute" } coordinates { (text) } }
+                    },
+                ))
             })
         });
         let strips: Vec<Markup> = strips.collect::<Result<_, InputError>>()?;

@@ -54,7 +54,11 @@ impl Outputs<'_> {
                 for at_m in ordered {
                     items.push(self.waypoint(items.len() + 1, &leg, at_m)?);
                     // The fifth parameter takes one photo.
-                    items.push(command(items.len() + 1, DIGICAM_CONTROL, &[0, 0, 0, 0, 1, 0, 0].map(|value| json!(value))));
+                    items.push(command(
+                        items.len() + 1,
+                        DIGICAM_CONTROL,
+                        &[0, 0, 0, 0, 1, 0, 0].map(|value| json!(value)),
+                    ));
                 }
             }
             items.push(self.waypoint(items.len() + 1, &leg, to_m)?);

@@ -103,12 +103,9 @@ mod tests {
         let tripled: Vec<u8> = grey.iter().flat_map(|&g| [g; 3]).collect();
         let path = std::env::temp_dir().join(format!("plumbline-report-png-{}.png", std::process::id()));
         let fourfold: Vec<u8> = grey.iter().flat_map(|&g| [g, g, g, 255]).collect();
-        for (colour, samples) in [
-            (Colour::Grey, &grey),
-            (Colour::GreyAlpha, &doubled),
-            (Colour::Rgb, &tripled),
-            (Colour::Rgba, &fourfold),
-        ] {
+        for (colour, samples) in
+            [(Colour::Grey, &grey), (Colour::GreyAlpha, &doubled), (Colour::Rgb, &tripled), (Colour::Rgba, &fourfold)]
+        {
             std::fs::write(&path, encode(cols, rows, colour, samples)).expect("written");
             let read = read_grey(&path).expect("a PNG");
             assert_eq!((read.cols, read.rows), (cols, rows));

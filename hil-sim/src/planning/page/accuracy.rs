@@ -29,7 +29,11 @@ impl Classes {
         let lows: Vec<u32> = (2..=most).step_by(width as usize).collect();
         let name = |low: u32| {
             let high = (low + width - 1).min(most);
-            if high == low { whole(u64::from(low)) } else { format!("{} to {}", whole(u64::from(low)), whole(u64::from(high))) }
+            if high == low {
+                whole(u64::from(low))
+            } else {
+                format!("{} to {}", whole(u64::from(low)), whole(u64::from(high)))
+            }
         };
         Classes {
             limits: lows.iter().map(|low| f64::from(low + width - 1)).collect(),
@@ -81,8 +85,8 @@ impl Page<'_> {
         let of_sd = |classes: &Classes, axis: usize| {
             self.cells("standard deviation", &|cell| cell.sd_m.map_or(GAP, |sd| classes.of(sd[axis])))
         };
-        let overlap =
-            self.cells("photos a cell", &|cell| if cell.in_strip < 2 { GAP } else { counts.of(f64::from(cell.photos)) });
+        let overlap = self
+            .cells("photos a cell", &|cell| if cell.in_strip < 2 { GAP } else { counts.of(f64::from(cell.photos)) });
         html! {
             section {
                 h2 { "Coverage and accuracy" }

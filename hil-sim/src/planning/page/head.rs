@@ -40,11 +40,14 @@ impl Page<'_> {
     fn verdict(&self) -> String {
         let file = self.outputs.file;
         let share = |share: f64| number(100.0 * share, 0, "");
-        let wanted = format!("{}/{}", share(file.overlap_wanted.forward), number(100.0 * file.overlap_wanted.side, 0, "%"));
+        let wanted =
+            format!("{}/{}", share(file.overlap_wanted.forward), number(100.0 * file.overlap_wanted.side, 0, "%"));
         let chosen = if file.combinations.is_empty() { "asked for" } else { "chosen" };
         let saved = match file.constant_base.photos_saved {
             0 => "as many as constant bases with the same guarantee need".to_owned(),
-            saved if saved > 0 => format!("{} fewer than constant bases with the same guarantee need", whole(saved as u64)),
+            saved if saved > 0 => {
+                format!("{} fewer than constant bases with the same guarantee need", whole(saved as u64))
+            }
             more => format!("{} more than constant bases with the same guarantee need", whole(more.unsigned_abs())),
         };
         format!(

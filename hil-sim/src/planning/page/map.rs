@@ -38,7 +38,9 @@ impl Map {
         let layout = &outputs.planned.layout;
         let aside_m = 0.5 * layout.view.footprint_m[1];
         let ends = outputs.legs().flat_map(|leg| {
-            outputs.led(&leg).map(|along| [[along, leg.strip.across_m - aside_m], [along, leg.strip.across_m + aside_m]])
+            outputs
+                .led(&leg)
+                .map(|along| [[along, leg.strip.across_m - aside_m], [along, leg.strip.across_m + aside_m]])
         });
         let places = ends.flatten().map(|at| layout.axes.point(at)).chain(outputs.area());
         let [x0, y0, x1, y1] = places
@@ -172,7 +174,9 @@ impl Page<'_> {
         let first = (middle.along_m.len() / 2).saturating_sub(1);
         let mut photos: Vec<[f64; 2]> =
             middle.along_m.iter().skip(first).take(3).map(|along_m| [*along_m, middle.across_m]).collect();
-        if let (Some(next), Some([along_m, _])) = (strips.iter().find(|strip| strip.line == middle.line + 1), photos.get(1)) {
+        if let (Some(next), Some([along_m, _])) =
+            (strips.iter().find(|strip| strip.line == middle.line + 1), photos.get(1))
+        {
             let nearest = next.along_m.iter().min_by(|a, b| (*a - along_m).abs().total_cmp(&(*b - along_m).abs()));
             photos.extend(nearest.map(|nearest| [*nearest, next.across_m]));
         }

@@ -44,7 +44,8 @@ pub fn picture(dem: &Dem, bounds: [f64; 4]) -> String {
     let average = (squares / (cols * rows) as f64).sqrt();
     let raised = if average > 0.0 { (SLOPE / average).clamp(1.0, RAISED_MAX) } else { 1.0 };
     let known = || heights.iter().flatten();
-    let (low, high) = (known().copied().fold(f64::INFINITY, f64::min), known().copied().fold(f64::NEG_INFINITY, f64::max));
+    let (low, high) =
+        (known().copied().fold(f64::INFINITY, f64::min), known().copied().fold(f64::NEG_INFINITY, f64::max));
     let pixels: Vec<u8> = (0..cols * rows)
         .flat_map(|index| {
             let height = at(index % cols + 1, index / cols + 1);

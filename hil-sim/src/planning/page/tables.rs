@@ -59,7 +59,8 @@ impl Page<'_> {
         let across = plumbline_survey::plan::overlap::lines(&planned.strips);
         let spacings = across.windows(2).map(|pair| pair[1] - pair[0]);
         let range = |values: &mut dyn Iterator<Item = f64>| {
-            let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
+            let [low, high] =
+                values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
             if low <= high { format!("{low:.1} to {}", number(high, 1, "m")) } else { NONE.to_owned() }
         };
         let mut bases = planned.strips.iter().flat_map(|strip| strip.along_m.windows(2).map(|pair| pair[1] - pair[0]));
