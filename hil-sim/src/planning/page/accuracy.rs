@@ -67,7 +67,9 @@ impl Classes {
     }
 
     fn legend(&self, gap: &str) -> Markup {
-        let key = |[r, g, b]: [u8; 3], name: &str| html! { span class="key box" style=(format!("--c:#{r:02x}{g:02x}{b:02x}")) {} (name) " " };
+        let key = |[r, g, b]: [u8; 3], name: &str| {
+            html! { span class="class" { span class="key box" style=(format!("--c:#{r:02x}{g:02x}{b:02x}")) {} (name) } " " }
+        };
         html! {
             @for (class, name) in self.names.iter().enumerate() { (key(self.colour(class), name)) }
             (key(GAP, gap))
@@ -122,13 +124,14 @@ impl Page<'_> {
         let half_m = 0.5 * cells.step_m;
         let [west_m, north_m] = cells.centre(0, cells.rows - 1);
         let [left, top] = map.at([west_m - half_m, north_m + half_m]);
-        let side = |count: usize| format!("{:.1}", map.units(count as f64 * cells.step_m));
+        let [wide, high] = [cells.cols, cells.rows].map(|count| map.units(count as f64 * cells.step_m));
+        let part = map.part([left, top], [left + wide, top + high]);
         let over = html! {
             image href=(uri(&encode(cells.cols, cells.rows, Colour::Rgba, &pixels))) x=(format!("{left:.1}")) y=(format!("{top:.1}"))
-                width=(side(cells.cols)) height=(side(cells.rows)) preserveAspectRatio="none" style="image-rendering:pixelated" {}
-            (map.outline(self.outputs))
+                width=(format!("{wide:.1}")) height=(format!("{high:.1}")) preserveAspectRatio="none" style="image-rendering:pixelated" {}
+            (map.outline(self.outputs, part))
         };
-        map.svg(&format!("Map of the cells: {label}"), false, &over)
+        map.svg(&format!("Map of the cells: {label}"), false, part, &over)
     }
 }
 

@@ -14,6 +14,9 @@ const WIDTH: f64 = 1000.0;
 const HEIGHT_MAX: f64 = 1100.0;
 /// Room around what is drawn, as a share of its longer side.
 const MARGIN: f64 = 0.03;
+/// The same around a part, and a part's shorter side as a share of the longer at least.
+const PART_MARGIN: f64 = 0.06;
+const NARROW: f64 = 0.4;
 /// Most photos that are drawn, and most strips with an arrow.
 const PHOTOS_MAX: usize = 4000;
 const ARROWS_MAX: usize = 60;
@@ -27,7 +30,7 @@ pub struct Map {
     north_m: f64,
     units_per_m: f64,
     /// Drawing units, down.
-    pub height: f64,
+    height: f64,
     /// The terrain's picture.
     relief: String,
 }
@@ -83,23 +86,40 @@ impl Map {
         path
     }
 
-    /// A map with `over` drawn on the terrain. The first has the terrain's picture in it, the others refer to it.
-    pub fn svg(&self, label: &str, is_first: bool, over: &Markup) -> Markup {
-        let bar_m = nice(BAR * WIDTH / self.units_per_m);
-        let [left, foot] = [24.0, self.height - 24.0];
-        let bar = format!("M{left} {foot:.1}v-12M{left} {foot:.1}h{:.1}v-12", self.units(bar_m));
+    /// Everything there is: left, top, width and height in drawing units.
+    pub fn whole(&self) -> [f64; 4] {
+        [0.0, 0.0, WIDTH, self.height]
+    }
+
+    /// A part, given by its corners, with room around it and not too narrow either way.
+    pub fn part(&self, [left, top]: [f64; 2], [right, foot]: [f64; 2]) -> [f64; 4] {
+        let (width, height) = (right - left, foot - top);
+        let room = 2.0 * PART_MARGIN * width.max(height);
+        let (wide, high) = (width + room, height + room);
+        let (wide, high) = (wide.max(NARROW * high), high.max(NARROW * wide));
+        [0.5 * (left + right - wide), 0.5 * (top + foot - high), wide, high]
+    }
+
+    /// A map of a part, with `over` drawn on the terrain. The first has the terrain's picture in it, the others refer to it.
+    pub fn svg(&self, label: &str, is_first: bool, part: [f64; 4], over: &Markup) -> Markup {
+        let [left, top, width, height] = part;
+        // Bar and arrow have the same size whatever the part.
+        let scale = width / WIDTH;
+        let bar_m = nice(BAR * width / self.units_per_m);
+        let foot = height / scale - 24.0;
+        let bar = format!("M24 {foot:.1}v-12M24 {foot:.1}h{:.1}v-12", self.units(bar_m) / scale);
         let text = if bar_m >= 1000.0 { number(bar_m / 1000.0, 0, "km") } else { number(bar_m, decimals(bar_m), "m") };
-        let arrow = format!("M{0} 20l11 34l-11 -8l-11 8z", WIDTH - 34.0);
+        let arrow = format!("M{} 20l11 34l-11 -8l-11 8z", WIDTH - 34.0);
         html! {
-            svg viewBox=(format!("0 0 {WIDTH} {:.0}", self.height)) role="img" aria-label=(label) {
+            svg viewBox=(format!("{left:.1} {top:.1} {width:.1} {height:.1}")) role="img" aria-label=(label) {
                 @if is_first {
-                    image id="relief" href=(self.relief) width=(WIDTH) height=(format!("{:.0}", self.height)) preserveAspectRatio="none" {}
+                    image id="relief" href=(self.relief) width=(WIDTH) height=(format!("{:.1}", self.height)) preserveAspectRatio="none" {}
                 } @else { use href="#relief" {} }
                 (over)
-                g font-size="26" fill="#1d1d1b" stroke="#fdfcf9" stroke-width="5" paint-order="stroke" {
+                g transform=(format!("translate({left:.1} {top:.1}) scale({scale:.4})")) font-size="26" fill="#1d1d1b" stroke="#fdfcf9" stroke-width="5" paint-order="stroke" {
                     path d=(bar) fill="none" stroke-width="9" {}
                     path d=(bar) fill="none" stroke="#1d1d1b" stroke-width="4" {}
-                    text x=(left + 4.0) y=(format!("{:.1}", foot - 22.0)) { (text) }
+                    text x="28" y=(format!("{:.1}", foot - 22.0)) { (text) }
                     path d=(arrow) {}
                     text x=(WIDTH - 34.0) y="82" text-anchor="middle" { "N" }
                 }
@@ -107,12 +127,13 @@ impl Map {
         }
     }
 
-    /// The area's outline.
-    pub fn outline(&self, outputs: &Outputs<'_>) -> Markup {
+    /// The area's outline on a part.
+    pub fn outline(&self, outputs: &Outputs<'_>, part: [f64; 4]) -> Markup {
         let path = format!("{}Z", self.path(&outputs.area()));
+        let wide = |units: f64| format!("{:.2}", units * part[2] / WIDTH);
         html! {
-            path d=(path) fill="none" stroke="#fdfcf9" stroke-width="7" stroke-linejoin="round" {}
-            path d=(path) fill="none" stroke="#1d1d1b" stroke-width="3" stroke-linejoin="round" {}
+            path d=(path) fill="none" stroke="#fdfcf9" stroke-width=(wide(7.0)) stroke-linejoin="round" {}
+            path d=(path) fill="none" stroke="#1d1d1b" stroke-width=(wide(3.0)) stroke-linejoin="round" {}
         }
     }
 }
@@ -141,18 +162,18 @@ impl Page<'_> {
             let _ = write!(dots, "M{right:.1} {down:.1}h0");
         }
         let over = html! {
+            (map.outline(outputs, map.whole()))
             path d=(self.footprints()) fill="#b06a00" fill-opacity="0.12" stroke="#b06a00" stroke-width="3" stroke-linejoin="round" {}
             path d=(map.path(&turns)) fill="none" stroke="#1f5a8c" stroke-width="2" stroke-dasharray="3 7" stroke-linejoin="round" {}
             path d=(strips) fill="none" stroke="#1f5a8c" stroke-width="3" {}
             path d=(arrows) fill="#1f5a8c" {}
             path d=(dots) fill="none" stroke="#b3261e" stroke-width="8" stroke-linecap="round" {}
-            (map.outline(outputs))
         };
         html! {
             section {
                 h2 { "The plan" }
                 figure {
-                    (map.svg("Map of the terrain with area, strips, photos and footprints", true, &over))
+                    (map.svg("Map of the terrain with area, strips, photos and footprints", true, map.whole(), &over))
                     figcaption {
                         span class="key line" style="--c:#1d1d1b" {} "Area; "
                         span class="key line" style="--c:#1f5a8c" {} "strips, arrows in the direction of flight, dashed from each end point to the next lead-in; "

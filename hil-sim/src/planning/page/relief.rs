@@ -9,6 +9,8 @@ const PIXELS_MAX: f64 = 800.0;
 const POST_SHARE: f64 = 0.25;
 /// Light from the north-west, this high.
 const SUN_ELEVATION_DEG: f64 = 45.0;
+/// Share of the light that comes from all around.
+const SKY: f64 = 0.35;
 /// Slope that the average one is raised to, so that gentle ground shows its forms, and the most that it is raised.
 const SLOPE: f64 = 0.35;
 const RAISED_MAX: f64 = 8.0;
@@ -65,8 +67,8 @@ fn shade([east, north]: [f64; 2]) -> f64 {
     // The sun's direction east, north, up; the normal is (-east, -north, 1).
     let sun = [-cos * std::f64::consts::FRAC_1_SQRT_2, cos * std::f64::consts::FRAC_1_SQRT_2, sin];
     let light = (-east * sun[0] - north * sun[1] + sun[2]) / (east * east + north * north + 1.0).sqrt();
-    // Half of it is the sky's, or the shades would drown what is drawn over them.
-    0.5 + 0.5 * (light.max(0.0) / sin).min(1.3)
+    // A part of it is the sky's, or the shades would drown what is drawn over them.
+    SKY + (1.0 - SKY) * (light.max(0.0) / sin).min(1.3)
 }
 
 fn tint(share: f64) -> [f64; 3] {
