@@ -82,7 +82,7 @@ fn json_is_the_plans_file_and_the_same_request_gives_the_same_bytes() {
 #[test]
 fn a_mission_longer_than_autopilots_take_is_told() {
     let folder = scene("plan-items");
-    let plan = with(&with(PLAN, "--height-m", "150"), "--overlap", "92/75");
+    let plan = with(&with(PLAN, "--height-m", "150"), "--overlap", "94/80");
     let run = folder.run(&format!("{plan} --origin 48,11 --trigger-items")).done();
     assert!(run.stderr.starts_with("plan.plan has ") && run.stderr.ends_with("take 724\n"), "{run:?}");
     let mission: Value = serde_json::from_str(&folder.text("out/plan.plan")).expect("JSON");
