@@ -61,7 +61,11 @@ impl Page<'_> {
         let range = |values: &mut dyn Iterator<Item = f64>| {
             let [low, high] =
                 values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
-            if low <= high { format!("{low:.1} to {}", number(high, 1, "m")) } else { NONE.to_owned() }
+            match high - low {
+                apart if apart >= 0.05 => format!("{low:.1} to {}", number(high, 1, "m")),
+                apart if apart >= 0.0 => number(high, 1, "m"),
+                _ => NONE.to_owned(),
+            }
         };
         let mut bases = planned.strips.iter().flat_map(|strip| strip.along_m.windows(2).map(|pair| pair[1] - pair[0]));
         let count = |count: usize| whole(count as u64);

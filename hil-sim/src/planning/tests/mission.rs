@@ -29,9 +29,17 @@ fn the_mission_leads_in_a_turn_before_the_first_photo() {
         let first = &items[1]["params"];
         assert!((number(&first[4]) - 47.853_341_747_7).abs() < 1e-7, "{first}");
         assert!((number(&first[5]) - 14.993_258_815_1).abs() < 1e-7, "{first}");
-        // One degree of longitude is 74.7 km here: the second strip comes back.
-        let lon = |item: usize| number(&items[item]["params"][5]);
-        assert!(lon(2) - lon(1) > (1200.0 + 2.0 * 216.0) / 74_700.0 && lon(3) > lon(4), "{items:?}");
+        // Every strip begins and ends 216.3 m (a turn's radius) outside its photos, whichever way it is flown. pyproj's geodesic
+        // over 0.001 degrees of longitude: 74,844 m a degree; the grid's metre is 0.4 mm short.
+        for (pair, strip) in items[1..].chunks(2).zip(&outputs.file.strips) {
+            let lon = |place: usize| number(&pair[place]["params"][5]);
+            let photos =
+                [strip.photos.first(), strip.photos.last()].map(|photo| photo.and_then(|p| p.lon).expect("known"));
+            let [from, to] = if strip.heading_deg == 90.0 { photos } else { [photos[1], photos[0]] };
+            let out = if strip.heading_deg == 90.0 { 74_844.0 } else { -74_844.0 };
+            let led_m = [(from - lon(0)) * out, (lon(1) - to) * out];
+            assert!(led_m.iter().all(|led_m| (led_m - 216.3).abs() < 0.5), "{led_m:?}");
+        }
         for (index, item) in items.iter().enumerate() {
             assert_eq!(item["doJumpId"], Value::from(index + 1));
         }
