@@ -1,8 +1,6 @@
 //! The core and the simulator against golden values of the papers, oracles and other libraries. One target, since each is
 //! linked with all of the simulator.
 
-#[path = "golden/core.rs"]
-mod rectification;
 #[path = "golden/flights.rs"]
 mod flights;
 #[path = "golden/heads.rs"]
@@ -21,6 +19,8 @@ mod oracle;
 mod pose;
 #[path = "golden/reacquire.rs"]
 mod reacquire;
+#[path = "golden/core.rs"]
+mod rectification;
 #[path = "golden/rolling.rs"]
 mod rolling;
 #[path = "golden/smooth.rs"]
