@@ -6,6 +6,7 @@ use crate::planning::Outputs;
 use crate::planning::footprint::Sight;
 use crate::report::format::{decimals, nice, number};
 use maud::{Markup, html};
+use plumbline_survey::plan::flown::Leg;
 use std::fmt::Write;
 
 /// Drawing units across.
@@ -17,9 +18,9 @@ const MARGIN: f64 = 0.03;
 /// The same around a part, and a part's shorter side as a share of the longer at least.
 const PART_MARGIN: f64 = 0.06;
 const NARROW: f64 = 0.4;
-/// Most photos that are drawn, and most strips with an arrow.
+/// Most lines that are drawn, and about how many photos on them: more would cover the ground.
+const LINES_MAX: usize = 60;
 const PHOTOS_MAX: usize = 4000;
-const ARROWS_MAX: usize = 60;
 /// Length of the scale bar as a share of the width.
 const BAR: f64 = 0.25;
 
@@ -142,29 +143,29 @@ impl Page<'_> {
     pub(super) fn plan(&self) -> Markup {
         let (outputs, map) = (self.outputs, &self.map);
         let point = |along_m: f64, across_m: f64| outputs.planned.layout.axes.point([along_m, across_m]);
-        let (mut strips, mut turns, mut dots, mut way) = (String::new(), Vec::new(), String::new(), Vec::new());
-        let step = outputs.file.photo_count.div_ceil(PHOTOS_MAX).max(1);
-        let mut arrows = String::new();
-        let every = outputs.file.strips.len().div_ceil(ARROWS_MAX).max(1);
-        for (index, leg) in outputs.legs().enumerate() {
+        let every_line = self.lines().div_ceil(LINES_MAX).max(1);
+        let shown: Vec<Leg<'_>> = outputs.legs().filter(|leg| leg.strip.line.is_multiple_of(every_line)).collect();
+        let every_photo = shown.iter().map(|leg| leg.strip.along_m.len()).sum::<usize>().div_ceil(PHOTOS_MAX).max(1);
+        let (mut strips, mut dots, mut arrows, mut way) = (String::new(), String::new(), String::new(), Vec::new());
+        for leg in &shown {
             let across_m = leg.strip.across_m;
             let ends = [leg.from_m(), leg.to_m()].map(|along_m| point(along_m, across_m));
             strips.push_str(&map.path(&ends));
-            let [lead_in, lead_out] = outputs.led(&leg).map(|along_m| point(along_m, across_m));
-            turns.extend([lead_in, lead_out]);
-            if index % every == 0 {
-                arrows.push_str(&arrow(map.at(ends[0]), map.at(lead_out)));
+            let leads = outputs.led(leg).map(|along_m| point(along_m, across_m));
+            arrows.push_str(&arrow(map.at(ends[0]), map.at(leads[1])));
+            way.extend(leads);
+            for along_m in leg.strip.along_m.iter().step_by(every_photo) {
+                let [right, down] = map.at(point(*along_m, across_m));
+                let _ = write!(dots, "M{right:.1} {down:.1}h0");
             }
-            way.extend(leg.strip.along_m.iter().map(|along_m| point(*along_m, across_m)));
         }
-        for place in way.iter().step_by(step) {
-            let [right, down] = map.at(*place);
-            let _ = write!(dots, "M{right:.1} {down:.1}h0");
+        if every_line > 1 {
+            way.clear();
         }
         let over = html! {
             (map.outline(outputs, map.whole()))
             path d=(self.footprints()) fill="#b06a00" fill-opacity="0.12" stroke="#b06a00" stroke-width="3" stroke-linejoin="round" {}
-            path d=(map.path(&turns)) fill="none" stroke="#1f5a8c" stroke-width="2" stroke-dasharray="3 7" stroke-linejoin="round" {}
+            path d=(map.path(&way)) fill="none" stroke="#1f5a8c" stroke-width="2" stroke-dasharray="3 7" stroke-linejoin="round" {}
             path d=(strips) fill="none" stroke="#1f5a8c" stroke-width="3" {}
             path d=(arrows) fill="#1f5a8c" {}
             path d=(dots) fill="none" stroke="#b3261e" stroke-width="8" stroke-linecap="round" {}
@@ -176,9 +177,11 @@ impl Page<'_> {
                     (map.svg("Map of the terrain with area, strips, photos and footprints", true, map.whole(), &over))
                     figcaption {
                         span class="key line" style="--c:#1d1d1b" {} "Area; "
-                        span class="key line" style="--c:#1f5a8c" {} "strips, arrows in the direction of flight, dashed from each end point to the next lead-in; "
+                        span class="key line" style="--c:#1f5a8c" {} "strips, "
+                        @if every_line > 1 { "one line of " (every_line) ", arrows in the direction of flight; " }
+                        @else { "arrows in the direction of flight, dashed from each end point to the next lead-in; " }
                         span class="key dot" style="--c:#b3261e" {} "photos"
-                        @if step > 1 { ", every " (step) "th" }
+                        @if every_photo > 1 { ", one of " (every_photo) }
                         "; " span class="key box" style="--c:#b06a00" {} "footprints of three photos of a strip and one of the next, on the terrain. "
                         "Grid north up, light from the north-west; where the elevation model ends the ground is plain."
                     }
