@@ -59,7 +59,7 @@ impl Classes {
         let class = class.min(last);
         let place = if self.is_small_good { last - class } else { class };
         // Few classes take colours from the whole ramp.
-        COLOURS[if last == 0 { COLOURS.len() - 1 } else { place * (COLOURS.len() - 1) / last }]
+        COLOURS[(place * (COLOURS.len() - 1)).checked_div(last).unwrap_or(COLOURS.len() - 1)]
     }
 
     fn of(&self, value: f64) -> [u8; 3] {
