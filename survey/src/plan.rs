@@ -20,6 +20,7 @@ pub mod planner;
 pub mod relief;
 pub mod sight;
 pub mod simulate;
+pub mod visible;
 
 pub use file::PlanFile;
 pub use planner::{Planned, Request};

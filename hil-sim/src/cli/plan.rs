@@ -43,7 +43,7 @@ pub struct Args {
     #[arg(long, default_value_t = request::FRAME_S, value_parser = super::positive, allow_negative_numbers = true)]
     min_interval_s: f64,
     /// Largest horizontal and height error (root mean squares), for --optimise
-    #[arg(long, value_name = "PLAN,HEIGHT", value_parser = request::limits, requires = "optimise", allow_hyphen_values = true)]
+    #[arg(long, value_name = "PLAN,HEIGHT", value_parser = request::limits, conflicts_with = "overlap", allow_hyphen_values = true)]
     limits_m: Option<[f64; 2]>,
     /// Latitude and longitude of x = 0, y = 0 of a grid without reference system, degrees
     #[arg(long, value_name = "LAT,LON", value_parser = super::exterior::point, allow_hyphen_values = true)]

@@ -68,7 +68,7 @@ impl Scene {
             area: Area::new(corners).expect("an area"),
             height_m: 500.0,
             half_tangent,
-            pixels: [720, 1080],
+            tangent_per_px: [2.0 * 0.72 / 720.0, 2.0 * 1.08 / 1080.0],
             overlaps: Some(Overlaps { forward: 0.6, side: 0.3 }),
             heading_deg: Some(self.heading_deg),
             limits: Limits { speed_m_s: 35.0, min_interval_s: 0.038, accuracy_m: None },

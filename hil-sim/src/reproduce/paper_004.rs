@@ -103,7 +103,7 @@ impl Tested {
             let limits = Limits { accuracy_m: Some(accuracy_m), ..setting::LIMITS };
             let combinations = layout.combinations(&cells, &test.sigmas(), &limits, &|_, _| ())?;
             let count = |limit| combinations.iter().filter(|c| c.ruled_out == Some(limit)).count();
-            let chosen = combinations.iter().find(|c| c.chosen);
+            let chosen = combinations.iter().find(|c| c.ruled_out.is_none());
             let chosen = chosen.map(|c| Overlaps { forward: c.forward, side: c.side });
             Ok::<_, InputError>(([Limit::Gap, Limit::Interval, Limit::Accuracy].map(count), chosen))
         });

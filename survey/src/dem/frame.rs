@@ -51,6 +51,21 @@ impl Frame {
         Ok(Self::Degrees { crs, origin: centre, m_per_deg: [parallel_m.to_radians(), meridian_m.to_radians()] })
     }
 
+    /// The same for an area, x0, y0, x1, y1: in degrees with the longest degree of longitude and of latitude that it has, so that
+    /// nothing in it is farther apart than the working coordinates say. What is planned with a guarantee there keeps it.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn over(epsg: Option<u32>, [x0, y0, x1, y1]: [f64; 4]) -> Result<Self, InputError> {
+        let frame = Self::new(epsg, [0.5 * (x0 + x1), 0.5 * (y0 + y1)])?;
+        let Self::Degrees { crs, origin, .. } = frame else { return Ok(frame) };
+        let nearest_equator = if y0 <= 0.0 && y1 >= 0.0 { 0.0 } else { y0.abs().min(y1.abs()) };
+        let [_, prime_vertical_m] = radii_m(nearest_equator);
+        let [meridian_m, _] = radii_m(y0.abs().max(y1.abs()).min(LATITUDE_MAX_DEG));
+        let parallel_m = prime_vertical_m * nearest_equator.to_radians().cos();
+        Ok(Self::Degrees { crs, origin, m_per_deg: [parallel_m.to_radians(), meridian_m.to_radians()] })
+    }
+
     /// Working coordinates of a model's (x, y).
     #[must_use]
     pub fn metres(&self, world: [f64; 2]) -> [f64; 2] {

@@ -5,10 +5,14 @@ use super::intersect::{Sigmas, covariance};
 use super::relief::Relief;
 use super::sight::{Photos, Ray};
 use super::simulate::Simulation;
+use crate::dem::Dem;
 use rayon::prelude::*;
 
 /// Cells across the shorter side of the area, at least.
 const SIDE_MIN: f64 = 20.0;
+/// Cells inside an area, at least, as long as the raster around it stays below so many.
+const INSIDE_MIN: usize = 50;
+const THIN_MAX: usize = 1 << 20;
 
 /// A raster of square cells over the area, row 0 the southern one.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,14 +68,28 @@ pub struct Summary {
 
 impl Cells {
     /// Cells over `area` (x, y): as fine as the elevation model, but no more than about `most`, and not coarser than a
-    /// twentieth of the area's shorter side.
+    /// twentieth of the area's shorter side; finer where a thin area slips between them.
     #[must_use]
     pub fn new(relief: &Relief<'_>, area: &Area, most: usize) -> Self {
         let dem = relief.dem();
         let [x0, y0, x1, y1] = area.bounds();
-        let fewest_m = ((x1 - x0) * (y1 - y0) / most as f64).sqrt();
-        let model_m = dem.step_m[0].min(dem.step_m[1]);
-        let step_m = model_m.min((x1 - x0).min(y1 - y0) / SIDE_MIN).max(fewest_m);
+        let (shorter_m, longer_m) = ((x1 - x0).min(y1 - y0), (x1 - x0).max(y1 - y0));
+        let coarsest_m = (shorter_m * longer_m / most as f64).sqrt().max(longer_m / most as f64);
+        let mut step_m = dem.step_m[0].min(dem.step_m[1]).min(shorter_m / SIDE_MIN).max(coarsest_m);
+        let mut cells = Self::laid(dem, area, step_m);
+        while cells.inside.len() < INSIDE_MIN && cells.cols * cells.rows < THIN_MAX {
+            step_m *= 0.5;
+            cells = Self::laid(dem, area, step_m);
+        }
+        let mut inside = std::mem::take(&mut cells.inside);
+        inside.par_iter_mut().for_each(|cell| {
+            cell.clear_slope = relief.clear_slope(cells.centre(cell.col, cell.row), cell.height_m);
+        });
+        Cells { inside, ..cells }
+    }
+
+    fn laid(dem: &Dem, area: &Area, step_m: f64) -> Self {
+        let [x0, y0, x1, y1] = area.bounds();
         let count = |from: f64, to: f64| ((to - from) / step_m).ceil().max(1.0) as usize;
         let (cols, rows) = (count(x0, x1), count(y0, y1));
         // What is left over lies half on each side.
@@ -79,18 +97,18 @@ impl Cells {
         let (west_m, south_m) = (first(x0, x1, cols), first(y0, y1, rows));
         let mut cells = Cells { cols, rows, west_m, south_m, step_m, inside: Vec::new() };
         for row in 0..rows {
-            for col in 0..cols {
-                let [x, y] = cells.centre(col, row);
-                if let (true, Some(height)) = (area.contains([x, y]), dem.height(x, y)) {
-                    cells.inside.push(Cell { col, row, height_m: height, clear_slope: 0.0 });
+            let middle_m = cells.centre(0, row)[1];
+            for [from_m, to_m] in area.ranges([middle_m, middle_m]) {
+                let col = |at_m: f64| ((at_m - west_m) / step_m).clamp(0.0, cols as f64);
+                for col in col(from_m).ceil() as usize..(col(to_m).floor() as usize + 1).min(cols) {
+                    let [x, y] = cells.centre(col, row);
+                    if let Some(height_m) = dem.height(x, y) {
+                        cells.inside.push(Cell { col, row, height_m, clear_slope: 0.0 });
+                    }
                 }
             }
         }
-        let mut inside = std::mem::take(&mut cells.inside);
-        inside.par_iter_mut().for_each(|cell| {
-            cell.clear_slope = relief.clear_slope(cells.centre(cell.col, cell.row), cell.height_m);
-        });
-        Cells { inside, ..cells }
+        cells
     }
 
     /// Place of a cell's centre.
@@ -137,11 +155,19 @@ impl Cells {
     }
 }
 
+impl Known {
+    /// Whether fewer than two photos of one strip see the cell.
+    #[must_use]
+    pub fn is_gap(&self) -> bool {
+        self.in_strip < 2
+    }
+}
+
 impl Summary {
     /// Of all cells; `None` where not one is determined.
     #[must_use]
     pub fn new(known: &[Known]) -> Option<Self> {
-        let gaps = known.iter().filter(|cell| cell.in_strip < 2).count();
+        let gaps = known.iter().filter(|cell| cell.is_gap()).count();
         let determined: Vec<[f64; 2]> = known.iter().filter_map(|cell| cell.sd_m).collect();
         if determined.is_empty() {
             return None;

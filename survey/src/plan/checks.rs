@@ -3,7 +3,8 @@
 use super::flown::{Leg, flown};
 use super::lines::{Layout, Strip};
 use super::planner::Request;
-use super::relief::Zone;
+use super::relief::{Relief, Zone};
+use crate::dem::Dem;
 use crate::error::InputError;
 
 /// Bank of a turn.
@@ -15,7 +16,7 @@ const SHARP_PX: f64 = 0.5;
 /// Clearance, blur, time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checks {
-    /// Least height above the terrain along strips and turns, a turn's radius to both sides.
+    /// Least height above the terrain along strips, turns and the ways between, a turn's radius to both sides.
     pub clearance_min_m: f64,
     /// How far the picture moves during an exposure over the highest terrain in sight, pixels along.
     pub smear_px: f64,
@@ -27,7 +28,7 @@ pub struct Checks {
     pub flight_time_s: f64,
     /// Radius of the turns.
     pub turn_radius_m: f64,
-    /// Photos whose frames look beyond the elevation model.
+    /// Photos whose frames look beyond the elevation model or at ground that it does not know.
     pub photos_beyond_dem: usize,
 }
 
@@ -83,25 +84,23 @@ impl Checks {
         let altitude_m = view.base_height_m + view.height_m;
         let turns = Turns::new(request.limits.speed_m_s);
         let length_m = turns.length_m(strips);
-        let zone = |strip: &Strip, beyond_m: f64, aside_m: f64| Zone {
-            along: [strip.along_m[0] - beyond_m, strip.along_m[strip.along_m.len() - 1] + beyond_m],
-            across: [strip.across_m - aside_m, strip.across_m + aside_m],
-        };
-        let highest_of = |beyond_m: f64, aside_m: f64| {
-            let zones = strips.iter().map(|strip| zone(strip, beyond_m, aside_m));
-            zones.filter_map(|zone| layout.relief.highest_in(&layout.axes, &zone)).reduce(f64::max)
-        };
         let base_m = view.base_height_m;
-        let on_the_way_m = highest_of(2.0 * turns.radius_m, turns.radius_m).unwrap_or(base_m);
+        let on_the_way_m = highest_of(layout, on_the_way(strips, turns.radius_m)).unwrap_or(base_m);
         if on_the_way_m >= altitude_m {
             return Err(InputError::new(format!(
                 "the terrain rises to {on_the_way_m:.1} m beside the strips or under the turns, above the flying height of {altitude_m:.1} m"
             )));
         }
         let [half_along, half_across] = view.footprint_m.map(|side| 0.5 * side);
-        let nearest_m = altitude_m - highest_of(half_along, half_across).unwrap_or(base_m).max(base_m);
-        let px_per_s =
-            request.limits.speed_m_s / (2.0 * request.half_tangent[0] * nearest_m / f64::from(request.pixels[0]));
+        let seen = strips.iter().map(|strip| around(strip, half_along, half_across));
+        let nearest_m = altitude_m - highest_of(layout, seen).unwrap_or(base_m).max(base_m);
+        if nearest_m <= 0.0 {
+            return Err(InputError::new(format!(
+                "the terrain within sight of the strips rises to {:.1} m, above the flying height of {altitude_m:.1} m",
+                altitude_m - nearest_m
+            )));
+        }
+        let px_per_s = request.limits.speed_m_s / (request.tangent_per_px[0] * nearest_m);
         Ok(Checks {
             clearance_min_m: altitude_m - on_the_way_m,
             smear_px: px_per_s * request.exposure_s,
@@ -114,15 +113,58 @@ impl Checks {
     }
 }
 
-/// Photos of which a corner's footprint on the base plane lies beyond the outermost posts.
-fn beyond_dem(layout: &Layout<'_>, strips: &[Strip]) -> usize {
-    let [x0, y0, x1, y1] = layout.relief.dem().bounds();
-    let [half_along, half_across] = layout.view.footprint_m.map(|side| 0.5 * side);
-    let is_beyond = |along: f64, across: f64| {
-        [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]].iter().any(|[i, j]| {
-            let [x, y] = layout.axes.point([along + i * half_along, across + j * half_across]);
-            x < x0 || x > x1 || y < y0 || y > y1
+/// A strip, longer by `beyond_m` and wider by `aside_m` on all sides.
+fn around(strip: &Strip, beyond_m: f64, aside_m: f64) -> Zone {
+    let along_m = &strip.along_m;
+    Zone {
+        along: [along_m[0] - beyond_m, along_m[along_m.len() - 1] + beyond_m],
+        across: [strip.across_m - aside_m, strip.across_m + aside_m],
+    }
+}
+
+/// Where the aircraft may be: along the strips with a radius to all sides, and from the end of each to the start of the next. A turn
+/// onto a near line swings out by up to 1 + sqrt(3) radii.
+fn on_the_way(strips: &[Strip], radius_m: f64) -> impl Iterator<Item = Zone> {
+    let swing_m = (1.0 + 3.0_f64.sqrt()) * radius_m;
+    let legs: Vec<Leg<'_>> = flown(strips).collect();
+    let between: Vec<Zone> = legs
+        .windows(2)
+        .map(|pair| {
+            let ([from, to], [one, other]) =
+                ([pair[0].to_m(), pair[1].from_m()], [pair[0].strip.across_m, pair[1].strip.across_m]);
+            Zone {
+                along: [from.min(to) - swing_m, from.max(to) + swing_m],
+                across: [one.min(other) - radius_m, one.max(other) + radius_m],
+            }
         })
+        .collect();
+    strips.iter().map(move |strip| around(strip, radius_m, radius_m)).chain(between)
+}
+
+fn highest_of(layout: &Layout<'_>, zones: impl Iterator<Item = Zone>) -> Option<f64> {
+    zones.filter_map(|zone| layout.relief.highest_in(&layout.axes, &zone)).reduce(f64::max)
+}
+
+/// Photos whose footprints on the base plane reach beyond the outermost posts or hold one whose height is unknown.
+fn beyond_dem(layout: &Layout<'_>, strips: &[Strip]) -> usize {
+    let dem = layout.relief.dem();
+    let [x0, y0, x1, y1] = dem.bounds();
+    let [half_along, half_across] = layout.view.footprint_m.map(|side| 0.5 * side);
+    // Posts where nothing is known stand out in a model of their own.
+    let unknown = dem.heights.iter().any(|height| height.is_nan()).then(|| {
+        let heights = dem.heights.iter().map(|height| if height.is_nan() { 1.0 } else { f64::NAN });
+        Dem { heights: heights.collect(), ..*dem }
+    });
+    let unknown = unknown.as_ref().map(Relief::new);
+    let is_beyond = |along: f64, across: f64| {
+        let footprint = Zone {
+            along: [along - half_along, along + half_along],
+            across: [across - half_across, across + half_across],
+        };
+        let corners =
+            [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[i, j]| layout.axes.point([footprint.along[i], footprint.across[j]]));
+        corners.iter().any(|[x, y]| *x < x0 || *x > x1 || *y < y0 || *y > y1)
+            || unknown.as_ref().is_some_and(|unknown| unknown.highest_in(&layout.axes, &footprint).is_some())
     };
     strips.iter().map(|strip| strip.along_m.iter().filter(|along| is_beyond(**along, strip.across_m)).count()).sum()
 }

@@ -3,7 +3,7 @@
 use super::cells::{Cells, Known, Summary};
 use super::file::{Combination, Limit};
 use super::intersect::Sigmas;
-use super::lines::{Layout, Overlaps, Strip, line_count, photo_count};
+use super::lines::{Layout, Overlaps, Strip, line_count, photo_count, too_many};
 use super::planner::Progress;
 use super::sight::Photos;
 use crate::error::InputError;
@@ -32,8 +32,8 @@ pub fn all() -> impl Iterator<Item = Overlaps> {
 pub const COUNT: usize = 77;
 
 impl Layout<'_> {
-    /// All combinations over this area, each laid, seen and its intersections' covariances formed; the first in ascending order, side
-    /// before forward, that no limit rules out is chosen. `progress` is told after each, from
+    /// All combinations over this area in ascending order, side before forward, each laid, seen and its intersections' covariances
+    /// formed; none is chosen yet. `progress` is told after each, from
     /// any thread.
     ///
     /// # Errors
@@ -49,22 +49,41 @@ impl Layout<'_> {
         let done = AtomicUsize::new(0);
         let looked_at = wanted.par_iter().map(|overlaps| {
             let layout = Layout { overlaps: *overlaps, area: self.area.clone(), ..*self };
-            let strips = layout.variable()?;
+            let strips = match layout.variable() {
+                Ok(strips) => strips,
+                Err(error) if error == too_many() => {
+                    progress(done.fetch_add(1, Ordering::Relaxed) + 1, COUNT);
+                    return Ok(beyond(overlaps));
+                }
+                Err(error) => return Err(error),
+            };
             let known = cells.known(&Photos::new(&strips, self.relief, self.axes, &self.view), sigmas);
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, COUNT);
             Ok(combination(overlaps, &strips, &known, limits))
         });
-        let mut combinations = looked_at.collect::<Result<Vec<_>, InputError>>()?;
-        if let Some(best) = combinations.iter_mut().find(|combination| combination.ruled_out.is_none()) {
-            best.chosen = true;
-        }
-        Ok(combinations)
+        looked_at.collect()
+    }
+}
+
+/// A combination of more photos than a plan may have.
+fn beyond(overlaps: &Overlaps) -> Combination {
+    Combination {
+        forward: overlaps.forward,
+        side: overlaps.side,
+        lines: 0,
+        photos: 0,
+        interval_min_s: 0.0,
+        gaps: 0,
+        plan_m: None,
+        height_m: None,
+        ruled_out: Some(Limit::Photos),
+        chosen: false,
     }
 }
 
 fn combination(overlaps: &Overlaps, strips: &[Strip], known: &[Known], limits: &Limits) -> Combination {
     let summary = Summary::new(known);
-    let gaps = known.iter().filter(|cell| cell.in_strip < 2).count();
+    let gaps = known.iter().filter(|cell| cell.is_gap()).count();
     let interval_min_s = base_min_m(strips) / limits.speed_m_s;
     let accuracy_m = summary.map(|summary| summary.rms_m);
     let too_coarse = limits.accuracy_m.is_some_and(|most| {
@@ -102,8 +121,12 @@ pub fn base_min_m(strips: &[Strip]) -> f64 {
 #[must_use]
 pub fn nothing_left(combinations: &[Combination]) -> String {
     let count = |limit: Limit| combinations.iter().filter(|c| c.ruled_out == Some(limit)).count();
+    let photos = match count(Limit::Photos) {
+        0 => String::new(),
+        many => format!(", the number of photos {many}"),
+    };
     format!(
-        "none of the {} combinations of overlaps is left: gaps in the coverage rule out {}, the interval between exposures {}, the accuracy {}",
+        "none of the {} combinations of overlaps is left: gaps in the coverage rule out {}, the interval between exposures {}, the accuracy {}{photos}",
         combinations.len(),
         count(Limit::Gap),
         count(Limit::Interval),

@@ -55,8 +55,8 @@ pub struct PlanFile {
     pub accuracy: Option<Accuracy>,
     /// What else was checked.
     pub checks: Checks,
-    /// The cheapest constant bases that guarantee the same overlap.
-    pub constant_base: ConstantBase,
+    /// The cheapest constant bases that guarantee the same overlap; `None` where none of less than half a million photos do.
+    pub constant_base: Option<ConstantBase>,
     /// All combinations that were looked at, side overlap before forward overlap, ascending; empty without `--optimise`.
     pub combinations: Vec<Combination>,
 }
@@ -165,7 +165,7 @@ pub struct Accuracy {
 /// Clearance, blur, time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Checks {
-    /// Least height above the ground along the strips.
+    /// Least height above the ground along strips and turns.
     pub clearance_min_m: f64,
     /// Most that the picture moves during an exposure over the highest ground.
     pub smear_px: f64,
@@ -233,6 +233,8 @@ pub enum Limit {
     Interval,
     /// Plan or height accuracy.
     Accuracy,
+    /// More photos than a plan may have.
+    Photos,
 }
 
 impl PlanFile {

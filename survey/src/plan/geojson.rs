@@ -12,7 +12,7 @@ enum System {
     /// WGS 84 longitude and latitude.
     Degrees,
     /// A named system.
-    Named(Crs),
+    Named(Box<Crs>),
 }
 
 /// The one polygon of a file, in the world coordinates of an elevation model (its x and y).
@@ -117,7 +117,7 @@ fn named(crs: &Value) -> Result<System, String> {
     }
     let code = name.contains("EPSG").then(|| name.rsplit(':').next()).flatten().and_then(|code| code.parse().ok());
     let code: u32 = code.ok_or_else(|| format!("its crs \"{name}\" is no EPSG code"))?;
-    Crs::from_epsg(code).map(System::Named).map_err(|error| error.to_string())
+    Crs::from_epsg(code).map(|crs| System::Named(Box::new(crs))).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]

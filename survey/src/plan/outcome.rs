@@ -43,7 +43,6 @@ impl Planned<'_> {
         });
         let photos = photo_count(&self.strips);
         let Limits { speed_m_s, min_interval_s, .. } = request.limits;
-        let constant = photo_count(&self.constant.strips);
         Ok(PlanFile {
             version: VERSION,
             dem: dem.to_owned(),
@@ -52,7 +51,7 @@ impl Planned<'_> {
             camera: camera_of(camera),
             height_m: view.height_m,
             base_height_m: view.base_height_m,
-            gsd_m: view.footprint_m[1] / f64::from(request.pixels[1]),
+            gsd_m: view.height_m * request.tangent_per_px[1],
             strip_heading_deg: layout.axes.heading_deg(),
             speed_m_s,
             min_interval_s,
@@ -75,13 +74,16 @@ impl Planned<'_> {
                 turn_radius_m: self.checks.turn_radius_m,
                 photos_beyond_dem: self.checks.photos_beyond_dem,
             },
-            constant_base: ConstantBase {
-                base_m: self.constant.base_m,
-                spacing_m: self.constant.spacing_m,
-                lines: line_count(&self.constant.strips),
-                photos: constant,
-                photos_saved: constant as i64 - photos as i64,
-            },
+            constant_base: self.constant.as_ref().map(|constant| {
+                let constant_photos = photo_count(&constant.strips);
+                ConstantBase {
+                    base_m: constant.base_m,
+                    spacing_m: constant.spacing_m,
+                    lines: line_count(&constant.strips),
+                    photos: constant_photos,
+                    photos_saved: constant_photos as i64 - photos as i64,
+                }
+            }),
             combinations: self.combinations.clone(),
         })
     }

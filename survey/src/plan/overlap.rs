@@ -44,7 +44,8 @@ impl Layout<'_> {
     fn overlap(&self, distance_m: f64, footprint_m: f64, zone: &Zone) -> f64 {
         let highest_m = self.relief.highest_in(&self.axes, zone).unwrap_or(self.view.base_height_m);
         let share = 1.0 - (highest_m - self.view.base_height_m) / self.view.height_m;
-        1.0 - distance_m / (footprint_m * share)
+        // Terrain that reaches the camera leaves nothing to overlap.
+        if share > 0.0 { 1.0 - distance_m / (footprint_m * share) } else { f64::NEG_INFINITY }
     }
 }
 

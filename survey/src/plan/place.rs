@@ -61,7 +61,9 @@ impl Place {
     /// # Errors
     /// A place that its system cannot express, or too far from a local grid's origin.
     pub fn wgs84(&self, metres: [f64; 2]) -> Result<Option<(f64, f64)>, InputError> {
-        let Some([lat_deg, lon_deg]) = self.origin_deg else { return self.frame.wgs84(metres) };
+        let Some([lat_deg, lon_deg]) = self.origin_deg else {
+            return Ok(self.frame.wgs84(metres)?.map(|(lat, lon)| (lat, wrapped_deg(lon))));
+        };
         let [x, y] = metres;
         if !(x.abs() <= LOCAL_MAX_M && y.abs() <= LOCAL_MAX_M) {
             return Err(InputError::new(format!(
@@ -71,6 +73,11 @@ impl Place {
         let [meridian_m, prime_vertical_m] = radii_m(lat_deg);
         let lat = lat_deg + (y / meridian_m).to_degrees();
         let lon = lon_deg + (x / (prime_vertical_m * lat_deg.to_radians().cos())).to_degrees();
-        Ok(Some((lat, (lon + 180.0).rem_euclid(360.0) - 180.0)))
+        Ok(Some((lat, wrapped_deg(lon))))
     }
+}
+
+/// A longitude within 180 degrees; one that is stays as it is, to the last bit.
+fn wrapped_deg(lon: f64) -> f64 {
+    if lon.abs() <= 180.0 { lon } else { (lon + 180.0).rem_euclid(360.0) - 180.0 }
 }

@@ -7,7 +7,7 @@ use super::cells::{Cells, Known, Summary};
 use super::checks::{Checks, Turns};
 use super::combinations::{Limits, base_min_m, nothing_left};
 use super::constant::Constant;
-use super::file::Combination;
+use super::file::{Combination, Limit};
 use super::intersect::Sigmas;
 use super::lines::{Layout, Overlaps, Strip, View};
 use super::overlap::Achieved;
@@ -22,9 +22,11 @@ const CELLS_OF_A_COMBINATION: usize = 2_500;
 /// Times that noise is made up for a plan.
 const ROUNDS: u64 = 8;
 /// Overlaps at which headings are compared when overlaps are yet to be chosen: the least of the combinations.
-const LEAST: Overlaps = Overlaps { forward: 0.6, side: 0.3 };
+pub const LEAST: Overlaps = Overlaps { forward: 0.6, side: 0.3 };
 /// Headings that are compared lie this far apart.
 const HEADING_STEP_DEG: f64 = 15.0;
+/// Sides of the area whose headings are compared.
+const SIDES_MOST: usize = 12;
 /// Overlap that is missing by rounding alone.
 const ROUNDING: f64 = 1e-9;
 
@@ -35,10 +37,10 @@ pub struct Request {
     pub area: Area,
     /// Height above the base plane.
     pub height_m: f64,
-    /// Tangents of half the fields of view, along and across.
+    /// Tangents of half of what every photo sees, along and across ([`super::visible`]).
     pub half_tangent: [f64; 2],
-    /// Rows along, columns across.
-    pub pixels: [u32; 2],
+    /// Tangent of a pixel, along and across.
+    pub tangent_per_px: [f64; 2],
     /// The overlaps; `None` has them chosen.
     pub overlaps: Option<Overlaps>,
     /// The strips' heading, degrees; `None` has it chosen by the time of flight.
@@ -72,8 +74,8 @@ pub struct Planned<'r> {
     pub summary: Option<Summary>,
     /// Accuracy from made-up noise, horizontal and height.
     pub simulated_m: Option<[f64; 2]>,
-    /// The cheapest constant bases.
-    pub constant: Constant,
+    /// The cheapest constant bases; `None` where all have too many photos.
+    pub constant: Option<Constant>,
     /// What was looked at to choose the overlaps; empty where they were given.
     pub combinations: Vec<Combination>,
     /// Clearance, blur, time.
@@ -114,21 +116,39 @@ impl Request {
         if self.overlaps.is_none() {
             let cells = Cells::new(relief, &self.area, CELLS_OF_A_COMBINATION);
             combinations = layout.combinations(&cells, &self.sigmas, &self.limits, progress)?;
-            let best = combinations.iter().find(|combination| combination.chosen);
-            let best = best.ok_or_else(|| InputError::new(nothing_left(&combinations)))?;
-            layout.overlaps = Overlaps { forward: best.forward, side: best.side };
         }
-        let strips = layout.variable()?;
+        let cells = Cells::new(relief, &self.area, CELLS_MOST);
+        if cells.inside.is_empty() {
+            return Err(InputError::new(
+                "the area is too thin or too small to be planned for: no cell of it can be looked at",
+            ));
+        }
+        let (strips, known) = loop {
+            let chosen = combinations.iter().position(|combination| combination.ruled_out.is_none());
+            if let Some(chosen) = chosen.map(|chosen| &combinations[chosen]) {
+                layout.overlaps = Overlaps { forward: chosen.forward, side: chosen.side };
+            } else if self.overlaps.is_none() {
+                return Err(InputError::new(nothing_left(&combinations)));
+            }
+            let strips = layout.variable()?;
+            let known = cells.known(&Photos::new(&strips, relief, layout.axes, &view), &self.sigmas);
+            match chosen.map(|chosen| &mut combinations[chosen]) {
+                // A gap that the coarser cells had missed.
+                Some(chosen) if known.iter().any(Known::is_gap) => chosen.ruled_out = Some(Limit::Gap),
+                chosen => {
+                    chosen.into_iter().for_each(|chosen| chosen.chosen = true);
+                    break (strips, known);
+                }
+            }
+        };
         let base_min_m = base_min_m(&strips);
         self.is_slow_enough(base_min_m)?;
-        let cells = Cells::new(relief, &self.area, CELLS_MOST);
         let photos = Photos::new(&strips, relief, layout.axes, &view);
-        let known = cells.known(&photos, &self.sigmas);
         let simulated_m = cells.simulated(&photos, &self.sigmas, self.seed, ROUNDS);
         let checks = Checks::new(&layout, &strips, self)?;
         Ok(Planned {
             achieved: to_rounding(layout.achieved(&strips), &layout.overlaps),
-            constant: layout.constant()?,
+            constant: layout.constant().ok(),
             base_min_m,
             summary: Summary::new(&known),
             simulated_m,
@@ -141,24 +161,33 @@ impl Request {
         })
     }
 
-    /// The heading of the shortest flight: the area's sides and steps all around are compared, the first of equals wins.
+    /// The heading of the shortest flight: steps all around and the area's longest sides are compared, the first of equals wins.
+    /// One from which the terrain cannot be flown over is none.
     fn heading<'r>(&self, layout: &dyn Fn(f64) -> Layout<'r>) -> Result<f64, InputError> {
         let corners = self.area.corners();
         let sides = corners.iter().zip(corners.iter().cycle().skip(1));
-        let along_sides = sides.map(|(a, b)| (b[0] - a[0]).atan2(b[1] - a[1]).to_degrees().rem_euclid(180.0));
+        let mut sides: Vec<[f64; 2]> = sides.map(|(a, b)| [b[0] - a[0], b[1] - a[1]]).collect();
+        sides.sort_by(|a, b| b[0].hypot(b[1]).total_cmp(&a[0].hypot(a[1])));
+        let along_sides = sides.iter().take(SIDES_MOST).map(|[x, y]| x.atan2(*y).to_degrees().rem_euclid(180.0));
         let around = (0..(180.0 / HEADING_STEP_DEG) as u32).map(|k| 90.0 + f64::from(k) * HEADING_STEP_DEG);
-        let mut best: Option<(f64, f64)> = None;
+        let mut best: Result<(f64, f64), InputError> = Err(InputError::new("there is no heading to fly"));
         for heading_deg in around.chain(along_sides) {
             let layout = layout(heading_deg);
-            let strips = layout.variable()?;
-            let length_m = Turns::new(self.limits.speed_m_s).length_m(&strips);
-            if best.is_none_or(|(least, _)| length_m < least - 1e-6) {
-                best = Some((length_m, layout.axes.heading_deg()));
+            let length_m = layout.variable().map(|strips| Turns::new(self.limits.speed_m_s).length_m(&strips));
+            match (length_m, &best) {
+                (Ok(length_m), Ok((least_m, _))) if length_m >= least_m - 1e-6 => {}
+                (Ok(length_m), _) => best = Ok((length_m, layout.axes.heading_deg())),
+                (Err(why), Err(_)) => best = Err(why),
+                (Err(_), Ok(_)) => {}
             }
         }
-        best.map(|(_, heading_deg)| heading_deg).ok_or_else(|| InputError::new("there is no heading to fly"))
+        best.map(|(_, heading_deg)| heading_deg)
     }
 
+    /// Whether exposures leave the time that they need.
+    ///
+    /// # Errors
+    /// One sentence where they do not.
     fn is_slow_enough(&self, base_min_m: f64) -> Result<(), InputError> {
         let interval_s = base_min_m / self.limits.speed_m_s;
         if interval_s < self.limits.min_interval_s {

@@ -100,7 +100,8 @@ impl<'d> Relief<'d> {
     ) {
         let blocks = &self.levels[level];
         let (first, last) = self.cells_of(blocks, [col, row]);
-        if !(view(first, last, blocks.highest[row * blocks.cols + col], false) > *best) {
+        let most = view(first, last, blocks.highest[row * blocks.cols + col], false);
+        if most.is_nan() || most <= *best {
             return;
         }
         if level == 0 {
@@ -160,8 +161,8 @@ impl<'d> Relief<'d> {
     fn search(&self, level: usize, [col, row]: [usize; 2], region: &Region, best: &mut f64) {
         let blocks = &self.levels[level];
         let highest = blocks.highest[row * blocks.cols + col];
-        // NaN, nothing known, is not above.
-        if !(highest > *best) {
+        // NaN is nothing known.
+        if highest.is_nan() || highest <= *best {
             return;
         }
         let (first, last) = self.cells_of(blocks, [col, row]);

@@ -52,7 +52,7 @@ impl<'p> Photos<'p> {
     pub fn rays(&self, [x, y]: [f64; 2], ground_m: f64, clear: f64, rays: &mut Vec<Ray>) {
         rays.clear();
         let depth_m = self.up_m - ground_m;
-        if !(depth_m > 0.0) {
+        if depth_m.is_nan() || depth_m <= 0.0 {
             return;
         }
         let [along, across] = self.axes.of([x, y]);

@@ -96,3 +96,64 @@ fn golden_level_ground() {
         assert!((base_min_m(&strips) - base).abs() < 1e-9 && (strips[1].across_m - distance).abs() < 1e-9);
     }
 }
+
+/// A plan over level ground with one post of `peak_m` at (x, y), 201 x 201 posts of 50 m.
+fn with_peak(corners: &[[f64; 2]], [x, y]: [f64; 2], peak_m: f64, speed_m_s: f64) -> Result<f64, String> {
+    use super::combinations::Limits;
+    use super::intersect::Sigmas;
+    use super::planner::Request;
+    let dem =
+        Dem::from_fn((201, 201), [0.0; 2], [50.0; 2], |at_x, at_y| if [at_x, at_y] == [x, y] { peak_m } else { 0.0 });
+    let request = Request {
+        area: Area::new(corners).expect("an area"),
+        height_m: 500.0,
+        half_tangent: [1.08, 0.72],
+        tangent_per_px: [0.002; 2],
+        overlaps: Some(Overlaps { forward: 0.6, side: 0.3 }),
+        heading_deg: Some(90.0),
+        limits: Limits { speed_m_s, min_interval_s: 0.038, accuracy_m: None },
+        sigmas: Sigmas { image: [1e-4; 2], position_m: 0.015, attitude_rad: 1e-4 },
+        exposure_s: 0.002,
+        seed: 1,
+    };
+    let relief = Relief::new(&dem);
+    let planned = request.plan(&relief, &|_, _| ()).map_err(|error| error.to_string())?;
+    for strip in planned.strips.windows(2).filter(|pair| pair[0].line == pair[1].line) {
+        let apart = strip[1].along_m[0] - strip[0].along_m[strip[0].along_m.len() - 1];
+        assert!(apart >= planned.layout.view.nominal_m(&planned.layout.overlaps)[0] - 1e-6, "parts {apart} m apart");
+    }
+    Ok(planned.checks.clearance_min_m)
+}
+
+#[test]
+fn terrain_on_the_way_between_strips_counts() {
+    // A U whose first line has two parts; the way between them leads over the peak, which no photo sees.
+    let u = [
+        [2000.0, 4000.0],
+        [2600.0, 4000.0],
+        [2600.0, 4600.0],
+        [6400.0, 4600.0],
+        [6400.0, 4000.0],
+        [7000.0, 4000.0],
+        [7000.0, 5200.0],
+        [2000.0, 5200.0],
+    ];
+    let refused = with_peak(&u, [4500.0, 4000.0], 900.0, 15.0).expect_err("terrain on the way");
+    assert!(refused.contains("900.0 m"), "{refused}");
+    assert_eq!(with_peak(&u, [4500.0, 2000.0], 900.0, 15.0), Ok(500.0));
+    // The swing of a turn at 60 m/s, beyond the strip's end.
+    let block = [[3000.0, 4000.0], [5000.0, 4000.0], [5000.0, 4400.0], [3000.0, 4400.0]];
+    assert!(with_peak(&block, [7000.0, 4250.0], 480.0, 60.0).is_ok_and(|clearance| clearance < 21.0));
+    // Parts of a line that would run into each other are one: see the assertion above.
+    let near = [
+        [2000.0, 4000.0],
+        [4000.0, 4000.0],
+        [4000.0, 4500.0],
+        [4870.0, 4500.0],
+        [4870.0, 4000.0],
+        [7000.0, 4000.0],
+        [7000.0, 4600.0],
+        [2000.0, 4600.0],
+    ];
+    assert_eq!(with_peak(&near, [100.0, 100.0], 1.0, 15.0), Ok(500.0));
+}

@@ -15,6 +15,8 @@ use plumbline_survey::plan::geojson;
 use plumbline_survey::plan::intersect::Sigmas;
 use plumbline_survey::plan::lines::Overlaps;
 use plumbline_survey::plan::place::Place;
+use plumbline_survey::plan::planner::LEAST;
+use plumbline_survey::plan::visible::{half_tangents, tangent_per_px};
 use std::path::Path;
 
 /// What a frame takes on board at most, seconds.
@@ -56,15 +58,17 @@ impl Prepared {
         let corners = corners(&args.area, file.epsg())?;
         let world = bounds(&corners);
         within(&file, &world)?;
-        let centre = [0.5 * (world[0] + world[2]), 0.5 * (world[1] + world[3])];
-        let place = Place::new(Frame::new(file.epsg(), centre)?, args.origin)?;
+        let half_tangent =
+            half_tangents(&camera).map_err(|error| InputError::new(format!("{}: {error}", args.camera.display())))?;
+        let far_m = far_m(half_tangent, height_m, args.speed_m_s);
+        let place = Place::new(frame(file.epsg(), world, far_m)?, args.origin)?;
         let area = geojson::area(&corners, place.frame())?;
-        let half_tangent = [camera.fov_v_deg, camera.fov_h_deg].map(|fov| (0.5 * fov.to_radians()).tan());
+        let per_px = tangent_per_px(&camera);
         let noise = noise(args, &camera);
         let request = Request {
             height_m,
             half_tangent,
-            pixels: [camera.rows, camera.cols],
+            tangent_per_px: per_px,
             overlaps: args.overlap,
             heading_deg: match args.strip_heading_deg {
                 Heading::Given(heading_deg) => Some(heading_deg),
@@ -76,8 +80,7 @@ impl Prepared {
                 accuracy_m: args.limits_m,
             },
             sigmas: Sigmas {
-                image: [0, 1]
-                    .map(|k| noise.image_px * 2.0 * half_tangent[k] / f64::from([camera.rows, camera.cols][k])),
+                image: per_px.map(|tangent| noise.image_px * tangent),
                 position_m: noise.position_m,
                 attitude_rad: noise.attitude_deg.to_radians(),
             },
@@ -85,7 +88,9 @@ impl Prepared {
             seed: args.seed,
             area,
         };
-        let dem = file.window(place.frame(), reach(&request), &mut |done, all| progress(done, all))?;
+        too_fast(&request)?;
+        let dem =
+            file.window(place.frame(), reach(place.frame(), world, far_m), &mut |done, all| progress(done, all))?;
         if dem.cols < 2 || dem.rows < 2 {
             return Err(InputError::new(format!(
                 "{}: an elevation model of {} x {} posts is no terrain",
@@ -100,8 +105,8 @@ impl Prepared {
 
 /// Height above the base plane, by whichever option says it.
 fn height_m(args: &Args, camera: &CameraFile) -> Result<f64, InputError> {
-    let half_tangent = |fov_deg: f64| (0.5 * fov_deg.to_radians()).tan();
-    let focal_px = 0.5 * f64::from(camera.cols) / half_tangent(camera.fov_h_deg);
+    let [_, per_px] = tangent_per_px(camera);
+    let focal_px = 1.0 / per_px;
     if let Some(gsd_m) = args.height.gsd_m {
         return Ok(gsd_m * focal_px);
     }
@@ -150,10 +155,11 @@ fn bounds(corners: &[[f64; 2]]) -> [f64; 4] {
 fn within(file: &DemFile, [x0, y0, x1, y1]: &[f64; 4]) -> Result<(), InputError> {
     let [west, south, east, north] = file.bounds();
     let (cols, rows) = file.size();
-    let half =
-        |from: f64, to: f64, posts: usize| 0.5 * (to - from) / posts.saturating_sub(1).max(1) as f64 * (1.0 + 1e-9);
+    let half = |from: f64, to: f64, posts: usize| 0.5 * (to - from) / posts.saturating_sub(1).max(1) as f64;
     let (dx, dy) = (half(west, east, cols), half(south, north, rows));
-    if *x0 < west - dx || *x1 > east + dx || *y0 < south - dy || *y1 > north + dy {
+    // Sums of steps do not come out exactly.
+    let (near_x, near_y) = (dx * (1.0 + 1e-9), dy * (1.0 + 1e-9));
+    if *x0 < west - near_x || *x1 > east + near_x || *y0 < south - near_y || *y1 > north + near_y {
         return Err(InputError::new(format!(
             "the area {x0},{y0},{x1},{y1} lies outside the elevation model {}, which covers {},{},{},{}",
             file.path().display(),
@@ -166,12 +172,39 @@ fn within(file: &DemFile, [x0, y0, x1, y1]: &[f64; 4]) -> Result<(), InputError>
     Ok(())
 }
 
-/// Bounds of all terrain that photos on the way may see and turns may pass over, working metres.
-fn reach(request: &Request) -> [f64; 4] {
-    let [along_m, across_m] = request.half_tangent.map(|tangent| 2.0 * tangent * request.height_m);
-    let turn_m = Turns::new(request.limits.speed_m_s).radius_m;
-    let far_m = 2.5 * along_m + 1.5 * across_m + 4.0 * turn_m;
-    let [x0, y0, x1, y1] = request.area.bounds();
+/// A speed at which not even level ground leaves the interval is refused before any terrain is read.
+fn too_fast(request: &Request) -> Result<(), InputError> {
+    let Limits { speed_m_s, min_interval_s, .. } = request.limits;
+    let overlaps = request.overlaps.unwrap_or(LEAST);
+    let base_m = (1.0 - overlaps.forward) * 2.0 * request.half_tangent[0] * request.height_m;
+    if base_m < speed_m_s * min_interval_s {
+        return Err(InputError::new(format!(
+            "at {speed_m_s} m/s even the nominal base of {base_m} m leaves less than {min_interval_s} s between exposures"
+        )));
+    }
+    Ok(())
+}
+
+/// How far from the area photos on the way may see and turns may pass.
+fn far_m(half_tangent: [f64; 2], height_m: f64, speed_m_s: f64) -> f64 {
+    let [along_m, across_m] = half_tangent.map(|tangent| 2.0 * tangent * height_m);
+    2.5 * along_m + 1.5 * across_m + 4.0 * Turns::new(speed_m_s).radius_m
+}
+
+/// The frame over all of that, so that a model in degrees is nowhere taken for shorter than it is.
+fn frame(epsg: Option<u32>, world: [f64; 4], far_m: f64) -> Result<Frame, InputError> {
+    let frame = Frame::over(epsg, world)?;
+    if !matches!(frame, Frame::Degrees { .. }) {
+        return Ok(frame);
+    }
+    let [x0, y0, x1, y1] = reach(&frame, world, far_m);
+    let ([x0, y0], [x1, y1]) = (frame.world([x0, y0]), frame.world([x1, y1]));
+    Frame::over(epsg, [x0, y0.max(-90.0), x1, y1.min(90.0)])
+}
+
+/// Bounds of all terrain that a plan may need, working metres.
+fn reach(frame: &Frame, [x0, y0, x1, y1]: [f64; 4], far_m: f64) -> [f64; 4] {
+    let ([x0, y0], [x1, y1]) = (frame.metres([x0, y0]), frame.metres([x1, y1]));
     [x0 - far_m, y0 - far_m, x1 + far_m, y1 + far_m]
 }
 

@@ -10,14 +10,14 @@ pub fn tell(plan: &PlanFile, out: &Path) -> Result<(), Failure> {
     let lines = plan.strips.iter().map(|strip| strip.line + 1).max().unwrap_or(0);
     let mut text = format!(
         "{} photos on {lines} lines, heading {} degrees, {:.1} m above the base plane at {:.1} m, {:.3} m a pixel\n\
-         overlap wanted {:.0}/{:.0} %, least on the ground {} forward, {} side\n",
+         overlap wanted {}/{} %, least on the ground {} forward, {} side\n",
         plan.photo_count,
         plan.strip_heading_deg,
         plan.height_m,
         plan.base_height_m,
         plan.gsd_m,
-        100.0 * plan.overlap_wanted.forward,
-        100.0 * plan.overlap_wanted.side,
+        short(plan.overlap_wanted.forward),
+        short(plan.overlap_wanted.side),
         percent(plan.overlap_min.forward),
         percent(plan.overlap_min.side)
     );
@@ -32,13 +32,14 @@ pub fn tell(plan: &PlanFile, out: &Path) -> Result<(), Failure> {
             accuracy.cells
         ));
     }
-    let constant = &plan.constant_base;
+    if let Some(constant) = &plan.constant_base {
+        text.push_str(&format!(
+            "constant bases with the same guarantee: {} photos on {} lines; {} saved\n",
+            constant.photos, constant.lines, constant.photos_saved
+        ));
+    }
     text.push_str(&format!(
-        "constant bases with the same guarantee: {} photos on {} lines; {} saved\n\
-         shortest interval {:.2} s at {} m/s; flight {:.1} km, {:.1} min; clearance {:.0} m; smear {:.2} px in {} ms\n",
-        constant.photos,
-        constant.lines,
-        constant.photos_saved,
+        "shortest interval {:.2} s at {} m/s; flight {:.1} km, {:.1} min; clearance {:.0} m; smear {:.2} px in {} ms\n",
         plan.interval_min_s,
         plan.speed_m_s,
         checks.length_m / 1000.0,
@@ -61,4 +62,9 @@ pub fn tell(plan: &PlanFile, out: &Path) -> Result<(), Failure> {
     }
     text.push_str(&format!("written to {}\n", out.display()));
     print(&text)
+}
+
+/// A share as percent, with a decimal where it has one.
+fn short(share: f64) -> f64 {
+    (1000.0 * share).round() / 10.0
 }

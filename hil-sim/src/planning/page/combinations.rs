@@ -55,6 +55,7 @@ fn cell(one: &Combination) -> Markup {
         Some(Limit::Gap) => Some(format!("{} gaps", whole(one.gaps as u64))),
         Some(Limit::Interval) => Some(format!("every {}", number(one.interval_min_s, 2, "s"))),
         Some(Limit::Accuracy) => Some("too coarse".to_owned()),
+        Some(Limit::Photos) => Some("too many photos".to_owned()),
     };
     let class = match (one.chosen, &out) {
         (true, _) => "n chosen",

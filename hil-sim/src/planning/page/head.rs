@@ -43,7 +43,10 @@ impl Page<'_> {
         let wanted =
             format!("{}/{}", share(file.overlap_wanted.forward), number(100.0 * file.overlap_wanted.side, 0, "%"));
         let chosen = if file.combinations.is_empty() { "asked for" } else { "chosen" };
-        let saved = match file.constant_base.photos_saved {
+        let saved = match file.constant_base.map_or(0, |constant| constant.photos_saved) {
+            _ if file.constant_base.is_none() => {
+                "where no constant bases of fewer than half a million give the same guarantee".to_owned()
+            }
             0 => "as many as constant bases with the same guarantee need".to_owned(),
             saved if saved > 0 => {
                 format!("{} fewer than constant bases with the same guarantee need", whole(saved as u64))

@@ -55,7 +55,7 @@ impl Page<'_> {
 
     pub(super) fn constant(&self) -> Markup {
         let (file, planned) = (self.outputs.file, self.outputs.planned);
-        let constant = &file.constant_base;
+        let constant = file.constant_base.as_ref();
         let across = plumbline_survey::plan::overlap::lines(&planned.strips);
         let spacings = across.windows(2).map(|pair| pair[1] - pair[0]);
         let range = |values: &mut dyn Iterator<Item = f64>| {
@@ -82,19 +82,22 @@ impl Page<'_> {
                             td class="n" { (range(&mut bases)) }
                             td class="n" { (range(&mut spacings.into_iter())) }
                         }
-                        tr {
-                            th { "Constant" small { "the cheapest that guarantees the same overlap everywhere" } }
-                            td class="n" { (count(constant.photos)) }
-                            td class="n" { (count(constant.lines)) }
-                            td class="n" { (number(constant.base_m, 1, "m")) }
-                            td class="n" { (number(constant.spacing_m, 1, "m")) }
+                        @if let Some(constant) = constant {
+                            tr {
+                                th { "Constant" small { "the cheapest that guarantees the same overlap everywhere" } }
+                                td class="n" { (count(constant.photos)) }
+                                td class="n" { (count(constant.lines)) }
+                                td class="n" { (number(constant.base_m, 1, "m")) }
+                                td class="n" { (number(constant.spacing_m, 1, "m")) }
+                            }
                         }
                     }
                 }
                 p {
-                    @match constant.photos_saved {
-                        saved if saved >= 0 => { "Variable bases save " (whole(saved as u64)) " photos, " (number(100.0 * saved as f64 / constant.photos.max(1) as f64, 1, "%")) "." },
-                        more => { "Here constant bases need " (whole(more.unsigned_abs())) " photos fewer." },
+                    @match constant.map(|constant| (constant.photos_saved, constant.photos.max(1))) {
+                        Some((saved, of)) if saved >= 0 => { "Variable bases save " (whole(saved as u64)) " photos, " (number(100.0 * saved as f64 / of as f64, 1, "%")) "." },
+                        Some((more, _)) => { "Here constant bases need " (whole(more.unsigned_abs())) " photos fewer." },
+                        None => { "No constant bases of fewer than half a million photos give the same guarantee." },
                     }
                 }
             }

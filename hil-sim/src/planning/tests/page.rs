@@ -13,7 +13,7 @@ fn the_page_has_the_plans_figures_and_needs_nothing_else() {
             format!("{:.3}\u{202f}m", accuracy.height_m),
             format!("{:.1}\u{202f}min", file.checks.flight_time_s / 60.0),
             format!("{:.3}\u{202f}s", file.interval_min_s),
-            format!("{:.1}\u{202f}m", file.constant_base.base_m),
+            format!("{:.1}\u{202f}m", file.constant_base.expect("constant bases").base_m),
             "a&lt;b&amp;c.tif".to_owned(),
         ] {
             assert!(page.contains(&figure), "{figure}");
