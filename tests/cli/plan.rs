@@ -8,11 +8,13 @@ use std::fmt::Write;
 
 const PLAN: &str =
     "plan --dem dem.asc --area 0,0,400,300 --camera camera.toml --height-m 300 --overlap 60/30 --out out";
-const LEFT_OUT: &str = "plan.plan and plan.kml are left out: the elevation model has no reference system, and --origin is not given\n";
+const LEFT_OUT: &str =
+    "plan.plan and plan.kml are left out: the elevation model has no reference system, and --origin is not given\n";
 
 /// An ESRI ASCII grid of 25 m over -1500 to 2000 both ways; `height` may be its no-data.
 fn grid(height: impl Fn(f64, f64) -> f64) -> String {
-    let mut text = "ncols 141\nnrows 141\nxllcenter -1500\nyllcenter -1500\ncellsize 25\nNODATA_value -9999\n".to_owned();
+    let mut text =
+        "ncols 141\nnrows 141\nxllcenter -1500\nyllcenter -1500\ncellsize 25\nNODATA_value -9999\n".to_owned();
     for row in 0..141 {
         let y = 2000.0 - 25.0 * f64::from(row);
         for col in 0..141 {
@@ -100,7 +102,10 @@ fn what_cannot_be_planned_is_refused() {
     folder.write("odd.asc", grid(hills));
     folder.write("odd.prj", "somewhere");
     folder.write("bow.json", r#"{"type":"Polygon","coordinates":[[[0,0],[400,300],[400,0],[0,300],[0,0]]]}"#);
-    folder.write("holed.json", r#"{"type":"Polygon","coordinates":[[[0,0],[400,0],[400,300],[0,0]],[[300,50],[310,50],[310,60],[300,50]]]}"#);
+    folder.write(
+        "holed.json",
+        r#"{"type":"Polygon","coordinates":[[[0,0],[400,0],[400,300],[0,0]],[[300,50],[310,50],[310,60],[300,50]]]}"#,
+    );
     folder.write("file", "");
     folder.make("taken");
     folder.make("taken/plan.kml");
@@ -114,7 +119,8 @@ fn what_cannot_be_planned_is_refused() {
     refusals.expect(&with(PLAN, "--dem", "peak.asc"), &["terrain rises to 5000.0 m", "flying height"]);
     refusals.expect(&with(PLAN, "--dem", "odd.asc"), &["odd.prj"]);
     refusals.expect(&with(PLAN, "--dem", "frame.png"), &["frame.png"]);
-    refusals.expect(&format!("{optimise} --limits-m 0.0001,0.0001"), &["none of the 77 combinations", "the accuracy 77"]);
+    refusals
+        .expect(&format!("{optimise} --limits-m 0.0001,0.0001"), &["none of the 77 combinations", "the accuracy 77"]);
     refusals.expect(&format!("{PLAN} --speed-m-s 100 --min-interval-s 5"), &["100 m/s", "5 s"]);
     refusals.expect(&format!("{PLAN} --min-interval-s 0.01"), &["--min-interval-s 0.01", "0.038"]);
     refusals.expect(&PLAN.replace("--height-m 300", "--scale 5000"), &["pixel_mm", "camera.toml"]);
