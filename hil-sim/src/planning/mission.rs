@@ -10,8 +10,7 @@ use plumbline_survey::error::InputError;
 use plumbline_survey::plan::flown::Leg;
 use serde_json::{Value, json};
 
-/// Items that an autopilot is counted on to take: ArduPilot's storage on common boards (16 KB of it, less what home and
-/// parameters take).
+/// Items that an autopilot is counted on to take: what ArduPilot's storage holds on common boards.
 pub const ITEMS_MAX: usize = 724;
 
 /// MAV_CMD_NAV_WAYPOINT.

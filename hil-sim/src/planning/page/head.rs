@@ -53,8 +53,9 @@ impl Page<'_> {
             }
             more => format!("{} more than constant bases with the same guarantee need", whole(more.unsigned_abs())),
         };
+        let known = if file.checks.photos_beyond_dem > 0 { " that the elevation model knows" } else { "" };
         format!(
-            "Overlap {wanted}, {chosen}, is kept everywhere on the ground by bases that follow the terrain: {}, {saved}.",
+            "Overlap {wanted}, {chosen}, is kept everywhere on the ground{known} by bases that follow the terrain: {}, {saved}.",
             photos(file.photo_count)
         )
     }

@@ -143,7 +143,8 @@ impl Page<'_> {
     pub(super) fn plan(&self) -> Markup {
         let (outputs, map) = (self.outputs, &self.map);
         let point = |along_m: f64, across_m: f64| outputs.planned.layout.axes.point([along_m, across_m]);
-        let every_line = self.lines().div_ceil(LINES_MAX).max(1);
+        // An odd step shows lines of both directions.
+        let every_line = self.lines().div_ceil(LINES_MAX) | 1;
         let shown: Vec<Leg<'_>> = outputs.legs().filter(|leg| leg.strip.line.is_multiple_of(every_line)).collect();
         let every_photo = shown.iter().map(|leg| leg.strip.along_m.len()).sum::<usize>().div_ceil(PHOTOS_MAX).max(1);
         let (mut strips, mut dots, mut arrows, mut way) = (String::new(), String::new(), String::new(), Vec::new());
