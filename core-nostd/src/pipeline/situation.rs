@@ -8,6 +8,7 @@ use crate::homography::rolling::{Band, Bands, BandsError, Displacement, offset_u
 use crate::math::{self, hypot};
 use crate::motion::{Moving, Rates, Velocity};
 use crate::mount::Mount;
+use crate::pose::place::Place;
 use crate::pose::{Method, PoseError, Wait};
 use crate::tile::Local;
 use crate::tilt::{Attitude, equivalent_tilt, follow_up_command};
@@ -166,6 +167,16 @@ impl Pipeline<'_> {
         } else {
             Refusal::NoFollowUp
         }
+    }
+
+    /// Where the camera is at `at` and how fast, as far as position and attitude tell now; for instants near the newest
+    /// samples. `None` where they do not tell.
+    pub fn camera_at(&self, at: Micros) -> Option<Place> {
+        let (_, attitude) = self.streams.attitude.history().newest()?;
+        let [offset_north_m, _, offset_east_m] = self.settings().mount.camera_offset(attitude);
+        let (prediction, _) = self.predict(at, [offset_east_m, offset_north_m]).ok()?;
+        let Prediction { local, velocity_m_per_s: [east_m_per_s, north_m_per_s], .. } = prediction;
+        Some(Place { east_m: local.east_m, north_m: local.north_m, east_m_per_s, north_m_per_s })
     }
 
     /// Where the camera should be: the navigation's position carried on, plus the lever arm.
