@@ -143,6 +143,10 @@ fn strips_before_the_one_that_is_flown_are_passed_by() {
     let taken = fly(&mut exposures, &plan(), [150.0, 400.0], [SPEED, 0.0], 10.0);
     assert_eq!(photos(&taken), [12, 13, 14]);
     assert_eq!(exposures.counts(), Counts { exposed: 3, passed: 12, ..Counts::default() });
+    // Nor is one entered that is crossed in a turn, 30 degrees off its direction.
+    let mut exposures = Exposures::new(LIMITS);
+    assert!(fly(&mut exposures, &plan(), [150.0, 390.0], [34.6, 20.0], 2.0).is_empty());
+    assert_eq!((exposures.counts(), exposures.next()), (Counts::default(), 0));
     // One of the other direction is not entered by who flies over it the wrong way.
     let mut exposures = Exposures::new(LIMITS);
     assert!(fly(&mut exposures, &plan(), [-100.0, 200.0], [SPEED, 0.0], 15.0).is_empty());
