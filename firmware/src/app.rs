@@ -24,8 +24,8 @@ pub mod transmit;
 
 use crate::journal::Journal;
 use crate::shared::{Queue, Shared};
-use crate::wire::decoder::LinkCounters;
 use crate::stores::plan::Plan;
+use crate::wire::decoder::LinkCounters;
 use crate::wire::telemetry::{FrameReport, InstantReport, PhotoReport};
 use core::cell::Cell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;

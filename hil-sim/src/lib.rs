@@ -18,6 +18,7 @@ pub mod mission;
 pub mod mount;
 pub mod oracle;
 pub mod panels;
+pub mod planned;
 pub mod reference;
 pub mod render;
 pub mod replay;

@@ -62,11 +62,7 @@ impl App<'_> {
         if let Some(Some(exposure)) = committed {
             let ahead_us = exposure.mid.since(now) - flown.lead_us;
             flown.due.signal(Ticks(tick.0.wrapping_add(ahead_us as u32)));
-            self.post(Out::Photo(PhotoReport {
-                photo: exposure.photo,
-                mid_exposure_us: exposure.mid.0,
-                frame: None,
-            }));
+            self.post(Out::Photo(PhotoReport { photo: exposure.photo, mid_exposure_us: exposure.mid.0, frame: None }));
         }
     }
 
