@@ -3,7 +3,8 @@
 //! [`scenario`] → [`stage`] ([`world`], [`flight`], [`mod@reference`]) → [`fly`] ([`sensors`], [`autopilot`], [`render`],
 //! [`fault`], [`link`]) → [`station`] → [`score`]. Apart from all of it stands [`oracle`], which judges the core's
 //! geometry; [`still`] and [`still_match`] run the core on single pictures, [`stitch`] on those of a camera of several [`heads`],
-//! [`smoothing`] fits logs; [`panels`] draws curves; [`calibration`] is the page of a calibrated camera.
+//! [`smoothing`] fits logs; [`panels`] draws curves; [`calibration`] is the page of a
+//! calibrated camera, [`planning`] what a flight plan is handed out as.
 
 pub mod autopilot;
 pub mod calibration;
@@ -19,6 +20,7 @@ pub mod mount;
 pub mod oracle;
 pub mod panels;
 pub mod planned;
+pub mod planning;
 pub mod reference;
 pub mod render;
 pub mod replay;

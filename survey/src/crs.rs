@@ -41,7 +41,7 @@ const WGS84_E2: f64 = 6.694_379_990_141_316e-3;
 const HALF_STEP_DEG: f64 = 0.001;
 
 /// Beyond this latitude a meridian is too short to tell north by.
-const LATITUDE_MAX_DEG: f64 = 89.99;
+pub(crate) const LATITUDE_MAX_DEG: f64 = 89.99;
 
 /// Largest miss (m, or the same on the ground in degrees) of a point carried over and back again.
 const ROUND_TRIP_M: f64 = 0.05;
@@ -201,6 +201,11 @@ impl Crs {
     fn outside(&self, place: &str) -> InputError {
         InputError::new(format!("{place} is outside what EPSG:{} ({}) can express", self.epsg, self.name))
     }
+}
+
+pub(crate) fn radii_m(lat_deg: f64) -> [f64; 2] {
+    let w2 = 1.0 - WGS84_E2 * lat_deg.to_radians().sin().powi(2);
+    [WGS84_A_M * (1.0 - WGS84_E2) / (w2 * w2.sqrt()), WGS84_A_M / w2.sqrt()]
 }
 
 fn finite(a: f64, b: f64) -> Option<(f64, f64)> {

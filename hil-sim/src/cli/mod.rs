@@ -13,6 +13,7 @@ mod match_;
 mod mission;
 mod motion;
 mod mounts;
+mod plan;
 mod rectify;
 mod replay;
 mod reproduce;
@@ -77,6 +78,11 @@ enum Verb {
     /// while it lasts. An angle that they show worse than to 0.2 degrees keeps its value; kappa shows by tilts alone. The file
     /// that is written has [boresight] replaced and all else kept but comments.
     Boresight(boresight::Args),
+    /// Plan flight lines over terrain, so that the overlap on the ground holds everywhere (paper 004)
+    ///
+    /// Bases and the distances of strips follow the terrain; overlaps are given or chosen among 77 by simulated adjustment. The
+    /// plan is flown by `plumbline fly --plan`.
+    Plan(plan::Args),
     /// Adjust a problem of Bundle Adjustment in the Large
     Adjust(adjust::Args),
     /// Reproduce a paper's tables and say where and why they differ
@@ -133,6 +139,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Verb::Calibrate(args) => calibrate::run(&args),
         Verb::Mounts(args) => mounts::run(&args),
         Verb::Boresight(args) => boresight::run(&args),
+        Verb::Plan(args) => plan::run(&args),
         Verb::Adjust(args) => adjust::run(&args),
         Verb::Reproduce(args) => reproduce::run(&args),
     }

@@ -51,8 +51,8 @@ pub struct PlanFile {
     pub strips: Vec<StripFile>,
     /// Noise that the predicted accuracy is for.
     pub noise: Noise,
-    /// Predicted accuracy.
-    pub accuracy: Accuracy,
+    /// Predicted accuracy; `None` where no cell is seen twice.
+    pub accuracy: Option<Accuracy>,
     /// What else was checked.
     pub checks: Checks,
     /// The cheapest constant bases that guarantee the same overlap.
@@ -213,7 +213,7 @@ pub struct Combination {
     pub interval_min_s: f64,
     /// Cells that fewer than two photos of one strip see.
     pub gaps: usize,
-    /// Horizontal accuracy, from made-up noise; `None` where no cell is seen twice.
+    /// Horizontal accuracy, from the covariance; `None` where no cell is seen twice.
     pub plan_m: Option<f64>,
     /// Height.
     pub height_m: Option<f64>,
@@ -252,7 +252,8 @@ impl PlanFile {
             Some(version) => return Err(refuse(format!("plan version {version} is not read, only {VERSION} is"))),
             None => return Err(refuse("it has no version, so it is no plan".to_owned())),
         }
-        let plan: PlanFile = serde_json::from_value(value).map_err(|error| refuse(format!("it is no plan: {error}")))?;
+        let plan: PlanFile =
+            serde_json::from_value(value).map_err(|error| refuse(format!("it is no plan: {error}")))?;
         plan.check().map_err(refuse)?;
         Ok(plan)
     }

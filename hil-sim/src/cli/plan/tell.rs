@@ -1,0 +1,64 @@
+//! A plan in some lines, for the one who typed the command.
+
+use crate::cli::{Failure, print};
+use plumbline_survey::plan::file::PlanFile;
+use std::path::Path;
+
+pub fn tell(plan: &PlanFile, out: &Path) -> Result<(), Failure> {
+    let percent = |share: Option<f64>| share.map_or("none".to_owned(), |share| format!("{:.2} %", 100.0 * share));
+    let checks = &plan.checks;
+    let lines = plan.strips.iter().map(|strip| strip.line + 1).max().unwrap_or(0);
+    let mut text = format!(
+        "{} photos on {lines} lines, heading {} degrees, {:.1} m above the base plane at {:.1} m, {:.3} m a pixel\n\
+         overlap wanted {:.0}/{:.0} %, least on the ground {} forward, {} side\n",
+        plan.photo_count,
+        plan.strip_heading_deg,
+        plan.height_m,
+        plan.base_height_m,
+        plan.gsd_m,
+        100.0 * plan.overlap_wanted.forward,
+        100.0 * plan.overlap_wanted.side,
+        percent(plan.overlap_min.forward),
+        percent(plan.overlap_min.side)
+    );
+    if let Some(accuracy) = &plan.accuracy {
+        text.push_str(&format!(
+            "predicted {:.3} m in plan, {:.3} m in height (made-up noise: {:.3}, {:.3}); {} of {} cells without a stereo pair\n",
+            accuracy.plan_m,
+            accuracy.height_m,
+            accuracy.simulated_plan_m,
+            accuracy.simulated_height_m,
+            accuracy.gaps,
+            accuracy.cells
+        ));
+    }
+    let constant = &plan.constant_base;
+    text.push_str(&format!(
+        "constant bases with the same guarantee: {} photos on {} lines; {} saved\n\
+         shortest interval {:.2} s at {} m/s; flight {:.1} km, {:.1} min; clearance {:.0} m; smear {:.2} px in {} ms\n",
+        constant.photos,
+        constant.lines,
+        constant.photos_saved,
+        plan.interval_min_s,
+        plan.speed_m_s,
+        checks.length_m / 1000.0,
+        checks.flight_time_s / 60.0,
+        checks.clearance_min_m,
+        checks.smear_px,
+        1000.0 * checks.exposure_s
+    ));
+    if checks.smear_px > 0.5 {
+        text.push_str(&format!(
+            "the smear is beyond half a pixel: expose {:.2} ms at most\n",
+            1000.0 * checks.exposure_max_s
+        ));
+    }
+    if checks.photos_beyond_dem > 0 {
+        text.push_str(&format!(
+            "{} photos look beyond the elevation model, where overlap is not guaranteed\n",
+            checks.photos_beyond_dem
+        ));
+    }
+    text.push_str(&format!("written to {}\n", out.display()));
+    print(&text)
+}

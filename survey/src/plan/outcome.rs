@@ -1,0 +1,116 @@
+//! What was planned, as `plan.json` has it.
+
+use super::combinations::Limits;
+use super::file::{
+    Accuracy, Camera, Checks, ConstantBase, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, VERSION,
+};
+use super::flown::flown;
+use super::lines::{line_count, photo_count};
+use super::place::Place;
+use super::planner::{Planned, Request};
+use crate::camera_file::CameraFile;
+use crate::error::InputError;
+
+impl Planned<'_> {
+    /// The plan's file. `dem` is the elevation model's name, `noise` what the request's sigmas were made of.
+    ///
+    /// # Errors
+    /// A photo lies where its reference system has no latitude.
+    pub fn file(
+        &self,
+        request: &Request,
+        place: &Place,
+        camera: &CameraFile,
+        noise: Noise,
+        dem: &str,
+    ) -> Result<PlanFile, InputError> {
+        let (layout, view) = (&self.layout, &self.layout.view);
+        let world = |metres: [f64; 2]| place.frame().world(metres);
+        let z = view.base_height_m + view.height_m;
+        let photo = |across_m: f64, along_m: f64| {
+            let metres = layout.axes.point([along_m, across_m]);
+            let ([x, y], deg) = (world(metres), place.wgs84(metres)?);
+            Ok(Photo { x, y, z, lat: deg.map(|deg| deg.0), lon: deg.map(|deg| deg.1) })
+        };
+        let strips = flown(&self.strips).map(|leg| {
+            let photos = leg.strip.along_m.iter().map(|along_m| photo(leg.strip.across_m, *along_m));
+            let turned_deg = if leg.is_back { 180.0 } else { 0.0 };
+            Ok(StripFile {
+                line: leg.strip.line,
+                heading_deg: layout.axes.heading_deg() + turned_deg,
+                photos: photos.collect::<Result<_, InputError>>()?,
+            })
+        });
+        let photos = photo_count(&self.strips);
+        let Limits { speed_m_s, min_interval_s, .. } = request.limits;
+        let constant = photo_count(&self.constant.strips);
+        Ok(PlanFile {
+            version: VERSION,
+            dem: dem.to_owned(),
+            epsg: place.frame().epsg(),
+            origin_deg: place.origin_deg(),
+            camera: camera_of(camera),
+            height_m: view.height_m,
+            base_height_m: view.base_height_m,
+            gsd_m: view.footprint_m[1] / f64::from(request.pixels[1]),
+            strip_heading_deg: layout.axes.heading_deg(),
+            speed_m_s,
+            min_interval_s,
+            overlap_wanted: Overlap { forward: layout.overlaps.forward, side: layout.overlaps.side },
+            overlap_min: OverlapMin { forward: self.achieved.forward, side: self.achieved.side },
+            photo_count: photos,
+            base_min_m: self.base_min_m,
+            interval_min_s: self.base_min_m / speed_m_s,
+            area: request.area.corners().iter().map(|corner| world(*corner)).collect(),
+            strips: strips.collect::<Result<_, InputError>>()?,
+            noise,
+            accuracy: self.accuracy(request.seed),
+            checks: Checks {
+                clearance_min_m: self.checks.clearance_min_m,
+                smear_px: self.checks.smear_px,
+                exposure_max_s: self.checks.exposure_max_s,
+                exposure_s: request.exposure_s,
+                length_m: self.checks.length_m,
+                flight_time_s: self.checks.flight_time_s,
+                turn_radius_m: self.checks.turn_radius_m,
+                photos_beyond_dem: self.checks.photos_beyond_dem,
+            },
+            constant_base: ConstantBase {
+                base_m: self.constant.base_m,
+                spacing_m: self.constant.spacing_m,
+                lines: line_count(&self.constant.strips),
+                photos: constant,
+                photos_saved: constant as i64 - photos as i64,
+            },
+            combinations: self.combinations.clone(),
+        })
+    }
+
+    fn accuracy(&self, seed: u64) -> Option<Accuracy> {
+        let (summary, simulated_m) = (self.summary?, self.simulated_m?);
+        Some(Accuracy {
+            plan_m: summary.rms_m[0],
+            height_m: summary.rms_m[1],
+            simulated_plan_m: simulated_m[0],
+            simulated_height_m: simulated_m[1],
+            plan_max_m: summary.worst_m[0],
+            height_max_m: summary.worst_m[1],
+            cells: self.known.len(),
+            gaps: summary.gaps,
+            seed,
+        })
+    }
+}
+
+fn camera_of(camera: &CameraFile) -> Camera {
+    Camera {
+        cols: camera.cols,
+        rows: camera.rows,
+        fov_h_deg: camera.fov_h_deg,
+        fov_v_deg: camera.fov_v_deg,
+        offset_m_px: camera.offset_m_px,
+        offset_n_px: camera.offset_n_px,
+        pixel_mm: camera.pixel_mm,
+        distortion: camera.distortion.map(|d| [d.k1, d.k2, d.k3, d.p1, d.p2]),
+    }
+}

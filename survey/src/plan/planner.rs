@@ -1,0 +1,180 @@
+//! A whole plan: from terrain, area and camera to strips, what they achieve and what they cost.
+
+use super::area::Area;
+use super::axes::Axes;
+use super::base_height::base_height_m;
+use super::cells::{Cells, Known, Summary};
+use super::checks::{Checks, Turns};
+use super::combinations::{Limits, base_min_m, nothing_left};
+use super::constant::Constant;
+use super::file::Combination;
+use super::intersect::Sigmas;
+use super::lines::{Layout, Overlaps, Strip, View};
+use super::overlap::Achieved;
+use super::relief::Relief;
+use super::sight::Photos;
+use crate::error::InputError;
+
+/// Cells that a plan's accuracy is looked at on, about.
+const CELLS_MOST: usize = 40_000;
+/// Cells that each combination is looked at on, about.
+const CELLS_OF_A_COMBINATION: usize = 2_500;
+/// Times that noise is made up for a plan.
+const ROUNDS: u64 = 8;
+/// Overlaps at which headings are compared when overlaps are yet to be chosen: the least of the combinations.
+const LEAST: Overlaps = Overlaps { forward: 0.6, side: 0.3 };
+/// Headings that are compared lie this far apart.
+const HEADING_STEP_DEG: f64 = 15.0;
+/// Overlap that is missing by rounding alone.
+const ROUNDING: f64 = 1e-9;
+
+/// What is to be planned.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// Working metres.
+    pub area: Area,
+    /// Height above the base plane.
+    pub height_m: f64,
+    /// Tangents of half the fields of view, along and across.
+    pub half_tangent: [f64; 2],
+    /// Rows along, columns across.
+    pub pixels: [u32; 2],
+    /// The overlaps; `None` has them chosen.
+    pub overlaps: Option<Overlaps>,
+    /// The strips' heading, degrees; `None` has it chosen by the time of flight.
+    pub heading_deg: Option<f64>,
+    /// Speed, interval, accuracy.
+    pub limits: Limits,
+    /// Noise of measuring; its image part in tangents.
+    pub sigmas: Sigmas,
+    /// Length of an exposure.
+    pub exposure_s: f64,
+    /// What made-up noise comes from.
+    pub seed: u64,
+}
+
+/// What was planned.
+#[derive(Debug)]
+pub struct Planned<'r> {
+    /// Terrain, axes, area along the axes, view and overlaps.
+    pub layout: Layout<'r>,
+    /// The strips, line by line, each from its low end.
+    pub strips: Vec<Strip>,
+    /// Smallest overlaps.
+    pub achieved: Achieved,
+    /// Shortest base.
+    pub base_min_m: f64,
+    /// The area's cells.
+    pub cells: Cells,
+    /// What the photos know of each.
+    pub known: Vec<Known>,
+    /// Predicted accuracy and gaps; `None` where no cell is determined.
+    pub summary: Option<Summary>,
+    /// Accuracy from made-up noise, horizontal and height.
+    pub simulated_m: Option<[f64; 2]>,
+    /// The cheapest constant bases.
+    pub constant: Constant,
+    /// What was looked at to choose the overlaps; empty where they were given.
+    pub combinations: Vec<Combination>,
+    /// Clearance, blur, time.
+    pub checks: Checks,
+}
+
+/// What a plan is told of its progress: steps done, and all of them.
+pub type Progress<'p> = &'p (dyn Fn(usize, usize) + Sync);
+
+impl Request {
+    /// The view from the flying height.
+    ///
+    /// # Errors
+    /// The model has an unknown height under the area.
+    fn view(&self, relief: &Relief<'_>) -> Result<View, InputError> {
+        let base_height_m = base_height_m(relief.dem(), &self.area)?;
+        let footprint_m = self.half_tangent.map(|tangent| 2.0 * tangent * self.height_m);
+        Ok(View { height_m: self.height_m, base_height_m, footprint_m })
+    }
+
+    /// Plans.
+    ///
+    /// # Errors
+    /// One sentence: heights unknown under the area, terrain at or above the flying height, no combination of overlaps left,
+    /// exposures that follow each other too fast, too many photos.
+    pub fn plan<'r>(&self, relief: &'r Relief<'r>, progress: Progress<'_>) -> Result<Planned<'r>, InputError> {
+        let view = self.view(relief)?;
+        let layout = |heading_deg: f64, overlaps: Overlaps| {
+            let axes = Axes::new(heading_deg);
+            Layout { relief, axes, area: self.area.mapped(|corner| axes.of(corner)), view, overlaps }
+        };
+        let heading_deg = match self.heading_deg {
+            Some(heading_deg) => heading_deg,
+            None => self.heading(&|heading_deg| layout(heading_deg, self.overlaps.unwrap_or(LEAST)))?,
+        };
+        let mut layout = layout(heading_deg, self.overlaps.unwrap_or(LEAST));
+        let mut combinations = Vec::new();
+        if self.overlaps.is_none() {
+            let cells = Cells::new(relief, &self.area, CELLS_OF_A_COMBINATION);
+            combinations = layout.combinations(&cells, &self.sigmas, &self.limits, progress)?;
+            let best = combinations.iter().find(|combination| combination.chosen);
+            let best = best.ok_or_else(|| InputError::new(nothing_left(&combinations)))?;
+            layout.overlaps = Overlaps { forward: best.forward, side: best.side };
+        }
+        let strips = layout.variable()?;
+        let base_min_m = base_min_m(&strips);
+        self.is_slow_enough(base_min_m)?;
+        let cells = Cells::new(relief, &self.area, CELLS_MOST);
+        let photos = Photos::new(&strips, relief, layout.axes, &view);
+        let known = cells.known(&photos, &self.sigmas);
+        let simulated_m = cells.simulated(&photos, &self.sigmas, self.seed, ROUNDS);
+        let checks = Checks::new(&layout, &strips, self)?;
+        Ok(Planned {
+            achieved: to_rounding(layout.achieved(&strips), &layout.overlaps),
+            constant: layout.constant()?,
+            base_min_m,
+            summary: Summary::new(&known),
+            simulated_m,
+            layout,
+            strips,
+            cells,
+            known,
+            combinations,
+            checks,
+        })
+    }
+
+    /// The heading of the shortest flight: the area's sides and steps all around are compared, the first of equals wins.
+    fn heading<'r>(&self, layout: &dyn Fn(f64) -> Layout<'r>) -> Result<f64, InputError> {
+        let corners = self.area.corners();
+        let sides = corners.iter().zip(corners.iter().cycle().skip(1));
+        let along_sides = sides.map(|(a, b)| (b[0] - a[0]).atan2(b[1] - a[1]).to_degrees().rem_euclid(180.0));
+        let around = (0..(180.0 / HEADING_STEP_DEG) as u32).map(|k| 90.0 + f64::from(k) * HEADING_STEP_DEG);
+        let mut best: Option<(f64, f64)> = None;
+        for heading_deg in around.chain(along_sides) {
+            let layout = layout(heading_deg);
+            let strips = layout.variable()?;
+            let length_m = Turns::new(self.limits.speed_m_s).length_m(&strips);
+            if best.is_none_or(|(least, _)| length_m < least - 1e-6) {
+                best = Some((length_m, layout.axes.heading_deg()));
+            }
+        }
+        best.map(|(_, heading_deg)| heading_deg).ok_or_else(|| InputError::new("there is no heading to fly"))
+    }
+
+    fn is_slow_enough(&self, base_min_m: f64) -> Result<(), InputError> {
+        let interval_s = base_min_m / self.limits.speed_m_s;
+        if interval_s < self.limits.min_interval_s {
+            return Err(InputError::new(format!(
+                "at {} m/s the shortest base of {base_min_m:.1} m leaves {interval_s:.3} s between exposures, less than the {} s that they need",
+                self.limits.speed_m_s, self.limits.min_interval_s
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// Overlaps that fall short of the wish by rounding alone are the wish.
+fn to_rounding(achieved: Achieved, wanted: &Overlaps) -> Achieved {
+    let mend = |least: Option<f64>, wanted: f64| {
+        least.map(|least| if least < wanted && least > wanted - ROUNDING { wanted } else { least })
+    };
+    Achieved { forward: mend(achieved.forward, wanted.forward), side: mend(achieved.side, wanted.side) }
+}

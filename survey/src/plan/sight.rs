@@ -1,0 +1,92 @@
+//! Which photos see a ground point.
+
+use super::axes::Axes;
+use super::lines::{Strip, View};
+use super::relief::Relief;
+
+/// A photo that sees a point: which, and the direction of the ray as tangents from the vertical.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ray {
+    /// Place of the strip in its list.
+    pub strip: usize,
+    /// Number of the photo in the strip.
+    pub photo: usize,
+    /// Along and across, from photo to point, over the depth.
+    pub tangent: [f64; 2],
+    /// Depth of the point below the photo.
+    pub depth_m: f64,
+}
+
+/// Level photos of strips, looked up by place.
+#[derive(Debug)]
+pub struct Photos<'p> {
+    strips: &'p [Strip],
+    relief: &'p Relief<'p>,
+    axes: Axes,
+    up_m: f64,
+    /// Half a footprint over the height.
+    half_tangent: [f64; 2],
+}
+
+impl<'p> Photos<'p> {
+    /// Photos of `strips`, which are in the order of their lines.
+    #[must_use]
+    pub fn new(strips: &'p [Strip], relief: &'p Relief<'p>, axes: Axes, view: &View) -> Self {
+        Photos {
+            strips,
+            relief,
+            axes,
+            up_m: view.base_height_m + view.height_m,
+            half_tangent: view.footprint_m.map(|side| 0.5 * side / view.height_m),
+        }
+    }
+
+    /// Their strips.
+    #[must_use]
+    pub fn strips(&self) -> &'p [Strip] {
+        self.strips
+    }
+
+    /// The rays of all photos that see the ground point at (x, y), strip by strip; no terrain stands between. `clear` is the
+    /// slope from which none can ([`Relief::clear_slope`]).
+    pub fn rays(&self, [x, y]: [f64; 2], ground_m: f64, clear: f64, rays: &mut Vec<Ray>) {
+        rays.clear();
+        let depth_m = self.up_m - ground_m;
+        if !(depth_m > 0.0) {
+            return;
+        }
+        let [along, across] = self.axes.of([x, y]);
+        let [reach_along, reach_across] = self.half_tangent.map(|half| half * depth_m);
+        let first = self.strips.partition_point(|strip| strip.across_m < across - reach_across);
+        let seeing =
+            self.strips[first..].iter().enumerate().take_while(|(_, strip)| strip.across_m <= across + reach_across);
+        for (offset, strip) in seeing {
+            let from = strip.along_m.partition_point(|at| *at < along - reach_along);
+            let photos = strip.along_m[from..].iter().enumerate().take_while(|(_, at)| **at <= along + reach_along);
+            for (photo, at) in photos {
+                let tangent = [(along - at) / depth_m, (across - strip.across_m) / depth_m];
+                let [a, b] = tangent;
+                if clear * clear * (a * a + b * b) <= 1.0 || self.is_clear([x, y, ground_m], [*at, strip.across_m]) {
+                    rays.push(Ray { strip: first + offset, photo: from + photo, tangent, depth_m });
+                }
+            }
+        }
+    }
+
+    /// Whether no terrain stands between a ground point and a photo, step by step. Ground that is not known hides nothing.
+    fn is_clear(&self, ground: [f64; 3], photo: [f64; 2]) -> bool {
+        let [x, y] = self.axes.point(photo);
+        let (run_m, rise_m) = ((x - ground[0]).hypot(y - ground[1]), self.up_m - ground[2]);
+        let Some(highest_m) = self.relief.highest() else { return true };
+        let dem = self.relief.dem();
+        let step_m = 0.5 * dem.step_m[0].min(dem.step_m[1]);
+        // Above all terrain nothing stands in the way.
+        let until = ((highest_m - ground[2]) / rise_m).min(1.0);
+        let steps = (until * run_m / step_m).ceil() as usize;
+        (1..=steps).all(|k| {
+            let part = until * k as f64 / steps as f64;
+            let at = [ground[0] + part * (x - ground[0]), ground[1] + part * (y - ground[1])];
+            dem.height(at[0], at[1]).is_none_or(|height| height <= ground[2] + part * rise_m)
+        })
+    }
+}

@@ -1,0 +1,98 @@
+//! Golden values of the strict rule over the portable elevation model (reference, 3.4), and the paper's level examples.
+
+use super::area::Area;
+use super::axes::Axes;
+use super::base_height::base_height_m;
+use super::combinations::base_min_m;
+use super::lines::{Layout, Overlaps, Strip, View, line_count, photo_count};
+use super::overlap::lines;
+use super::relief::Relief;
+use crate::dem::Dem;
+
+/// z = 100 + 80 sin(x / 700) cos(y / 500) on posts 50 m apart.
+pub(super) fn portable() -> Dem {
+    let height = |k: usize| {
+        let (x, y) = ((k % 141) as f64 * 50.0, (k / 141) as f64 * 50.0);
+        100.0 + 80.0 * (x / 700.0).sin() * (y / 500.0).cos()
+    };
+    Dem {
+        cols: 141,
+        rows: 61,
+        west_m: 0.0,
+        south_m: 0.0,
+        step_m: [50.0; 2],
+        heights: (0..141 * 61).map(height).collect(),
+    }
+}
+
+fn rectangle([x0, y0, x1, y1]: [f64; 4]) -> Area {
+    Area::new(&[[x0, y0], [x1, y0], [x1, y1], [x0, y1]]).expect("a rectangle")
+}
+
+pub(super) fn golden_area() -> Area {
+    rectangle([500.0, 500.0, 6300.0, 1900.0])
+}
+
+/// f 50 mm, 108 x 72 mm, H = 555 m.
+pub(super) fn view(base_height_m: f64) -> View {
+    View { height_m: 555.0, base_height_m, footprint_m: [555.0 * 108.0 / 50.0, 555.0 * 72.0 / 50.0] }
+}
+
+fn layout<'a>(relief: &'a Relief<'a>, area: Area, forward: f64, side: f64) -> Layout<'a> {
+    let base = base_height_m(relief.dem(), &area).expect("known");
+    Layout { relief, axes: Axes::new(90.0), area, view: view(base), overlaps: Overlaps { forward, side } }
+}
+
+fn counts(strips: &[Strip]) -> Vec<usize> {
+    strips.iter().map(|strip| strip.along_m.len()).collect()
+}
+
+#[test]
+fn golden_base_height() {
+    let base = base_height_m(&portable(), &golden_area()).expect("known");
+    assert!((base - 96.353_455_352).abs() < 1e-9, "{base}");
+}
+
+#[test]
+fn golden_strips_60_30() {
+    let dem = portable();
+    let relief = Relief::new(&dem);
+    let layout = layout(&relief, golden_area(), 0.6, 0.3);
+    let strips = layout.variable().expect("laid");
+    assert_eq!(counts(&strips), [17, 17, 16, 17]);
+    for (ours, golden) in lines(&strips).iter().zip([500.0, 1026.543_760, 1504.010_117, 1979.204_286]) {
+        assert!((ours - golden).abs() < 1e-6, "{ours} {golden}");
+    }
+    let golden = [20.48, 442.603_796, 851.400_675, 1260.027_872, 1668.655_069, 2085.595_625];
+    for (ours, golden) in strips[0].along_m.iter().zip(golden) {
+        assert!((ours - golden).abs() < 1e-6, "{ours} {golden}");
+    }
+    assert!((base_min_m(&strips) - 407.309_288_063).abs() < 1e-9, "{}", base_min_m(&strips));
+    let achieved = layout.achieved(&strips);
+    let [forward, side] = [achieved.forward, achieved.side].map(|least| least.expect("pairs"));
+    assert!((forward - 0.6).abs() < 1e-9 && (side - 0.3).abs() < 1e-9, "{forward} {side}");
+}
+
+#[test]
+fn golden_strips_80_60() {
+    let dem = portable();
+    let relief = Relief::new(&dem);
+    let strips = layout(&relief, golden_area(), 0.8, 0.6).variable().expect("laid");
+    assert_eq!((line_count(&strips), photo_count(&strips)), (7, 212));
+    assert!((base_min_m(&strips) - 203.654_644_031).abs() < 1e-9, "{}", base_min_m(&strips));
+}
+
+#[test]
+fn golden_level_ground() {
+    let dem =
+        Dem { cols: 200, rows: 60, west_m: -1000.0, south_m: -500.0, step_m: [50.0; 2], heights: vec![42.0; 12_000] };
+    let relief = Relief::new(&dem);
+    for (forward, side, lines, photos) in [(0.6, 0.3, 4, 64), (0.8, 0.6, 6, 168)] {
+        let layout = layout(&relief, rectangle([0.0, 0.0, 5800.0, 1400.0]), forward, side);
+        let strips = layout.variable().expect("laid");
+        assert_eq!((line_count(&strips), photo_count(&strips)), (lines, photos));
+        // Level ground needs no other base than the nominal one.
+        let [base, distance] = layout.view.nominal_m(&layout.overlaps);
+        assert!((base_min_m(&strips) - base).abs() < 1e-9 && (strips[1].across_m - distance).abs() < 1e-9);
+    }
+}
