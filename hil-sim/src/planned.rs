@@ -1,9 +1,11 @@
 //! A plan made ready to fly: [`place`] (its coordinates on the grid that is flown over), [`relief`] (its elevation model
-//! there), [`camera`] (what of it the board can hold), [`store`] (what lies in flash).
+//! there), [`camera`] (what of it the board can hold), [`store`] (what lies in flash); and what came of it, [`flown`].
 
 pub mod camera;
+pub mod flown;
 pub mod place;
 pub mod relief;
+pub mod sight;
 pub mod store;
 
 use crate::flight::{Line, Manner, PlannedTrack};
