@@ -64,6 +64,7 @@ fn welcome(version: u16, tile_room: u32) -> impl Fn(u32, u32) -> Vec<u8> + Send 
             piece_max: 2048,
             mission_room: 4096,
             tile_room,
+            plan_room: 4096,
             board: "test",
             firmware: "0",
         };
