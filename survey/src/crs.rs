@@ -3,7 +3,8 @@
 //! A system is named by its EPSG code. What is accepted, and why so little, is in [`Crs::from_epsg`].
 
 mod bases;
-pub(crate) mod definition;
+mod definition;
+pub(crate) mod lookup;
 
 use std::fmt;
 
@@ -167,9 +168,7 @@ impl Crs {
         let end = |lat_deg| self.grid_unchecked(lat_deg, lon_deg).ok_or_else(|| self.outside(&format!("x {x}, y {y}")));
         let (south_x, south_y) = end(lat_deg - HALF_STEP_DEG)?;
         let (north_x, north_y) = end(lat_deg + HALF_STEP_DEG)?;
-        let w2 = 1.0 - WGS84_E2 * lat_deg.to_radians().sin().powi(2);
-        let meridian_radius_m = WGS84_A_M * (1.0 - WGS84_E2) / (w2 * w2.sqrt());
-        let ground_m = meridian_radius_m * (2.0 * HALF_STEP_DEG).to_radians();
+        let ground_m = radii_m(lat_deg)[0] * (2.0 * HALF_STEP_DEG).to_radians();
         Ok((north_x - south_x, north_y - south_y, ground_m))
     }
 
@@ -203,6 +202,7 @@ impl Crs {
     }
 }
 
+/// Radii of curvature of the WGS 84 ellipsoid at a latitude (m): in the meridian, and across it (prime vertical).
 pub(crate) fn radii_m(lat_deg: f64) -> [f64; 2] {
     let w2 = 1.0 - WGS84_E2 * lat_deg.to_radians().sin().powi(2);
     [WGS84_A_M * (1.0 - WGS84_E2) / (w2 * w2.sqrt()), WGS84_A_M / w2.sqrt()]

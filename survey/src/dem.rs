@@ -3,8 +3,12 @@
 //! [`DemFile`] is the file: opened, it knows its size, place and reference system. [`Frame`] says in which metres one works
 //! on it. [`DemFile::window`] reads a part into a [`Dem`], whose heights are looked up in those metres.
 
+mod ascii;
 mod file;
 mod frame;
+mod prj;
+mod tokens;
+mod wkt;
 
 pub use file::DemFile;
 pub use frame::Frame;
@@ -95,3 +99,6 @@ fn place(steps: f64, count: usize) -> Option<(usize, f64)> {
     let post = steps.floor();
     Some((post as usize, steps - post))
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,14 +3,16 @@
 mod geo_keys;
 mod geo_transform;
 mod user_defined;
+mod write;
 
 use std::fs;
 use std::path::Path;
 
 use crate::error::InputError;
-use crate::tiff_image::{Samples, is_tiff, read_tiff};
+use crate::tiff_image::{GeoTags, Samples, is_tiff, read_tiff};
 
 pub use geo_transform::GeoTransform;
+pub use write::{Band, write_geotiff};
 
 /// The sample type a raster had in its file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,15 +75,7 @@ impl Raster {
         }
         let picture = read_tiff(&bytes, path)?;
         drop(bytes);
-        let keys = geo_keys::GeoKeys::read(&picture.geo).map_err(refuse)?;
-        let geo = GeoTransform::from_tags(&picture.geo, keys.pixel_is_point()).map_err(refuse)?;
-        let crs = keys.epsg().map_err(refuse)?;
-        let nodata = match &picture.geo.nodata {
-            Some(text) => {
-                Some(number(text).ok_or_else(|| refuse(format!("its no-data value \"{text}\" is not a number")))?)
-            }
-            None => None,
-        };
+        let Georeference { geo, crs, nodata } = Georeference::read(&picture.geo).map_err(refuse)?;
         let (data, sample_type) = floats(picture.samples);
         Ok(Self { cols: picture.cols, rows: picture.rows, bands: picture.bands, data, nodata, geo, crs, sample_type })
     }
@@ -93,7 +87,7 @@ impl Raster {
             return None;
         }
         let value = *self.data.get((row * self.cols + col) * self.bands + band)?;
-        (value.is_finite() && Some(value) != self.nodata).then_some(value)
+        is_known(value, self.nodata).then_some(value)
     }
 
     /// Grey values, row by row: luma (BT.601) of the bands 1 to 3 where there are three, else band 1. Unsigned 16-bit
@@ -113,6 +107,32 @@ impl Raster {
             })
             .collect()
     }
+}
+
+/// What the tags of a GeoTIFF say of its pixels, whatever their number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Georeference {
+    pub geo: GeoTransform,
+    pub crs: Option<u32>,
+    pub nodata: Option<f32>,
+}
+
+impl Georeference {
+    pub fn read(tags: &GeoTags) -> Result<Self, String> {
+        let keys = geo_keys::GeoKeys::read(tags)?;
+        let geo = GeoTransform::from_tags(tags, keys.pixel_is_point())?;
+        let crs = keys.epsg()?;
+        let nodata = match &tags.nodata {
+            Some(text) => Some(number(text).ok_or_else(|| format!("its no-data value \"{text}\" is not a number"))?),
+            None => None,
+        };
+        Ok(Self { geo, crs, nodata })
+    }
+}
+
+/// Whether a sample says something, with the value that stands for nothing rounded as the samples are.
+pub(crate) fn is_known(value: f32, nodata: Option<f32>) -> bool {
+    value.is_finite() && Some(value) != nodata
 }
 
 /// GDAL writes the no-data value as text, NUL-terminated, sometimes with blanks.

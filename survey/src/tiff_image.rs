@@ -1,16 +1,23 @@
 //! The first picture of a TIFF file as typed samples, with the tags a georeference is made of.
 //!
 //! Strips (chunky and planar) and tiles (chunky), deflate, LZW, PackBits and JPEG, classic and BigTIFF, as the crate `tiff`
-//! has them. Further pictures of the file (overviews, masks) are not looked at.
+//! has them. Further pictures of the file (overviews, masks) are not looked at. A file is opened in one way
+//! (`header`), then decoded whole from memory, here, or a part of its first band from disk (`window`).
+
+mod header;
+mod window;
 
 use std::io::Cursor;
 use std::path::Path;
 
 use tiff::ColorType;
-use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits, ifd::Value};
-use tiff::tags::Tag;
+use tiff::decoder::{ChunkType, DecodingResult};
 
 use crate::error::InputError;
+
+pub(crate) use header::{GeoTags, TiffFile, is_tiff};
+use header::{NO_SAMPLE_TYPE, broken};
+pub(crate) use window::{Part, Put};
 
 /// Most samples (columns x rows x bands) that are read: 2 GiB as `f32`. A header that claims more is refused.
 pub(crate) const SAMPLES_MAX: u64 = 1 << 29;
@@ -27,17 +34,6 @@ pub(crate) enum Samples {
     F64(Vec<f64>),
 }
 
-/// Tags of the georeference, uninterpreted; absent ones are `None`.
-#[derive(Debug, Default)]
-pub(crate) struct GeoTags {
-    pub pixel_scale: Option<Vec<f64>>,
-    pub tiepoints: Option<Vec<f64>>,
-    pub transformation: Option<Vec<f64>>,
-    pub keys: Option<Vec<u16>>,
-    pub key_doubles: Option<Vec<f64>>,
-    pub nodata: Option<String>,
-}
-
 /// A decoded TIFF picture, samples interleaved by pixel: `samples[(row * cols + col) * bands + band]`.
 #[derive(Debug)]
 pub(crate) struct TiffImage {
@@ -48,59 +44,22 @@ pub(crate) struct TiffImage {
     pub geo: GeoTags,
 }
 
-/// Whether the bytes begin like a TIFF or BigTIFF file.
-pub(crate) fn is_tiff(bytes: &[u8]) -> bool {
-    matches!(bytes.get(..4), Some(b"II\x2a\0" | b"MM\0\x2a" | b"II\x2b\0" | b"MM\0\x2b"))
-}
-
 /// Decodes the first picture of a TIFF file that is in memory; `path` is for the error's sentence only.
 pub(crate) fn read_tiff(bytes: &[u8], path: &Path) -> Result<TiffImage, InputError> {
-    let broken = |error: tiff::TiffError| InputError::new(format!("cannot read {} as TIFF: {error}", path.display()));
-    let refuse = |why: String| Err(InputError::new(format!("cannot read {} as TIFF: {why}", path.display())));
-    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(broken)?;
-    // A tag's values take up to 32 bytes each in memory and at least one in the file.
-    let mut limits = Limits::default();
-    limits.decoding_buffer_size = bytes.len().saturating_mul(32);
-    decoder = decoder.with_limits(limits);
-
-    let (cols, rows) = decoder.dimensions().map_err(broken)?;
-    let colour = decoder.colortype().map_err(broken)?;
-    let bands = match colour {
-        ColorType::Gray(_)
-        | ColorType::GrayA(_)
-        | ColorType::RGB(_)
-        | ColorType::RGBA(_)
-        | ColorType::YCbCr(8)
-        | ColorType::Multiband { .. } => usize::from(colour.num_samples()),
-        other => return refuse(format!("its colours {other:?} are neither grey nor RGB")),
-    };
-    if !matches!(colour.bit_depth(), 8 | 16 | 32 | 64) {
-        return refuse(format!("samples of {} bits are not read", colour.bit_depth()));
-    }
+    let file = TiffFile::open(Cursor::new(bytes), bytes.len() as u64, path)?;
+    let TiffFile { cols, rows, bands, .. } = file;
     let count = u128::from(cols) * u128::from(rows) * bands as u128;
-    if count == 0 {
-        return refuse(format!("it is empty ({cols} x {rows})"));
-    }
     if count > u128::from(SAMPLES_MAX) {
-        return refuse(format!("{cols} x {rows} x {bands} samples are more than {SAMPLES_MAX}"));
+        return Err(file.refuse(&format!("{cols} x {rows} x {bands} samples are more than {SAMPLES_MAX}")));
     }
-    let layout = decoder.image_buffer_layout().map_err(broken)?;
-    if layout.planes > 1 && decoder.get_chunk_type() == ChunkType::Tile {
+    if file.planes > 1 && file.decoder.get_chunk_type() == ChunkType::Tile {
         // The decoder loses count at the edge tiles of the second plane.
-        return refuse("tiles of one band each (planar configuration) are not read, only strips are".into());
+        return Err(file.refuse("tiles of one band each (planar configuration) are not read, only strips are"));
     }
-    let geo = geo_tags(&mut decoder).map_err(broken)?;
-    if !chunks_lie_inside(&mut decoder, bytes.len() as u64).map_err(broken)? {
-        return refuse("it is cut short".into());
-    }
-
-    let mut limits = Limits::default();
-    limits.decoding_buffer_size = usize::MAX; // bounded by SAMPLES_MAX above
-    limits.intermediate_buffer_size = usize::MAX;
-    decoder = decoder.with_limits(limits);
+    let mut file = file.with_memory(usize::MAX); // bounded by SAMPLES_MAX above
     let mut decoded = DecodingResult::U8(Vec::new());
-    decoder.read_image_to_buffer(&mut decoded).map_err(broken)?;
-    let size = Size { pixels: cols as usize * rows as usize, bands, planes: layout.planes };
+    file.decoder.read_image_to_buffer(&mut decoded).map_err(|error| broken(path, &error))?;
+    let size = Size { pixels: cols as usize * rows as usize, bands, planes: file.planes };
     let samples = match decoded {
         DecodingResult::U8(v) => size.interleaved(v).map(Samples::U8),
         DecodingResult::U16(v) => size.interleaved(v).map(Samples::U16),
@@ -109,17 +68,15 @@ pub(crate) fn read_tiff(bytes: &[u8], path: &Path) -> Result<TiffImage, InputErr
         DecodingResult::I32(v) => size.interleaved(v).map(Samples::I32),
         DecodingResult::F32(v) => size.interleaved(v).map(Samples::F32),
         DecodingResult::F64(v) => size.interleaved(v).map(Samples::F64),
-        _ => {
-            return refuse("its sample type is none of u8, u16, i16, u32, i32, f32 and f64".into());
-        }
+        _ => return Err(file.refuse(NO_SAMPLE_TYPE)),
     };
     let Some(mut samples) = samples else {
-        return refuse("its picture has fewer samples than its header says".into());
+        return Err(file.refuse("its picture has fewer samples than its header says"));
     };
-    if let (ColorType::YCbCr(_), Samples::U8(values)) = (colour, &mut samples) {
+    if let (ColorType::YCbCr(_), Samples::U8(values)) = (file.colour, &mut samples) {
         values.chunks_exact_mut(3).for_each(rgb_from_ycbcr);
     }
-    Ok(TiffImage { cols: cols as usize, rows: rows as usize, bands, samples, geo })
+    Ok(TiffImage { cols: cols as usize, rows: rows as usize, bands, samples, geo: file.geo })
 }
 
 /// How decoded samples lie in memory.
@@ -151,34 +108,4 @@ fn rgb_from_ycbcr(pixel: &mut [u8]) {
     for (band, value) in pixel.iter_mut().zip(rgb) {
         *band = value.round().clamp(0.0, 255.0) as u8;
     }
-}
-
-type MemoryDecoder<'a> = Decoder<Cursor<&'a [u8]>>;
-
-/// Whether every strip or tile ends inside the file. Some decompressors fill up what is missing in silence.
-fn chunks_lie_inside(decoder: &mut MemoryDecoder<'_>, file_len: u64) -> tiff::TiffResult<bool> {
-    for (offsets, lengths) in [(Tag::StripOffsets, Tag::StripByteCounts), (Tag::TileOffsets, Tag::TileByteCounts)] {
-        let (Some(offsets), Some(lengths)) = (decoder.find_tag(offsets)?, decoder.find_tag(lengths)?) else {
-            continue;
-        };
-        let (offsets, lengths) = (offsets.into_u64_vec()?, lengths.into_u64_vec()?);
-        return Ok(offsets
-            .iter()
-            .zip(&lengths)
-            .all(|(&offset, &length)| length > 0 && offset.checked_add(length).is_some_and(|end| end <= file_len)));
-    }
-    Ok(true)
-}
-
-fn geo_tags(decoder: &mut MemoryDecoder<'_>) -> tiff::TiffResult<GeoTags> {
-    let mut doubles =
-        |tag| -> tiff::TiffResult<Option<Vec<f64>>> { decoder.find_tag(tag)?.map(Value::into_f64_vec).transpose() };
-    Ok(GeoTags {
-        pixel_scale: doubles(Tag::ModelPixelScaleTag)?,
-        tiepoints: doubles(Tag::ModelTiepointTag)?,
-        transformation: doubles(Tag::ModelTransformationTag)?,
-        key_doubles: doubles(Tag::GeoDoubleParamsTag)?,
-        keys: decoder.find_tag(Tag::GeoKeyDirectoryTag)?.map(Value::into_u16_vec).transpose()?,
-        nodata: decoder.find_tag(Tag::GdalNodata)?.map(Value::into_string).transpose()?,
-    })
 }

@@ -1,9 +1,9 @@
 //! `plumbline reproduce`: a paper's tables by this project's own code.
 
-use super::{Failure, print, print_json};
+use super::{Failure, note, print, print_json};
 use indicatif::{ProgressBar, ProgressStyle};
 use plumbline_sim::reproduce::{
-    Reproduction, paper_000, paper_001, paper_002, table_3, text, write_figures, write_figures_000,
+    Reproduction, paper_000, paper_001, paper_002, paper_004, table_3, text, write_figures, write_figures_000,
 };
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::{check_file, write_file};
@@ -31,10 +31,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         "001" => of_001(args),
         "002" => of_002(args),
         "003" => of_003(args),
-        other => {
-            let sentence = format!("paper {other} is not in this version, 000 to 003 are");
-            Err(Failure::Input(InputError::new(sentence)))
-        }
+        _ => of_004(args),
     }
 }
 
@@ -89,6 +86,22 @@ fn of_002(args: &Args) -> Result<(), Failure> {
         paper_002::world::NOISE_PX
     );
     print(&text::table(head, &reproduction.rows))
+}
+
+fn of_004(args: &Args) -> Result<(), Failure> {
+    if let Some(folder) = &args.out {
+        create(folder)?;
+    }
+    let reproduction = paper_004::Reproduction::new()?;
+    if !reproduction.has_terrain {
+        note(
+            "paper 004: tests 1 and 2 are skipped, the folder of real data (PLUMBLINE_DATA) has no dem/jacksboro_3arcsec.tif",
+        );
+    }
+    if args.json {
+        return print_json(&reproduction);
+    }
+    print(&text::table("Paper 004: plans over terrain, made-up noise of seed 1.".to_owned(), &reproduction.rows))
 }
 
 fn of_003(args: &Args) -> Result<(), Failure> {

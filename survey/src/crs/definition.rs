@@ -21,7 +21,7 @@ const PROJECTIONS: [&str; 9] = ["longlat", "utm", "tmerc", "lcc", "stere", "ster
 
 /// An accepted entry of the EPSG list.
 #[derive(Debug)]
-pub(crate) struct Definition {
+pub(super) struct Definition {
     pub epsg: u32,
     pub name: &'static str,
     pub geographic: bool,
@@ -35,7 +35,7 @@ pub(crate) struct Definition {
 }
 
 /// Every code the EPSG list can hold.
-pub(crate) fn codes() -> impl Iterator<Item = u32> {
+pub(super) fn codes() -> impl Iterator<Item = u32> {
     0..=u32::from(u16::MAX)
 }
 

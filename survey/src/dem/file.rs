@@ -1,41 +1,237 @@
-use super::{Dem, Frame};
-use crate::error::InputError;
-use crate::raster::Raster;
+//! Files of elevation models: the header first, then as much of the heights as is asked for.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-#[derive(Debug)]
+
+use crate::error::InputError;
+use crate::raster::{GeoTransform, Georeference, is_known};
+use crate::tiff_image::{Part, SAMPLES_MAX, TiffFile, is_tiff};
+
+use super::ascii::{Header, is_ascii_grid};
+use super::tokens::Tokens;
+use super::{Dem, Frame, ROUNDING, prj};
+
+/// Bytes of a file that are looked at to tell what it is.
+const START_BYTES: u64 = 64;
+
+/// An elevation model on disk, of which only the header is in memory: a GeoTIFF (its first band) or an ESRI ASCII grid.
+///
+/// Heights are taken as metres; a vertical datum is not interpreted.
+#[derive(Debug, Clone)]
 pub struct DemFile {
     path: PathBuf,
-    r: Raster,
+    cols: usize,
+    rows: usize,
+    geo: GeoTransform,
+    epsg: Option<u32>,
+    kind: Kind,
 }
+
+/// How the heights are stored.
+#[derive(Debug, Clone, PartialEq)]
+enum Kind {
+    GeoTiff { nodata: Option<f32> },
+    Ascii(Header),
+}
+
 impl DemFile {
+    /// Reads the header of a file.
+    ///
+    /// Which kind it is, its bytes say, not its name. The reference system of an ASCII grid is that of the `.prj` file beside
+    /// it, if there is one. A file without a reference system is in local metres.
+    ///
+    /// # Errors
+    /// The file is missing, neither of the two kinds, broken; it has no georeference, one with a rotation or south up;
+    /// its reference system cannot be told for certain; its units are not metres (degrees for a geographic system).
     pub fn open(path: &Path) -> Result<Self, InputError> {
-        Ok(Self { path: path.into(), r: Raster::read(path)? })
+        let mut start = Vec::new();
+        let (mut file, _) = open(path)?;
+        file.by_ref().take(START_BYTES).read_to_end(&mut start).map_err(|error| unreadable(path, &error))?;
+        let refuse = |why: String| refusal(path, &why);
+        let model = if is_tiff(&start) {
+            let tiff = open_tiff(path)?;
+            let Georeference { geo, crs, nodata } = Georeference::read(&tiff.geo).map_err(refuse)?;
+            let kind = Kind::GeoTiff { nodata };
+            Self { path: path.into(), cols: tiff.cols as usize, rows: tiff.rows as usize, geo, epsg: crs, kind }
+        } else if is_ascii_grid(&start) {
+            let (header, _) = open_ascii(path)?;
+            let Header { cols, rows, geo, .. } = header;
+            Self { path: path.into(), cols, rows, geo, epsg: prj::epsg_beside(path)?, kind: Kind::Ascii(header) }
+        } else {
+            return Err(refuse("it is neither a GeoTIFF nor an ESRI ASCII grid".into()));
+        };
+        if model.bounds().iter().any(|bound| !bound.is_finite()) {
+            return Err(refuse("its bounds are not finite".into()));
+        }
+        Ok(model)
     }
+
+    /// Where the file is.
+    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
+
+    /// (columns, rows).
+    #[must_use]
     pub fn size(&self) -> (usize, usize) {
-        (self.r.cols, self.r.rows)
+        (self.cols, self.rows)
     }
-    pub fn epsg(&self) -> Option<u32> {
-        self.r.crs
-    }
+
+    /// Its outermost posts (centres of pixels): x0, y0, x1, y1 in its own x and y.
+    #[must_use]
     pub fn bounds(&self) -> [f64; 4] {
-        let (x0, y1) = self.r.geo.world_from_pixel(0.0, 0.0);
-        let (x1, y0) = self.r.geo.world_from_pixel((self.r.cols - 1) as f64, (self.r.rows - 1) as f64);
-        [x0, y0, x1, y1]
+        let (x1, y0) = self.geo.world_from_pixel((self.cols - 1) as f64, (self.rows - 1) as f64);
+        [self.geo.x0, y0, x1, self.geo.y0]
     }
-    pub fn window(&self, frame: &Frame, _: [f64; 4], _: &mut dyn FnMut(u64, u64)) -> Result<Dem, InputError> {
+
+    /// EPSG code of its reference system; `None` where it names none (local metres).
+    #[must_use]
+    pub fn epsg(&self) -> Option<u32> {
+        self.epsg
+    }
+
+    /// Reads the posts within `bounds_m` (x0, y0, x1, y1 in working metres) and one beyond on each side, as far as there are
+    /// any. `progress` is told how many rows of how many are read.
+    ///
+    /// Memory is that of the heights, eight bytes a post, and of one strip or tile. Of a GeoTIFF the strips or tiles that
+    /// hold the window are read and no others. An ASCII grid is read to its end, without a look at what lies outside.
+    ///
+    /// # Errors
+    /// The bounds are not finite, upside down or beside the model; the frame is one of another system; the window has
+    /// more than 2^29 posts; the heights are broken, cut short or too many; the file has changed since it was opened.
+    pub fn window(
+        &self,
+        frame: &Frame,
+        bounds_m: [f64; 4],
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> Result<Dem, InputError> {
+        if frame.epsg() != self.epsg {
+            return Err(self.refuse("it is not in the system of the working coordinates"));
+        }
+        let part = self.part(frame, bounds_m)?;
+        let (cols, rows) = (part.cols.len(), part.rows.len());
+        let [west_m, south_m] = {
+            let (x, y) = self.geo.world_from_pixel(part.cols.start as f64, (part.rows.end - 1) as f64);
+            frame.metres([x, y])
+        };
+        let step_m = match frame {
+            Frame::Local | Frame::Grid(_) => [self.geo.step_x, self.geo.step_y],
+            Frame::Degrees { m_per_deg, .. } => [self.geo.step_x * m_per_deg[0], self.geo.step_y * m_per_deg[1]],
+        };
+        // Every post is written once. Zeros take no memory before.
+        let mut dem = Dem { cols, rows, west_m, south_m, step_m, heights: vec![0.0; cols * rows] };
+        let mut done = 0;
+        let mut put = |row: usize, col: usize, heights: &[f64], is_known: &dyn Fn(f64) -> bool| {
+            let first = (part.rows.end - 1 - row) * cols + (col - part.cols.start);
+            for (post, &height) in dem.heights[first..].iter_mut().zip(heights) {
+                *post = if is_known(height) { height } else { f64::NAN };
+            }
+            if col + heights.len() == part.cols.end {
+                done += 1;
+                progress(done, rows as u64);
+            }
+        };
+        match &self.kind {
+            Kind::GeoTiff { nodata } => {
+                let tiff = open_tiff(&self.path)?;
+                if (tiff.cols as usize, tiff.rows as usize) != self.size() {
+                    return Err(self.has_changed());
+                }
+                // The no-data value is rounded as the samples of most models are.
+                let known = |height| is_known(height as f32, *nodata);
+                tiff.first_band(&part, &mut |row, col, heights| put(row, col, heights, &known))?;
+            }
+            Kind::Ascii(header) => {
+                let (found, mut tokens) = open_ascii(&self.path)?;
+                if found != *header {
+                    return Err(self.has_changed());
+                }
+                let known = |height| header.is_known(height);
+                header
+                    .heights(&mut tokens, &part, &mut |row, col, heights| put(row, col, heights, &known))
+                    .map_err(|why| self.refuse(&why))?;
+            }
+        }
+        Ok(dem)
+    }
+
+    /// Columns and rows of the file that a window has.
+    fn part(&self, frame: &Frame, bounds_m: [f64; 4]) -> Result<Part, InputError> {
+        let [x0, y0, x1, y1] = bounds_m;
+        if bounds_m.iter().any(|bound| !bound.is_finite()) || x0 > x1 || y0 > y1 {
+            return Err(self.refuse(&format!("{x0},{y0},{x1},{y1} are no bounds of an area")));
+        }
+        let ([west, south], [east, north]) = (frame.world([x0, y0]), frame.world([x1, y1]));
+        let (left, bottom) = self.geo.pixel_from_world(west, south);
+        let (right, top) = self.geo.pixel_from_world(east, north);
+        let (Some(cols), Some(rows)) = (posts(left, right, self.cols), posts(top, bottom, self.rows)) else {
+            let [west_m, south_m, east_m, north_m] = self.bounds_m(frame);
+            let model = format!("{west_m},{south_m},{east_m},{north_m}");
+            return Err(self.refuse(&format!("the area {x0},{y0},{x1},{y1} lies outside it ({model})")));
+        };
+        if cols.len() as u64 * rows.len() as u64 > SAMPLES_MAX {
+            let size = format!("{} x {}", cols.len(), rows.len());
+            return Err(self.refuse(&format!("the area takes {size} posts, more than {SAMPLES_MAX}")));
+        }
+        Ok(Part { cols, rows })
+    }
+
+    /// Its outermost posts in working metres.
+    fn bounds_m(&self, frame: &Frame) -> [f64; 4] {
         let [x0, y0, x1, y1] = self.bounds();
-        let ([w, s], [e, n]) = (frame.metres([x0, y0]), frame.metres([x1, y1]));
-        let (c, r) = self.size();
-        Ok(Dem {
-            cols: c,
-            rows: r,
-            west_m: w,
-            south_m: s,
-            step_m: [(e - w) / (c - 1) as f64, (n - s) / (r - 1) as f64],
-            heights: (0..c * r).map(|k| self.r.sample(k % c, r - 1 - k / c, 0).map_or(f64::NAN, f64::from)).collect(),
-        })
+        let ([west_m, south_m], [east_m, north_m]) = (frame.metres([x0, y0]), frame.metres([x1, y1]));
+        [west_m, south_m, east_m, north_m]
     }
+
+    fn refuse(&self, why: &str) -> InputError {
+        refusal(&self.path, why)
+    }
+
+    fn has_changed(&self) -> InputError {
+        self.refuse("it has changed since it was opened")
+    }
+}
+
+/// The posts from place `first` to place `last` and one beyond on each side, of `count`; `None` if both are on the same side
+/// of them all.
+fn posts(first: f64, last: f64, count: usize) -> Option<Range<usize>> {
+    let end = (count - 1) as f64;
+    if last < -ROUNDING || first > end + ROUNDING {
+        return None;
+    }
+    // Clamped first, so that the casts are exact.
+    let (start, stop) = ((first - ROUNDING).ceil() - 1.0, (last + ROUNDING).floor() + 1.0);
+    let (start, stop) = (start.clamp(0.0, end), stop.clamp(0.0, end));
+    Some(start as usize..stop as usize + 1)
+}
+
+fn refusal(path: &Path, why: &str) -> InputError {
+    InputError::new(format!("cannot use elevation model {}: {why}", path.display()))
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> InputError {
+    InputError::new(format!("cannot read {}: {error}", path.display()))
+}
+
+/// A file and its length.
+fn open(path: &Path) -> Result<(File, u64), InputError> {
+    let file = File::open(path).map_err(|error| unreadable(path, &error))?;
+    let length = file.metadata().map_err(|error| unreadable(path, &error))?.len();
+    Ok((file, length))
+}
+
+fn open_tiff(path: &Path) -> Result<TiffFile<impl Read + Seek>, InputError> {
+    let (file, length) = open(path)?;
+    TiffFile::open(BufReader::new(file), length, path)
+}
+
+/// The header of an ASCII grid, and the words that follow it.
+fn open_ascii(path: &Path) -> Result<(Header, Tokens<BufReader<File>>), InputError> {
+    let (file, _) = open(path)?;
+    let mut tokens = Tokens::new(BufReader::with_capacity(1 << 16, file));
+    let header = Header::read(&mut tokens).map_err(|why| refusal(path, &why))?;
+    Ok((header, tokens))
 }

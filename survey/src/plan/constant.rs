@@ -38,27 +38,27 @@ impl Layout<'_> {
             pairs.all(|across_m| self.side_overlap(across_m, spacing_m) >= self.overlaps.side - ROUNDING)
         })?;
         let count = steps(last_m - first_m, spacing_m) + 1;
+        // Before and after the area lies one base of its own, which is shorter than the nominal one.
+        let inside = |[from, to]: [f64; 2]| [from + nominal_base_m, to - nominal_base_m];
+        let runs_of = |across_m: f64| self.runs(across_m).into_iter().map(inside);
         let runs: Vec<(usize, f64, [f64; 2])> = lines_of(count, spacing_m)
             .enumerate()
-            .flat_map(|(line, across_m)| self.runs(across_m).into_iter().map(move |run| (line, across_m, run)))
+            .flat_map(|(line, across_m)| runs_of(across_m).map(move |run| (line, across_m, run)))
             .collect();
         // The longest run decides: where it holds with a base, the others have no more photos than they need of it.
         let longest_m = runs.iter().map(|(_, _, [from, to])| to - from).fold(0.0, f64::max);
         let base_m = cheapest(longest_m, nominal_base_m, |_, base_m| {
-            runs.iter().all(|(_, across_m, [from, to])| {
-                (0..steps(to - from, base_m)).all(|photo| {
-                    self.forward_overlap(*across_m, from + photo as f64 * base_m, base_m)
-                        >= self.overlaps.forward - ROUNDING
-                })
+            runs.iter().all(|(_, across_m, run)| {
+                exposures(*run, base_m)
+                    .all(|along_m| self.forward_overlap(*across_m, along_m, base_m) >= self.overlaps.forward - ROUNDING)
             })
         })?;
-        let strips: Vec<Strip> = runs
-            .into_iter()
-            .map(|(line, across_m, [from, to])| {
-                let along_m = (0..=steps(to - from, base_m)).map(|photo| from + photo as f64 * base_m).collect();
-                Strip { line, across_m, along_m }
-            })
-            .collect();
+        let strips = runs.into_iter().map(|(line, across_m, run)| {
+            let mut along_m: Vec<f64> = exposures(run, base_m).collect();
+            along_m.extend(along_m.last().map(|last| last + base_m));
+            Strip { line, across_m, along_m }
+        });
+        let strips = strips.collect();
         Ok(Constant { base_m, spacing_m, strips })
     }
 }
@@ -66,6 +66,11 @@ impl Layout<'_> {
 /// Steps of `step_m` that it takes to go `length_m`.
 fn steps(length_m: f64, step_m: f64) -> usize {
     ((length_m - END_M) / step_m).ceil().max(0.0) as usize
+}
+
+/// Exposures of a run, a base before its start, all but the last, which lies a base or more beyond its end.
+fn exposures([from_m, to_m]: [f64; 2], base_m: f64) -> impl Iterator<Item = f64> {
+    (0..steps(to_m - from_m, base_m) + 2).map(move |photo| from_m + (photo as f64 - 1.0) * base_m)
 }
 
 /// The step of the fewest places over a length for which `holds` says that it does, tried from the nominal one down.

@@ -6,21 +6,22 @@ use crate::tiff_image::GeoTags;
 
 use super::user_defined;
 
-const MODEL_TYPE: u16 = 1024;
-const RASTER_TYPE: u16 = 1025;
-const GEODETIC_CRS: u16 = 2048;
-const ANGULAR_UNITS: u16 = 2054;
-const PROJECTED_CRS: u16 = 3072;
-const LINEAR_UNITS: u16 = 3076;
+pub(super) const MODEL_TYPE: u16 = 1024;
+pub(super) const RASTER_TYPE: u16 = 1025;
+pub(super) const GEODETIC_CRS: u16 = 2048;
+pub(super) const ANGULAR_UNITS: u16 = 2054;
+pub(super) const PROJECTED_CRS: u16 = 3072;
+pub(super) const LINEAR_UNITS: u16 = 3076;
 const VERTICAL_UNITS: u16 = 4099;
 
-const MODEL_PROJECTED: u16 = 1;
-const MODEL_GEOGRAPHIC: u16 = 2;
+pub(super) const MODEL_PROJECTED: u16 = 1;
+pub(super) const MODEL_GEOGRAPHIC: u16 = 2;
 const MODEL_GEOCENTRIC: u16 = 3;
+pub(super) const RASTER_PIXEL_IS_AREA: u16 = 1;
 const RASTER_PIXEL_IS_POINT: u16 = 2;
 const USER_DEFINED: u16 = 32767;
-const METRE: u16 = 9001;
-const DEGREE: u16 = 9102;
+pub(super) const METRE: u16 = 9001;
+pub(super) const DEGREE: u16 = 9102;
 
 /// Tag number of the double parameters: where a key's value is a double.
 const DOUBLES_TAG: u16 = 34736;

@@ -4,7 +4,7 @@
 //! EPSG systems holds one on that base with the same projection and parameters, that is the system. Anything else is
 //! refused. The two projections handled are the ones of national and zone grids.
 
-use crate::crs::definition::{Definition, codes};
+use crate::crs::lookup::code_of;
 
 use super::geo_keys::GeoKeys;
 
@@ -20,10 +20,6 @@ const TRANSVERSE_MERCATOR_KEYS: &Parameters =
 const LAMBERT_KEYS: &Parameters =
     &[("lat_1", 3078), ("lat_2", 3079), ("lon_0", 3084), ("lat_0", 3085), ("x_0", 3086), ("y_0", 3087)];
 
-/// Largest difference of a parameter (degrees, metres or a scale) that is still the same system: files round
-/// degrees to nine decimals or so. 1e-8 degree is 1 mm on the ground.
-const SAME: f64 = 1e-8;
-
 /// Lowest EPSG code of the system with these keys' base, projection and parameters.
 pub(super) fn epsg(keys: &GeoKeys) -> Result<u32, String> {
     let unknown = || String::from("its projected reference system is user-defined and matches no EPSG system");
@@ -33,28 +29,12 @@ pub(super) fn epsg(keys: &GeoKeys) -> Result<u32, String> {
         Some(LAMBERT_CONIC_2SP) => ("lcc", LAMBERT_KEYS),
         _ => return Err(unknown()),
     };
-    let mut wanted = parameters
+    let wanted = parameters
         .iter()
         .map(|(name, key)| keys.double(*key).map(|value| (*name, value)))
         .collect::<Option<Vec<_>>>()
         .ok_or_else(unknown)?;
-    // The cone is the same whichever of its two parallels is called the first.
-    if method == "lcc" && wanted[0].1 < wanted[1].1 {
-        let southern = wanted[0].1;
-        wanted[0].1 = wanted[1].1;
-        wanted[1].1 = southern;
-    }
-    codes()
-        .filter_map(|code| Definition::read(code).ok())
-        .find(|known| {
-            known.base_epsg == Some(u32::from(base))
-                && known.projection == method
-                && wanted
-                    .iter()
-                    .all(|(name, value)| known.parameter(name).is_some_and(|listed| (listed - value).abs() < SAME))
-        })
-        .map(|known| known.epsg)
-        .ok_or_else(unknown)
+    code_of(u32::from(base), method, &wanted).ok_or_else(unknown)
 }
 
 #[cfg(test)]

@@ -1,0 +1,206 @@
+//! The reference system of an ASCII grid: well-known text in a file beside it.
+//!
+//! Either the text names an EPSG code at its root, or it is ESRI's kind, which names none: then the geographic system is told
+//! by ESRI's name for it and the projection by its parameters, which have to be those of a system in the EPSG list.
+
+use std::fs;
+use std::path::Path;
+
+use crate::crs::lookup::code_of;
+use crate::error::InputError;
+
+use super::wkt::Node;
+
+/// Largest text that is read; real ones have a thousand bytes.
+const BYTES_MAX: u64 = 1 << 16;
+
+/// ESRI's names of geographic systems in use, with the EPSG codes PROJ 9.5 gives for them.
+const GEOGRAPHIC: [(&str, u32); 16] = [
+    ("GCS_WGS_1984", 4326),
+    ("GCS_ETRS_1989", 4258),
+    ("GCS_North_American_1983", 4269),
+    ("GCS_North_American_1983_CSRS", 4617),
+    ("GCS_MGI", 4312),
+    ("GCS_Deutsches_Hauptdreiecksnetz", 4314),
+    ("GCS_CH1903", 4149),
+    ("GCS_CH1903+", 4150),
+    ("GCS_RGF_1993", 4171),
+    ("GCS_OSGB_1936", 4277),
+    ("GCS_SWEREF99", 4619),
+    ("GCS_Slovenia_1996", 4765),
+    ("GCS_GDA_1994", 4283),
+    ("GCS_NZGD_2000", 4167),
+    ("GCS_JGD_2000", 4612),
+    ("GCS_SIRGAS_2000", 4674),
+];
+
+/// Names of projections, each with the one in projection strings.
+const PROJECTIONS: [(&str, &str); 4] = [
+    ("Transverse_Mercator", "tmerc"),
+    ("Gauss_Kruger", "tmerc"),
+    ("Lambert_Conformal_Conic", "lcc"),
+    ("Lambert_Conformal_Conic_2SP", "lcc"),
+];
+
+/// Names of parameters, each with the one in projection strings.
+const PARAMETERS: [(&str, &str); 7] = [
+    ("False_Easting", "x_0"),
+    ("False_Northing", "y_0"),
+    ("Central_Meridian", "lon_0"),
+    ("Latitude_Of_Origin", "lat_0"),
+    ("Scale_Factor", "k"),
+    ("Standard_Parallel_1", "lat_1"),
+    ("Standard_Parallel_2", "lat_2"),
+];
+
+/// Parameters each projection has to have.
+const NEEDED: [(&str, &[&str]); 2] =
+    [("tmerc", &["x_0", "y_0", "lon_0", "lat_0", "k"]), ("lcc", &["x_0", "y_0", "lon_0", "lat_0", "lat_1", "lat_2"])];
+
+/// Radians a degree, as precisely as files print it.
+const DEGREE_RAD: f64 = 0.017_453_292_519_943_3;
+
+/// EPSG code by the `.prj` file beside a grid; `None` where there is no such file.
+///
+/// # Errors
+/// The file cannot be read, or is not understood.
+pub(super) fn epsg_beside(grid: &Path) -> Result<Option<u32>, InputError> {
+    let mut beside = ["prj", "PRJ"].map(|extension| grid.with_extension(extension)).into_iter();
+    let Some(path) = beside.find(|path| path.is_file()) else {
+        return Ok(None);
+    };
+    let refuse = |why: &str| InputError::new(format!("cannot use reference system {}: {why}", path.display()));
+    if fs::metadata(&path).is_ok_and(|file| file.len() > BYTES_MAX) {
+        return Err(refuse(&format!("it has more than {BYTES_MAX} bytes")));
+    }
+    let bytes = fs::read(&path).map_err(|error| refuse(&error.to_string()))?;
+    epsg(&String::from_utf8_lossy(&bytes)).map(Some).map_err(|why| refuse(&why))
+}
+
+/// The EPSG code of a well-known text, or why there is none.
+fn epsg(text: &str) -> Result<u32, String> {
+    let root = Node::read(text).ok_or("it is not well-known text")?;
+    if let Some(code) = authority(&root) {
+        return Ok(code);
+    }
+    match root.keyword.to_ascii_uppercase().as_str() {
+        "GEOGCS" => geographic(&root),
+        "PROJCS" => projected(&root),
+        other => Err(format!("it is a {other} without an EPSG code")),
+    }
+}
+
+/// The code a node has of its own, as WKT 1 or WKT 2 writes it.
+fn authority(node: &Node) -> Option<u32> {
+    let mut named = node.children("AUTHORITY").chain(node.children("ID"));
+    let code = named.find(|authority| authority.text(0).is_some_and(|name| name.eq_ignore_ascii_case("EPSG")))?;
+    code.text(1)?.parse().ok()
+}
+
+fn geographic(node: &Node) -> Result<u32, String> {
+    if let Some(code) = authority(node) {
+        return Ok(code);
+    }
+    let unit = node.child("UNIT").and_then(|unit| unit.number(1));
+    let meridian = node.child("PRIMEM").and_then(|meridian| meridian.number(1));
+    if unit.is_none_or(|unit| (unit - DEGREE_RAD).abs() > 1e-12) || meridian != Some(0.0) {
+        return Err("its geographic system is not in degrees from Greenwich".into());
+    }
+    let name = node.text(0).unwrap_or_default();
+    listed(&GEOGRAPHIC, name).ok_or_else(|| format!("its geographic system \"{name}\" is not known"))
+}
+
+fn projected(root: &Node) -> Result<u32, String> {
+    if root.child("UNIT").and_then(|unit| unit.number(1)) != Some(1.0) {
+        return Err("its coordinates are not in metres".into());
+    }
+    let base = geographic(root.child("GEOGCS").ok_or("it has no geographic system")?)?;
+    let name = root.child("PROJECTION").and_then(|projection| projection.text(0)).unwrap_or_default();
+    let projection = listed(&PROJECTIONS, name).ok_or_else(|| format!("its projection \"{name}\" is not known"))?;
+    let mut parameters = Vec::new();
+    for parameter in root.children("PARAMETER") {
+        let name = parameter.text(0).unwrap_or_default();
+        match (listed(&PARAMETERS, name), parameter.number(1)) {
+            (Some(key), Some(value)) => parameters.push((key, value)),
+            _ => return Err(format!("its parameter \"{name}\" is not known")),
+        }
+    }
+    let needed = listed(&NEEDED, projection).unwrap_or_default();
+    let same = needed.iter().all(|key| parameters.iter().filter(|(name, _)| name == key).count() == 1);
+    if !same || parameters.len() != needed.len() {
+        return Err(format!("its projection \"{name}\" has not the parameters it should have"));
+    }
+    code_of(base, projection, &parameters).ok_or_else(|| "its parameters are those of no EPSG system".into())
+}
+
+/// What a list has for a name, whatever the case.
+fn listed<T: Copy>(list: &[(&str, T)], name: &str) -> Option<T> {
+    list.iter().find(|(known, _)| name.eq_ignore_ascii_case(known)).map(|(_, value)| *value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BASE: &str = "GEOGCS[\"GCS_MGI\",DATUM[\"D_MGI\",SPHEROID[\"Bessel_1841\",6377397.155,299.1528128]],\
+        PRIMEM[\"Greenwich\",0.0],UNIT[\"Degree\",0.0174532925199433]]";
+    const LAMBERT: &str = "PROJECTION[\"Lambert_Conformal_Conic\"],PARAMETER[\"False_Easting\",400000.0],\
+        PARAMETER[\"False_Northing\",400000.0],PARAMETER[\"Central_Meridian\",13.3333333333333],\
+        PARAMETER[\"Standard_Parallel_1\",49.0],PARAMETER[\"Standard_Parallel_2\",46.0],\
+        PARAMETER[\"Latitude_Of_Origin\",47.5]";
+    const UTM: &str = "PROJECTION[\"Transverse_Mercator\"],PARAMETER[\"False_Easting\",500000.0],\
+        PARAMETER[\"False_Northing\",10000000.0],PARAMETER[\"Central_Meridian\",15.0],PARAMETER[\"Scale_Factor\",0.9996],\
+        PARAMETER[\"Latitude_Of_Origin\",0.0]";
+
+    /// As pyproj 3.7's `CRS.from_epsg(31287).to_wkt("WKT1_ESRI")` writes it, here and in what follows.
+    fn lambert() -> String {
+        format!("PROJCS[\"MGI_Austria_Lambert\",{BASE},{LAMBERT},UNIT[\"Meter\",1.0]]")
+    }
+
+    fn utm_33_south() -> String {
+        let base = BASE.replace("GCS_MGI", "GCS_WGS_1984").replace("D_MGI", "D_WGS_1984");
+        format!("PROJCS[\"WGS_1984_UTM_Zone_33S\",{base},{UTM},UNIT[\"Meter\",1.0]]")
+    }
+
+    #[test]
+    fn systems_are_told_by_code_or_parameters() {
+        assert_eq!(epsg(&lambert()), Ok(31287));
+        assert_eq!(epsg(&utm_33_south()), Ok(32733));
+        assert_eq!(epsg(BASE), Ok(4312));
+        // The root's code, not one of a part.
+        let named = lambert().replace(
+            "UNIT[\"Meter\",1.0]]",
+            "UNIT[\"Meter\",1.0,AUTHORITY[\"EPSG\",\"9001\"]],AUTHORITY[\"EPSG\",\"31287\"]]",
+        );
+        assert_eq!(epsg(&named), Ok(31287));
+        let unit = lambert().replace("UNIT[\"Meter\",1.0]", "UNIT[\"Meter\",1.0,AUTHORITY[\"EPSG\",\"9001\"]]");
+        assert_eq!(epsg(&unit), Ok(31287));
+        assert_eq!(epsg("PROJCRS[\"any\",BASEGEOGCRS[\"x\",ID[\"EPSG\",4326]],ID[\"EPSG\",32633]]"), Ok(32633));
+        let esri = lambert().replace("UNIT[\"Meter\",1.0]", "UNIT[\"Meter\",1.0],AUTHORITY[\"ESRI\",\"102008\"]");
+        assert_eq!(epsg(&esri), Ok(31287));
+    }
+
+    #[test]
+    fn what_is_not_understood_is_refused() {
+        let (text, utm) = (lambert(), utm_33_south());
+        for (case, text) in [
+            ("no tree", String::from("Projection UTM\nZone 33\nUnits METERS")),
+            ("empty", String::new()),
+            ("another kind", String::from("LOCAL_CS[\"x\",UNIT[\"metre\",1]]")),
+            ("feet", text.replace("UNIT[\"Meter\",1.0]", "UNIT[\"Foot_US\",0.3048006096012192]")),
+            ("no unit", text.replace(",UNIT[\"Meter\",1.0]", "")),
+            ("datum", text.replace("GCS_MGI", "GCS_Monte_Mario")),
+            ("grads", text.replace("0.0174532925199433", "0.01570796326794897")),
+            ("Ferro", text.replace("PRIMEM[\"Greenwich\",0.0]", "PRIMEM[\"Ferro\",-17.6666666666667]")),
+            ("projection", text.replace("Lambert_Conformal_Conic", "Albers")),
+            ("parameter", text.replace("False_Easting", "Rotation")),
+            ("missing parameter", text.replace(",PARAMETER[\"Latitude_Of_Origin\",47.5]", "")),
+            ("value", text.replace("47.5", "47.6")),
+            ("no number", text.replace("47.5", "x")),
+            ("zone", utm.replace("15.0", "15.5")),
+            ("twice", utm.replace("\"Latitude_Of_Origin\"", "\"Scale_Factor\"")),
+        ] {
+            assert!(epsg(&text).is_err(), "{case}");
+        }
+    }
+}
