@@ -169,14 +169,17 @@ impl Pipeline<'_> {
         }
     }
 
-    /// Where the camera is at `at` and how fast, as far as position and attitude tell now; for instants near the newest
-    /// samples. `None` where they do not tell.
+    /// Where the camera is at `at` and how fast: the newest position carried on with its velocity, and the lever arm by the newest
+    /// attitude; for instants near them. `None` where they do not tell.
     pub fn camera_at(&self, at: Micros) -> Option<Place> {
+        if self.is_off_the_map {
+            return None;
+        }
         let (_, attitude) = self.streams.attitude.history().newest()?;
-        let [offset_north_m, _, offset_east_m] = self.settings().mount.camera_offset(attitude);
-        let (prediction, _) = self.predict(at, [offset_east_m, offset_north_m]).ok()?;
-        let Prediction { local, velocity_m_per_s: [east_m_per_s, north_m_per_s], .. } = prediction;
-        Some(Place { east_m: local.east_m, north_m: local.north_m, east_m_per_s, north_m_per_s })
+        let [north_m, _, east_m] = self.settings().mount.camera_offset(attitude);
+        let (history, age_us) = (self.streams.position.history(), self.settings().position_age_us);
+        let place = self.smoothers.position.carried_to(history, at, age_us).ok()?.place;
+        Some(Place { east_m: place.east_m + east_m, north_m: place.north_m + north_m, ..place })
     }
 
     /// Where the camera should be: the navigation's position carried on, plus the lever arm.
