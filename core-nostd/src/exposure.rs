@@ -155,7 +155,9 @@ impl Exposures {
         while self.next < strip.end {
             let (ahead_m, right_m) = along.to(plan.point(self.next)?, place);
             let seconds = ahead_m / along.speed.0;
-            if !(seconds * 1e6 <= COMMIT_US as f32) {
+            // Named, so that what is no number is not due, nor on the line.
+            let is_due = seconds * 1e6 <= COMMIT_US as f32;
+            if !is_due {
                 return None;
             }
             let photo = self.next;
@@ -164,7 +166,8 @@ impl Exposures {
                 self.counts.passed += 1;
                 continue;
             }
-            if !((right_m + along.speed.1 * seconds).abs() <= self.limits.across_m) {
+            let is_on_line = (right_m + along.speed.1 * seconds).abs() <= self.limits.across_m;
+            if !is_on_line {
                 self.counts.off_line += 1;
                 continue;
             }

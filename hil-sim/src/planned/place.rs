@@ -23,7 +23,7 @@ enum Way {
     /// The plan is on this grid.
     Same,
     /// The plan is in degrees of this system.
-    Degrees(Crs),
+    Degrees(Box<Crs>),
     /// The plan is in metres of its own, which are moved by this much; and whether the plan said whereto.
     Moved([f64; 2], bool),
 }
@@ -56,7 +56,7 @@ impl Place {
                 let grid = Crs::from_epsg(utm_zone(lat_deg, lon_deg))?;
                 let (east, north) = grid.from_wgs84(lat_deg, lon_deg)?;
                 let convergence_rad = grid.convergence_rad(east, north)?;
-                Ok(Place { crs: grid, convergence_rad, way: Way::Degrees(crs) })
+                Ok(Place { crs: grid, convergence_rad, way: Way::Degrees(Box::new(crs)) })
             }
             (None, Some([lat_deg, lon_deg])) => {
                 let grid = Crs::from_epsg(utm_zone(lat_deg, lon_deg))?;

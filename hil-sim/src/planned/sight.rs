@@ -44,7 +44,8 @@ fn ray(stage: &Stage, axes: &Axes, photo: &Taken, point: [f64; 3]) -> Option<Ray
     let sight: [f64; 3] = std::array::from_fn(|axis| point[axis] - eye[axis]);
     let hit = stage.ground.intersect(eye, sight)?;
     let depth_m = -sight[2];
-    if !(depth_m > 0.0) || (hit[2] - point[2]).abs() > HIDDEN * depth_m {
+    let is_seen = depth_m > 0.0 && (hit[2] - point[2]).abs() <= HIDDEN * depth_m;
+    if !is_seen {
         return None;
     }
     let tangent = axes.of([sight[0] / depth_m, sight[1] / depth_m]);
