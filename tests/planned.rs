@@ -1,5 +1,6 @@
 //! Plans flown: the firmware exposes where it was planned, on every link alike, and what came of it is told.
 
+use plumbline_firmware::boot;
 use plumbline_sim::fly::{Flight, Keep, fly};
 use plumbline_sim::link::Link;
 use plumbline_sim::link::device::Device;
@@ -8,10 +9,14 @@ use plumbline_sim::link::pace::Patience;
 use plumbline_sim::link::qemu::{Qemu, default_image};
 use plumbline_sim::link::serial::Serial;
 use plumbline_sim::planned::flown::{Flown, Missed, flown};
+use plumbline_sim::planned::store::of_file;
+use plumbline_sim::replay::read::read;
+use plumbline_sim::replay::{self, replay};
 use plumbline_sim::scenario::Scenario;
 use plumbline_sim::score::{fixes_csv, score};
 use plumbline_sim::stage::Stage;
 use plumbline_survey::dem::Dem;
+use plumbline_survey::plan::PlanFile;
 use plumbline_survey::plan::area::Area;
 use plumbline_survey::plan::axes::Axes;
 use plumbline_survey::plan::cells::{Cells, Summary};
@@ -193,6 +198,44 @@ fn a_flight_beside_its_lines_takes_no_photo_and_says_why() {
     assert_eq!((flight.frames.len(), flown.exposed), (0, 0));
     assert_eq!(flown.missed, Missed { off_line: 18, ..Missed::default() });
     assert_eq!(flown.position_error_m, None);
+}
+
+/// A plan that names its photos' latitudes and longitudes makes the store that is flown, whichever way its strips are listed.
+#[test]
+fn a_plan_file_makes_the_store_that_is_flown() {
+    let folder = Folder::new("store", 0.0);
+    let path = folder.plan("plan.json", 0.0);
+    let flies = stage(&path, EXACT);
+    let mut file = PlanFile::read(&path).expect("a plan");
+    assert!(of_file(&file).expect_err("it has no latitudes").to_string().contains("--origin"));
+    let planned = flies.plan.as_ref().expect("a plan");
+    for strip in &mut file.strips {
+        for photo in &mut strip.photos {
+            let [east, north] = planned.place.grid([photo.x, photo.y]).expect("a place");
+            let (lat, lon) = planned.place.crs.to_wgs84(east, north).expect("a place");
+            (photo.lat, photo.lon) = (Some(lat), Some(lon));
+        }
+    }
+    let store = of_file(&file).expect("a store");
+    // Header, head and three strips, whose courses are from true north in one and from the grid's in the other.
+    let photos = 32 + 16 + 3 * 8;
+    assert_eq!(store[photos..], flies.flash.plan[photos..]);
+    assert_eq!((store.len(), &store[32..48]), (photos + 18 * 8, &flies.flash.plan[32..48]));
+    let stores = flies.flash.stores().expect("usable");
+    assert!(boot::read(&stores.mission, &stores.tiles, &store).expect("it boots").plan.is_some());
+}
+
+/// A log holds no plan, and needs none to be run again.
+#[test]
+fn a_planned_flight_replays_to_its_own_fixes() {
+    let folder = Folder::new("log", 0.0);
+    let stage = stage(&folder.plan("plan.json", 0.0), "frames = 6");
+    let mut link = InProcess::logged(&stage.flash).expect("it boots");
+    let (_, _, csv) = fly_over(&stage, &mut link);
+    let log = read(&link.close_log(), None).expect("a log");
+    let replayed = replay(&log, None).expect("it runs");
+    assert_eq!((replayed.frames, replayed.same, replayed.different), (6, 6, 0), "{:?}", replayed.first_difference);
+    assert_eq!(replay::fixes_csv(&log, None, &replayed).expect("a place"), csv);
 }
 
 #[test]

@@ -29,7 +29,8 @@ pub fn of_flight(planned: &Planned) -> Result<Vec<u8>, InputError> {
     store(planned.limits(), &strips)
 }
 
-/// The store of a plan file that knows its place on Earth.
+/// The store of a plan file that knows its place on Earth. Its headings are taken for true ones: they tell a strip's direction,
+/// and its course only where it has a single photo, for which a grid's convergence does not matter.
 ///
 /// # Errors
 /// A plan without latitudes and longitudes, or of more than a board takes.
