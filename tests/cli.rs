@@ -37,6 +37,8 @@ mod motion;
 mod pictures;
 #[path = "cli/pipes.rs"]
 mod pipes;
+#[path = "cli/plan.rs"]
+mod plan;
 #[path = "cli/rectify.rs"]
 mod rectify;
 #[path = "cli/refusals.rs"]

@@ -4,7 +4,7 @@ use crate::oracle;
 use crate::render::RenderCamera;
 use plumbline_core::camera::{Camera, CameraError, Distortion};
 use plumbline_core::units::Radians;
-use plumbline_survey::camera_file::CameraFile;
+use plumbline_survey::camera_file::{CameraFile, SIDE_MAX_PX};
 use plumbline_survey::error::InputError;
 use std::path::Path;
 
@@ -39,9 +39,16 @@ pub fn core_camera(file: &CameraFile) -> Result<Camera, InputError> {
     )
     .map_err(|error| {
         InputError::new(match error {
-            CameraError::Size => "the camera has no columns or rows, or more than 8192",
-            CameraError::FieldOfView => "a field of view is not between 0 and 180 degrees in single precision",
-            CameraError::NotFinite => "an offset or a distortion coefficient is no number in single precision",
+            CameraError::Size => format!(
+                "frames of cols {} and rows {} are not taken, only of 1 to {SIDE_MAX_PX} each",
+                file.cols, file.rows
+            ),
+            CameraError::FieldOfView => {
+                "a field of view is not between 0 and 180 degrees in single precision".to_owned()
+            }
+            CameraError::NotFinite => {
+                "an offset or a distortion coefficient is no number in single precision".to_owned()
+            }
         })
     })
 }

@@ -14,7 +14,7 @@ mod paper;
 mod parameters;
 mod plan;
 pub(crate) mod plots;
-mod png;
+pub(crate) mod png;
 mod provenance;
 mod strip;
 #[cfg(test)]

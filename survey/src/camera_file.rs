@@ -50,8 +50,8 @@ pub use mounting::Covariance;
 /// A camera file's content, checked. Angles in degrees, as in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraFile {
-    /// Columns of a frame, 1 to [`SIDE_MAX_PX`]; of the virtual image where there are heads, to
-    /// [`heads::VIRTUAL_SIDE_MAX_PX`].
+    /// Columns of a frame, or of the virtual image where there are heads, 1 to [`heads::VIRTUAL_SIDE_MAX_PX`]. The core takes
+    /// frames of [`SIDE_MAX_PX`] at most; a flight can be planned for a larger one.
     pub cols: u32,
     /// Rows of a frame, likewise.
     pub rows: u32,
@@ -96,7 +96,7 @@ pub struct Distortion {
     pub p2: f64,
 }
 
-/// Most columns and most rows of a frame.
+/// Most columns and most rows of a frame on board, and of a head's.
 pub const SIDE_MAX_PX: u32 = 8192;
 
 impl Distortion {

@@ -12,7 +12,7 @@ use crate::error::InputError;
 use crate::tiff_image::{GeoTags, Samples, is_tiff, read_tiff};
 
 pub use geo_transform::GeoTransform;
-pub use write::{Band, write_geotiff};
+pub use write::{Band, geotiff_bytes};
 
 /// The sample type a raster had in its file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

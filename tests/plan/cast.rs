@@ -3,9 +3,9 @@
 use crate::terrain::Terrain;
 
 /// Part of a post's distance that a ray steps, horizontally.
-const STEP: f64 = 0.1;
+const STEP: f64 = 0.25;
 /// Steepest rays step by height instead, metres.
-const DROP: f64 = 2.0;
+const DROP: f64 = 5.0;
 
 /// Where the ray from `from` along `direction`, which leads down, first meets the terrain; `None` where it leaves the model.
 pub fn cast(terrain: &Terrain, from: [f64; 3], direction: [f64; 3]) -> Option<[f64; 3]> {

@@ -3,7 +3,7 @@
 //! Frames have no axes to be labelled, so the vectors are two SVG paths a picture instead of a chart.
 
 use super::{Page, rms};
-use crate::report::format::{maybe, number, whole};
+use crate::report::format::{decimals, maybe, nice, number, whole};
 use maud::{Markup, html};
 use std::fmt::Write;
 
@@ -106,24 +106,6 @@ fn enlarged(scale: Scale) -> String {
     format!("{} times", scale.factor)
 }
 
-/// The next smaller number of 1, 2, 5 times a power of ten; 1 where there is none.
-fn nice(value: f64) -> f64 {
-    if !(value.is_finite() && value > 0.0) {
-        return 1.0;
-    }
-    let exponent = value.log10().floor() as i32;
-    let lead = value / 10f64.powi(exponent);
-    let digit = if lead >= 5.0 {
-        5.0
-    } else if lead >= 2.0 {
-        2.0
-    } else {
-        1.0
-    };
-    // Divided, since tenths as powers are not the shortest numbers.
-    if exponent < 0 { digit / 10f64.powi(-exponent) } else { digit * 10f64.powi(exponent) }
-}
-
 /// One head's frame with its vectors; y runs down in a picture.
 fn picture(head: usize, when: &str, vectors: &[Vector], [x, y]: [f64; 2], scale: Scale) -> Markup {
     let (mut lines, mut dots) = (String::new(), String::new());
@@ -148,22 +130,5 @@ fn picture(head: usize, when: &str, vectors: &[Vector], [x, y]: [f64; 2], scale:
             }
             span { b { "Head " (head) " " (when) } ", RMS " (rms) "; bar " (number(scale.bar_px, decimals(scale.bar_px), "px")) }
         }
-    }
-}
-
-/// Decimals of a nice number.
-fn decimals(value: f64) -> usize {
-    (-value.log10().floor()).max(0.0) as usize
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scales_are_one_two_or_five() {
-        assert_eq!([nice(1.0), nice(4.99), nice(730.0), nice(0.03)], [1.0, 2.0, 500.0, 0.02]);
-        assert_eq!([nice(f64::INFINITY), nice(0.0), nice(f64::NAN)], [1.0; 3]);
-        assert_eq!([decimals(0.02), decimals(0.5), decimals(1.0), decimals(50.0)], [2, 1, 0, 0]);
     }
 }

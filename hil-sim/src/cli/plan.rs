@@ -115,6 +115,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "plan.plan and plan.kml are left out: the elevation model has no reference system, and --origin is not given",
         );
     }
+    if prepared.place.is_known() && outputs.mission_items() > planning::ITEMS_MAX {
+        super::note(&format!(
+            "plan.plan has {} items; autopilots on common boards take {}",
+            outputs.mission_items(),
+            planning::ITEMS_MAX
+        ));
+    }
     if args.json { print_json(&file) } else { tell::tell(&file, &args.out) }
 }
 

@@ -1,6 +1,6 @@
 //! `plumbline reproduce`: a paper's tables by this project's own code.
 
-use super::{Failure, note, print, print_json};
+use super::{Failure, folder, note, print, print_json};
 use indicatif::{ProgressBar, ProgressStyle};
 use plumbline_sim::reproduce::{
     Reproduction, paper_000, paper_001, paper_002, paper_004, table_3, text, write_figures, write_figures_000,
@@ -122,13 +122,10 @@ fn of_003(args: &Args) -> Result<(), Failure> {
     print(&text::text(&reproduction))
 }
 
-/// Creates the folder, but no parent; before the work, so that nobody waits for a refusal.
-fn create(folder: &Path) -> Result<(), InputError> {
-    if folder.is_dir() {
-        return Ok(());
-    }
-    std::fs::create_dir(folder)
-        .map_err(|error| InputError::new(format!("--out {}: the folder cannot be created: {error}", folder.display())))
+/// Creates the folder before the work, so that nobody waits for a refusal.
+fn create(out: &Path) -> Result<(), InputError> {
+    folder::check("--out", out, &[])?;
+    folder::create(out)
 }
 
 /// On stderr, and only where somebody sees it.

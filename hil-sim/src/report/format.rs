@@ -48,6 +48,29 @@ pub fn bytes(value: u64) -> String {
     format!("{} ({} bytes)", number(value as f64 / 1024.0, 1, "KB"), whole(value))
 }
 
+/// The next smaller number of 1, 2, 5 times a power of ten; 1 where there is none.
+pub fn nice(value: f64) -> f64 {
+    if !(value.is_finite() && value > 0.0) {
+        return 1.0;
+    }
+    let exponent = value.log10().floor() as i32;
+    let lead = value / 10f64.powi(exponent);
+    let digit = if lead >= 5.0 {
+        5.0
+    } else if lead >= 2.0 {
+        2.0
+    } else {
+        1.0
+    };
+    // Divided, since tenths as powers are not the shortest numbers.
+    if exponent < 0 { digit / 10f64.powi(-exponent) } else { digit * 10f64.powi(exponent) }
+}
+
+/// Decimals of a nice number.
+pub fn decimals(value: f64) -> usize {
+    (-value.log10().floor()).max(0.0) as usize
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,5 +84,12 @@ mod tests {
         assert_eq!(number(f64::NAN, 2, "m"), NONE);
         assert_eq!(maybe(None, 1, "px"), NONE);
         assert_eq!(percent(0.5), "50.0\u{202f}%");
+    }
+
+    #[test]
+    fn scales_are_one_two_or_five() {
+        assert_eq!([nice(1.0), nice(4.99), nice(730.0), nice(0.03)], [1.0, 2.0, 500.0, 0.02]);
+        assert_eq!([nice(f64::INFINITY), nice(0.0), nice(f64::NAN)], [1.0; 3]);
+        assert_eq!([decimals(0.02), decimals(0.5), decimals(1.0), decimals(50.0)], [2, 1, 0, 0]);
     }
 }

@@ -1,9 +1,7 @@
 //! Pictures for the page: reduced frames, patches without their invalid pixels, and patch over reference.
 
-use super::png::{Colour, encode};
+use super::png::{Colour, encode, uri};
 use crate::dump::Rectified;
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use plumbline_survey::picture::Picture;
 
 /// Widest frame on the page, pixels.
@@ -63,10 +61,6 @@ fn stretched(pixels: &[u8], mask: &[u8]) -> Vec<u8> {
     let mean = valid().sum::<f64>() / count;
     let sigma = (valid().map(|p| (p - mean) * (p - mean)).sum::<f64>() / count).sqrt().max(1.0);
     pixels.iter().map(|&p| (128.0 + CONTRAST_DN * (f64::from(p) - mean) / sigma).clamp(0.0, 255.0) as u8).collect()
-}
-
-fn uri(png: &[u8]) -> String {
-    format!("data:image/png;base64,{}", STANDARD.encode(png))
 }
 
 #[cfg(test)]

@@ -1,6 +1,9 @@
 //! PNG in memory, without compression: the page's pictures are small, and stored blocks need no code to speak of.
 //! PNG, second edition (ISO/IEC 15948), sections 5 and 10; RFC 1950 and 1951 for the stream inside.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
 /// Samples of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
@@ -10,6 +13,8 @@ pub enum Colour {
     GreyAlpha = 2,
     /// Red, green, blue.
     Rgb = 3,
+    /// Red, green, blue, opacity.
+    Rgba = 4,
 }
 
 /// Longest stored block, bytes.
@@ -29,6 +34,7 @@ pub fn encode(cols: usize, rows: usize, colour: Colour, samples: &[u8]) -> Vec<u
         Colour::Grey => 0,
         Colour::Rgb => 2,
         Colour::GreyAlpha => 4,
+        Colour::Rgba => 6,
     };
     let mut header = Vec::with_capacity(13);
     header.extend((cols as u32).to_be_bytes());
@@ -40,6 +46,11 @@ pub fn encode(cols: usize, rows: usize, colour: Colour, samples: &[u8]) -> Vec<u
     chunk(&mut png, b"IDAT", &stored(&lines));
     chunk(&mut png, b"IEND", &[]);
     png
+}
+
+/// A PNG file as an address that a page holds within itself.
+pub fn uri(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(png))
 }
 
 /// A zlib stream of stored blocks.
@@ -91,7 +102,10 @@ mod tests {
         let doubled: Vec<u8> = grey.iter().flat_map(|&g| [g, 255]).collect();
         let tripled: Vec<u8> = grey.iter().flat_map(|&g| [g; 3]).collect();
         let path = std::env::temp_dir().join(format!("plumbline-report-png-{}.png", std::process::id()));
-        for (colour, samples) in [(Colour::Grey, &grey), (Colour::GreyAlpha, &doubled), (Colour::Rgb, &tripled)] {
+        let fourfold: Vec<u8> = grey.iter().flat_map(|&g| [g, g, g, 255]).collect();
+        for (colour, samples) in
+            [(Colour::Grey, &grey), (Colour::GreyAlpha, &doubled), (Colour::Rgb, &tripled), (Colour::Rgba, &fourfold)]
+        {
             std::fs::write(&path, encode(cols, rows, colour, samples)).expect("written");
             let read = read_grey(&path).expect("a PNG");
             assert_eq!((read.cols, read.rows), (cols, rows));

@@ -1,9 +1,9 @@
 //! How far two heads put the same direction apart in the virtual image.
 
 use super::symmetrise::mount;
+use crate::adjust::Interior;
 use crate::adjust::rig::{HEAD, LENS};
-use crate::adjust::{Interior, rotation};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// A virtual image: principal distance and half sides, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,11 +46,10 @@ pub fn rms_and_max(mismatches: &[Mismatch]) -> (f64, f64) {
 /// Mismatches on a grid of `step_px` over the virtual image: every direction is imaged by the heads as they are
 /// (`truth`) and put into the virtual image by the heads as they were calibrated, wherever two of them see it.
 ///
-/// Distant ground: the centres do not enter; what they do is the parallax of section 2.2. The calibrated heads are turned as
-/// a whole to the true ones first, since a turn of all is the virtual camera's orientation and no seam.
+/// Distant ground: the centres do not enter; what they do is the parallax of section 2.2. A turn of all heads together is the
+/// virtual camera's orientation and no seam.
 #[must_use]
 pub fn mismatches(truth: &[[f64; HEAD]], calibrated: &[[f64; HEAD]], of: &Virtual, step_px: f64) -> Vec<Mismatch> {
-    let turn = common_turn(truth, calibrated);
     let steps = of.half_px.map(|half| (half / step_px).floor() as i32);
     let mut mismatches = Vec::new();
     for row in -steps[1]..=steps[1] {
@@ -60,7 +59,7 @@ pub fn mismatches(truth: &[[f64; HEAD]], calibrated: &[[f64; HEAD]], of: &Virtua
             let seen: Vec<(usize, [f64; 2])> = (0..truth.len())
                 .filter_map(|head| {
                     let image = image_of(&truth[head], &ray, of.head_half_px)?;
-                    let back = turn * mount(&calibrated[head]) * ray_of(&calibrated[head], image)?;
+                    let back = mount(&calibrated[head]) * ray_of(&calibrated[head], image)?;
                     Some((head, [-of.f_px * back.x / back.z, -of.f_px * back.y / back.z]))
                 })
                 .collect();
@@ -72,12 +71,6 @@ pub fn mismatches(truth: &[[f64; HEAD]], calibrated: &[[f64; HEAD]], of: &Virtua
         }
     }
     mismatches
-}
-
-/// The rotation that brings the calibrated heads nearest to the true ones.
-fn common_turn(truth: &[[f64; HEAD]], calibrated: &[[f64; HEAD]]) -> Matrix3<f64> {
-    let sum: Matrix3<f64> = truth.iter().zip(calibrated).map(|(a, b)| mount(a) * mount(b).transpose()).sum();
-    rotation::nearest(sum).map_or_else(Matrix3::identity, |(turn, _)| turn)
 }
 
 fn interior(head: &[f64; HEAD]) -> Interior {

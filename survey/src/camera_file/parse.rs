@@ -6,7 +6,7 @@ use crate::error::InputError;
 
 use super::heads::{VIRTUAL_SIDE_MAX_PX, heads};
 use super::keys::Keys;
-use super::{CameraFile, SIDE_MAX_PX, checksum, mounting};
+use super::{CameraFile, checksum, mounting};
 
 /// Every key a file may have at its top.
 const KEYS: [&str; 14] = [
@@ -35,10 +35,9 @@ pub(super) fn camera_file(text: &str, name: &str) -> Result<CameraFile, InputErr
     let file = Keys { name, prefix: String::new(), table: &table };
     file.only(&KEYS)?;
     let heads = heads(&file)?;
-    let side_max_px = if heads.is_empty() { SIDE_MAX_PX } else { VIRTUAL_SIDE_MAX_PX };
     let camera = CameraFile {
-        cols: file.side("cols", side_max_px)?,
-        rows: file.side("rows", side_max_px)?,
+        cols: file.side("cols", VIRTUAL_SIDE_MAX_PX)?,
+        rows: file.side("rows", VIRTUAL_SIDE_MAX_PX)?,
         fov_h_deg: file.field_of_view("fov_h_deg")?,
         fov_v_deg: file.field_of_view("fov_v_deg")?,
         offset_m_px: file.needed_number("offset_m_px")?,

@@ -1,7 +1,6 @@
 //! Rasters as GeoTIFF files.
 
 use std::io::Cursor;
-use std::path::Path;
 
 use tiff::TiffResult;
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype::Gray32Float};
@@ -9,7 +8,6 @@ use tiff::tags::{ExtraSamples, Tag};
 
 use crate::crs::Crs;
 use crate::error::InputError;
-use crate::output::write_file;
 
 use super::GeoTransform;
 use super::geo_keys::{
@@ -29,24 +27,23 @@ pub struct Band<'a> {
     pub samples: &'a [f32],
 }
 
-/// Writes bands as a GeoTIFF of 32-bit floats, interleaved by pixel, deflated, a pixel an area.
+/// Bands as a GeoTIFF of 32-bit floats, interleaved by pixel, deflated, a pixel an area.
 ///
 /// `epsg` is the system of `geo`, `None` for local metres, of which the file then says nothing. The same bands give the same
-/// bytes. See [`write_file`] for how they come to disk. Memory: once the samples and once the file.
+/// bytes. Memory: once the samples and once the file.
 ///
 /// # Errors
 /// There is no band or no pixel, a band has another number of samples than `cols * rows`, the system is not known, a
-/// description is not ASCII, the file would be larger than 4 GiB, or it cannot be written.
-pub fn write_geotiff(
-    path: &Path,
+/// description is not ASCII, or the file would be larger than 4 GiB.
+pub fn geotiff_bytes(
     cols: usize,
     rows: usize,
     bands: &[Band],
     geo: &GeoTransform,
     epsg: Option<u32>,
     nodata: f32,
-) -> Result<(), InputError> {
-    let refuse = |why: String| InputError::new(format!("cannot write raster {}: {why}", path.display()));
+) -> Result<Vec<u8>, InputError> {
+    let refuse = |why: String| InputError::new(format!("cannot write a raster: {why}"));
     let (Ok(width), Ok(height)) = (u32::try_from(cols), u32::try_from(rows)) else {
         return Err(refuse(format!("{cols} x {rows} is too large")));
     };
@@ -71,8 +68,7 @@ pub fn write_geotiff(
     };
     let samples: Vec<f32> = (0..cols * rows).flat_map(pixel).collect();
     let tags = Tags { geo, keys: geo_keys(geographic), nodata, metadata: metadata(bands) };
-    let file = encode(width, height, &samples, bands.len(), &tags).map_err(|error| refuse(error.to_string()))?;
-    write_file(path, &file)
+    encode(width, height, &samples, bands.len(), &tags).map_err(|error| refuse(error.to_string()))
 }
 
 /// What a file says besides its samples.
@@ -148,7 +144,8 @@ mod tests {
         let bands =
             [Band { description: "height", samples: &heights }, Band { description: "sigma < 1", samples: &sigmas }];
         for (epsg, nodata) in [(Some(32633), -9999.0), (Some(4326), f32::MIN), (None, f32::NAN)] {
-            write_geotiff(&path, 3, 2, &bands, &GEO, epsg, nodata).expect("written");
+            let file = geotiff_bytes(3, 2, &bands, &GEO, epsg, nodata).expect("written");
+            std::fs::write(&path, file).expect("stored");
             let raster = Raster::read(&path).expect("readable");
             assert_eq!((raster.cols, raster.rows, raster.bands), (3, 2, 2));
             assert_eq!((raster.geo, raster.crs, raster.sample_type), (GEO, epsg, SampleType::F32));
@@ -163,15 +160,13 @@ mod tests {
 
     #[test]
     fn what_makes_no_raster_is_refused() {
-        let path = scratch("raster-write-refused").join("a.tif");
         let band = |description, samples| Band { description, samples };
-        let write = |bands: &[Band], epsg| write_geotiff(&path, 2, 2, bands, &GEO, epsg, f32::NAN);
+        let write = |bands: &[Band], epsg| geotiff_bytes(2, 2, bands, &GEO, epsg, f32::NAN);
         assert!(write(&[], None).is_err(), "no band");
         assert!(write(&[band("a", &[0.0; 3])], None).is_err(), "too few samples");
         assert!(write(&[band("a", &[0.0; 4]), band("b", &[0.0; 5])], None).is_err(), "too many samples");
         assert!(write(&[band("gr\u{f6}\u{df}e", &[0.0; 4])], None).is_err(), "not ASCII");
         assert!(write(&[band("a", &[0.0; 4])], Some(99_999)).is_err(), "unknown system");
-        assert!(write_geotiff(&path, 0, 2, &[band("a", &[])], &GEO, None, f32::NAN).is_err(), "empty");
-        assert!(!path.exists());
+        assert!(geotiff_bytes(0, 2, &[band("a", &[])], &GEO, None, f32::NAN).is_err(), "empty");
     }
 }

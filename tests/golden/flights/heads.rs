@@ -1,7 +1,7 @@
 //! A board that uses one head of a camera of four (paper 002): it looks 28 degrees aside of the platform's axis, and its fixes
 //! are as good as those of a camera that looks down.
 
-use crate::{Flown, flown, flown_told, scenario};
+use super::{Flown, flown, flown_told, scenario};
 use plumbline_sim::scenario::{FollowUpMode, Scenario};
 use plumbline_survey::camera_file::{CameraFile, Head, write};
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
 //! A camera far from the antenna that looks askew: the firmware that knows both is as good as without them.
 
-use crate::{Flown, flown, flown_told, scenario};
+use super::{Flown, flown, flown_told, scenario};
 use plumbline_sim::scenario::{Mount, Scenario};
 use plumbline_sim::stage::Stage;
 

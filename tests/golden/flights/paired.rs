@@ -1,6 +1,6 @@
 //! The same flight twice, with one thing different: what that thing costs a fix, without what all fixes have in common.
 
-use crate::{Flown, flown, flown_told, mean, scenario};
+use super::{Flown, flown, flown_told, mean, scenario};
 use plumbline_core::stamp::StampSource;
 use plumbline_sim::scenario::Scenario;
 use plumbline_sim::score::stamps::error;

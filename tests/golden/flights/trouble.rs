@@ -1,6 +1,6 @@
 //! Flights in trouble: every frame ends with a fix that is right within its sigma, or with a reason that is counted.
 
-use crate::{Flown, flown, scenario};
+use super::{Flown, flown, scenario};
 use plumbline_core::pipeline::Refusal::{self, AttitudeGap, AttitudeStuck, NoAttitude, NoClock};
 use plumbline_core::stamp::StampSource;
 use plumbline_sim::scenario::{AttitudeFaults, Scenario};
@@ -50,7 +50,7 @@ impl Flown {
     }
 
     fn sigma_us(&self) -> f64 {
-        crate::mean(self.frames.iter().filter_map(|frame| frame.instant?.stamp).map(|stamp| stamp.sigma_us.into()))
+        super::mean(self.frames.iter().filter_map(|frame| frame.instant?.stamp).map(|stamp| stamp.sigma_us.into()))
     }
 }
 

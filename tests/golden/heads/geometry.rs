@@ -1,6 +1,6 @@
 //! The golden projection, and what single precision costs.
 
-use crate::four::{F_PX, four};
+use super::four::{F_PX, four};
 use plumbline_core::homography::FrameFromPatch;
 use plumbline_sim::camera::render_camera;
 use plumbline_sim::heads::{Rig, Tile, station_of};

@@ -1,7 +1,7 @@
 //! Simulated frames of four heads, stitched, beside what one camera sees. 700 m up, pixels ten times the paper's, 1 m on the
 //! ground.
 
-use crate::four::four;
+use super::four::four;
 use plumbline_sim::heads::Rig;
 use plumbline_sim::render::Station;
 use plumbline_sim::stitch::{Seam, Simulated, mismatches, pairs, simulate, stitch};

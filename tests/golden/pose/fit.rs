@@ -1,7 +1,7 @@
 //! One window: golden values of the reference (adjustment, 1.5), single precision against double, errors, mistakes.
 
-use crate::dense::{Uniform, between, fitted};
-use crate::seeded::{Random, config};
+use super::dense::{Uniform, between, fitted};
+use super::seeded::{Random, config};
 use plumbline_core::pose::band::WINDOW;
 use plumbline_core::pose::fit::{FitError, Fitted, Samples};
 use plumbline_core::pose::penalty::Order;

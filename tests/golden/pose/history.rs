@@ -1,8 +1,8 @@
 //! Histories: table I of paper 000 and what a stream does in the field.
 
-use crate::mutants;
-use crate::seeded::config;
-use crate::vectors::{list, miss, number, rows, turn_deg};
+use super::mutants;
+use super::seeded::config;
+use super::vectors::{list, miss, number, rows, turn_deg};
 use plumbline_core::pose::{Backwards, History, PoseError};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Micros, Radians};

@@ -1,6 +1,6 @@
 //! Positions carried on to the exposure.
 
-use crate::seeded::Random;
+use super::seeded::Random;
 use plumbline_core::pose::noise::{NoiseModel, Wave};
 use plumbline_core::pose::place::{Place, PlaceSigmas, Predicted, Predictor};
 use plumbline_core::pose::{History, Method, PoseError};

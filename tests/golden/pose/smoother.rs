@@ -1,6 +1,6 @@
 //! A stream's value at an instant: what is waited for, what serves when the window is short, and which streams have none.
 
-use crate::seeded::Random;
+use super::seeded::Random;
 use plumbline_core::pose::noise::{AHEAD, Choices, LAGS, NoiseModel, Wave};
 use plumbline_core::pose::penalty::Order;
 use plumbline_core::pose::{Estimate, History, Method, PoseError, Smoother, Wait};

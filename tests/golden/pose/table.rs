@@ -1,6 +1,6 @@
 //! How much is smoothed: the reference's table for a lag of two samples (adjustment, 1.4), found by flying, not by formula.
 
-use crate::dense::Uniform;
+use super::dense::Uniform;
 use plumbline_core::pose::band::WINDOW;
 use plumbline_core::pose::fit::Samples;
 use plumbline_core::pose::noise::{Choice, Choices, ModelError, NoiseModel, Wave};

@@ -1,6 +1,6 @@
 //! Gaps, missing samples, outliers.
 
-use crate::{fitted, near, order_of, track};
+use super::{fitted, near, order_of, track};
 use plumbline_survey::smooth::{Alpha, Epochs, Options, smooth};
 
 /// A missing sample is the same as a row that is not there: the grid's plain differences with weight 0, or divided ones.

@@ -1,7 +1,7 @@
 //! The same equations written out in full and inverted by Gauss and Jordan.
 
-use crate::seeded::Random;
-use crate::{near, order_of};
+use super::seeded::Random;
+use super::{near, order_of};
 use plumbline_survey::smooth::{Alpha, Epochs, Options, smooth};
 
 type Matrix = Vec<Vec<f64>>;

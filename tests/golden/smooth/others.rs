@@ -1,6 +1,6 @@
 //! Smoothers of other authors on the same samples.
 
-use crate::{counted, fitted, near, track};
+use super::{counted, fitted, near, track};
 use plumbline_survey::smooth::{Alpha, Epochs, Options, Order, smooth};
 use whittaker_eilers::WhittakerSmoother;
 

@@ -1,7 +1,7 @@
 //! What holds whatever the samples are.
 
-use crate::seeded::{Random, config};
-use crate::{fitted, near, order_of};
+use super::seeded::{Random, config};
+use super::{fitted, near, order_of};
 use plumbline_survey::smooth::{Alpha, Epochs, Fit, Options, smooth};
 use proptest::prelude::{Strategy, any, prop_assert, proptest};
 

@@ -1,6 +1,6 @@
 //! What is refused, by name.
 
-use crate::{counted, order_of};
+use super::{counted, order_of};
 use plumbline_survey::smooth::{Alpha, Epochs, Options, SmoothError, smooth};
 
 const GOOD: [f64; 8] = [0.0, 1.0, 0.0, 1.0, 0.0, 3.0, 2.0, 2.5];

@@ -1,7 +1,7 @@
 //! Whether sigma is what the fit is off by.
 
-use crate::seeded::Random;
-use crate::{fitted, near};
+use super::seeded::Random;
+use super::{fitted, near};
 use plumbline_survey::smooth::Alpha;
 
 /// Curves whose second differences are as random as the penalty takes them to be: for these sigma is exact, at samples

@@ -1,6 +1,6 @@
 //! What is refused, by name.
 
-use crate::world::SETTINGS;
+use super::world::SETTINGS;
 use plumbline_core::pipeline::Refusal;
 use plumbline_core::stamp::{
     ClockSettings, Edge, EdgeError, KnownExposure, Polarity, SettingsError, ShutterSettings, StampError, StampSettings,

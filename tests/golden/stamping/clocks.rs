@@ -1,7 +1,7 @@
 //! The clock under pulses that are late, wrong, gone and back.
 
-use crate::seeded::Random;
-use crate::world::SETTINGS;
+use super::seeded::Random;
+use super::world::SETTINGS;
 use plumbline_core::stamp::Clock;
 use plumbline_core::units::{Micros, Ticks};
 

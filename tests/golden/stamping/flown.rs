@@ -1,6 +1,6 @@
 //! The same through a whole flight in-process: edges and pulses over the link, stamps back by telemetry.
 
-use crate::NEES;
+use super::NEES;
 use plumbline_core::stamp::StampSource;
 use plumbline_sim::fly::{FrameRecord, Keep, fly};
 use plumbline_sim::link::inproc::InProcess;

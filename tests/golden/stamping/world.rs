@@ -1,6 +1,6 @@
 //! A shutter, a timer with a crystal of its own, pulses and frames, in double precision and apart from the simulator's.
 
-use crate::seeded::Random;
+use super::seeded::Random;
 use plumbline_core::stamp::{
     ClockSettings, Edge, KnownExposure, Polarity, ShutterSettings, Stamp, StampSettings, StampSource, Stamper, Wired,
 };
