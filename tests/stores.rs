@@ -1,6 +1,9 @@
 //! What lies in flash: that it is read as it was written, that every damage is refused for what it is, and what a vehicle
 //! does whose stores were refused.
 
+#[path = "stores/plan.rs"]
+mod plans;
+
 use mavlink::dialects::common::{HEARTBEAT_DATA, MavState, STATUSTEXT_DATA};
 use mavlink::{MavlinkVersion, MessageData};
 use plumbline_core::tile::{Geographic, Georeference};
@@ -8,7 +11,7 @@ use plumbline_core::units::Radians;
 use plumbline_firmware::boot::{self, BootError};
 use plumbline_firmware::stores::framing::{HEADER_BYTES, checksum};
 use plumbline_firmware::stores::tiles::{BEFORE_PIXELS, TileHead};
-use plumbline_firmware::stores::{StoreError, mission, tiles};
+use plumbline_firmware::stores::{StoreError, mission, plan, tiles};
 use plumbline_firmware::wire::decoder::Decoder;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::link::{Event, Flash, FrameEvent, Link, Stores, tile_store};
@@ -82,24 +85,24 @@ fn a_tile_store_is_these_bytes() {
 #[test]
 fn what_was_written_is_read() {
     let flash = flash();
-    let Stores { mission: bytes, tiles: tile_bytes } = flash.stores().expect("usable");
+    let Stores { mission: bytes, tiles: tile_bytes, .. } = flash.stores().expect("usable");
     // A region of flash is larger than its store, and erased behind it.
     let region = [bytes.as_slice(), &[0xff; 100]].concat();
     assert_eq!(mission::read(&region).expect("it is read"), flash.mission);
     let tile = tiles::read(&tile_bytes).expect("it is read");
     assert_eq!(*tile.georeference(), flash.head.georeference);
     assert_eq!(tile_bytes[BEFORE_PIXELS..], flash.tile);
-    assert!(boot::read(&region, &tile_bytes).is_ok());
+    assert!(boot::read(&region, &tile_bytes, &[]).is_ok());
 }
 
 /// Why a mission, and a tile, of these bytes are refused.
 fn refused(mission: &[u8], tiles: &[u8]) -> BootError {
-    boot::read(mission, tiles).expect_err("refused")
+    boot::read(mission, tiles, &[]).expect_err("refused")
 }
 
 #[test]
 fn every_damage_is_refused_for_what_it_is() {
-    let Stores { mission, tiles } = stores();
+    let Stores { mission, tiles, .. } = stores();
     for (erased, why) in
         [(vec![0xff; 512], StoreError::Nothing), (vec![0; 512], StoreError::Nothing), (vec![], StoreError::Nothing)]
     {
@@ -163,7 +166,7 @@ fn whole_stores_with_impossible_content_are_refused() {
         tile_store(&head, &vec![0; usize::from(side) * 100]).expect("usable")
     };
     assert_eq!(refused(&mission, &small(35)), BootError::Misfit);
-    assert!(boot::read(&mission, &small(36)).is_ok());
+    assert!(boot::read(&mission, &small(36), &[]).is_ok());
 }
 
 proptest! {
@@ -178,7 +181,7 @@ proptest! {
             let _ = tiles::read(&framed(b"PLBT", 1, &payload));
             bytes = framed(b"PLBM", 3, &bytes);
         }
-        let _ = boot::read(&bytes, &bytes);
+        let _ = (boot::read(&bytes, &bytes, &bytes), plan::read(&bytes));
         if let Ok(mission) = mission::read(&bytes) {
             let _ = (mission.settings(), mission.stamp_settings());
         }
@@ -243,9 +246,10 @@ fn every_reason_fits_its_message() {
         StoreError::Settings,
         StoreError::Stamps,
         StoreError::Reference,
+        StoreError::Plan,
     ];
-    let reasons = all.iter().flat_map(|&e| [BootError::Mission(e), BootError::Tiles(e)]);
-    let reasons: Vec<_> = reasons.chain([BootError::Misfit, BootError::FrameMemory]).collect();
+    let reasons = all.iter().flat_map(|&e| [BootError::Mission(e), BootError::Tiles(e), BootError::Plan(e)]);
+    let reasons: Vec<_> = reasons.chain([BootError::Misfit, BootError::FrameMemory, BootError::Astray]).collect();
     let mut codes: Vec<_> = reasons.iter().map(|reason| reason.code()).collect();
     codes.sort_unstable();
     codes.dedup();

@@ -10,7 +10,7 @@
 //!
 //! [`units`] [`lanes`] [`math`] [`frames`] [`budget`] → [`camera`] → [`stamp`] → [`pose`] → [`tilt`] → [`mount`] →
 //! [`homography`] → [`motion`] → [`reduce`] → [`rectify`] → [`matching`] (search, refine, judge) → [`tile`] → [`fix`] →
-//! [`pipeline`].
+//! [`exposure`] → [`pipeline`].
 //!
 //! All arithmetic is IEEE single precision or integer, every transcendental function goes through [`math`]: host,
 //! emulator and board give the same bits.
@@ -21,6 +21,7 @@ pub mod budget;
 pub mod camera;
 #[allow(unsafe_code, reason = "instructions that only assembly can name")]
 pub mod dsp;
+pub mod exposure;
 pub mod fix;
 pub mod frames;
 pub mod homography;

@@ -9,27 +9,32 @@
 //! | [`edges::pulses`] | pulses per second | the clock |
 //! | [`edges::edges`] | the shutter's edges | keeps them for their frames |
 //!
+//! Receive and beat look for the next exposure of a plan ([`exposures`]).
+//!
 //! A vehicle whose stores were refused runs [`grounded`] instead. All run on one executor in one thread: what they share
 //! they use in one go, and await nothing meanwhile ([`Shared`]).
 
 pub mod beat;
 pub mod camera;
 pub mod edges;
+mod exposures;
 pub mod grounded;
 pub mod receive;
 pub mod transmit;
 
 use crate::journal::Journal;
 use crate::shared::{Queue, Shared};
+use crate::stores::plan::Plan;
 use crate::wire::decoder::LinkCounters;
-use crate::wire::telemetry::{FrameReport, InstantReport};
+use crate::wire::telemetry::{FrameReport, InstantReport, PhotoReport};
 use core::cell::Cell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
+use exposures::Flown;
 use mavlink::dialects::common::MavSeverity;
 use plumbline_core::fix::Fix;
 use plumbline_core::pipeline::{Pipeline, Situation};
-use plumbline_core::stamp::Stamper;
+use plumbline_core::stamp::{StampSettings, Stamper};
 use plumbline_core::units::{Micros, Radians, Ticks};
 
 /// Something to be sent.
@@ -42,6 +47,8 @@ pub enum Out {
     Servo(Radians),
     /// The answer to a TIMESYNC request.
     TimesyncAnswer(i64),
+    /// A planned photo.
+    Photo(PhotoReport),
     /// A line for the pilot.
     Text(MavSeverity, Line),
     /// What a frame came to; patch generation to be sent with it.
@@ -129,16 +136,24 @@ pub struct App<'t> {
     armed: Cell<Option<bool>>,
     /// The newest command to the follow-up axis.
     servo: Cell<Option<Radians>>,
+    flown: Option<Flown<'t>>,
     send_patches: bool,
     pub(crate) journal: &'t dyn Journal,
 }
 
 impl<'t> App<'t> {
-    /// An application around a pipeline and what stamps its frames. `journal` is told all that decides.
-    pub fn new(pipeline: Pipeline<'t>, stamper: Stamper, send_patches: bool, journal: &'t dyn Journal) -> Self {
+    /// An application around a pipeline, with what its stamps depend on and the photos that are planned. `journal` is told all
+    /// that decides.
+    pub fn new(
+        pipeline: Pipeline<'t>,
+        stamps: &StampSettings,
+        plan: Option<Plan<'t>>,
+        send_patches: bool,
+        journal: &'t dyn Journal,
+    ) -> Self {
         App {
             pipeline: Shared::new(pipeline),
-            stamper: Shared::new(stamper),
+            stamper: Shared::new(Stamper::new(stamps)),
             link: Cell::new(LinkCounters::default()),
             counters: Cell::new(Counters::default()),
             fresh: Signal::new(),
@@ -146,6 +161,7 @@ impl<'t> App<'t> {
             patch: Cell::new(0),
             armed: Cell::new(None),
             servo: Cell::new(None),
+            flown: plan.map(|plan| Flown::new(plan, &stamps.shutter)),
             send_patches,
             journal,
         }

@@ -2,10 +2,11 @@
 
 use crate::app::App;
 use crate::journal::Journal;
-use crate::stores::{StoreError, mission, tiles};
+use crate::stores::plan::Plan;
+use crate::stores::{StoreError, mission, plan, tiles};
 use plumbline_core::budget::SEARCH_MAX_PX;
 use plumbline_core::pipeline::{Buffers, Pipeline, Settings};
-use plumbline_core::stamp::{StampSettings, Stamper};
+use plumbline_core::stamp::StampSettings;
 use plumbline_core::tile::Tile;
 
 /// Why a vehicle flies without fixes.
@@ -15,6 +16,10 @@ pub enum BootError {
     Mission(StoreError),
     /// The tile store was refused.
     Tiles(StoreError),
+    /// The plan store was refused.
+    Plan(StoreError),
+    /// All are good, but the plan reaches beyond the reference's grid.
+    Astray,
     /// Either is good, but the reference is smaller than what the mission searches.
     Misfit,
     /// The board lends less frame memory than a search needs.
@@ -27,6 +32,8 @@ impl BootError {
         match self {
             BootError::Mission(error) => ["mission store: ", error.words()],
             BootError::Tiles(error) => ["tile store: ", error.words()],
+            BootError::Plan(error) => ["plan store: ", error.words()],
+            BootError::Astray => ["plan store: ", "far from the reference"],
             BootError::Misfit => ["tile store: ", "smaller than the search"],
             BootError::FrameMemory => ["board: ", "too little frame memory"],
         }
@@ -39,6 +46,8 @@ impl BootError {
             BootError::Tiles(error) => 0x20 + error as u32,
             BootError::Misfit => 0x30,
             BootError::FrameMemory => 0x31,
+            BootError::Astray => 0x32,
+            BootError::Plan(error) => 0x40 + error as u32,
         }
     }
 }
@@ -49,7 +58,7 @@ impl core::fmt::Display for BootError {
     }
 }
 
-/// What both stores say, checked.
+/// What the stores say, checked.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight<'f> {
     /// The core's settings.
@@ -58,6 +67,8 @@ pub struct Flight<'f> {
     pub stamps: StampSettings,
     /// The reference, where it lies in flash.
     pub tile: Tile<'f>,
+    /// Where photos are to be taken, if that is planned; otherwise they come as the camera takes them.
+    pub plan: Option<Plan<'f>>,
     /// Whether rectified patches are sent.
     pub send_patches: bool,
 }
@@ -65,11 +76,11 @@ pub struct Flight<'f> {
 /// Least side of a patch that the reference must hold beside the search, pixels.
 const PATCH_PX: usize = 16;
 
-/// Reads both stores, each from the region of flash that it begins. Any bytes may come.
+/// Reads the stores, each from the region of flash that it begins; that of the plan may be empty. Any bytes may come.
 ///
 /// # Errors
 /// [`BootError`].
-pub fn read<'f>(mission: &[u8], tiles: &'f [u8]) -> Result<Flight<'f>, BootError> {
+pub fn read<'f>(mission: &[u8], tiles: &'f [u8], plan: &'f [u8]) -> Result<Flight<'f>, BootError> {
     let mission = mission::read(mission).map_err(BootError::Mission)?;
     let settings = mission.settings().map_err(BootError::Mission)?;
     let stamps = mission.stamp_settings().map_err(BootError::Mission)?;
@@ -79,7 +90,11 @@ pub fn read<'f>(mission: &[u8], tiles: &'f [u8]) -> Result<Flight<'f>, BootError
     if (cols.min(rows) as usize) < needed {
         return Err(BootError::Misfit);
     }
-    Ok(Flight { settings, stamps, tile, send_patches: mission.send_patches })
+    let plan = plan::read(plan).map_err(BootError::Plan)?;
+    if plan.is_some_and(|plan| !plan.on(tile.georeference()).is_within()) {
+        return Err(BootError::Astray);
+    }
+    Ok(Flight { settings, stamps, tile, plan, send_patches: mission.send_patches })
 }
 
 impl<'t> Flight<'t> {
@@ -95,8 +110,8 @@ impl<'t> Flight<'t> {
         frame_memory: &'t mut [u8],
         journal: &'t dyn Journal,
     ) -> Result<App<'t>, BootError> {
-        let Flight { settings, stamps, tile, send_patches } = self;
+        let Flight { settings, stamps, tile, plan, send_patches } = self;
         let pipeline = Pipeline::new(settings, tile, buffers, frame_memory).map_err(|_| BootError::FrameMemory)?;
-        Ok(App::new(pipeline, Stamper::new(&stamps), send_patches, journal))
+        Ok(App::new(pipeline, &stamps, plan, send_patches, journal))
     }
 }

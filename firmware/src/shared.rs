@@ -60,6 +60,11 @@ impl<T, const N: usize> Queue<T, N> {
         }
     }
 
+    /// Whether there is room.
+    pub fn has_room(&self) -> bool {
+        self.items.with(|items| items.is_full()) == Some(false)
+    }
+
     /// Waits until there is room. The item is put in afterwards: a future that held it would need its size again.
     pub async fn room(&self) {
         while self.items.with(|items| items.is_full()) == Some(true) {

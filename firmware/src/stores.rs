@@ -1,11 +1,13 @@
-//! What lies in flash: two stores, each behind a header that says what it is and whether it is whole.
+//! What lies in flash: two stores, and a third for who flies a plan, each behind a header that says what it is and whether it
+//! is whole.
 //!
-//! [`mission`]: camera, calibration and settings. [`tiles`]: the reference and where it lies. Both are written on the
-//! ground and read once at boot, in place: nothing is copied. A store that is refused leaves the vehicle without fixes
+//! [`mission`]: camera, calibration and settings. [`tiles`]: the reference and where it lies. [`plan`]: where photos are to be
+//! taken. All are written on the ground and read at boot, in place: nothing is copied. A store that is refused leaves the vehicle without fixes
 //! and with a reason ([`crate::app::grounded`]), never with wrong ones.
 
 pub mod framing;
 pub mod mission;
+pub mod plan;
 pub mod tiles;
 
 /// Why a store was refused.
@@ -33,6 +35,8 @@ pub enum StoreError {
     Stamps,
     /// The reference's size, resolution or georeference is unusable.
     Reference,
+    /// The plan's strips, places or limits cannot be flown.
+    Plan,
 }
 
 impl StoreError {
@@ -50,6 +54,7 @@ impl StoreError {
             StoreError::Settings => "impossible settings",
             StoreError::Stamps => "impossible shutter",
             StoreError::Reference => "impossible reference",
+            StoreError::Plan => "impossible plan",
         }
     }
 }

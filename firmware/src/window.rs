@@ -60,6 +60,10 @@ pub const STATUS: usize = 0x84;
 pub const MISSION: usize = 0x1000;
 /// Bytes of its region.
 pub const MISSION_BYTES: usize = 0x1000;
+/// The plan store; erased where photos are not planned.
+pub const PLAN: usize = 0x2000;
+/// Bytes of its region.
+pub const PLAN_BYTES: usize = 0xe000;
 /// The frame, row-major.
 pub const FRAME: usize = 0x1_0000;
 /// The tile store, read-only: it stands for flash.
@@ -71,6 +75,7 @@ pub const TILES_BYTES: usize = AREA_MAX + BEFORE_PIXELS;
 pub const FRAME_MEMORY: usize = 0x7d_0000;
 /// Most pixels of a frame and of a tile.
 pub const AREA_MAX: usize = 0x7c_0000;
+const _: () = assert!(MISSION + MISSION_BYTES <= PLAN && PLAN + PLAN_BYTES <= FRAME);
 const _: () = assert!(FRAME + AREA_MAX <= FRAME_MEMORY && FRAME_MEMORY + FRAME_MEMORY_BYTES <= TILES);
 const _: () = assert!(TILES + TILES_BYTES <= SIZE);
 const _: () = assert!(EDGE_WORDS + 8 * EDGE_RING <= STEP_DONE);

@@ -11,14 +11,17 @@
 mod climb;
 mod footprint;
 mod log;
+mod planned;
 mod servo;
 #[cfg(test)]
 mod tests;
 mod track;
+mod turn;
 mod wave;
 
 pub use footprint::{footprint_margin_at_m, footprint_margin_m};
 pub use log::AttitudeLog;
+pub use planned::{Line, Manner, PlannedTrack};
 
 use crate::scenario::{FollowUpMode, Scenario, ScenarioError};
 use crate::sensors::noise::stream;
@@ -69,12 +72,19 @@ pub struct TrueState {
 /// True motion over a flight.
 #[derive(Debug)]
 pub struct Motion {
-    area: Area,
-    track: Track,
-    climb: Climb,
+    course: Course,
     attitude: Attitude,
     /// `None`: the camera is fixed to the body.
     servo: Option<Servo>,
+}
+
+/// Where the vehicle goes.
+#[derive(Debug)]
+enum Course {
+    /// Around over an area, up and down.
+    Free { area: Area, track: Track, climb: Climb },
+    /// Along a plan's strips.
+    Planned(PlannedTrack),
 }
 
 #[derive(Debug)]
@@ -89,15 +99,13 @@ impl Motion {
     /// # Errors
     /// [`ScenarioError`] when the area leaves no room to fly.
     pub fn synthetic(scenario: &Scenario, area: &Area) -> Result<Self, ScenarioError> {
-        let wave = |name: &str, [low_hz, high_hz]: [f64; 2]| Wave::new(stream(scenario.seed, name), low_hz, high_hz);
-        let attitude = Attitude::Synthetic {
-            pitch: wave("motion.pitch", scenario.flight.tilt_hz),
-            roll: wave("motion.roll", scenario.flight.tilt_hz),
-            tilt_max_rad: scenario.flight.tilt_max_deg.to_radians(),
-            wander: wave("motion.wander", WANDER_HZ),
-            wander_rad: scenario.flight.heading_wander_deg.to_radians(),
-        };
-        Self::with_attitude(scenario, area, attitude)
+        Self::with_attitude(scenario, area, Attitude::synthetic(scenario))
+    }
+
+    /// Along a plan's strips, with made-up attitude around the course.
+    #[must_use]
+    pub fn planned(scenario: &Scenario, track: PlannedTrack) -> Self {
+        Self::on_course(scenario, Course::Planned(track), Attitude::synthetic(scenario))
     }
 
     /// The attitude of `log`, with made-up horizontal motion and height. The log's yaw is taken as the heading on the
@@ -119,35 +127,49 @@ impl Motion {
             )));
         }
         let seed = scenario.seed;
-        let follow_up = &scenario.follow_up;
-        Ok(Motion {
+        let course = Course::Free {
             area: *area,
             track: Track::new(stream(seed, "motion.track"), half_extent_m, scenario.flight.speed_m_s),
             climb: Climb::new(stream(seed, "motion.climb"), scenario.flight.height_m),
-            attitude,
-            servo: (follow_up.mode != FollowUpMode::Fixed).then(|| Servo::new(follow_up.servo_lag_s)),
-        })
+        };
+        Ok(Self::on_course(scenario, course, attitude))
+    }
+
+    fn on_course(scenario: &Scenario, course: Course, attitude: Attitude) -> Self {
+        let follow_up = &scenario.follow_up;
+        let servo = (follow_up.mode != FollowUpMode::Fixed).then(|| Servo::new(follow_up.servo_lag_s));
+        Motion { course, attitude, servo }
     }
 
     /// The truth at `t_us`.
     pub fn state(&self, t_us: u64) -> TrueState {
         let t_s = t_us as f64 * 1e-6;
-        let ([east, north], [v_east, v_north]) = self.track.at(t_s);
-        let (height_m, v_up) = self.climb.at(t_s);
+        let ([east_m, north_m, up_m], velocity_enu_m_s) = match &self.course {
+            Course::Free { area, track, climb } => {
+                let ([east, north], [v_east, v_north]) = track.at(t_s);
+                let (height_m, v_up) = climb.at(t_s);
+                let place = [area.centre_east_m + east, area.centre_north_m + north, area.base_up_m + height_m];
+                (place, [v_east, v_north, v_up])
+            }
+            Course::Planned(track) => {
+                let on = track.at(t_s);
+                (on.place_m, on.velocity_m_s)
+            }
+        };
         let [heading_rad, pitch_rad, roll_rad] = self.attitude_at(t_s);
         let exact = |t_s: f64| {
             let [heading_rad, pitch_rad, roll_rad] = self.attitude_at(t_s);
             follow_up_exact(heading_rad, pitch_rad, roll_rad)
         };
         TrueState {
-            east_m: self.area.centre_east_m + east,
-            north_m: self.area.centre_north_m + north,
-            up_m: self.area.base_up_m + height_m,
+            east_m,
+            north_m,
+            up_m,
             heading_rad,
             pitch_rad,
             roll_rad,
             follow_up_rad: self.servo.as_ref().map_or(0.0, |servo| servo.at(t_us, exact)),
-            velocity_enu_m_s: [v_east, v_north, v_up],
+            velocity_enu_m_s,
         }
     }
 
@@ -162,18 +184,43 @@ impl Motion {
 
     /// Root-mean-square horizontal speed that is really flown, metres a second.
     pub fn speed_m_s(&self) -> f64 {
-        self.track.speed_m_s()
+        match &self.course {
+            Course::Free { track, .. } => track.speed_m_s(),
+            Course::Planned(track) => track.speed_m_s(),
+        }
+    }
+
+    /// Direction of flight, clockwise from grid north, as it is wanted.
+    fn course_rad(&self, t_s: f64) -> f64 {
+        match &self.course {
+            Course::Free { track, .. } => track.course_rad(t_s),
+            Course::Planned(track) => track.at(t_s).course_rad,
+        }
     }
 
     /// Heading within (−π, π], pitch, roll.
     fn attitude_at(&self, t_s: f64) -> [f64; 3] {
         match &self.attitude {
             Attitude::Synthetic { pitch, roll, tilt_max_rad, wander, wander_rad } => [
-                wrapped(self.track.course_rad(t_s) + wander_rad * wander.normal(t_s)),
+                wrapped(self.course_rad(t_s) + wander_rad * wander.normal(t_s)),
                 tilt_max_rad * pitch.uniform(t_s),
                 tilt_max_rad * roll.uniform(t_s),
             ],
             Attitude::Log { log, start_s, time_scale } => log.at(start_s + t_s * time_scale),
+        }
+    }
+}
+
+impl Attitude {
+    /// As the scenario has it, decided by its seed.
+    fn synthetic(scenario: &Scenario) -> Self {
+        let wave = |name: &str, [low_hz, high_hz]: [f64; 2]| Wave::new(stream(scenario.seed, name), low_hz, high_hz);
+        Attitude::Synthetic {
+            pitch: wave("motion.pitch", scenario.flight.tilt_hz),
+            roll: wave("motion.roll", scenario.flight.tilt_hz),
+            tilt_max_rad: scenario.flight.tilt_max_deg.to_radians(),
+            wander: wave("motion.wander", WANDER_HZ),
+            wander_rad: scenario.flight.heading_wander_deg.to_radians(),
         }
     }
 }

@@ -6,12 +6,15 @@ use crate::flight::{TrueState, follow_up_exact};
 use crate::link::{Event, FrameEvent, Link, LinkError};
 use crate::render::Rendered;
 use crate::replay::annotation;
+use crate::scenario::COOL_DOWN_US;
 use crate::score::raw::{RawMatch, match_raw};
 use crate::sensors::noise::White;
-use crate::sensors::{Exposure, LineEdge, Reading, Sample, Streams, TimerModel, exposures, line_edges, lost_frames};
+use crate::sensors::{
+    Exposure, LineEdge, Reading, Sample, Shutter, ShutterLine, Streams, TimerModel, exposures, line_edges, lost_frames,
+};
 use crate::stage::Stage;
 use crate::station::{ReceivedPatch, Station};
-use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport};
+use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, PhotoReport, PlanReport};
 use std::collections::{BTreeMap, VecDeque};
 
 /// One way over the link to the autopilot, microseconds: what a TIMESYNC exchange takes each way.
@@ -36,6 +39,8 @@ pub struct FrameRecord {
     pub frame: Option<Vec<u8>>,
     /// The patch that the firmware sent.
     pub patch: Option<ReceivedPatch>,
+    /// The planned photo that it is, as the firmware called it when it committed to the exposure.
+    pub photo: Option<PhotoReport>,
 }
 
 /// A finished flight.
@@ -53,6 +58,10 @@ pub struct Flight {
     pub faults: FaultCounts,
     /// Steps of the link.
     pub steps: u64,
+    /// Numbers of the planned photos by frame, as the firmware told them with the stamped frames.
+    pub photos: BTreeMap<u32, u32>,
+    /// How far it says that the plan has been flown.
+    pub plan: Option<PlanReport>,
 }
 
 /// What is to be kept of the pictures.
@@ -77,34 +86,74 @@ impl Keep {
 pub fn fly(stage: &Stage, link: &mut dyn Link, keep: Keep, progress: &mut dyn FnMut(u32)) -> Result<Flight, LinkError> {
     link.annotate(&annotation::scene(stage.tile_centre, stage.scenario.resolution_m));
     let mut cockpit = Cockpit::new(stage, link);
-    let mut frames: Vec<FrameRecord> = Vec::with_capacity(stage.scenario.frames as usize);
-    let mut closed = 0;
-    for (exposure, is_lost) in exposures(&stage.scenario).zip(lost_frames(&stage.scenario)) {
-        cockpit.until(exposure.readout_start_us)?;
-        let truth = stage.motion.state(exposure.mid_us());
-        cockpit.link.annotate(&annotation::frame(exposure.frame, [truth.east_m, truth.north_m]));
-        let record = FrameRecord { exposure, truth, report: None, instant: None, raw: None, frame: None, patch: None };
-        if is_lost {
-            progress(exposure.frame);
-            frames.push(record);
-            continue;
+    let mut roll = Roll { frames: Vec::with_capacity(stage.scenario.frames as usize), closed: 0, keep };
+    let mut lost = lost_frames(&stage.scenario);
+    let mut end_us = stage.scenario.duration_us();
+    if stage.plan.is_some() {
+        // Exposures come as the firmware commits to them.
+        while roll.frames.len() < stage.scenario.frames as usize {
+            let Some((exposure, photo)) = cockpit.exposed(end_us)? else { break };
+            roll.take(&mut cockpit, &exposure, Some(photo), lost.next() == Some(true), progress)?;
+            if roll.frames.len() == stage.scenario.frames as usize {
+                end_us = end_us.min(exposure.readout_start_us + COOL_DOWN_US);
+                cockpit.stop_exposing();
+            }
         }
-        let rendered = picture(stage, &exposure);
-        progress(exposure.frame);
-        cockpit.frame(&exposure, &rendered.pixels)?;
-        let frame = Some(rendered.pixels);
-        // The frames before have their poses by now, and their reports.
-        for before in frames.get_mut(closed..).unwrap_or_default() {
-            cockpit.close(before, keep);
+    } else {
+        for (exposure, is_lost) in exposures(&stage.scenario).zip(lost) {
+            cockpit.until(exposure.readout_start_us)?;
+            roll.take(&mut cockpit, &exposure, None, is_lost, progress)?;
         }
-        closed = frames.len();
-        frames.push(FrameRecord { frame, ..record });
     }
-    cockpit.until(stage.scenario.duration_us())?;
+    cockpit.until(end_us)?;
+    let Roll { mut frames, closed, .. } = roll;
     for last in frames.get_mut(closed..).unwrap_or_default() {
         cockpit.close(last, keep);
     }
     Ok(cockpit.finish(frames))
+}
+
+/// The frames of a flight as they are taken.
+struct Roll {
+    frames: Vec<FrameRecord>,
+    /// Those before this one have their reports.
+    closed: usize,
+    keep: Keep,
+}
+
+impl Roll {
+    /// Takes the frame of an exposure whose first row arrives now.
+    fn take(
+        &mut self,
+        cockpit: &mut Cockpit<'_>,
+        exposure: &Exposure,
+        photo: Option<PhotoReport>,
+        is_lost: bool,
+        progress: &mut dyn FnMut(u32),
+    ) -> Result<(), LinkError> {
+        let stage = cockpit.stage;
+        let truth = stage.motion.state(exposure.mid_us());
+        cockpit.link.annotate(&annotation::frame(exposure.frame, [truth.east_m, truth.north_m]));
+        let exposure = *exposure;
+        let (report, instant, raw) = (None, None, None);
+        let mut record = FrameRecord { exposure, truth, report, instant, raw, frame: None, patch: None, photo };
+        if is_lost {
+            progress(exposure.frame);
+            self.frames.push(record);
+            return Ok(());
+        }
+        let rendered = picture(stage, &exposure);
+        progress(exposure.frame);
+        cockpit.frame(&exposure, &rendered.pixels)?;
+        record.frame = Some(rendered.pixels);
+        // The frames before have their poses by now, and their reports.
+        for before in self.frames.get_mut(self.closed..).unwrap_or_default() {
+            cockpit.close(before, self.keep);
+        }
+        self.closed = self.frames.len();
+        self.frames.push(record);
+        Ok(())
+    }
 }
 
 /// The picture of an exposure: each row the mean of so many instants of its own exposure as the scenario says, by the
@@ -135,6 +184,11 @@ struct Cockpit<'s> {
     pulse_jitter: White,
     /// Edges still to come.
     edges: VecDeque<LineEdge>,
+    shutter: Shutter,
+    line: ShutterLine,
+    /// Planned exposures whose frames are still to come, and how many there were; none are made any more without.
+    planned: VecDeque<(Exposure, PhotoReport)>,
+    exposures: Option<u32>,
     autopilot: Autopilot,
     injector: FaultInjector,
     station: Station,
@@ -153,7 +207,11 @@ impl<'s> Cockpit<'s> {
             streams: Streams::new(&stage.scenario, stage.convergence_rad),
             timer: TimerModel::new(&stage.scenario),
             pulse_jitter: White::new(stage.scenario.timer.pps_jitter_us, stage.scenario.seed, "pps"),
-            edges: line_edges(&stage.scenario).into(),
+            edges: if stage.plan.is_some() { VecDeque::new() } else { line_edges(&stage.scenario).into() },
+            shutter: Shutter::new(&stage.scenario),
+            line: ShutterLine::new(&stage.scenario),
+            planned: VecDeque::new(),
+            exposures: stage.plan.as_ref().map(|_| 0),
             autopilot: Autopilot::default(),
             injector: FaultInjector::new(&stage.scenario, "to_firmware"),
             station: Station::default(),
@@ -164,9 +222,41 @@ impl<'s> Cockpit<'s> {
         }
     }
 
-    /// Lets everything happen that reaches the board before `end_us`.
+    /// Lets everything happen until the first row of the next planned exposure arrives, which is returned, or until `end_us`.
+    fn exposed(&mut self, end_us: u64) -> Result<Option<(Exposure, PhotoReport)>, LinkError> {
+        self.until(end_us)?;
+        Ok(self.planned.pop_front().filter(|(exposure, _)| exposure.readout_start_us <= end_us))
+    }
+
+    /// Opens the shutter no more, and hands over no frame that was under way.
+    fn stop_exposing(&mut self) {
+        self.exposures = None;
+        self.planned.clear();
+    }
+
+    /// The firmware has committed to an exposure: the shutter will open, where it still can, so that its middle is then.
+    fn commit(&mut self, photo: PhotoReport) {
+        let Some(count) = self.exposures else { return };
+        let half_us = u64::from(self.stage.scenario.exposure_us) / 2;
+        let open_us = photo.mid_exposure_us.saturating_sub(half_us);
+        if open_us <= self.now_us {
+            return;
+        }
+        let exposure = self.shutter.expose(count, open_us);
+        self.exposures = Some(count + 1);
+        let mut edges: Vec<_> = self.edges.drain(..).collect();
+        edges.extend(self.line.edges(&self.stage.scenario, &exposure));
+        edges.sort_by(|a, b| a.at_us.total_cmp(&b.at_us));
+        self.edges = edges.into();
+        self.planned.push_back((exposure, photo));
+    }
+
+    /// Lets everything happen that reaches the board before `end_us`, or before the frame of a planned exposure.
     fn until(&mut self, end_us: u64) -> Result<(), LinkError> {
         loop {
+            // It may have been committed to just now.
+            let frame_us = self.planned.front().map_or(u64::MAX, |(exposure, _)| exposure.readout_start_us);
+            let end_us = end_us.min(frame_us);
             let answer_us = self.answers.first().map_or(u64::MAX, |(at, _)| *at);
             let edge_us = self.edges.front().map_or(u64::MAX, LineEdge::seen_us);
             let horizon = end_us.min(answer_us).min(edge_us).min(self.now_us + STEP_MAX_US);
@@ -235,6 +325,9 @@ impl<'s> Cockpit<'s> {
             let answer = self.autopilot.timesync_answer(stamp, at_autopilot, (system, component));
             self.answers.push((at_autopilot + LINK_DELAY_US, answer));
         }
+        for photo in std::mem::take(&mut self.station.due) {
+            self.commit(photo);
+        }
         let servo = std::mem::take(&mut self.station.servo);
         if !servo.is_empty() {
             let state = self.stage.motion.state(self.now_us);
@@ -272,6 +365,8 @@ impl<'s> Cockpit<'s> {
             servo: (count, (squares / count.max(1) as f64).sqrt()),
             faults: self.injector.counts(),
             steps: self.steps,
+            photos: self.station.photos,
+            plan: self.station.plan,
         }
     }
 }

@@ -19,6 +19,7 @@ pub mod mission;
 pub mod mount;
 pub mod oracle;
 pub mod panels;
+pub mod planned;
 pub mod planning;
 pub mod reference;
 pub mod render;

@@ -181,28 +181,32 @@ pub struct Flash {
     pub head: TileHead,
     /// The tile's pixels, row-major.
     pub tile: Vec<u8>,
+    /// The plan store; empty where photos are not planned.
+    pub plan: Vec<u8>,
 }
 
-/// Both stores, as they lie in flash.
+/// The stores, as they lie in flash.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stores {
     /// The mission store.
     pub mission: Vec<u8>,
     /// The tile store.
     pub tiles: Vec<u8>,
+    /// The plan store, or nothing.
+    pub plan: Vec<u8>,
 }
 
 impl Flash {
-    /// Both stores.
+    /// The stores.
     ///
     /// # Errors
-    /// [`InputError`] when mission or tile cannot be flown; the firmware would refuse them at boot.
+    /// [`InputError`] when mission, tile or plan cannot be flown; the firmware would refuse them at boot.
     pub fn stores(&self) -> Result<Stores, InputError> {
         let mut buffer = [0; STORE_MAX];
         let mission = self.mission.store(&mut buffer).map_err(|error| refusal(BootError::Mission(error)))?.to_vec();
         let tiles = tile_store(&self.head, &self.tile).map_err(|error| refusal(BootError::Tiles(error)))?;
-        boot::read(&mission, &tiles).map_err(refusal)?;
-        Ok(Stores { mission, tiles })
+        boot::read(&mission, &tiles, &self.plan).map_err(refusal)?;
+        Ok(Stores { mission, tiles, plan: self.plan.clone() })
     }
 }
 

@@ -12,6 +12,7 @@ mod instants;
 mod overlay;
 mod paper;
 mod parameters;
+mod plan;
 pub(crate) mod plots;
 pub(crate) mod png;
 mod provenance;
@@ -66,12 +67,14 @@ impl Report<'_> {
     pub fn html(&self) -> Result<String, ReportError> {
         let title = format!("Plumbline flight: {}", self.summary.scenario);
         let plots = self.plots()?;
+        let plan = self.plan()?;
         let body = html! {
             (self.head())
             (self.against_the_paper())
             (plots)
             (self.error_parts())
             (self.instants())
+            (plan)
             (self.strip())
             (self.board())
             (self.parameters())

@@ -15,7 +15,7 @@ mod tests;
 pub use faults::{AttitudeFaults, LinkFaults, Seconds};
 pub use ground::Ground;
 pub use tables::{
-    Attitude, Camera, Distortion, EdgeSource, Flight, FollowUp, FollowUpMode, Mount, Position, Range, Reference,
+    Attitude, Camera, Distortion, EdgeSource, Flight, FollowUp, FollowUpMode, Mount, Plan, Position, Range, Reference,
     Replay, Shutter, Timer,
 };
 
@@ -28,6 +28,21 @@ use std::path::{Path, PathBuf};
 pub const WARM_UP_US: u64 = 3_000_000;
 /// The flight goes on this long after the last frame's interval, microseconds, so that the last frame gets its pose.
 pub const COOL_DOWN_US: u64 = 1_000_000;
+
+/// What plans are flown with.
+pub const SURVEY: &str = include_str!("../scenarios/survey.toml");
+
+/// Puts the keys of `upper` over those of `lower`, table by table.
+fn lay_over(lower: &mut toml::Table, upper: toml::Table) {
+    for (key, value) in upper {
+        match (lower.get_mut(&key), value) {
+            (Some(toml::Value::Table(below)), toml::Value::Table(above)) => lay_over(below, above),
+            (_, value) => {
+                lower.insert(key, value);
+            }
+        }
+    }
+}
 
 /// Why a scenario cannot be flown: one sentence without a full stop that names file, key and value.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -97,6 +112,8 @@ pub struct Scenario {
     pub ground: Ground,
     /// A recorded attitude instead of a made-up one.
     pub replay: Option<Replay>,
+    /// A plan that is flown: its strips, its photos, its camera.
+    pub plan: Plan,
     /// What the attitude sensor does wrong.
     pub attitude_faults: AttitudeFaults,
     /// What goes wrong on the link.
@@ -131,6 +148,7 @@ impl Default for Scenario {
             timer: Timer::default(),
             ground: Ground::Procedural,
             replay: None,
+            plan: Plan::default(),
             attitude_faults: AttitudeFaults::default(),
             link_faults: LinkFaults::default(),
         }
@@ -175,6 +193,32 @@ impl Scenario {
         let mut scenario: Scenario = toml::from_str(text).map_err(|error| check::sentence(file, text, &error))?;
         scenario.resolve_paths(file, folder, data)?;
         scenario.check(file)?;
+        Ok(scenario)
+    }
+
+    /// The scenario of a flight along the plan `file`: `text` over what plans are flown with, the built-in scenario `survey`.
+    /// The other arguments are those of [`Scenario::parse`].
+    ///
+    /// # Errors
+    /// [`ScenarioError`].
+    pub fn parse_planned(
+        plan: &Path,
+        text: &str,
+        file: &str,
+        folder: &Path,
+        data: Option<&Path>,
+    ) -> Result<Self, ScenarioError> {
+        // Slips of the pen are told with their lines.
+        let _: Scenario = toml::from_str(text).map_err(|error| check::sentence(file, text, &error))?;
+        let refuse = |error: String| ScenarioError(format!("{file}: {error}"));
+        let table = |text: &str| toml::from_str::<toml::Table>(text).map_err(|error| refuse(error.to_string()));
+        let (mut whole, own) = (table(SURVEY)?, table(text)?);
+        let has_resolution = own.contains_key("resolution_m");
+        lay_over(&mut whole, own);
+        let text = toml::to_string(&whole).map_err(|error| refuse(error.to_string()))?;
+        let mut scenario = Self::parse(&text, file, folder, data)?;
+        scenario.plan.file = Some(plan.to_owned());
+        scenario.plan.has_resolution = has_resolution;
         Ok(scenario)
     }
 

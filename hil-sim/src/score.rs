@@ -11,6 +11,7 @@ mod statistics;
 use crate::fly::{Flight, FrameRecord};
 use crate::link::{Account, LinkTrouble, WorkCost};
 use crate::mount::antenna;
+use crate::planned::flown::{Flown, flown};
 use crate::stage::Stage;
 use plumbline_firmware::serial::message::Counts;
 use plumbline_firmware::wire::telemetry::{STAGES, StampHealth};
@@ -196,6 +197,8 @@ pub struct Summary {
     pub stamp_health: StampHealth,
     /// Root mean square of the servo commands off the exact angle when they arrived, degrees.
     pub servo_rms_deg: f64,
+    /// What came of the plan; null without one.
+    pub plan: Option<Flown>,
 }
 
 impl Summary {
@@ -344,6 +347,7 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
         },
         stamp_health: health.stamps,
         servo_rms_deg: flight.servo.1.to_degrees(),
+        plan: flown(stage, flight),
     }
 }
 

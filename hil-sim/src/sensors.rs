@@ -12,7 +12,7 @@ mod streams;
 mod tests;
 mod timer;
 
-pub use edges::{LineEdge, hold_off_us, line_edges, lost_frames};
-pub use shutter::{Exposure, exposures};
+pub use edges::{LineEdge, ShutterLine, hold_off_us, line_edges, lost_frames};
+pub use shutter::{Exposure, Shutter, exposures};
 pub use streams::{Reading, Sample, Streams};
 pub use timer::TimerModel;

@@ -1,10 +1,13 @@
 //! A scenario made ready to fly: ground, motion, camera, reference tile and what lies in the firmware's flash.
 
+mod planned;
+
 use crate::camera::render_camera;
 use crate::flight::{Area, AttitudeLog, Motion, TrueState, footprint_margin_at_m, footprint_margin_m};
 use crate::link::Flash;
 use crate::mission::mission_of;
 use crate::mount;
+use crate::planned::Planned;
 use crate::reference::Radiometry;
 use crate::render::{Renderer, Station};
 use crate::scenario::{self, Scenario};
@@ -47,6 +50,8 @@ pub struct Stage {
     pub tile_centre: [f64; 2],
     /// Grid convergence there.
     pub convergence_rad: f64,
+    /// The plan that is flown.
+    pub plan: Option<Planned>,
 }
 
 impl Stage {
@@ -56,9 +61,12 @@ impl Stage {
     /// One sentence for files that are missing or broken, a ground without a usable reference system or smaller than
     /// the footprint, a replay that does not cover the flight.
     pub fn prepare(scenario: Scenario) -> Result<Self, InputError> {
+        if let Some(path) = scenario.plan.file.clone() {
+            return planned::prepare(scenario, &path);
+        }
         let mut scenario = scenario;
         let camera = camera_of(&mut scenario)?;
-        let (ground, reference) = grounds(&scenario)?;
+        let (ground, reference) = grounds_of(&scenario)?;
         let crs = Crs::from_epsg(ground.epsg()).map_err(|error| of_ground(&scenario, &error.to_string()))?;
         if crs.is_geographic() {
             let why = format!("it is in degrees (EPSG:{}); a projected grid in metres is needed", ground.epsg());
@@ -81,14 +89,28 @@ impl Stage {
             Some(log) => Motion::replay(&scenario, &area, log).map_err(refuse)?,
             None => Motion::synthetic(&scenario, &area).map_err(refuse)?,
         };
-        let tile = lay(&scenario, &area, reference.as_ref().unwrap_or(&ground))?;
-        let centre = tile.centre();
+        let wanted = wanted_of(&scenario, &area);
+        Stage::finish(scenario, camera, (ground, reference), crs, motion, &wanted, Vec::new())
+    }
+
+    /// The rest of it: the tile over `wanted`, made of the other picture where there is one, and what lies in flash.
+    fn finish(
+        scenario: Scenario,
+        camera: CameraFile,
+        (ground, reference): (Ground, Option<Ground>),
+        crs: Crs,
+        motion: Motion,
+        wanted: &Bounds,
+        plan: Vec<u8>,
+    ) -> Result<Self, InputError> {
+        let tile = lay(&scenario, wanted, reference.as_ref().unwrap_or(&ground))?;
+        let tile_centre = tile.centre();
         let head = tile.head(&crs)?;
-        let convergence_rad = crs.convergence_rad(centre[0], centre[1])?;
-        let flash = Flash { mission: mission_of(&scenario, &camera), head, tile: tile.pixels };
+        let convergence_rad = crs.convergence_rad(tile_centre[0], tile_centre[1])?;
+        let flash = Flash { mission: mission_of(&scenario, &camera), head, tile: tile.pixels, plan };
         flash.stores()?;
         let renderer = Renderer::new(render_camera(&camera), RENDER_SAMPLES);
-        Ok(Stage { scenario, camera, ground, crs, motion, renderer, flash, tile_centre: centre, convergence_rad })
+        Ok(Stage { scenario, camera, ground, crs, motion, renderer, flash, tile_centre, convergence_rad, plan: None })
     }
 
     /// Where the camera's mount is in `state`, and where the follow-up axis has it look: the camera's own station less its
@@ -162,7 +184,7 @@ pub(crate) fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputErro
 }
 
 /// What is flown over, and what the reference is made of where that is another picture.
-fn grounds(scenario: &Scenario) -> Result<(Ground, Option<Ground>), InputError> {
+fn grounds_of(scenario: &Scenario) -> Result<(Ground, Option<Ground>), InputError> {
     let scenario::Ground::Ortho { ortho, dem, reference } = &scenario.ground else {
         return Ok((procedural(scenario.seed), None));
     };
@@ -283,13 +305,17 @@ fn heights(ground: &Ground, half_m: f64) -> (f64, f64) {
     (sum / (SIDE * SIDE) as f64, low)
 }
 
-/// Covers where the vehicle flies, what a patch shows around it, and the search.
-fn lay(scenario: &Scenario, area: &Area, reference: &Ground) -> Result<Tile, InputError> {
+/// Where the vehicle flies, what a patch shows around it, and the search.
+fn wanted_of(scenario: &Scenario, area: &Area) -> Bounds {
     let r = scenario.resolution_m;
     let reach_m = area.half_extent_m + r * (0.5 * PATCH_PX + f64::from(scenario.search_px) + TILE_SLACK_PX);
     let (east, north) = (area.centre_east_m, area.centre_north_m);
-    let wanted =
-        Bounds { west_m: east - reach_m, east_m: east + reach_m, south_m: north - reach_m, north_m: north + reach_m };
+    Bounds { west_m: east - reach_m, east_m: east + reach_m, south_m: north - reach_m, north_m: north + reach_m }
+}
+
+/// The tile over `wanted`.
+fn lay(scenario: &Scenario, wanted: &Bounds, reference: &Ground) -> Result<Tile, InputError> {
+    let r = scenario.resolution_m;
     let radiometry = &scenario.reference;
     let radiometry = Radiometry {
         gamma: radiometry.gamma,
@@ -299,7 +325,7 @@ fn lay(scenario: &Scenario, area: &Area, reference: &Ground) -> Result<Tile, Inp
         changed_fraction: radiometry.changed_fraction,
         seed: scenario.seed,
     };
-    let frame = Frame::within(reference, &wanted, r);
+    let frame = Frame::within(reference, wanted, r);
     let needed = PATCH_PX.min(16.0) + 2.0 * f64::from(scenario.search_px);
     if !(frame.cols >= needed && frame.rows >= needed) {
         let (cols, rows) = (frame.cols, frame.rows);

@@ -6,7 +6,7 @@ use mavlink::dialects::common::{
 };
 use mavlink::{MavlinkVersion, MessageData};
 use plumbline_firmware::wire::decoder::{Decoder, Packet};
-use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, Telemetry};
+use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, PhotoReport, PlanReport, Telemetry};
 use std::collections::BTreeMap;
 
 /// A rectified patch as it was received.
@@ -36,6 +36,12 @@ pub struct Station {
     pub timesync: Vec<(i64, u8, u8)>,
     /// The newest health.
     pub health: Health,
+    /// Planned exposures told since last asked.
+    pub due: Vec<PhotoReport>,
+    /// Numbers of the planned photos, by frame.
+    pub photos: BTreeMap<u32, u32>,
+    /// How far the plan has been flown, as it was told last.
+    pub plan: Option<PlanReport>,
     /// Messages by id.
     pub messages: BTreeMap<u32, u64>,
     /// The frame whose patch is being received.
@@ -76,6 +82,13 @@ impl Station {
                         self.instants.entry(report.sequence).or_insert(report);
                     }
                     Some(Telemetry::Health(health)) => self.health = health,
+                    Some(Telemetry::Photo(report)) => match report.frame {
+                        Some(frame) => {
+                            self.photos.entry(frame).or_insert(report.photo);
+                        }
+                        None => self.due.push(report),
+                    },
+                    Some(Telemetry::Plan(report)) => self.plan = Some(report),
                     None => {}
                 }
             }

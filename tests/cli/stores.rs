@@ -65,7 +65,7 @@ fn what_is_made_boots() {
     folder.write("camera.toml", CAMERA);
     folder.run(TILES).done();
     folder.run("mission --camera camera.toml --out mission.bin").done();
-    assert!(boot::read(&folder.read("mission.bin"), &folder.read("tiles.bin")).is_ok());
+    assert!(boot::read(&folder.read("mission.bin"), &folder.read("tiles.bin"), &[]).is_ok());
 }
 
 #[test]

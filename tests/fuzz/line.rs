@@ -59,13 +59,14 @@ impl Target for Host {
 
     fn seeds(&self) -> Vec<Vec<u8>> {
         let welcome = Welcome {
-            version: 1,
+            version: 2,
             boot: 3,
             core_clock_hz: 480_000_000,
             counts: Counts::Cycles,
             piece_max: 2048,
             mission_room: 1024,
             tile_room: 400_000,
+            plan_room: 16_384,
             board: "board",
             firmware: "0.1.0",
         };

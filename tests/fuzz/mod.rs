@@ -37,6 +37,7 @@ pub fn targets() -> Vec<Box<dyn Target>> {
         Box::new(mavlink::Mavlink::new()),
         Box::new(stores::Mission::new()),
         Box::new(stores::Tiles),
+        Box::new(stores::Plan),
         Box::new(stores::Camera),
         Box::new(log::Log::new()),
         Box::new(line::Device),

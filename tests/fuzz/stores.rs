@@ -1,12 +1,14 @@
-//! What is read before a flight: both stores in flash, and the camera file on the ground.
+//! What is read before a flight: the stores in flash, and the camera file on the ground.
 
 use super::Target;
+use plumbline_core::exposure::{Exposures, Limits, Planned};
+use plumbline_core::pose::place::Place;
 use plumbline_core::tile::{Geographic, Georeference};
-use plumbline_core::units::Radians;
+use plumbline_core::units::{Micros, Radians};
 use plumbline_firmware::boot;
 use plumbline_firmware::stores::framing::{HEADER_BYTES, checksum};
 use plumbline_firmware::stores::tiles::TileHead;
-use plumbline_firmware::stores::{mission, tiles};
+use plumbline_firmware::stores::{mission, plan, tiles};
 use plumbline_sim::link::{Flash, Stores, tile_store};
 use plumbline_sim::scenario::Scenario;
 use plumbline_sim::stage::Stage;
@@ -23,6 +25,8 @@ pub fn flash() -> Flash {
 pub struct Mission(Stores);
 /// The tile store.
 pub struct Tiles;
+/// The plan store.
+pub struct Plan;
 /// The camera file.
 pub struct Camera;
 
@@ -47,7 +51,7 @@ impl Target for Mission {
 
     fn read(&mut self, input: &[u8]) -> Result<(), String> {
         // What it says is checked as at boot, and settings that pass have passed their own check.
-        if let Ok(flight) = boot::read(input, &self.0.tiles) {
+        if let Ok(flight) = boot::read(input, &self.0.tiles, &[]) {
             flight.settings.check().map_err(|error| format!("settings that were taken are refused: {error:?}"))?;
         }
         let told = mission::read(input).is_ok();
@@ -92,6 +96,68 @@ impl Target for Tiles {
         let _ = tile.georeference().geographic(local);
         let _ = tile.georeference().local(tile.georeference().centre);
         Ok(())
+    }
+}
+
+impl Target for Plan {
+    fn name(&self) -> &'static str {
+        "plan"
+    }
+
+    fn seeds(&self) -> Vec<Vec<u8>> {
+        let limits = Limits { interval_us: 1_000_000, across_m: 20.0 };
+        let store = |strips: u32, each: u32| {
+            let of_strips: Vec<u8> =
+                (0..strips).flat_map(|n| plan::entry(n * each, (n as f32 - 2.0).to_bits())).collect();
+            let of_photos: Vec<u8> =
+                (0..strips * each).flat_map(|n| plan::entry(481_850_000 + n * 900, 163_690_000 - n * 70)).collect();
+            [&plan::before(limits, &of_strips, &of_photos)[..], &of_strips, &of_photos].concat()
+        };
+        vec![store(1, 1), store(3, 4), store(5, 40)]
+    }
+
+    fn seal(&self, input: &mut Vec<u8>) {
+        seal(input);
+    }
+
+    /// A plan that was taken has strips that follow each other, and can be flown along from anywhere.
+    fn read(&mut self, input: &[u8]) -> Result<(), String> {
+        let Ok(Some(plan)) = plan::read(input) else { return Ok(()) };
+        let georeference = georeference();
+        let on_grid = plan.on(&georeference);
+        let mut end = 0;
+        for number in 0.. {
+            let Some(strip) = on_grid.strip(number) else { break };
+            if strip.first != end || strip.end <= strip.first || strip.end > plan.photos() {
+                return Err(format!("strip {number} is {strip:?} behind {end}"));
+            }
+            end = strip.end;
+        }
+        if end != plan.photos() {
+            return Err(format!("the strips end at {end} of {} photos", plan.photos()));
+        }
+        let mut exposures = Exposures::new(plan.limits());
+        for step in 0..40u64 {
+            let east_m = 60.0 * step as f32 - 1000.0;
+            let place = Place { east_m, north_m: 10.0, east_m_per_s: 40.0, north_m_per_s: -(step as f32) };
+            let _ = exposures.look(&on_grid, &place, Micros(1_000_000 + 100_000 * step));
+        }
+        let counts = exposures.counts();
+        let sum =
+            [counts.passed, counts.off_line, counts.too_soon].iter().fold(counts.exposed, |a, b| a.saturating_add(*b));
+        if sum == exposures.next() { Ok(()) } else { Err(format!("{counts:?} at {}", exposures.next())) }
+    }
+}
+
+/// A place in Austria.
+fn georeference() -> Georeference {
+    Georeference {
+        epsg: 31256,
+        centre: Geographic { lat_e7: 481_850_000, lon_e7: 163_690_000 },
+        east: [743.0, 0.1, 0.0, 0.0, 0.0],
+        north: [-0.1, 1112.0, 0.0, 0.0, 0.0],
+        convergence: Radians(0.01),
+        point_scale: 1.0,
     }
 }
 

@@ -61,7 +61,7 @@ struct Board {
 fn board(application: fn(&'static Wires) -> Pin<Box<dyn Future<Output = ()>>>) -> Board {
     let (runs, uploaded) = (Rc::new(Cell::new(0)), Rc::new(Cell::new(None)));
     let machine = Bench { runs: runs.clone(), application, running: None, uploaded: uploaded.clone() };
-    let stores = Stores::new(vec![0; 100].leak(), vec![0; 3000].leak());
+    let stores = Stores::new(vec![0; 100].leak(), vec![0; 3000].leak(), vec![0; 50].leak());
     Board { session: Session::new(machine, Box::leak(Box::default()), stores), runs, uploaded }
 }
 
@@ -166,8 +166,8 @@ fn a_board_flies_once_between_two_resets() {
     let mut board = board(idle);
     board.fly();
     assert_eq!(
-        board.uploaded.get().map(|uploaded| (uploaded.mission, uploaded.tile)),
-        Some((&b"mission"[..], &b"tile"[..]))
+        board.uploaded.get().map(|uploaded| (uploaded.mission, uploaded.tile, uploaded.plan)),
+        Some((&b"mission"[..], &b"tile"[..], &b""[..]))
     );
     board.is(2, 1, Request::Open, Answer::Refused(Refused::Busy));
     // The flight goes on.
@@ -202,6 +202,14 @@ fn what_is_uploaded_is_what_was_announced_or_nothing() {
     other.is(1, 7, piece(0, b"tilt"), Answer::Done);
     other.is(1, 8, Request::Start, Answer::Refused(Refused::Damaged(Store::Tile)));
     assert!(other.uploaded.get().is_none());
+    // A plan may be left out; one that was announced must come.
+    let mut planned = board(idle);
+    planned.load(b"mission", b"tile");
+    planned.is(1, 6, Request::Announce { store: Store::Plan, bytes: 4, crc: checksum(b"plan") }, Answer::Done);
+    planned.is(1, 7, Request::Start, Answer::Refused(Refused::Damaged(Store::Plan)));
+    planned.is(1, 8, Request::Piece { store: Store::Plan, offset: 0, bytes: b"plan" }, Answer::Done);
+    planned.is(1, 9, Request::Start, Answer::Done);
+    assert_eq!(planned.uploaded.get().map(|uploaded| uploaded.plan), Some(&b"plan"[..]));
     let mut refused = board(idle);
     refused.load(b"bad", b"tile");
     refused.is(1, 6, Request::Start, Answer::Refused(Refused::Boot(["mission store: ", "nothing there"])));

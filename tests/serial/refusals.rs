@@ -64,6 +64,7 @@ fn welcome(version: u16, tile_room: u32) -> impl Fn(u32, u32) -> Vec<u8> + Send 
             piece_max: 2048,
             mission_room: 4096,
             tile_room,
+            plan_room: 4096,
             board: "test",
             firmware: "0",
         };
@@ -91,7 +92,7 @@ fn every_line_that_cannot_be_flown_has_its_sentence() {
         (&answering("babbling", |_, _| b"\0login: \0\0AT OK\0".to_vec()), "nobody answers"),
         (
             &answering("newer", welcome(VERSION + 1, 1 << 20)),
-            "speaks version 2 of the protocol, this command version 1",
+            "speaks version 3 of the protocol, this command version 2",
         ),
         (&answering("small", welcome(VERSION, 10_000)), "and the board has room for 10000"),
     ];

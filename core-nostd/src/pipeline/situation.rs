@@ -8,6 +8,7 @@ use crate::homography::rolling::{Band, Bands, BandsError, Displacement, offset_u
 use crate::math::{self, hypot};
 use crate::motion::{Moving, Rates, Velocity};
 use crate::mount::Mount;
+use crate::pose::place::Place;
 use crate::pose::{Method, PoseError, Wait};
 use crate::tile::Local;
 use crate::tilt::{Attitude, equivalent_tilt, follow_up_command};
@@ -166,6 +167,19 @@ impl Pipeline<'_> {
         } else {
             Refusal::NoFollowUp
         }
+    }
+
+    /// Where the camera is at `at` and how fast: the newest position carried on with its velocity, and the lever arm by the newest
+    /// attitude; for instants near them. `None` where they do not tell.
+    pub fn camera_at(&self, at: Micros) -> Option<Place> {
+        if self.is_off_the_map {
+            return None;
+        }
+        let (_, attitude) = self.streams.attitude.history().newest()?;
+        let [north_m, _, east_m] = self.settings().mount.camera_offset(attitude);
+        let (history, age_us) = (self.streams.position.history(), self.settings().position_age_us);
+        let place = self.smoothers.position.carried_to(history, at, age_us).ok()?.place;
+        Some(Place { east_m: place.east_m + east_m, north_m: place.north_m + north_m, ..place })
     }
 
     /// Where the camera should be: the navigation's position carried on, plus the lever arm.

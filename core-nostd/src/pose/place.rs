@@ -94,6 +94,34 @@ impl Predictor {
         at: Micros,
         age_us: u32,
     ) -> Result<Predicted, PoseError> {
+        let (newest, carried) = self.newest(history, at, age_us)?;
+        match self.fitted(history, at, newest) {
+            Some(fitted) if fitted.sigma_m < carried.sigma_m => Ok(fitted),
+            _ => Ok(carried),
+        }
+    }
+
+    /// The same without a look at the fit: a second copy of it would cost a board 4 KB, and smooths white noise alone, which
+    /// is the smaller part of a navigation's error.
+    ///
+    /// # Errors
+    /// Those of [`Predictor::at`].
+    pub fn carried_to<const N: usize>(
+        &self,
+        history: &History<Place, 4, N>,
+        at: Micros,
+        age_us: u32,
+    ) -> Result<Predicted, PoseError> {
+        self.newest(history, at, age_us).map(|(_, carried)| carried)
+    }
+
+    /// The newest sample, and carried on to `at`.
+    fn newest<const N: usize>(
+        &self,
+        history: &History<Place, 4, N>,
+        at: Micros,
+        age_us: u32,
+    ) -> Result<(Place, Predicted), PoseError> {
         let (newest_at, newest) = history.newest().ok_or(PoseError::TooOld)?;
         let age = at.since(newest_at);
         if age.unsigned_abs() > age_us {
@@ -102,11 +130,7 @@ impl Predictor {
         if self.hangs(history) {
             return Err(PoseError::Stuck);
         }
-        let carried = self.carried(newest, age as f32 * 1e-6);
-        match self.fitted(history, at, newest) {
-            Some(fitted) if fitted.sigma_m < carried.sigma_m => Ok(fitted),
-            _ => Ok(carried),
-        }
+        Ok((newest, self.carried(newest, age as f32 * 1e-6)))
     }
 
     /// Whether the last positions are the same to the bit though the vehicle, by its velocity, has gone further than noise

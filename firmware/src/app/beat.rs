@@ -20,6 +20,7 @@ pub async fn beat(app: &App<'_>, timer: &mut impl Timer) -> ! {
             app.post(Out::Beat);
         }
         app.stamper.with(|stamper| stamper.keep(now));
+        app.look_for_exposure(now);
         app.fresh.signal(());
         count = count.wrapping_add(1);
         at = Ticks(at.0.wrapping_add(INTERVAL_TICKS));

@@ -64,7 +64,11 @@ impl State {
             }
             Incoming::FollowUp(at, angle) => app.pipeline.with(|p| p.streams.follow_up(instants(at), angle)),
             Incoming::Slant(at, slant) => app.pipeline.with(|p| p.streams.slant(instants(at), slant)),
-            Incoming::Position(sample) => app.pipeline.with(|p| p.position(sample, arrived_at)),
+            Incoming::Position(sample) => {
+                let taken = app.pipeline.with(|p| p.position(sample, arrived_at));
+                app.look_for_exposure(now);
+                taken
+            }
             Incoming::Timesync { sent_ns, theirs } => {
                 let sent = Ticks((sent_ns / 1000) as u32);
                 app.stamper.with(|stamper| stamper.clock.on_timesync(sent, theirs, now));

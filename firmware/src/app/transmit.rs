@@ -10,7 +10,7 @@ use crate::wire::telemetry::{Health, InstantReport, MotionTold, StampHealth, Tel
 use plumbline_core::motion::image_motion;
 use plumbline_core::stamp::Stamper;
 use plumbline_core::tilt::Attitude;
-use plumbline_core::units::Radians;
+use plumbline_core::units::{Micros, Radians};
 
 /// Transmits for ever.
 pub async fn transmit(app: &App<'_>, writer: &mut impl Writer, timer: &impl Timer, gauge: &impl Gauge) -> ! {
@@ -24,9 +24,17 @@ pub async fn transmit(app: &App<'_>, writer: &mut impl Writer, timer: &impl Time
                 writer.write(bytes).await;
                 let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Health(health(app, timer, gauge))));
                 writer.write(bytes).await;
+                if let Some(report) = app.plan_report() {
+                    let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Plan(report)));
+                    writer.write(bytes).await;
+                }
             }
             Out::Servo(follow_up) => {
                 let bytes = encoder.encode(&outgoing::servo(follow_up));
+                writer.write(bytes).await;
+            }
+            Out::Photo(report) => {
+                let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Photo(report)));
                 writer.write(bytes).await;
             }
             Out::Text(severity, line) => {
@@ -110,6 +118,11 @@ async fn frame_out(
     writer.write(bytes).await;
     let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Frame(frame.report)));
     writer.write(bytes).await;
+    let stamped = frame.instant.stamp.and_then(|stamp| app.photo(Micros(stamp.mid_us), frame.report.sequence));
+    if let Some(report) = stamped {
+        let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Photo(report)));
+        writer.write(bytes).await;
+    }
     if let (true, Some(number)) = (app.send_patches, frame.patch) {
         picture_out(app, number, encoder, writer).await;
     }

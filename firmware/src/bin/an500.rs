@@ -46,8 +46,10 @@ mod board {
         let mission = unsafe { psram::bytes(at::MISSION, at::MISSION_BYTES) };
         // SAFETY: as above.
         let tiles = unsafe { psram::bytes(at::TILES, at::TILES_BYTES) };
+        // SAFETY: as above.
+        let plan = unsafe { psram::bytes(at::PLAN, at::PLAN_BYTES) }.unwrap_or(&[]);
         let mission = mission.ok_or(BootError::Mission(StoreError::Nothing))?;
-        let flight = boot::read(mission, tiles.ok_or(BootError::Tiles(StoreError::Nothing))?)?;
+        let flight = boot::read(mission, tiles.ok_or(BootError::Tiles(StoreError::Nothing))?, plan)?;
         // SAFETY: `boot` runs once.
         let frame_memory = unsafe { psram::frame_memory() };
         Ok(APP.uninit().write(flight.app(BUFFERS.take(), frame_memory, &NoJournal)?))

@@ -29,6 +29,7 @@ mod board {
 
     /// What lies in the PSRAM: its start and size, bytes.
     const MISSION: (usize, usize) = (at::MISSION, at::MISSION_BYTES);
+    const PLAN: (usize, usize) = (at::PLAN, at::PLAN_BYTES);
     const ROWS: (usize, usize) = (0x1_0000, 0x3_0000);
     const TILE: (usize, usize) = (at::TILES, at::TILES_BYTES);
 
@@ -111,10 +112,10 @@ mod board {
         let executor = FLIGHT_EXECUTOR.init(run::executor(&FLIGHT));
         let line = LINE_EXECUTOR.init(run::executor(&LINE));
         // SAFETY: `main` runs once, and nothing else uses these parts of the PSRAM.
-        let rooms = unsafe { psram::room(MISSION.0, MISSION.1).zip(psram::room(TILE.0, TILE.1)) };
-        if let Some((mission, tile)) = rooms {
+        let rooms = unsafe { [MISSION, TILE, PLAN].map(|(start, size)| psram::room(start, size)) };
+        if let [Some(mission), Some(tile), Some(plan)] = rooms {
             let machine = Emulated { boot, executor };
-            let session = SESSION.init_with(|| Session::new(machine, WIRES.take(), Stores::new(mission, tile)));
+            let session = SESSION.init_with(|| Session::new(machine, WIRES.take(), Stores::new(mission, tile, plan)));
             if let Ok(task) = line_task(session) {
                 line.spawner().spawn(task);
             }

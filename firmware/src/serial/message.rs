@@ -98,13 +98,15 @@ pub enum Event<'a> {
     },
 }
 
-/// One of the two blobs that stand for flash.
+/// One of the blobs that stand for flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Store {
     /// Camera, settings, georeference.
     Mission,
     /// The reference tile.
     Tile,
+    /// Where photos are to be taken; it may be left out.
+    Plan,
 }
 
 /// What the board answers.
@@ -153,6 +155,8 @@ pub struct Welcome<'a> {
     pub mission_room: u32,
     /// Room for the tile, bytes.
     pub tile_room: u32,
+    /// Room for the plan, bytes.
+    pub plan_room: u32,
     /// Name of the board, at most 32 bytes.
     pub board: &'a str,
     /// Version of the firmware, at most 32 bytes.

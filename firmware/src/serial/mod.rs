@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`message`] | requests of the simulator, answers of the board |
 //! | [`frame`] | messages to bytes and back: postcard, CRC32, COBS |
-//! | [`stores`] | what is uploaded before a flight: the two blobs that stand for flash |
+//! | [`stores`] | what is uploaded before a flight: the blobs that stand for flash |
 //! | [`wires`] | link and capture timer as the application sees them |
 //! | [`camera`] | the front end as the application sees it |
 //! | [`session`] | requests in, answers out: each request is done once |
@@ -31,7 +31,7 @@ pub mod wires;
 
 /// Version of the protocol. Framing, the envelope and `Hello` and `Welcome` up to their version stay as they are in all
 /// versions, so that two versions can tell each other.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// Most bytes of payload in a message: a piece of an upload, of a frame's rows, or of what the application sent.
 pub const PIECE_MAX: usize = 2048;
 /// Most bytes that the application may have sent and the simulator not yet fetched; a writer beyond waits. More than a

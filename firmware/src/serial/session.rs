@@ -75,7 +75,7 @@ pub struct Session<M> {
     machine: M,
     wires: &'static Wires,
     stores: Stores,
-    room: (u32, u32),
+    room: [u32; 3],
     stage: Stage,
     current: Option<u32>,
     /// The last request done, and how long its answer is.
@@ -194,15 +194,16 @@ impl<M: Machine> Session<M> {
     }
 }
 
-fn welcome(identity: &Identity, room: (u32, u32)) -> Welcome<'static> {
+fn welcome(identity: &Identity, [mission_room, tile_room, plan_room]: [u32; 3]) -> Welcome<'static> {
     Welcome {
         version: VERSION,
         boot: identity.boot,
         core_clock_hz: identity.core_clock_hz,
         counts: identity.counts,
         piece_max: PIECE_MAX as u16,
-        mission_room: room.0,
-        tile_room: room.1,
+        mission_room,
+        tile_room,
+        plan_room,
         board: identity.board,
         firmware: env!("CARGO_PKG_VERSION"),
     }

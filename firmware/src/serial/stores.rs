@@ -1,15 +1,17 @@
-//! What is uploaded before a flight: two blobs that stand for flash. What is in them is the application's affair.
+//! What is uploaded before a flight: the blobs that stand for flash, of which the plan may be missing. What is in them is the application's affair.
 
 use super::message::{Refused, Store};
 use crate::stores::framing::checksum;
 
-/// Room for both, as a board gives it.
+/// Room for all, as a board gives it.
 #[derive(Debug)]
 pub struct Stores {
     /// Camera, settings, georeference.
     mission: Room,
     /// The reference tile.
     tile: Room,
+    /// Where photos are to be taken.
+    plan: Room,
 }
 
 /// What was uploaded, whole and checked.
@@ -19,6 +21,8 @@ pub struct Uploaded {
     pub mission: &'static [u8],
     /// The reference tile.
     pub tile: &'static [u8],
+    /// Where photos are to be taken; empty where that is not planned.
+    pub plan: &'static [u8],
 }
 
 /// Room for one, and what is in it.
@@ -32,19 +36,19 @@ struct Room {
 
 impl Stores {
     /// Empty ones in this memory.
-    pub fn new(mission: &'static mut [u8], tile: &'static mut [u8]) -> Self {
+    pub fn new(mission: &'static mut [u8], tile: &'static mut [u8], plan: &'static mut [u8]) -> Self {
         let room = |memory| Room { memory, announced: None, filled: 0 };
-        Stores { mission: room(mission), tile: room(tile) }
+        Stores { mission: room(mission), tile: room(tile), plan: room(plan) }
     }
 
-    /// Bytes of room for mission and tile.
-    pub fn room(&self) -> (u32, u32) {
-        (self.mission.memory.len() as u32, self.tile.memory.len() as u32)
+    /// Bytes of room for mission, tile and plan.
+    pub fn room(&self) -> [u32; 3] {
+        [&self.mission, &self.tile, &self.plan].map(|room| room.memory.len() as u32)
     }
 
     /// Forgets what was announced and uploaded.
     pub fn clear(&mut self) {
-        for room in [&mut self.mission, &mut self.tile] {
+        for room in [&mut self.mission, &mut self.tile, &mut self.plan] {
             (room.announced, room.filled) = (None, 0);
         }
     }
@@ -53,6 +57,7 @@ impl Stores {
         match store {
             Store::Mission => &mut self.mission,
             Store::Tile => &mut self.tile,
+            Store::Plan => &mut self.plan,
         }
     }
 
@@ -84,17 +89,20 @@ impl Stores {
         Ok(())
     }
 
-    /// Hands both over, for ever.
+    /// Hands all over, for ever. A plan that was not announced is none.
     ///
     /// # Errors
     /// [`Refused::Damaged`] where one is not what was announced; nothing is handed over then.
     pub fn hand_over(&mut self) -> Result<Uploaded, Refused<'static>> {
-        for store in [Store::Mission, Store::Tile] {
-            if !self.of(store).is_whole() {
+        for store in [Store::Mission, Store::Tile, Store::Plan] {
+            let room = self.of(store);
+            let may_be_missing = store == Store::Plan && room.announced.is_none();
+            if !(room.is_whole() || may_be_missing) {
                 return Err(Refused::Damaged(store));
             }
         }
-        Ok(Uploaded { mission: self.mission.hand_over(), tile: self.tile.hand_over() })
+        let (mission, tile) = (self.mission.hand_over(), self.tile.hand_over());
+        Ok(Uploaded { mission, tile, plan: self.plan.hand_over() })
     }
 }
 

@@ -1,8 +1,8 @@
-//! The header in front of either store, 32 bytes, a flash word of the STM32H7, little-endian:
+//! The header in front of a store, 32 bytes, a flash word of the STM32H7, little-endian:
 //!
 //! | bytes | |
 //! |---|---|
-//! | 0..4 | magic: `PLBM` the mission, `PLBT` the reference tile |
+//! | 0..4 | magic: `PLBM` the mission, `PLBT` the reference tile, `PLBP` the plan |
 //! | 4..6 | version of the payload's format |
 //! | 6..8 | zeros |
 //! | 8..12 | bytes of payload, which follows the header |
@@ -22,7 +22,7 @@ const CHECKED: usize = HEADER_BYTES - 4;
 /// CRC-32/ISO-HDLC, of stores, log and line.
 pub(crate) const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// The checksum of both stores, of the log and of the line.
+/// The checksum of all stores, of the log and of the line.
 pub fn checksum(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }

@@ -4,8 +4,10 @@
 //! ground station would want to see; floats travel as their bits, so every link gives the same figures.
 
 mod instant;
+mod plan;
 
 pub use instant::{InstantReport, MotionTold, PoseTold, StampHealth, StampTold};
+pub use plan::{PhotoReport, PlanReport};
 use plumbline_core::pipeline::Refusal;
 use serde::{Deserialize, Serialize};
 
@@ -106,6 +108,10 @@ pub enum Telemetry {
     Health(Health),
     /// What belongs to the instant of a frame's exposure; sent before the frame's report.
     Instant(InstantReport),
+    /// A planned photo, before its exposure and with its frame.
+    Photo(PhotoReport),
+    /// How far the plan has been flown; sent behind health.
+    Plan(PlanReport),
 }
 
 impl Telemetry {

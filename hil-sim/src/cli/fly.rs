@@ -19,6 +19,7 @@ use plumbline_sim::stage::Stage;
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::{check_file, write_file};
 use sha2::{Digest, Sha256};
+use std::io::Write;
 use std::path::PathBuf;
 
 /// Frames shown in the report, spread over the flight.
@@ -58,9 +59,13 @@ pub struct Args {
     /// Attitude log to fly (CSV with t_s, roll_deg, pitch_deg, yaw_deg), from its first row
     #[arg(long, value_name = "CSV")]
     replay: Option<PathBuf>,
-    /// Flight plan to fly
-    #[arg(long, value_parser = plan)]
-    plan: Option<String>,
+    /// Plan to fly: plan.json, as `plumbline plan` writes it
+    ///
+    /// Its strips are flown one after the other over its elevation model (or --dem), with its camera; the firmware has the plan
+    /// in flash and decides when a photo is due. The scenario's keys apply as far as the plan leaves them open; without one the
+    /// platform is calm and the camera fixed to it. --frames N ends after N photos.
+    #[arg(long, value_name = "PLAN", conflicts_with = "replay")]
+    plan: Option<PathBuf>,
     /// Folder for fixes.csv, poses.csv, report.json and report.html; nothing is written unless given
     ///
     /// poses.csv is the truth: where the antenna was on the grid of fixes.csv, how high the camera above the ground, heading
@@ -99,10 +104,6 @@ fn reach(text: &str) -> Result<Reach, String> {
     }
 }
 
-fn plan(_: &str) -> Result<String, String> {
-    Err("flying a plan is not in this version".to_owned())
-}
-
 pub fn run(args: &Args) -> Result<(), Failure> {
     let scenario = setting::scenario(args)?;
     let output = Output::check(args)?;
@@ -117,6 +118,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let stage = Stage::prepare(scenario)?;
     let frames = stage.scenario.frames;
+    for note in stage.plan.iter().flat_map(|plan| &plan.notes) {
+        say(note);
+    }
     let (mut link, mut linked) = link(args, &stage)?;
     let keep = Keep { first: args.dump.unwrap_or(0), every: frames.div_ceil(PICTURED).max(1) };
     let bar = progress_bar(frames);
@@ -139,6 +143,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return print_json(&summary);
     }
     tell::tell(&summary, args.out.as_deref())
+}
+
+/// What was decided for the flight, a line on stderr. Nobody to read it is no reason not to fly.
+fn say(note: &str) {
+    let _ = writeln!(std::io::stderr(), "{note}");
 }
 
 /// On stderr, and only where somebody sees it.

@@ -1,27 +1,34 @@
-//! `plumbline mission`: camera, calibration and settings for the board's flash.
+//! `plumbline mission`: camera, calibration and settings for the board's flash; or where photos are to be taken.
 
 use super::{Failure, print, print_json};
 use plumbline_firmware::boot::BootError;
 use plumbline_firmware::stores::framing::checksum;
 use plumbline_firmware::stores::mission::{KIND, STORE_MAX};
+use plumbline_firmware::stores::plan;
 use plumbline_sim::mission::settings::mission;
+use plumbline_sim::planned::limits;
+use plumbline_sim::planned::store::of_file;
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::{check_file, write_file};
+use plumbline_survey::plan::PlanFile;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Camera file (TOML)
-    #[arg(long, value_name = "FILE")]
-    camera: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "plan")]
+    camera: Option<PathBuf>,
+    /// Plan (plan.json) of which the plan store is made, instead of a mission store
+    #[arg(long, value_name = "PLAN", conflicts_with_all = ["camera", "head", "settings"])]
+    plan: Option<PathBuf>,
     /// Which head of the camera file flies, counted from 1; a file of several needs it, here or in the settings
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..), allow_negative_numbers = true)]
     head: Option<u8>,
     /// Settings file (TOML): mount, sensors, shutter, search, with the keys of a scenario; the default scene's unless given
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
-    /// The mission store to write
+    /// The store to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Print what it is as one JSON document
@@ -39,12 +46,53 @@ struct Told {
     crc32: String,
 }
 
+#[derive(Serialize)]
+struct ToldOfPlan {
+    strips: usize,
+    photos: usize,
+    interval_s: f64,
+    across_m: f64,
+    version: u16,
+    bytes: usize,
+    crc32: String,
+}
+
+/// The plan store.
+fn plan(path: &Path, args: &Args) -> Result<(), Failure> {
+    let file = PlanFile::read(path)?;
+    let store = of_file(&file).map_err(|error| InputError::new(format!("{}: {error}", path.display())))?;
+    write_file(&args.out, &store)?;
+    let limits = limits(&file);
+    let told = ToldOfPlan {
+        strips: file.strips.len(),
+        photos: file.photo_count,
+        interval_s: f64::from(limits.interval_us) * 1e-6,
+        across_m: limits.across_m.into(),
+        version: plan::KIND.version,
+        bytes: store.len(),
+        crc32: format!("{:08x}", checksum(&store)),
+    };
+    if args.json {
+        return print_json(&told);
+    }
+    let out = args.out.display();
+    print(&format!(
+        "{:<14}{} photos in {} strips\n{:<14}{} s between photos, {:.1} m off the line at most\n{:<14}{out}, {} bytes, CRC-32 {}\n",
+        "plan", told.photos, told.strips, "limits", told.interval_s, told.across_m, "store", told.bytes, told.crc32
+    ))
+}
+
 pub fn run(args: &Args) -> Result<(), Failure> {
     check_file(&args.out)?;
+    let camera = match (&args.camera, &args.plan) {
+        (_, Some(path)) => return plan(path, args),
+        (Some(camera), None) => camera,
+        (None, None) => return Err(Failure::Input(InputError::new("--camera or --plan is missing"))),
+    };
     let name = args.settings.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
     let text = args.settings.as_ref().map(std::fs::read_to_string).transpose();
     let text = text.map_err(|error| InputError::new(format!("cannot read {name}: {error}")))?;
-    let mission = mission(&args.camera, args.head, text.as_deref().map(|text| (text, name.as_str())))?;
+    let mission = mission(camera, args.head, text.as_deref().map(|text| (text, name.as_str())))?;
     let refuse = |error| InputError::new(format!("the firmware would refuse it: {}", BootError::Mission(error)));
     mission.settings().map_err(refuse)?;
     mission.stamp_settings().map_err(refuse)?;

@@ -32,6 +32,12 @@ impl Wave {
         sum * (2.0 / f64::from(PARTS)).sqrt()
     }
 
+    /// Its derivative, a second.
+    pub fn normal_rate(&self, t_s: f64) -> f64 {
+        let part = |(frequency, phase): &(f64, f64)| -frequency * (frequency * t_s + phase).sin();
+        self.parts.iter().map(part).sum::<f64>() * (2.0 / f64::from(PARTS)).sqrt()
+    }
+
     /// Mapped by the normal distribution: uniform within (−1, 1), as smooth.
     pub fn uniform(&self, t_s: f64) -> f64 {
         erf(self.normal(t_s) * std::f64::consts::FRAC_1_SQRT_2)

@@ -23,7 +23,7 @@ use std::rc::Rc;
 use std::task::{Poll, Waker};
 
 /// A firmware in this process. Its tasks never end and embassy wants them for ever, so each flight leaks its
-/// application, some tens of kilobytes and the tile.
+/// application, some tens of kilobytes, the tile and the plan.
 #[allow(missing_debug_implementations, reason = "an executor has none")]
 pub struct InProcess {
     executor: &'static Executor,
@@ -103,6 +103,7 @@ impl InProcess {
         let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
         // Tiles stay where they are, as in flash; of the mission nothing is kept.
         let tiles: &'static [u8] = Box::leak(stores.tiles.clone().into_boxed_slice());
+        let plan: &'static [u8] = Box::leak(stores.plan.clone().into_boxed_slice());
         let memory = vec![0; FRAME_MEMORY_BYTES].leak();
         let log = is_logged.then(|| (&*Box::leak(Box::new(recorder::log(stores, tiles))), Card::default()));
         let journal: &'static dyn Journal = log.as_ref().map_or(&NoJournal, |(log, _)| *log);
@@ -114,7 +115,7 @@ impl InProcess {
                 write_out(log, &mut card, area).await;
             });
         }
-        let flight = boot::read(&stores.mission, tiles);
+        let flight = boot::read(&stores.mission, tiles, plan);
         match flight.and_then(|flight| flight.app(Box::leak(Box::default()), memory, journal)) {
             Ok(app) => link.fly(Box::leak(Box::new(app))),
             Err(reason) => tasks::spawn_grounded(executor, reason, || link.port()),

@@ -251,12 +251,16 @@ fn prepare(folder: &Path, flash: &Flash) -> Result<(MmapMut, Sockets), LinkError
     if stores.tiles.len() > at::TILES_BYTES {
         return Err(LinkError::Input(InputError::new("the reference does not fit the emulated board's flash")));
     }
+    if stores.plan.len() > at::PLAN_BYTES {
+        return Err(LinkError::Input(InputError::new("the plan does not fit the emulated board's flash")));
+    }
     let mut put = |offset: usize, bytes: &[u8]| window[offset..offset + bytes.len()].copy_from_slice(bytes);
     put(at::MAGIC, &at::MAGIC_VALUE.to_le_bytes());
     put(at::ROW_TIME_NS, &ROW_TIME_NS.to_le_bytes());
     put(at::RING_ROWS, &RING_ROWS.to_le_bytes());
     put(at::MISSION, &stores.mission);
     put(at::TILES, &stores.tiles);
+    put(at::PLAN, &stores.plan);
     let listen = |name: &str| UnixListener::bind(folder.join(name)).map_err(lost);
     Ok((window, (listen("link")?, listen("doorbell")?)))
 }

@@ -26,8 +26,8 @@ pub struct Serial {
     talk: Talk,
     path: PathBuf,
     board: Welcomed,
-    /// Mission and tile, as they are stored.
-    stores: [(Store, Vec<u8>); 2],
+    /// Mission and tile, as they are stored, and the plan where there is one.
+    stores: Vec<(Store, Vec<u8>)>,
     /// The newest frame, until the board has taken all of it.
     frame: Option<(u32, Vec<u8>)>,
     /// The frame that the board has not yet reported.
@@ -43,7 +43,8 @@ impl Serial {
     /// [`LinkError::Input`] for all that the user can mend: the path, a board that is silent, or that refuses.
     pub fn open(flash: &Flash, path: &Path, patience: Patience) -> Result<Self, LinkError> {
         let stores = flash.stores()?;
-        let stores = [(Store::Mission, stores.mission), (Store::Tile, stores.tiles)];
+        let all = [(Store::Mission, stores.mission), (Store::Tile, stores.tiles), (Store::Plan, stores.plan)];
+        let stores = all.into_iter().filter(|(store, bytes)| *store != Store::Plan || !bytes.is_empty()).collect();
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         // Another number than that of an earlier simulator on the same line.
         let session = (now.as_nanos() as u32).rotate_left(11) ^ std::process::id();
@@ -55,6 +56,7 @@ impl Serial {
             piece_max: 0,
             mission_room: 0,
             tile_room: 0,
+            plan_room: 0,
             board: String::new(),
         };
         let mut serial = Serial {

@@ -112,6 +112,7 @@ impl Scenario {
                 ("camera.distortion.p2", d.p2, -10.0, 10.0),
             ]);
         }
+        ranges.extend(self.plan.deviation_m.map(|m| ("plan.deviation_m", m, 0.0, 1000.0)));
         ranges.extend(self.spells().flat_map(|(key, spell)| spell.map(|s| (key, s, 0.0, 1e9))));
         ranges.extend(self.mount.lever_arm_m.map(|m| ("mount.lever_arm_m", m, -100.0, 100.0)));
         ranges.extend(self.mount.boresight_deg.map(|deg| ("mount.boresight_deg", deg, -10.0, 10.0)));

@@ -369,6 +369,29 @@ impl Default for Timer {
     }
 }
 
+/// How a plan is flown.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Plan {
+    /// Deviations from the planned track, one sigma: east and north each, and up, metres.
+    pub deviation_m: [f64; 2],
+    /// The plan; a caller puts it here.
+    #[serde(skip)]
+    pub file: Option<PathBuf>,
+    /// The elevation model in the place of the plan's own.
+    #[serde(skip)]
+    pub dem: Option<PathBuf>,
+    /// Whether `resolution_m` is what somebody wanted; otherwise it is chosen.
+    #[serde(skip)]
+    pub has_resolution: bool,
+}
+
+impl Default for Plan {
+    fn default() -> Self {
+        Plan { deviation_m: [1.0, 1.0], file: None, dem: None, has_resolution: false }
+    }
+}
+
 /// A recorded attitude, flown as the true one.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -5,7 +5,7 @@
 //! comes again within the hold-off), a short pulse, or one lone edge, the latter two anywhere in the frame's interval.
 
 use super::noise::{normal, stream, uniform};
-use super::shutter::exposures;
+use super::shutter::{Exposure, exposures};
 use crate::scenario::{EdgeSource, Scenario};
 use rand_chacha::ChaCha12Rng;
 
@@ -35,34 +35,52 @@ pub fn hold_off_us(scenario: &Scenario) -> u32 {
     (scenario.exposure_us / 4).min(HOLD_OFF_MAX_US)
 }
 
-/// All edges of a flight in the order of time.
+/// All edges of a flight without a plan, in the order of time.
 #[must_use]
 pub fn line_edges(scenario: &Scenario) -> Vec<LineEdge> {
-    let shutter = &scenario.shutter;
-    let (mut jitter, mut fate) = (stream(scenario.seed, "edge.jitter"), stream(scenario.seed, "edge.fate"));
-    let mut edges = Vec::new();
-    for exposure in exposures(scenario) {
+    let mut line = ShutterLine::new(scenario);
+    let mut edges: Vec<_> = exposures(scenario).flat_map(|exposure| line.edges(scenario, &exposure)).collect();
+    edges.sort_by(|a, b| a.at_us.total_cmp(&b.at_us));
+    edges
+}
+
+/// The shutter's line: makes edges of exposures.
+#[derive(Debug)]
+pub struct ShutterLine {
+    jitter: ChaCha12Rng,
+    fate: ChaCha12Rng,
+}
+
+impl ShutterLine {
+    /// The scenario's.
+    #[must_use]
+    pub fn new(scenario: &Scenario) -> Self {
+        ShutterLine { jitter: stream(scenario.seed, "edge.jitter"), fate: stream(scenario.seed, "edge.fate") }
+    }
+
+    /// The edges of an exposure, in no order.
+    pub fn edges(&mut self, scenario: &Scenario, exposure: &Exposure) -> Vec<LineEdge> {
+        let shutter = &scenario.shutter;
+        let mut edges = Vec::new();
         let sides =
             [(exposure.open_us, shutter.open_delay_us, true), (exposure.close_us, shutter.close_delay_us, false)];
         for (t_us, delay_us, rising) in sides {
-            let late_us = f64::from(delay_us) + shutter.edge_jitter_us * normal(&mut jitter);
+            let late_us = f64::from(delay_us) + shutter.edge_jitter_us * normal(&mut self.jitter);
             let edge = LineEdge { at_us: (t_us as f64 + late_us).max(0.0), rising };
             // All are drawn for every edge, so that one fault more or less moves no other.
-            let (lost, extra) = (uniform(&mut fate), uniform(&mut fate));
+            let (lost, extra) = (uniform(&mut self.fate), uniform(&mut self.fate));
             if lost * 100.0 >= shutter.lost_edge_percent {
                 edges.push(edge);
             }
-            fault(scenario, &edge, extra * 100.0 < shutter.extra_edge_percent, &mut fate, &mut edges);
+            fault(scenario, &edge, extra * 100.0 < shutter.extra_edge_percent, &mut self.fate, &mut edges);
         }
+        edges.retain(|edge| match shutter.edges {
+            EdgeSource::Both => true,
+            EdgeSource::One => edge.rising,
+            EdgeSource::None => false,
+        });
+        edges
     }
-    let wired = |edge: &LineEdge| match shutter.edges {
-        EdgeSource::Both => true,
-        EdgeSource::One => edge.rising,
-        EdgeSource::None => false,
-    };
-    edges.retain(wired);
-    edges.sort_by(|a, b| a.at_us.total_cmp(&b.at_us));
-    edges
 }
 
 /// Puts an extra edge, or two, beside `edge` where `happens` says so; its draws are made in any case.

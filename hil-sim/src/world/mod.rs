@@ -12,4 +12,4 @@ mod surface;
 
 pub use grid::{Bounds, Grid};
 pub use ground::{Ground, GroundError};
-pub use procedural::procedural;
+pub use procedural::{draped, procedural};

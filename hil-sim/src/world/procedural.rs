@@ -15,7 +15,7 @@ mod parcels;
 mod polygon;
 mod trees;
 
-use super::{Grid, Ground};
+use super::{Bounds, Grid, Ground, GroundError};
 
 /// Pixels a side.
 const SIDE: usize = 3600;
@@ -78,6 +78,20 @@ pub fn procedural(seed: u64) -> Ground {
         data,
     };
     Ground::from_checked(grid(albedo), grid(surface), EPSG)
+}
+
+/// The same landscape as a texture over another `surface`: its picture, without the houses' heights, stretched over all of
+/// `bounds`, which is finer than needed where they are smaller than the landscape. Both are in the system `epsg`.
+///
+/// # Errors
+/// A surface that is no ground.
+pub fn draped(seed: u64, bounds: &Bounds, surface: Grid, epsg: u32) -> Result<Ground, GroundError> {
+    let side_m = (bounds.east_m - bounds.west_m).max(bounds.north_m - bounds.south_m);
+    let landscape = procedural(seed);
+    let data = landscape.albedo_grid().data.clone();
+    let step_m = side_m / (SIDE - 1) as f64;
+    let albedo = Grid { cols: SIDE, rows: SIDE, west_m: bounds.west_m, north_m: bounds.north_m, step_m, data };
+    Ground::new(albedo, Some(surface), epsg)
 }
 
 #[cfg(test)]

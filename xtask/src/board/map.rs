@@ -35,7 +35,7 @@ pub const SECTIONS: [(&str, Range<u32>); 8] = [
 
 /// Buffers that must be there, by the end of their mangled names' paths, and where. DMA1 and DMA2 do not reach DTCM, the
 /// card's DMA reaches AXI SRAM alone; what the pipeline works in must not wait for a bus.
-pub const BUFFERS: [(&str, Range<u32>); 19] = [
+pub const BUFFERS: [(&str, Range<u32>); 20] = [
     ("6camera4RING", AXI),
     ("4card6BLOCKS", AXI),
     ("7logging4RING", SRAM123),
@@ -49,6 +49,7 @@ pub const BUFFERS: [(&str, Range<u32>); 19] = [
     ("9simulator7SESSION", SRAM123),
     ("9simulator9ROOM_ROWS", SRAM123),
     ("9simulator12ROOM_MISSION", SRAM123),
+    ("9simulator9ROOM_PLAN", SRAM123),
     ("9simulator10ROOM_TILES", AXI),
     ("4boot12FRAME_MEMORY", DTCM),
     ("4boot7BUFFERS", DTCM),

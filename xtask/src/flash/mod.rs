@@ -1,4 +1,4 @@
-//! `cargo xtask flash`: puts image, mission and tiles onto the flight computer, and never erases its bootloader unasked.
+//! `cargo xtask flash`: puts image, mission, plan and tiles onto the flight computer, and never erases its bootloader unasked.
 //!
 //! By default a DFU file for the camera's own bootloader, which listens for a second and a half after power-up and keeps
 //! its own sector read-only (37c5:9204; the partition FIRMWARE is 0x08040000 to 0x081e0000). With `--probe` the same image
@@ -13,10 +13,12 @@ use super::{Failure, build, places, set_up};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
-use store::{Blob, TILES};
+use store::{Blob, PLAN, TILES};
 
 /// The chip, as probe-rs calls it.
 const CHIP: &str = "STM32H743VITx";
+/// Where the plan begins: in the second half of the mission's sector.
+const PLAN_AT: u32 = map::BANK_2 + 0x0001_0000;
 /// Where the tiles begin: behind the mission's sector.
 const TILES_AT: u32 = map::BANK_2 + 0x0002_0000;
 /// End of flash, and of what the camera's bootloader writes.
@@ -30,6 +32,7 @@ struct Asked {
     mission: Option<PathBuf>,
     settings: Option<PathBuf>,
     tiles: Option<PathBuf>,
+    plan: Option<PathBuf>,
 }
 
 /// How it gets there.
@@ -64,7 +67,12 @@ pub fn flash(args: &[String]) -> Result<ExitCode, Failure> {
         other => other,
     };
     if let Some(path) = mission {
-        blobs.push(store::read(&path, store::MISSION, map::BANK_2..TILES_AT)?);
+        blobs.push(store::read(&path, store::MISSION, map::BANK_2..PLAN_AT)?);
+    }
+    if let Some(path) = &asked.plan {
+        blobs.push(store::read(path, PLAN, PLAN_AT..TILES_AT)?);
+        // By a probe each piece is written by its own call, which erases its sector.
+        blobs = store::joined(blobs)?;
     }
     Ok(write(asked.way, &blobs).map_or_else(super::failed, |()| ExitCode::SUCCESS))
 }
@@ -85,9 +93,10 @@ fn asked(args: &[String]) -> Result<Asked, Failure> {
             "--mission" | "--camera" => asked.mission = Some(file()?),
             "--settings" => asked.settings = Some(file()?),
             "--tiles" => asked.tiles = Some(file()?),
+            "--plan" => asked.plan = Some(file()?),
             other => {
                 return Err(format!(
-                    "flash knows --bare, --probe, --camera, --settings, --mission and --tiles, but not {other:?}"
+                    "flash knows --bare, --probe, --camera, --settings, --mission, --plan and --tiles, but not {other:?}"
                 ));
             }
         }
@@ -95,6 +104,9 @@ fn asked(args: &[String]) -> Result<Asked, Failure> {
     let is_camera_file = asked.mission.as_deref().is_some_and(store::is_camera_file);
     match asked.settings {
         Some(_) if !is_camera_file => Err("--settings goes with a camera file: --camera FILE.toml".into()),
+        _ if asked.plan.is_some() && asked.mission.is_none() => {
+            Err("the plan goes with the mission, whose sector it shares and which is erased: give --camera or --mission too".into())
+        }
         _ if asked.way == Way::Dfu && asked.tiles.is_some() && asked.mission.is_none() => Err(
             "by DFU the tiles go with the mission, whose sector lies before them and is erased: give --camera or --mission too"
                 .into(),
@@ -193,6 +205,8 @@ mod tests {
         let asked = asked_for("--settings s.toml --camera c.toml").unwrap();
         assert_eq!((asked.mission, asked.settings), (Some("c.toml".into()), Some("s.toml".into())));
         assert!(asked_for("--settings s.toml").unwrap_err().contains("camera file"));
+        assert!(asked_for("--plan p.bin").unwrap_err().contains("mission"));
+        assert_eq!(asked_for("--probe --plan p.bin --mission m.bin").unwrap().plan, Some("p.bin".into()));
         assert!(asked_for("--settings s.toml --mission m.bin").unwrap_err().contains("camera file"));
         assert!(asked_for("--camera c.toml --mission m.bin").unwrap_err().contains("one mission"));
     }

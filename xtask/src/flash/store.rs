@@ -22,6 +22,9 @@ pub const MISSION: Kind = Kind { magic: *b"PLBM", version: 3, name: "mission sto
 /// The reference tile.
 pub const TILES: Kind = Kind { magic: *b"PLBT", version: 1, name: "tile store", verb: "plumbline tiles" };
 
+/// Where photos are to be taken.
+pub const PLAN: Kind = Kind { magic: *b"PLBP", version: 1, name: "plan store", verb: "plumbline mission --plan" };
+
 /// Bytes of a header.
 const HEADER: usize = 32;
 
@@ -53,6 +56,30 @@ pub fn read(path: &Path, kind: Kind, place: Range<u32>) -> Result<Blob, Failure>
         )));
     }
     Ok(Blob { address: place.start, path: path.to_owned(), bytes })
+}
+
+/// Blobs of one sector of 128 KiB as one blob from the first to the last, erased between; in the order of their addresses. What
+/// is joined lies in a file of its own.
+///
+/// # Errors
+/// The scratch folder cannot be written.
+pub fn joined(mut blobs: Vec<Blob>) -> Result<Vec<Blob>, Failure> {
+    blobs.sort_unstable_by_key(|blob| blob.address);
+    let mut joined: Vec<Blob> = Vec::new();
+    for blob in blobs {
+        match joined.last_mut().filter(|last| last.address >> 17 == blob.address >> 17) {
+            Some(last) => {
+                last.bytes.resize((blob.address - last.address) as usize, 0xff);
+                last.bytes.extend(&blob.bytes);
+                last.path = places::scratch().join("mission-and-plan.bin");
+                fs::create_dir_all(places::scratch())
+                    .and_then(|()| fs::write(&last.path, &last.bytes))
+                    .map_err(|error| format!("{}: {error}", last.path.display()))?;
+            }
+            None => joined.push(blob),
+        }
+    }
+    Ok(joined)
 }
 
 /// Magic, both checksums, and that the file ends where the store does.
@@ -108,7 +135,7 @@ mod tests {
     fn store(magic: &[u8; 4], payload: &[u8]) -> Vec<u8> {
         let mut bytes = vec![0; HEADER];
         bytes[..4].copy_from_slice(magic);
-        bytes[4] = if *magic == MISSION.magic { MISSION.version } else { TILES.version } as u8;
+        bytes[4] = [MISSION, TILES, PLAN].iter().find(|kind| kind.magic == *magic).unwrap().version as u8;
         bytes[8..12].copy_from_slice(&(payload.len() as u32).to_le_bytes());
         bytes[12..16].copy_from_slice(&(!crc(payload)).to_le_bytes());
         let sum = !crc(&bytes[..28]);
@@ -141,7 +168,7 @@ mod tests {
     /// The firmware's own figures, read from its source: this crate does not link it.
     #[test]
     fn formats_are_those_that_the_firmware_reads() {
-        for (kind, file) in [(MISSION, "mission"), (TILES, "tiles")] {
+        for (kind, file) in [(MISSION, "mission"), (TILES, "tiles"), (PLAN, "plan")] {
             let path = places::root().join(format!("firmware/src/stores/{file}.rs"));
             let text = fs::read_to_string(path).unwrap();
             let line = text.lines().find(|line| line.contains("pub const KIND")).unwrap();
@@ -159,6 +186,7 @@ mod tests {
         let said = check(&store(b"PLBT", b"tiles"), MISSION).unwrap_err();
         assert_eq!(said, "this is no mission store; `plumbline mission` makes one");
         assert!(check(&store(b"PLBM", b"mission"), TILES).unwrap_err().contains("plumbline tiles"));
+        assert!(check(&store(b"PLBM", b"mission"), PLAN).unwrap_err().contains("plumbline mission --plan"));
         assert!(check(b"exposure_us = 2000\n", MISSION).is_err());
     }
 
@@ -174,6 +202,16 @@ mod tests {
         );
         fs::remove_file(&path).unwrap();
         assert!(read(&path, TILES, 0..64).unwrap_err().contains("plumbline-flash"));
+    }
+
+    #[test]
+    fn what_shares_a_sector_is_written_as_one() {
+        let blob = |address: u32, byte: u8| Blob { address, path: PathBuf::new(), bytes: vec![byte; 3] };
+        let one = joined(vec![blob(0x0812_0000, 3), blob(0x0811_0000, 2), blob(0x0810_0000, 1)]).unwrap();
+        let [sector, tiles] = &one[..] else { panic!("{}", one.len()) };
+        assert_eq!((sector.address, sector.bytes.len(), tiles.address), (0x0810_0000, 0x1_0003, 0x0812_0000));
+        assert_eq!((&sector.bytes[..4], &sector.bytes[0xffff..]), (&[1, 1, 1, 0xff][..], &[0xff, 2, 2, 2][..]));
+        assert_eq!(fs::read(&sector.path).unwrap(), sector.bytes);
     }
 
     #[test]

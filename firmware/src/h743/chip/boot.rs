@@ -13,10 +13,12 @@ use plumbline_core::tilt::Attitude;
 use plumbline_core::units::Radians;
 use static_cell::{ConstStaticCell, StaticCell};
 
-/// Bank 2 of the flash: the mission store in its first sector, the tile store in the others.
+/// Bank 2 of the flash: the mission store and the plan store in the halves of its first sector, the tile store in the others.
 const MISSION: usize = 0x0810_0000;
-const MISSION_BYTES: usize = 128 * 1024;
-const TILES: usize = MISSION + MISSION_BYTES;
+const MISSION_BYTES: usize = 64 * 1024;
+const PLAN: usize = MISSION + MISSION_BYTES;
+const PLAN_BYTES: usize = 64 * 1024;
+const TILES: usize = PLAN + PLAN_BYTES;
 
 static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
 static FRAME_MEMORY: ConstStaticCell<[u8; FRAME_MEMORY_BYTES]> = ConstStaticCell::new([0; FRAME_MEMORY_BYTES]);
@@ -65,15 +67,12 @@ pub struct Booted {
     pub blurs: bool,
 }
 
-/// Both regions of flash.
-pub fn stores() -> (&'static [u8], &'static [u8]) {
-    // SAFETY: both are flash, which nobody writes while this image runs.
-    unsafe {
-        (
-            core::slice::from_raw_parts(MISSION as *const u8, MISSION_BYTES),
-            core::slice::from_raw_parts(TILES as *const u8, BOARD_BYTES),
-        )
-    }
+/// The regions of flash: mission, tiles, plan.
+pub fn stores() -> [&'static [u8]; 3] {
+    [(MISSION, MISSION_BYTES), (TILES, BOARD_BYTES), (PLAN, PLAN_BYTES)].map(|(start, bytes)| {
+        // SAFETY: all are flash, which nobody writes while this image runs.
+        unsafe { core::slice::from_raw_parts(start as *const u8, bytes) }
+    })
 }
 
 /// What an application works in. To be called once.
@@ -88,15 +87,15 @@ pub fn place(app: App<'static>) -> &'static App<'static> {
     APP.uninit().write(app)
 }
 
-/// Reads both stores. A function of its own, so that what it builds is off the stack when the flight begins. To be called
+/// Reads the stores. A function of its own, so that what it builds is off the stack when the flight begins. To be called
 /// once.
 ///
 /// # Errors
 /// [`Grounded`].
 #[inline(never)]
 pub fn boot(clock_hz: u32, journal: &'static dyn Journal) -> Result<Booted, Grounded> {
-    let (mission, tiles) = stores();
-    let flight = boot::read(mission, tiles).map_err(Grounded::Stores)?;
+    let [mission, tiles, plan] = stores();
+    let flight = boot::read(mission, tiles, plan).map_err(Grounded::Stores)?;
     let (camera, shutter) = (flight.settings.camera, flight.stamps.shutter);
     let exposure = shutter.exposure.filter(|_| shutter.wired == Wired::Opening).ok_or(Grounded::Edges)?;
     let frame = (camera.cols(), camera.rows());

@@ -4,6 +4,7 @@
 //! TIM3 starts by TIM2's start (its ITR1, RM0433 table 331), with the same divider and clock, so it always shows TIM2's
 //! lower half, off by the few timer clocks that the trigger takes. Nothing sets either afterwards.
 
+use crate::app::App;
 use crate::board::Timer;
 use crate::h743::trigger::{Due, PULSE_US, due, widen};
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -100,21 +101,25 @@ pub fn triggers() -> u32 {
     TRIGGERS.load(Ordering::Relaxed)
 }
 
-/// Triggers exposures `interval_us` apart for ever. `opens_on`: what the mission takes for the opening edge.
-pub async fn trigger(interval_us: u32, opens_on: Polarity) -> ! {
+/// Triggers exposures for ever: those that the application commits to where it has a plan, `interval_us` apart otherwise.
+/// `opens_on`: what the mission takes for the opening edge.
+pub async fn trigger(app: &App<'_>, interval_us: u32, opens_on: Polarity) -> ! {
     OPENS_RISING.store(opens_on == Polarity::Rising, Ordering::Relaxed);
     TIM3.dier().write(|w| w.set_ccie(0, true));
-    let mut at = Ticks(now().0.wrapping_add(interval_us));
+    let is_planned = app.has_plan();
+    let mut at = if is_planned { app.exposure().await } else { Ticks(now().0.wrapping_add(interval_us)) };
     loop {
         match due(now(), at, interval_us) {
             Due::Later(look) => until(look).await,
+            // A planned one has its own place: it is missed, not made up for.
+            Due::Missed(_) if is_planned => at = app.exposure().await,
             Due::Missed(next) => at = next,
             Due::Arm(compare) => {
                 TIM3.ccr(0).write(|w| w.set_ccr(compare));
                 TIM3.ccmr_output(0).write(|w| w.set_ocm(0, OcmGp::ACTIVE_ON_MATCH));
                 let past = Ticks(at.0.wrapping_add(u32::from(PULSE_US) + 1000));
                 until(past).await;
-                at = Ticks(at.0.wrapping_add(interval_us));
+                at = if is_planned { app.exposure().await } else { Ticks(at.0.wrapping_add(interval_us)) };
             }
         }
     }

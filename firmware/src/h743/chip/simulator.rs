@@ -23,9 +23,10 @@ use cortex_m::peripheral::DWT;
 use embassy_executor::raw::Executor;
 use static_cell::StaticCell;
 
-/// Rooms, bytes: the mission store; the tile store, 384 KiB; rows, the largest boxes there are, 64 rows of the sensor's 752
+/// Rooms, bytes: the mission store; the plan store; the tile store, 384 KiB; rows, the largest boxes there are, 64 rows of the sensor's 752
 /// pixels, and a piece.
 const MISSION: usize = 4096;
+const PLAN: usize = 16 * 1024;
 const TILES: usize = 384 * 1024;
 const ROWS: usize = 64 * 752 + 4096;
 
@@ -37,9 +38,11 @@ static SESSION: Buffer<Session<Board>> = Buffer::new();
 static ROOM_ROWS: Buffer<[u8; ROWS]> = Buffer::new();
 #[unsafe(link_section = ".sram123.simulator_mission")]
 static ROOM_MISSION: Buffer<[u8; MISSION]> = Buffer::new();
+#[unsafe(link_section = ".sram123.simulator_plan")]
+static ROOM_PLAN: Buffer<[u8; PLAN]> = Buffer::new();
 #[unsafe(link_section = ".axisram.simulator_tiles")]
 static ROOM_TILES: Buffer<[u8; TILES]> = Buffer::new();
-static TAKEN: [AtomicBool; 5] = [const { AtomicBool::new(false) }; 5];
+static TAKEN: [AtomicBool; 6] = [const { AtomicBool::new(false) }; 6];
 
 static PENDING: Pending = Pending::new();
 static EXECUTOR: StaticCell<Executor> = StaticCell::new();
@@ -88,10 +91,11 @@ impl Machine for Board {
 pub async fn line_task(clock_hz: u32, mut line_in: usb::Receiver, mut line_out: usb::Sender) {
     let rooms = ROOM_MISSION.take(&TAKEN[3]).zip(ROOM_TILES.take(&TAKEN[4]));
     let wires = WIRES.put(&TAKEN[0], Wires::new);
-    let (Some((mission, tiles)), Some(wires)) = (rooms, wires) else { return };
+    let plan = ROOM_PLAN.take(&TAKEN[5]);
+    let (Some((mission, tiles)), Some(plan), Some(wires)) = (rooms, plan, wires) else { return };
     let wires: &'static Wires = wires;
     let board = Board { clock_hz, boot: fault::boots(), executor: EXECUTOR.init(run::executor(&PENDING)) };
-    let session = SESSION.put(&TAKEN[1], || Session::new(board, wires, Stores::new(mission, tiles)));
+    let session = SESSION.put(&TAKEN[1], || Session::new(board, wires, Stores::new(mission, tiles, plan)));
     let Some(session) = session else { return };
     let work = async {
         // An unplugged line is waited for by its receiver.

@@ -94,7 +94,7 @@ pub async fn latches_task(app: &'static App<'static>, clock: Clock) -> ! {
     living(4, clock, join(edges::pulses(app, &mut pulse_timer), edges::edges(app, &mut edge_timer))).await.0
 }
 
-/// Exposures; after faults in a row only when the safe state has passed.
+/// Exposures, by the plan if there is one; after faults in a row only when the safe state has passed.
 #[embassy_executor::task]
 pub async fn trigger_task(booted: Booted, is_safe_state: bool) -> ! {
     let work = async {
@@ -102,7 +102,7 @@ pub async fn trigger_task(booted: Booted, is_safe_state: bool) -> ! {
             Timer::after_secs(SAFE_S.into()).await;
             show(State::Searching);
         }
-        capture::trigger(INTERVAL_US, booted.opens_on).await
+        capture::trigger(booted.app, INTERVAL_US, booted.opens_on).await
     };
     alive(5, work).await
 }

@@ -2,13 +2,13 @@
 
 use super::Args;
 use crate::cli::Failure;
-use plumbline_sim::scenario::{Ground, Replay, Scenario, ScenarioError};
+use plumbline_sim::scenario::{Ground, Replay, SURVEY, Scenario, ScenarioError};
 use plumbline_survey::data::shared_data;
 use plumbline_survey::error::InputError;
 use std::path::Path;
 
 /// Built-in scenarios: name and text.
-const BUILT_IN: [(&str, &str); 10] = [
+const BUILT_IN: [(&str, &str); 11] = [
     ("default", include_str!("../../../scenarios/default.toml")),
     ("nadir", include_str!("../../../scenarios/nadir.toml")),
     ("edges", include_str!("../../../scenarios/edges.toml")),
@@ -18,14 +18,16 @@ const BUILT_IN: [(&str, &str); 10] = [
     ("barrel", include_str!("../../../scenarios/barrel.toml")),
     ("faults", include_str!("../../../scenarios/faults.toml")),
     ("naip", include_str!("../../../scenarios/naip.toml")),
+    ("survey", SURVEY),
     ("vienna", include_str!("../../../scenarios/vienna.toml")),
 ];
 
 /// What is to be flown. Each option's value is checked under its own name.
 pub fn scenario(args: &Args) -> Result<Scenario, Failure> {
-    let mut scenario = match &args.scenario {
-        None => Scenario::default_scene(),
-        Some(path) => load(path)?,
+    let mut scenario = match (&args.scenario, &args.plan) {
+        (None, None) => Scenario::default_scene(),
+        (None, Some(plan)) => Scenario::parse_planned(plan, "", "survey", Path::new(""), None).map_err(refuse)?,
+        (Some(path), plan) => load(path, plan.as_deref())?,
     };
     let check = |scenario: &Scenario, option: &str| scenario.check(option).map_err(refuse);
     if let Some(frames) = args.frames {
@@ -43,14 +45,16 @@ pub fn scenario(args: &Args) -> Result<Scenario, Failure> {
     Ok(scenario)
 }
 
-/// A file of that name, or else a built-in scenario.
-fn load(path: &Path) -> Result<Scenario, Failure> {
+/// A file of that name, or else a built-in scenario; with a plan over what plans are flown with.
+fn load(path: &Path, plan: Option<&Path>) -> Result<Scenario, Failure> {
     let data = shared_data();
     let built_in = BUILT_IN.iter().find(|(name, _)| Path::new(name) == path);
+    let parse = |text: &str, file: &str, folder: &Path| match plan {
+        Some(plan) => Scenario::parse_planned(plan, text, file, folder, data.as_deref()).map_err(refuse),
+        None => Scenario::parse(text, file, folder, data.as_deref()).map_err(refuse),
+    };
     match built_in {
-        Some((name, text)) if !path.is_file() => {
-            Scenario::parse(text, &format!("scenario {name}"), Path::new(""), data.as_deref()).map_err(refuse)
-        }
+        Some((name, text)) if !path.is_file() => parse(text, &format!("scenario {name}"), Path::new("")),
         None if !path.exists() => {
             let names = BUILT_IN.map(|(name, _)| name).join(", ");
             Err(Failure::Input(InputError::new(format!(
@@ -58,7 +62,12 @@ fn load(path: &Path) -> Result<Scenario, Failure> {
                 path.display()
             ))))
         }
-        _ => Scenario::load(path, data.as_deref()).map_err(refuse),
+        _ => {
+            let file = path.display().to_string();
+            let text = std::fs::read_to_string(path)
+                .map_err(|error| InputError::new(format!("{file}: cannot read the scenario ({error})")))?;
+            parse(&text, &file, path.parent().unwrap_or(Path::new("")))
+        }
     }
 }
 
@@ -66,6 +75,19 @@ fn load(path: &Path) -> Result<Scenario, Failure> {
 fn ground(args: &Args, scenario: &mut Scenario) -> Result<(), Failure> {
     if let Some(ortho) = &args.ground {
         scenario.ground = Ground::Ortho { ortho: ortho.clone(), dem: None, reference: None };
+    }
+    if args.plan.is_some() {
+        // Under a plan there is always an elevation model.
+        scenario.plan.dem.clone_from(&args.dem);
+        if let (Ground::Ortho { reference, .. }, Some(other)) = (&mut scenario.ground, &args.reference) {
+            *reference = Some(other.clone());
+        }
+        return match (&scenario.ground, &args.reference) {
+            (Ground::Procedural, Some(_)) => {
+                Err(Failure::Input(InputError::new("--reference needs an orthophoto to fly over: --ground")))
+            }
+            _ => Ok(()),
+        };
     }
     match &mut scenario.ground {
         Ground::Ortho { dem, reference, .. } => {

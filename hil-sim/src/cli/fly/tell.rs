@@ -1,6 +1,7 @@
-//! The flight in thirteen lines, for a person at a terminal; one more where a serial line was in between.
+//! The flight in thirteen lines, for a person at a terminal; three more of a plan, one more where a serial line was in between.
 
 use crate::cli::{Failure, print};
+use plumbline_sim::planned::flown::{Flown, Pair};
 use plumbline_sim::score::Summary;
 use std::path::Path;
 
@@ -67,10 +68,48 @@ fn table(summary: &Summary, out: Option<&Path>) -> String {
             ),
         ),
     ];
+    if let Some(plan) = &summary.plan {
+        let at = rows.len() - 1;
+        rows.splice(at..at, plan_rows(plan));
+    }
     if let Some(trouble) = summary.link_faults {
         rows.insert(rows.len() - 1, ("line", trouble.to_string()));
     }
     rows.iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect()
+}
+
+/// A plan in three lines: photos, overlap and coverage, accuracy; planned figures in brackets.
+fn plan_rows(plan: &Flown) -> [(&'static str, String); 3] {
+    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share));
+    let metres = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3} m"));
+    let missed = &plan.missed;
+    let off = plan.position_error_m.map_or_else(String::new, |[along, across]| {
+        format!("; off by {:.2} m along, {:.2} m across at most", along.max, across.max)
+    });
+    let photos = format!(
+        "{} of {} photos; missed: {} passed by, {} off the line, {} too soon, {} not reached{off}",
+        plan.exposed, plan.photos, missed.passed, missed.off_line, missed.too_soon, missed.not_reached
+    );
+    let of = |pair: Option<Pair>, pick: fn(&Pair) -> Option<f64>| percent(pair.as_ref().and_then(pick));
+    let (planned, achieved) = (plan.overlap.planned, plan.overlap.achieved);
+    let overlap = format!(
+        "forward {} ({}), side {} ({}), seen twice {} ({})",
+        of(achieved, |pair| pair.forward),
+        of(planned, |pair| pair.forward),
+        of(achieved, |pair| pair.side),
+        of(planned, |pair| pair.side),
+        percent(plan.coverage.achieved),
+        percent(plan.coverage.planned)
+    );
+    let (from_noise, promised) = (plan.simulated_m.achieved, plan.simulated_m.planned);
+    let accuracy = format!(
+        "{} in plan ({}), {} in height ({})",
+        metres(from_noise.map(|a| a[0])),
+        metres(promised.map(|a| a[0])),
+        metres(from_noise.map(|a| a[1])),
+        metres(promised.map(|a| a[1]))
+    );
+    [("plan", photos), ("overlap", overlap), ("accuracy", accuracy)]
 }
 
 #[cfg(test)]
@@ -130,6 +169,7 @@ mod tests {
             },
             stamp_health: StampHealth::default(),
             servo_rms_deg: 0.0,
+            plan: None,
         };
         let text = table(&summary, None);
         assert_eq!(text.lines().count(), 13, "{text}");

@@ -15,6 +15,8 @@ use plumbline_firmware::serial::wires::{Port, Wires};
 const TILE_ROOM: usize = plumbline_firmware::window::TILES_BYTES;
 /// Room for the mission, bytes.
 const MISSION_ROOM: usize = 4096;
+/// Room for the plan, bytes: 8,000 photos.
+const PLAN_ROOM: usize = 64 * 1024;
 /// Room for rows: the largest boxes there are, 64 rows, of the widest frame there is room for.
 const ROWS_ROOM: usize = 64 * 2816 + 4096;
 
@@ -24,7 +26,7 @@ pub fn power_on(boot: u32) -> Session<Host> {
     let pending: &'static Pending = Box::leak(Box::default());
     let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
     // Zeroed pages cost nothing until they are used.
-    let stores = Stores::new(vec![0; MISSION_ROOM].leak(), vec![0; TILE_ROOM].leak());
+    let stores = Stores::new(vec![0; MISSION_ROOM].leak(), vec![0; TILE_ROOM].leak(), vec![0; PLAN_ROOM].leak());
     Session::new(Host { boot, executor, pending }, wires, stores)
 }
 

@@ -32,9 +32,9 @@ impl Serial {
     }
 
     fn check(&self, welcomed: &Welcomed) -> Result<(), String> {
-        for ((_, bytes), (name, room)) in
-            self.stores.iter().zip([("mission", welcomed.mission_room), ("reference tile", welcomed.tile_room)])
-        {
+        let rooms =
+            [("mission", welcomed.mission_room), ("reference tile", welcomed.tile_room), ("plan", welcomed.plan_room)];
+        for ((_, bytes), (name, room)) in self.stores.iter().zip(rooms) {
             if bytes.len() > room {
                 let length = bytes.len();
                 return Err(format!("the {name} has {length} bytes, and the board has room for {room}"));

@@ -40,6 +40,7 @@ pub struct Welcomed {
     pub piece_max: usize,
     pub mission_room: usize,
     pub tile_room: usize,
+    pub plan_room: usize,
     /// Name of the board and version of its firmware.
     pub board: String,
 }
@@ -53,6 +54,7 @@ impl From<Welcome<'_>> for Welcomed {
             piece_max: welcome.piece_max.into(),
             mission_room: welcome.mission_room as usize,
             tile_room: welcome.tile_room as usize,
+            plan_room: welcome.plan_room as usize,
             board: format!("{} {}", welcome.board, welcome.firmware),
         }
     }
@@ -73,6 +75,7 @@ pub fn matches(envelope: &Envelope<Answer<'_>>, session: u32, id: u32) -> Option
             Refused::Busy => Refusal::Busy,
             Refused::TooLarge { room } => Refusal::TooLarge(room),
             Refused::Damaged(Store::Mission) => Refusal::Because("the mission did not arrive whole".to_owned()),
+            Refused::Damaged(Store::Plan) => Refusal::Because("the plan did not arrive whole".to_owned()),
             Refused::Damaged(Store::Tile) => Refusal::Because("the tile did not arrive whole".to_owned()),
             Refused::Boot(why) => Refusal::Because(why.concat()),
             Refused::Order => Refusal::Because("a request out of order".to_owned()),
