@@ -13,6 +13,8 @@ mod matching;
 mod motion;
 #[path = "golden/mount.rs"]
 mod mount;
+#[path = "golden/mutants.rs"]
+mod mutants;
 #[path = "golden/oracle.rs"]
 mod oracle;
 #[path = "golden/pose.rs"]
@@ -23,9 +25,17 @@ mod reacquire;
 mod rectification;
 #[path = "golden/rolling.rs"]
 mod rolling;
+#[path = "golden/scene.rs"]
+mod scene;
+#[path = "golden/seeded.rs"]
+mod seeded;
 #[path = "golden/smooth.rs"]
 mod smooth;
 #[path = "golden/stamping.rs"]
 mod stamping;
 #[path = "golden/stamps.rs"]
 mod stamps;
+#[path = "golden/textures.rs"]
+mod textures;
+#[path = "golden/vectors.rs"]
+mod vectors;

@@ -8,7 +8,7 @@
 mod mismatch;
 mod simulated;
 
-pub use mismatch::{Mismatch, against, mismatches, pairs};
+pub use mismatch::{Mismatch, SEARCH_PX, against, mismatches, pairs};
 pub use simulated::{Simulated, simulate};
 
 use crate::heads::{Rig, Tile};

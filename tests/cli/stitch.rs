@@ -76,7 +76,9 @@ fn nothing_to_match_is_no_figure() {
         grey_8_png(&folder.path(name), &flat((240, 200), 90));
     }
     let summary = folder.run(&format!("{STITCH} --json")).json();
-    assert_eq!(summary["seams"].to_string(), r#"[{"heads":[1,2],"max_px":null,"rms_px":null,"windows":0}]"#);
+    let seam = &summary["seams"][0];
+    assert!(seam["max_px"].is_null() && seam["rms_px"].is_null() && seam["windows"] == 0, "{summary}");
+    assert!(seam["tried"].as_u64().is_some_and(|tried| tried > 0), "{summary}");
 }
 
 #[test]

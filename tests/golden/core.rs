@@ -3,8 +3,8 @@
 //! Tolerances: 1e-3 px, 1e-4 degrees, 1e-4 cells. Single precision at 600 px from the centre has steps of 6e-5 px and
 //! eq. 3 about ten roundings; degrees near 180 have steps of 1.5e-5. A mistake must miss by ten tolerances.
 
-mod mutants;
-mod vectors;
+use super::mutants;
+use super::vectors;
 
 use plumbline_core::camera::{Camera, CameraError};
 use plumbline_core::homography::Homography;

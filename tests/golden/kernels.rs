@@ -11,9 +11,9 @@ mod bilinear;
 mod positions;
 #[path = "kernels/reducer.rs"]
 mod reducer;
-mod scene;
-mod seeded;
-mod vectors;
+use super::scene;
+use super::seeded;
+use super::vectors;
 
 use plumbline_core::rectify::{Node, RectifyError, Run, Source, rectify_into};
 use plumbline_core::reduce::Reduction;

@@ -5,8 +5,8 @@
 
 #[path = "matching/refusals.rs"]
 mod refusals;
-mod seeded;
-mod textures;
+use super::seeded;
+use super::textures;
 
 use plumbline_core::matching::View;
 use plumbline_core::matching::refine::{Prior, RefineError, SubPixel, refine};

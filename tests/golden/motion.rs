@@ -1,9 +1,9 @@
 //! Image motion (paper 000): the oracle against tables G and H, the core against both and against the oracle's exact
 //! track, at any attitude. Then the known mistakes: each must miss.
 
-mod mutants;
-mod seeded;
-mod vectors;
+use super::mutants;
+use super::seeded;
+use super::vectors;
 
 use plumbline_core::camera::Camera;
 use plumbline_core::motion::first_order::Stabilised;

@@ -1,8 +1,8 @@
 //! A mounted camera against paper 001: the golden values through the oracle, and the core against the oracle's frames and
 //! against the renderer's axes.
 
-mod seeded;
-mod vectors;
+use super::seeded;
+use super::vectors;
 
 use plumbline_core::mount::{LeverArm, Mount};
 use plumbline_core::tilt::Attitude;

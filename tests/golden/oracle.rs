@@ -3,7 +3,7 @@
 //!
 //! Tolerance 1e-6 px or degrees: the vectors hold nine significant digits or six decimals, so they are good to 5e-7.
 
-mod mutants;
+use super::mutants;
 
 use plumbline_sim::oracle::{
     Camera, Distortion, Grid, Image, Kernel, Matrix3, attitude_linear, attitude_slerp, centre_offset,

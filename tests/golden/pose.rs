@@ -7,14 +7,14 @@ mod dense;
 mod fit;
 #[path = "pose/history.rs"]
 mod history;
-mod mutants;
+use super::mutants;
 #[path = "pose/place.rs"]
 mod place;
-mod seeded;
+use super::seeded;
 #[path = "pose/smoother.rs"]
 mod smoother;
 #[path = "pose/streams.rs"]
 mod streams;
 #[path = "pose/table.rs"]
 mod table;
-mod vectors;
+use super::vectors;

@@ -3,9 +3,9 @@
 
 #[path = "reacquire/lost.rs"]
 mod lost;
-mod seeded;
+use super::seeded;
 #[allow(dead_code, reason = "each test target that includes this module needs other parts")]
-mod textures;
+use super::textures;
 
 use plumbline_core::matching::judge::{AcceptRule, Doubt};
 use plumbline_core::matching::reacquire::room;

@@ -1,7 +1,7 @@
 //! Rolling shutter in the core: positions against the oracle's exact pose of each row, and a rendered frame rectified
 //! with bands against the same with a global shutter.
 
-mod seeded;
+use super::seeded;
 
 use heapless::Vec as Runs;
 use plumbline_core::camera::Camera;

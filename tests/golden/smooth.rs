@@ -1,7 +1,7 @@
 //! The fit of paper 001 on the ground (f64) against its golden values, a dense solution, other authors' smoothers, and
 //! what holds for every fit.
 
-mod vectors;
+use super::vectors;
 
 #[path = "smooth/bridging.rs"]
 mod bridging;
@@ -15,7 +15,7 @@ mod properties;
 mod refused;
 #[path = "smooth/scatter.rs"]
 mod scatter;
-mod seeded;
+use super::seeded;
 #[path = "smooth/track.rs"]
 mod track;
 

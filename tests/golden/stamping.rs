@@ -10,7 +10,7 @@ mod edges;
 mod flown;
 #[path = "stamping/reboot.rs"]
 mod reboot;
-mod seeded;
+use super::seeded;
 #[path = "stamping/world.rs"]
 mod world;
 

@@ -1,8 +1,8 @@
 //! Stamps of the core: table I of paper 000, and what a timer and its pulses do in the field.
 
-mod mutants;
-mod seeded;
-mod vectors;
+use super::mutants;
+use super::seeded;
+use super::vectors;
 
 use plumbline_core::stamp::{Clock, ClockSettings, EXPOSURE_MAX_US, Exposure};
 use plumbline_core::units::{Micros, Ticks};

@@ -17,10 +17,10 @@ fn strips_photos_bases_and_overlaps() {
     near(sixty.json["base_height_m"].as_f64().expect("a number"), 96.353_455_352, 9);
     let counts: Vec<usize> = sixty.strips.iter().map(|(_, photos)| photos.len()).collect();
     assert_eq!(counts, [17, 17, 16, 17]);
-    for ((_, photos), y) in sixty.strips.iter().zip([500.0, 1026.543_760, 1504.010_117, 1979.204_286]) {
+    for ((_, photos), y) in sixty.strips.iter().zip([500.0, 1_026.543_760, 1_504.010_117, 1_979.204_286]) {
         photos.iter().for_each(|photo| near(photo[1], y, 6));
     }
-    let x = [20.48, 442.603_796, 851.400_675, 1260.027_872, 1668.655_069, 2085.595_625];
+    let x = [20.48, 442.603_796, 851.400_675, 1_260.027_872, 1_668.655_069, 2_085.595_625];
     sixty.strips[0].1.iter().zip(x).for_each(|(photo, x)| near(photo[0], x, 6));
     let least = |photos: &[[f64; 2]]| photos.windows(2).map(|pair| pair[1][0] - pair[0][0]).fold(f64::MAX, f64::min);
     near(sixty.strips.iter().map(|(_, photos)| least(photos)).fold(f64::MAX, f64::min), 407.309_288_063, 9);

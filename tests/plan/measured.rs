@@ -26,10 +26,8 @@ fn project(station: [f64; 3], turns: [f64; 3], point: [f64; 3]) -> [f64; 2] {
 fn solve(mut a: [[f64; 4]; 3]) -> [f64; 3] {
     for k in 0..3 {
         for row in k + 1..3 {
-            let factor = a[row][k] / a[k][k];
-            for col in k..4 {
-                a[row][col] -= factor * a[k][col];
-            }
+            let (factor, pivot) = (a[row][k] / a[k][k], a[k]);
+            a[row].iter_mut().zip(pivot).for_each(|(value, pivot)| *value -= factor * pivot);
         }
     }
     let mut x = [0.0; 3];
@@ -64,8 +62,11 @@ fn weight(station: [f64; 3], point: [f64; 3]) -> [[f64; 2]; 2] {
     [[d / determinant, -b / determinant], [-b / determinant, a / determinant]]
 }
 
+/// A ray: its station, the tangents measured, their weight.
+type Measured = ([f64; 3], [f64; 2], [[f64; 2]; 2]);
+
 /// Least squares, from a start some metres off.
-fn intersect(rays: &[([f64; 3], [f64; 2], [[f64; 2]; 2])], start: [f64; 3]) -> [f64; 3] {
+fn intersect(rays: &[Measured], start: [f64; 3]) -> [f64; 3] {
     let mut point = start;
     for _ in 0..4 {
         let mut system = [[0.0; 4]; 3];

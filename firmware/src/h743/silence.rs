@@ -4,7 +4,7 @@
 
 /// Triggers in a row without a frame after which the sensor counts as silent: a second of them.
 pub const SILENT_AFTER: u32 = 20;
-/// Frames after which it counts as back: half a second of them. One stray row a second is no return.
+/// Frames after which it counts as back: half a second of them, within twice as many triggers. Stray rows are no return.
 pub const BACK_AFTER: u32 = 10;
 
 /// What there is to tell.
@@ -23,8 +23,8 @@ pub struct Silence {
     frames: u32,
     /// Triggers at the last look that saw a new frame.
     triggers: u32,
-    /// Frames at the telling of the silence.
-    silent_since: Option<u32>,
+    /// Frames and triggers from which a return is counted, while there is silence.
+    silent_since: Option<[u32; 2]>,
 }
 
 impl Silence {
@@ -36,12 +36,16 @@ impl Silence {
         }
         match self.silent_since {
             None if triggers.wrapping_sub(self.triggers) >= SILENT_AFTER => {
-                self.silent_since = Some(frames);
+                self.silent_since = Some([frames, triggers]);
                 Some(Change::Silent)
             }
-            Some(since) if frames.wrapping_sub(since) >= BACK_AFTER => {
+            Some([since, _]) if frames.wrapping_sub(since) >= BACK_AFTER => {
                 self.silent_since = None;
                 Some(Change::Back)
+            }
+            Some([_, since]) if triggers.wrapping_sub(since) >= 2 * BACK_AFTER => {
+                self.silent_since = Some([frames, triggers]);
+                None
             }
             _ => None,
         }
@@ -91,9 +95,10 @@ mod tests {
 
     #[test]
     fn stray_rows_are_no_return() {
-        // One in 50 triggers: back at the tenth only.
-        let strays = told(0, 500, |trigger| trigger % 50 == 0);
-        assert_eq!(strays, [(SILENT_AFTER, Change::Silent), (500, Change::Back)]);
+        // One in 50 triggers, for ever; and one in three, which are fewer than half.
+        assert_eq!(told(0, 5000, |trigger| trigger % 50 == 0), [(SILENT_AFTER, Change::Silent)]);
+        let sparse = told(0, 1000, |trigger| trigger > 200 && trigger % 3 == 0);
+        assert_eq!(sparse, [(SILENT_AFTER, Change::Silent)]);
     }
 
     #[test]

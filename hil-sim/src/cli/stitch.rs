@@ -1,9 +1,9 @@
 //! `plumbline stitch`: the virtual image of a camera of several heads.
 
-use super::{Failure, note, positive, print_json};
+use super::{Failure, folder, note, positive, print_json};
 use indicatif::{ProgressBar, ProgressStyle};
 use plumbline_sim::heads::Rig;
-use plumbline_sim::stitch::{Mismatch, Mosaic, Seam, mismatches, pairs, pieces, stitch};
+use plumbline_sim::stitch::{Mismatch, Mosaic, SEARCH_PX, Seam, mismatches, pairs, pieces, stitch};
 use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::error::InputError;
 use plumbline_survey::output::check_file;
@@ -54,15 +54,17 @@ struct Summary {
 #[derive(Serialize)]
 struct SeamLine {
     heads: [usize; 2],
+    /// Matched, of so many that both heads see.
     windows: usize,
+    tried: usize,
     rms_px: Option<f64>,
     max_px: Option<f64>,
 }
 
 impl From<Mismatch> for SeamLine {
     fn from(seam: Mismatch) -> Self {
-        let Mismatch { heads, windows, rms_px, max_px } = seam;
-        SeamLine { heads: heads.map(|head| head + 1), windows, rms_px, max_px }
+        let Mismatch { heads, windows, tried, rms_px, max_px } = seam;
+        SeamLine { heads: heads.map(|head| head + 1), windows, tried, rms_px, max_px }
     }
 }
 
@@ -76,6 +78,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(refuse(format!("{camera} has heads: {heads}, but --frames names pictures: {frames}")));
     }
     check_file(&args.out)?;
+    let read = args.frames.iter().map(|frame| ("--frames", frame.as_path()));
+    folder::apart(&args.out, &read.chain([("--camera", args.camera.as_path())]).collect::<Vec<_>>())?;
     let frames = args.frames.iter().map(|path| read_bands(path)).collect::<Result<Vec<Bands>, _>>()?;
     for ((path, frame), (index, head)) in args.frames.iter().zip(&frames).zip(file.heads.iter().enumerate()) {
         let (cols, rows) = frame.size();
@@ -109,10 +113,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let out = args.out.display();
     note(&format!("{cols} x {rows} pixels, {:.2} % seen by a head: {out}", 100.0 * summary.coverage));
-    for SeamLine { heads: [one, other], windows, rms_px, max_px } in &summary.seams {
+    for SeamLine { heads: [one, other], windows, tried, rms_px, max_px } in &summary.seams {
         let told = match rms_px.zip(*max_px) {
-            Some((rms, max)) => format!("{rms:.3} px RMS, {max:.3} px at most, in {windows} windows"),
-            None => "no window with texture".to_owned(),
+            Some((rms, max)) => format!("{rms:.3} px RMS, {max:.3} px at most, in {windows} of {tried} windows"),
+            None => format!("none of {tried} windows has texture and its like within {SEARCH_PX} px"),
         };
         note(&format!("heads {one} and {other}: {told}"));
     }

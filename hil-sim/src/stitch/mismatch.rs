@@ -2,7 +2,8 @@
 //!
 //! Where two heads overlap, windows are rectified from each and the one is looked for in the other, to hundredths of a
 //! pixel. What is left is what a calibration, a lens or the parallax of the heads' places has put between them. A window
-//! without texture is not matched and not counted; the measurement's own noise, some 0.02 px, is in the figures.
+//! without texture, or farther off than it is looked for, is not matched: how many there were is told. The measurement's own noise,
+//! some 0.02 px, is in the figures.
 
 use super::{check, rectified, reduce};
 use crate::heads::{Rig, Tile};
@@ -16,7 +17,7 @@ use rayon::prelude::*;
 /// Side of a window, virtual pixels.
 const WINDOW_PX: usize = 48;
 /// How far it is looked for.
-const SEARCH_PX: usize = 6;
+pub const SEARCH_PX: usize = 6;
 /// A window with the search around it.
 const AROUND_PX: usize = WINDOW_PX + 2 * SEARCH_PX;
 /// Head pixels that the window's surroundings keep from a frame's border.
@@ -31,6 +32,8 @@ pub struct Mismatch {
     pub heads: [usize; 2],
     /// Windows that were matched.
     pub windows: usize,
+    /// Windows that both show.
+    pub tried: usize,
     /// Root mean square of the shifts' lengths; `None` without a window.
     pub rms_px: Option<f64>,
     /// The longest shift.
@@ -38,11 +41,20 @@ pub struct Mismatch {
 }
 
 impl Mismatch {
-    fn of(heads: [usize; 2], shifts: &[f64]) -> Self {
+    /// Of the windows that both show, each with its shift if it was matched.
+    fn of(heads: [usize; 2], windows: &[Option<f64>]) -> Self {
+        let shifts: Vec<f64> = windows.iter().copied().flatten().collect();
+        let tried = windows.len();
         let count = shifts.len();
         let rms = (shifts.iter().map(|shift| shift * shift).sum::<f64>() / count as f64).sqrt();
         let longest = shifts.iter().copied().fold(0.0, f64::max);
-        Mismatch { heads, windows: count, rms_px: (count > 0).then_some(rms), max_px: (count > 0).then_some(longest) }
+        Mismatch {
+            heads,
+            windows: count,
+            tried,
+            rms_px: (count > 0).then_some(rms),
+            max_px: (count > 0).then_some(longest),
+        }
     }
 }
 
@@ -93,7 +105,7 @@ pub fn mismatches(
         let [one, other] = *heads;
         let shifts = windows.par_iter().map(|tile| {
             let shows = |head: usize| seen_whole(rig, head, &reduced[head], tile);
-            Ok(shows(one)?.zip(shows(other)?).and_then(|(one, other)| shift(&one, &other)))
+            Ok(shows(one)?.zip(shows(other)?).map(|(one, other)| shift(&one, &other)))
         });
         let shifts = shifts.collect::<Result<Vec<_>, InputError>>()?;
         progress();
@@ -111,7 +123,7 @@ pub fn against(rig: &Rig, image: &Picture, other: &Picture) -> Mismatch {
         Picture { cols: tile.size.0, rows: tile.size.1, pixels: (0..tile.size.1).flat_map(line).copied().collect() }
     };
     let tiles = windows(rig, |tile| cut(image, tile).pixels.iter().all(|grey| *grey > 0));
-    let shifts = tiles.par_iter().filter_map(|tile| shift(&cut(image, tile), &cut(other, tile)));
+    let shifts = tiles.par_iter().map(|tile| shift(&cut(image, tile), &cut(other, tile)));
     Mismatch::of([0, 0], &shifts.collect::<Vec<_>>())
 }
 

@@ -143,10 +143,8 @@ mod tests {
         assert!((grid[0][0] - 458_235.66).hypot(grid[0][1] - 355_886.30) < 5.0, "{grid:?}");
         assert_eq!(of(&polygon, None).expect("local")[2], [14.2, 47.2]);
         assert_eq!(of(&polygon, Some(4326)).expect("degrees").len(), 4);
-        let named = format!(
-            r#"{{"type":"Polygon","crs":{{"properties":{{"name":"urn:ogc:def:crs:EPSG::31287"}}}},"coordinates":[[[1,2],[3,4],[5,0]]]}}"#
-        );
-        assert_eq!(of(&named, Some(31287)).expect("its own"), [[1.0, 2.0], [3.0, 4.0], [5.0, 0.0]]);
+        let named = r#"{"type":"Polygon","crs":{"properties":{"name":"urn:ogc:def:crs:EPSG::31287"}},"coordinates":[[[1,2],[3,4],[5,0]]]}"#;
+        assert_eq!(of(named, Some(31287)).expect("its own"), [[1.0, 2.0], [3.0, 4.0], [5.0, 0.0]]);
     }
 
     #[test]

@@ -60,10 +60,10 @@ fn golden_strips_60_30() {
     let layout = layout(&relief, golden_area(), 0.6, 0.3);
     let strips = layout.variable().expect("laid");
     assert_eq!(counts(&strips), [17, 17, 16, 17]);
-    for (ours, golden) in lines(&strips).iter().zip([500.0, 1026.543_760, 1504.010_117, 1979.204_286]) {
+    for (ours, golden) in lines(&strips).iter().zip([500.0, 1_026.543_760, 1_504.010_117, 1_979.204_286]) {
         assert!((ours - golden).abs() < 1e-6, "{ours} {golden}");
     }
-    let golden = [20.48, 442.603_796, 851.400_675, 1260.027_872, 1668.655_069, 2085.595_625];
+    let golden = [20.48, 442.603_796, 851.400_675, 1_260.027_872, 1_668.655_069, 2_085.595_625];
     for (ours, golden) in strips[0].along_m.iter().zip(golden) {
         assert!((ours - golden).abs() < 1e-6, "{ours} {golden}");
     }

@@ -166,6 +166,10 @@ impl Camera {
             let (offset, room) = self.ring.place(row);
             let rows = room.min(end - row);
             let channel = MDMA.ch(COPY);
+            // A copy that would not stop holds its registers locked, and its end would count as this one's.
+            if channel.cr().read().en() {
+                return false;
+            }
             COPIED.reset();
             channel.sar().write_value(embassy_stm32::pac::mdma::regs::Sar(RING.address() + offset));
             let to = self.staging.as_mut_ptr().expose_provenance() as u32 + (row - first) * bytes;

@@ -195,10 +195,6 @@ pub async fn notices_task(app: &'static App<'static>, notices: Notices) -> ! {
         }
         let (mut silence, mut is_low_told) = (Silence::default(), false);
         loop {
-            if supply::was_low() && !is_low_told {
-                is_low_told = true;
-                app.say(MavSeverity::MAV_SEVERITY_CRITICAL, Line::new("camera: supply was below 2.7 V")).await;
-            }
             match silence.look(capture::triggers(), eye::frames()) {
                 Some(Change::Silent) => {
                     show(State::NoSensor);
@@ -209,6 +205,10 @@ pub async fn notices_task(app: &'static App<'static>, notices: Notices) -> ! {
                     app.say(MavSeverity::MAV_SEVERITY_NOTICE, Line::new("camera: the sensor delivers again")).await;
                 }
                 None => {}
+            }
+            if supply::was_low() && !is_low_told {
+                is_low_told = true;
+                app.say(MavSeverity::MAV_SEVERITY_CRITICAL, Line::new("camera: supply was below 2.7 V")).await;
             }
             Timer::after_millis(250).await;
         }

@@ -55,6 +55,7 @@ pub fn join(
     let tells_follow_up = poses.tells_follow_up;
     let mut joined =
         Joined { sightings: Vec::new(), lines: Vec::new(), fixes_alone: 0, poses_alone: 0, tells_follow_up };
+    let mut both = Vec::new();
     for (row, (line, fields)) in fixes.rows.iter().enumerate() {
         match fields[accepted] {
             "1" => {}
@@ -66,12 +67,14 @@ pub fn join(
         let sigma_m = [above_0(&fixes, row, sigma_east)?, above_0(&fixes, row, sigma_north)?];
         match poses.by_instant.remove(&at_us) {
             Some(pose) => {
-                joined.sightings.push(Sighting { fix_m, sigma_m, ..pose });
-                joined.lines.push(*line);
+                both.push((at_us, *line, Sighting { fix_m, sigma_m, ..pose }));
             }
             None => joined.fixes_alone += 1,
         }
     }
+    // Neighbours in time see the same ground, whatever the order of the rows.
+    both.sort_by_key(|(at_us, ..)| *at_us);
+    (joined.lines, joined.sightings) = both.into_iter().map(|(_, line, sighting)| (line, sighting)).unzip();
     joined.poses_alone = poses.by_instant.len();
     if seen.is_empty() {
         return Err(InputError::new(format!("{fixes_name} holds no accepted fix")));
