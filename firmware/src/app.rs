@@ -9,7 +9,7 @@
 //! | [`edges::pulses`] | pulses per second | the clock |
 //! | [`edges::edges`] | the shutter's edges | keeps them for their frames |
 //!
-//! Receive and beat look for the next exposure of a plan ([`exposures`]).
+//! Receive and beat look for the next exposure of a plan (`exposures`).
 //!
 //! A vehicle whose stores were refused runs [`grounded`] instead. All run on one executor in one thread: what they share
 //! they use in one go, and await nothing meanwhile ([`Shared`]).

@@ -174,7 +174,7 @@ fn heads_that_are_none_are_named_with_their_number() {
     let text = text.split_once('\n').expect("a line of the checksum").1;
     assert!(CameraFile::from_toml_str(text, "cam.toml").is_ok());
     for (old, new, named) in [
-        ("cols = 7228", "cols = 65536", "head 1: cols = 8193"),
+        ("cols = 7228", "cols = 8193", "head 1: cols = 8193"),
         ("f_px = 6911.764705882353", "f_px = 0.5", "head 1: f_px = 0.5"),
         ("f_px = 6911.764705882353", "f_px = nan", "head 1: f_px = nan"),
         ("f_px = 6911.764705882353\n", "", "head 1: f_px is missing"),
