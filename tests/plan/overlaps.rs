@@ -9,7 +9,7 @@ use crate::planned::{HALF, Plan, plan, scratch};
 use crate::terrain::Terrain;
 
 /// Rays along an edge, from corner to corner.
-const RAYS: i32 = 12;
+const RAYS: i32 = 8;
 /// The overlap may fall short of the wish by rounding of rays alone.
 const ROUNDING: f64 = 1e-6;
 

@@ -7,20 +7,24 @@ use super::steps::{self, Outcome};
 use super::{Failure, board, budget, build, flight, lanes, panics, selftest, set_up};
 use std::env;
 use std::process::{Command, ExitCode};
+use std::thread;
 
 /// A step that follows the building: its name, and what it does.
 type Step = (&'static str, fn(&Compiler) -> Outcome);
 
-/// The first step, which the others need.
-const BUILD: &str = "set-up and build";
+/// The first steps, which the others need.
+const SET_UP: &str = "set-up";
+const BUILD: &str = "build";
 
-/// What cargo does for the host. It keeps all cores busy but for the end of each thing that it does.
-const HOST: [Step; 4] = [
+/// What needs nothing built, beside the building: linking the images keeps one core busy only.
+const BESIDE: [Step; 2] = [
     ("format", |_| run(cargo().args(["fmt", "--all", "--check"])).into()),
     ("clippy (host)", |_| clippy(&["--workspace", "--all-targets"], None).into()),
-    ("tests", |_| run(cargo().args(["test", "--workspace"])).into()),
-    ("documentation", |_| documentation().into()),
 ];
+
+/// What cargo does for the host. It keeps all cores busy but for the end of each thing that it does.
+const HOST: [Step; 2] =
+    [("tests", |_| run(cargo().args(["test", "--workspace"])).into()), ("documentation", |_| documentation().into())];
 
 /// What is compiled, linked and emulated for the boards: most of it work for one core at a time.
 const BOARDS: [Step; 11] = [
@@ -47,7 +51,7 @@ const BOARDS: [Step; 11] = [
     }),
 ];
 
-/// `cargo xtask test`: every step, building first; two lanes of steps after that. `cargo xtask test STEP`: that one alone, of
+/// `cargo xtask test`: every step, building first and what can be done beside it; two lanes of steps after that. `cargo xtask test STEP`: that one alone, of
 /// what has been built and flown before.
 ///
 /// # Errors
@@ -62,27 +66,35 @@ pub fn test(arguments: &[String]) -> Result<ExitCode, Failure> {
 
 fn all() -> ExitCode {
     let lanes: [&[Step]; 2] = [&HOST, &BOARDS];
-    let total = 1 + lanes.iter().map(|lane| lane.len()).sum::<usize>();
+    let total = 2 + BESIDE.len() + lanes.iter().map(|lane| lane.len()).sum::<usize>();
+    let names = |lane: &[Step]| lane.iter().map(|(name, _)| *name).collect::<Vec<_>>();
     // Before anything is built, ourselves included.
-    let program = env::current_exe();
-    eprintln!("begins: {BUILD}");
-    let built = steps::step(BUILD, || {
-        set_up::emulator().and_then(|()| set_up::checkers()).and_then(|()| build::build()).map(drop).into()
-    });
-    let mut done = vec![built];
-    match program {
-        Ok(program) if done[0].outcome == Outcome::Passed => {
-            let lanes = lanes.map(|lane| lane.iter().map(|(name, _)| *name).collect::<Vec<_>>());
-            done.extend(lanes::run(&program, &lanes.each_ref().map(|lane| &lane[..])));
+    let program = match env::current_exe() {
+        Ok(program) => program,
+        Err(error) => {
+            eprintln!("this program does not find itself: {error}");
+            return ExitCode::FAILURE;
         }
-        Ok(_) => {}
-        Err(error) => eprintln!("this program does not find itself: {error}"),
+    };
+    let mut done = vec![steps::step(SET_UP, || set_up::emulator().and_then(|()| set_up::checkers()).into())];
+    if done[0].outcome == Outcome::Passed {
+        eprintln!("begins: {BUILD}");
+        let beside = thread::scope(|scope| {
+            let beside = scope.spawn(|| lanes::run(&program, &[&names(&BESIDE)]));
+            done.push(steps::step(BUILD, || build::build().map(drop).into()));
+            beside.join().unwrap_or_default()
+        });
+        done.extend(beside);
+    }
+    if done.get(1).is_some_and(|built| built.outcome == Outcome::Passed) {
+        let lanes = lanes.map(names);
+        done.extend(lanes::run(&program, &lanes.each_ref().map(|lane| &lane[..])));
     }
     if steps::report(total, &done) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 fn one(name: &str) -> Result<ExitCode, Failure> {
-    let steps = HOST.iter().chain(&BOARDS);
+    let steps = BESIDE.iter().chain(&HOST).chain(&BOARDS);
     let Some((name, work)) = steps.clone().find(|(known, _)| *known == name) else {
         let names: Vec<&str> = steps.map(|(name, _)| *name).collect();
         return Err(format!("test has no step {name:?}; it has {}", names.join("; ")));
