@@ -79,6 +79,13 @@ impl Dem {
         height.is_finite().then_some(height)
     }
 
+    /// Lowest and highest known height; `None` where nothing is known.
+    #[must_use]
+    pub fn range_m(&self) -> Option<[f64; 2]> {
+        let known = self.heights.iter().filter(|height| height.is_finite()).map(|height| [*height; 2]);
+        known.reduce(|[low, high], [one, other]| [low.min(one), high.max(other)])
+    }
+
     /// Its outermost posts: x0, y0, x1, y1 in working metres.
     #[must_use]
     pub fn bounds(&self) -> [f64; 4] {

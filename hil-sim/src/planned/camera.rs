@@ -3,10 +3,9 @@
 use crate::scenario::{Camera, Distortion};
 use plumbline_core::budget::PATCH_MAX_PX;
 use plumbline_firmware::window::AREA_MAX;
+use plumbline_survey::camera_file::SIDE_MAX_PX;
 use plumbline_survey::plan::PlanFile;
 
-/// Most columns or rows of a frame.
-const SIDE_MAX: u32 = 8192;
 /// Bytes of reference that every board has room for in the simulator's mode.
 const TILE_BYTES: f64 = 384.0 * 1024.0 - 128.0;
 
@@ -16,7 +15,7 @@ pub fn binned(file: &PlanFile) -> (Camera, u32) {
     let camera = &file.camera;
     let fits = |factor: u32| {
         let (cols, rows) = (camera.cols / factor, camera.rows / factor);
-        cols <= SIDE_MAX && rows <= SIDE_MAX && cols as usize * rows as usize <= AREA_MAX
+        cols <= SIDE_MAX_PX && rows <= SIDE_MAX_PX && cols as usize * rows as usize <= AREA_MAX
     };
     let factor = (1..=u32::MAX).find(|&factor| fits(factor)).unwrap_or(1);
     let side = |count: u32| (count / factor).max(1);

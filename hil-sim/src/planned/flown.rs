@@ -12,7 +12,7 @@ use plumbline_survey::dem::Dem;
 use plumbline_survey::plan::area::Area;
 use plumbline_survey::plan::axes::Axes;
 use plumbline_survey::plan::cells::{Cells, Known, Summary};
-use plumbline_survey::plan::intersect::{Sigmas, covariance};
+use plumbline_survey::plan::intersect::Sigmas;
 use plumbline_survey::plan::lines::{Layout, Overlaps, Strip, View};
 use plumbline_survey::plan::relief::Relief;
 use plumbline_survey::plan::sight::Ray;
@@ -251,22 +251,14 @@ impl Block {
         let Ok(area) = Area::new(&self.corners) else { return nothing };
         let cells = Cells::new(&relief, &area, CELLS_MOST);
         let seen = see(stage, &self.axes, &cells, taken);
-        let known: Vec<Known> = seen.iter().map(|rays| self.known(rays)).collect();
+        let known: Vec<Known> = seen.iter().map(|rays| Known::of(rays, &self.sigmas)).collect();
         let summary = Summary::new(&known);
-        let covered = known.iter().filter(|cell| cell.in_strip >= 2).count();
+        let covered = known.iter().filter(|cell| !cell.is_gap()).count();
         Judged {
             overlap: self.overlap(&relief, &area, taken),
             coverage: (!known.is_empty()).then(|| covered as f64 / known.len() as f64),
             accuracy_m: summary.map(|summary| summary.rms_m),
             simulated_m: self.simulated(&seen, taken),
-        }
-    }
-
-    fn known(&self, rays: &[Ray]) -> Known {
-        Known {
-            photos: rays.len() as u32,
-            in_strip: rays.chunk_by(|a, b| a.strip == b.strip).map(<[Ray]>::len).max().unwrap_or(0) as u32,
-            sd_m: covariance(rays, &self.sigmas).map(|c| [(c[(0, 0)] + c[(1, 1)]).sqrt(), c[(2, 2)].sqrt()]),
         }
     }
 

@@ -61,15 +61,7 @@ impl Relief {
 
     /// Lowest and highest known height.
     pub fn range_m(&self) -> [f64; 2] {
-        let Dem { cols, west_m, south_m, step_m: [dx, dy], .. } = self.dem;
-        let post = |index: usize| {
-            let (col, row) = ((index % cols) as f64, (index / cols) as f64);
-            self.dem.height(west_m + col * dx, south_m + row * dy)
-        };
-        let range = (0..self.dem.heights.len())
-            .filter_map(post)
-            .fold([f64::MAX, f64::MIN], |[low, high], height| [low.min(height), high.max(height)]);
-        if range[0] <= range[1] { range } else { [self.base_height_m; 2] }
+        self.dem.range_m().unwrap_or([self.base_height_m; 2])
     }
 
     /// Heights on the grid over all of `bounds`: bilinear, and the base plane's where the model knows nothing.

@@ -22,15 +22,12 @@ impl<'p> Sight<'p> {
     /// Looks once through all posts.
     pub fn new(planned: &'p Planned<'p>) -> Self {
         let (dem, view) = (planned.layout.relief.dem(), &planned.layout.view);
-        let known = dem.heights.iter().filter(|height| height.is_finite());
-        let range_m =
-            known.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| [low.min(*height), high.max(*height)]);
         Sight {
             planned,
             dem,
             up_m: view.base_height_m + view.height_m,
-            range_m,
-            half_tangent: view.footprint_m.map(|side| 0.5 * side / view.height_m),
+            range_m: dem.range_m().unwrap_or([f64::INFINITY, f64::NEG_INFINITY]),
+            half_tangent: view.half_tangent(),
         }
     }
 

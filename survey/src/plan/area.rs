@@ -58,11 +58,7 @@ impl Area {
     /// x0, y0, x1, y1.
     #[must_use]
     pub fn bounds(&self) -> [f64; 4] {
-        let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-        for [x, y] in &self.corners {
-            bounds = [bounds[0].min(*x), bounds[1].min(*y), bounds[2].max(*x), bounds[3].max(*y)];
-        }
-        bounds
+        bounds(&self.corners)
     }
 
     /// Whether a point lies inside; on the border it may be either.
@@ -110,6 +106,14 @@ impl Area {
     fn sides(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2])> {
         self.corners.iter().zip(self.corners.iter().cycle().skip(1)).map(|(a, b)| (*a, *b))
     }
+}
+
+/// x0, y0, x1, y1 of some points.
+#[must_use]
+pub fn bounds(points: &[[f64; 2]]) -> [f64; 4] {
+    points.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, [x, y]| {
+        [b[0].min(*x), b[1].min(*y), b[2].max(*x), b[3].max(*y)]
+    })
 }
 
 /// Ranges that overlap, touch or lie closer than `gap` made one, ascending.

@@ -122,11 +122,7 @@ impl Cells {
     pub fn known(&self, photos: &Photos<'_>, sigmas: &Sigmas) -> Vec<Known> {
         let of = |rays: &mut Vec<Ray>, cell: &Cell| {
             self.rays(photos, cell, rays);
-            Known {
-                photos: rays.len() as u32,
-                in_strip: rays.chunk_by(|a, b| a.strip == b.strip).map(<[Ray]>::len).max().unwrap_or(0) as u32,
-                sd_m: covariance(rays, sigmas).map(|c| [(c[(0, 0)] + c[(1, 1)]).sqrt(), c[(2, 2)].sqrt()]),
-            }
+            Known::of(rays, sigmas)
         };
         self.inside.par_iter().map_init(Vec::new, of).collect()
     }
@@ -156,6 +152,16 @@ impl Cells {
 }
 
 impl Known {
+    /// By the rays of all photos that see the cell, strip by strip.
+    #[must_use]
+    pub fn of(rays: &[Ray], sigmas: &Sigmas) -> Self {
+        Known {
+            photos: rays.len() as u32,
+            in_strip: rays.chunk_by(|a, b| a.strip == b.strip).map(<[Ray]>::len).max().unwrap_or(0) as u32,
+            sd_m: covariance(rays, sigmas).map(|c| [(c[(0, 0)] + c[(1, 1)]).sqrt(), c[(2, 2)].sqrt()]),
+        }
+    }
+
     /// Whether fewer than two photos of one strip see the cell.
     #[must_use]
     pub fn is_gap(&self) -> bool {

@@ -1,5 +1,6 @@
 //! What a plan asks of aircraft and camera: height over the terrain, sharpness, time.
 
+use super::file::Checks;
 use super::flown::{Leg, flown};
 use super::lines::{Layout, Strip};
 use super::planner::Request;
@@ -11,26 +12,7 @@ use crate::error::InputError;
 const BANK_DEG: f64 = 30.0;
 const GRAVITY_M_S2: f64 = 9.81;
 /// Smear that still counts as sharp, pixels.
-const SHARP_PX: f64 = 0.5;
-
-/// Clearance, blur, time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Checks {
-    /// Least height above the terrain along strips, turns and the ways between, a turn's radius to both sides.
-    pub clearance_min_m: f64,
-    /// How far the picture moves during an exposure over the highest terrain in sight, pixels along.
-    pub smear_px: f64,
-    /// Longest exposure that keeps it within half a pixel.
-    pub exposure_max_s: f64,
-    /// Strips and turns.
-    pub length_m: f64,
-    /// Time for them.
-    pub flight_time_s: f64,
-    /// Radius of the turns.
-    pub turn_radius_m: f64,
-    /// Photos whose frames look beyond the elevation model or at ground that it does not know.
-    pub photos_beyond_dem: usize,
-}
+pub const SHARP_PX: f64 = 0.5;
 
 /// Turns of one radius: 30 degrees of bank in still air.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,6 +86,7 @@ impl Checks {
         Ok(Checks {
             clearance_min_m: altitude_m - on_the_way_m,
             smear_px: px_per_s * request.exposure_s,
+            exposure_s: request.exposure_s,
             exposure_max_s: SHARP_PX / px_per_s,
             length_m,
             flight_time_s: length_m / request.limits.speed_m_s,

@@ -4,6 +4,7 @@
 //! geographic; local metres where it has none), `z` metres above its height datum.
 
 use crate::error::InputError;
+use crate::table::text_of;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -244,9 +245,8 @@ impl PlanFile {
     /// The file cannot be read, is no plan of this version, has a coordinate that is not finite, a strip without photos
     /// or a count that does not agree.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let refuse = |why: String| InputError::new(format!("{}: {why}", path.display()));
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| InputError::new(format!("cannot read {}: {error}", path.display())))?;
+        let (text, name) = text_of(path)?;
+        let refuse = |why: String| InputError::new(format!("{name}: {why}"));
         let value: serde_json::Value =
             serde_json::from_str(&text).map_err(|error| refuse(format!("it is no JSON: {error}")))?;
         match value.get("version").and_then(serde_json::Value::as_u64) {
@@ -258,6 +258,12 @@ impl PlanFile {
             serde_json::from_value(value).map_err(|error| refuse(format!("it is no plan: {error}")))?;
         plan.check().map_err(refuse)?;
         Ok(plan)
+    }
+
+    /// Lines that the strips lie on.
+    #[must_use]
+    pub fn lines(&self) -> usize {
+        self.strips.iter().map(|strip| strip.line + 1).max().unwrap_or(0)
     }
 
     fn check(&self) -> Result<(), String> {

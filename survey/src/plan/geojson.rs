@@ -4,6 +4,7 @@ use super::area::Area;
 use crate::crs::Crs;
 use crate::dem::Frame;
 use crate::error::InputError;
+use crate::table::text_of;
 use serde_json::Value;
 use std::path::Path;
 
@@ -24,9 +25,8 @@ enum System {
 /// One sentence: unreadable, not GeoJSON, no polygon or several, holes, coordinates that are no numbers or cannot be places, a
 /// system that is not known.
 pub fn read(path: &Path, epsg: Option<u32>) -> Result<Vec<[f64; 2]>, InputError> {
-    let refuse = |why: String| InputError::new(format!("{}: {why}", path.display()));
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| InputError::new(format!("cannot read {}: {error}", path.display())))?;
+    let (text, name) = text_of(path)?;
+    let refuse = |why: String| InputError::new(format!("{name}: {why}"));
     let json: Value = serde_json::from_str(&text).map_err(|error| refuse(format!("it is no JSON: {error}")))?;
     let mut rings = Vec::new();
     polygons(&json, &mut rings).map_err(&refuse)?;

@@ -68,6 +68,12 @@ impl View {
         Ok(1.0 - above_m / self.height_m)
     }
 
+    /// Half a footprint over the height, along and across.
+    #[must_use]
+    pub fn half_tangent(&self) -> [f64; 2] {
+        self.footprint_m.map(|side| 0.5 * side / self.height_m)
+    }
+
     /// Base and distance of strips on the base plane: (1 - q) l m.
     #[must_use]
     pub fn nominal_m(&self, overlaps: &Overlaps) -> [f64; 2] {

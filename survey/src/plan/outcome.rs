@@ -1,9 +1,7 @@
 //! What was planned, as `plan.json` has it.
 
 use super::combinations::Limits;
-use super::file::{
-    Accuracy, Camera, Checks, ConstantBase, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, VERSION,
-};
+use super::file::{Accuracy, Camera, ConstantBase, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, VERSION};
 use super::flown::flown;
 use super::lines::{line_count, photo_count};
 use super::place::Place;
@@ -64,16 +62,7 @@ impl Planned<'_> {
             strips: strips.collect::<Result<_, InputError>>()?,
             noise,
             accuracy: self.accuracy(request.seed),
-            checks: Checks {
-                clearance_min_m: self.checks.clearance_min_m,
-                smear_px: self.checks.smear_px,
-                exposure_max_s: self.checks.exposure_max_s,
-                exposure_s: request.exposure_s,
-                length_m: self.checks.length_m,
-                flight_time_s: self.checks.flight_time_s,
-                turn_radius_m: self.checks.turn_radius_m,
-                photos_beyond_dem: self.checks.photos_beyond_dem,
-            },
+            checks: self.checks,
             constant_base: self.constant.as_ref().map(|constant| {
                 let constant_photos = photo_count(&constant.strips);
                 ConstantBase {

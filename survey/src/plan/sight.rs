@@ -32,13 +32,7 @@ impl<'p> Photos<'p> {
     /// Photos of `strips`, which are in the order of their lines.
     #[must_use]
     pub fn new(strips: &'p [Strip], relief: &'p Relief<'p>, axes: Axes, view: &View) -> Self {
-        Photos {
-            strips,
-            relief,
-            axes,
-            up_m: view.base_height_m + view.height_m,
-            half_tangent: view.footprint_m.map(|side| 0.5 * side / view.height_m),
-        }
+        Photos { strips, relief, axes, up_m: view.base_height_m + view.height_m, half_tangent: view.half_tangent() }
     }
 
     /// Their strips.

@@ -8,6 +8,7 @@ use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::dem::{Dem, DemFile, Frame};
 use plumbline_survey::error::InputError;
 use plumbline_survey::plan::Request;
+use plumbline_survey::plan::area::bounds;
 use plumbline_survey::plan::checks::Turns;
 use plumbline_survey::plan::combinations::Limits;
 use plumbline_survey::plan::file::Noise;
@@ -143,12 +144,6 @@ fn corners(area: &str, epsg: Option<u32>) -> Result<Vec<[f64; 2]>, InputError> {
         Err(_) if Path::new(area).exists() => geojson::read(Path::new(area), epsg),
         Err(_) => refuse("it is neither four numbers X0,Y0,X1,Y1 nor a file"),
     }
-}
-
-fn bounds(corners: &[[f64; 2]]) -> [f64; 4] {
-    corners.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, [x, y]| {
-        [b[0].min(*x), b[1].min(*y), b[2].max(*x), b[3].max(*y)]
-    })
 }
 
 /// The area has to lie on the model's posts, or within half a step around them: a cell's height is that of its post.

@@ -1,13 +1,14 @@
 //! A plan in some lines, for the one who typed the command.
 
 use crate::cli::{Failure, print};
+use plumbline_survey::plan::checks::SHARP_PX;
 use plumbline_survey::plan::file::PlanFile;
 use std::path::Path;
 
 pub fn tell(plan: &PlanFile, out: &Path) -> Result<(), Failure> {
     let percent = |share: Option<f64>| share.map_or("none".to_owned(), |share| format!("{:.2} %", 100.0 * share));
     let checks = &plan.checks;
-    let lines = plan.strips.iter().map(|strip| strip.line + 1).max().unwrap_or(0);
+    let lines = plan.lines();
     let mut text = format!(
         "{} photos on {lines} lines, heading {} degrees, {:.1} m above the base plane at {:.1} m, {:.3} m a pixel\n\
          overlap wanted {}/{} %, least on the ground {} forward, {} side\n",
@@ -48,7 +49,7 @@ pub fn tell(plan: &PlanFile, out: &Path) -> Result<(), Failure> {
         checks.smear_px,
         1000.0 * checks.exposure_s
     ));
-    if checks.smear_px > 0.5 {
+    if checks.smear_px > SHARP_PX {
         text.push_str(&format!(
             "the smear is beyond half a pixel: expose {:.2} ms at most\n",
             1000.0 * checks.exposure_max_s

@@ -87,8 +87,8 @@ impl Page<'_> {
         let of_sd = |classes: &Classes, axis: usize| {
             self.cells("standard deviation", &|cell| cell.sd_m.map_or(GAP, |sd| classes.of(sd[axis])))
         };
-        let overlap = self
-            .cells("photos a cell", &|cell| if cell.in_strip < 2 { GAP } else { counts.of(f64::from(cell.photos)) });
+        let overlap =
+            self.cells("photos a cell", &|cell| if cell.is_gap() { GAP } else { counts.of(f64::from(cell.photos)) });
         html! {
             section {
                 h2 { "Coverage and accuracy" }

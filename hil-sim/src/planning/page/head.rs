@@ -62,12 +62,12 @@ impl Page<'_> {
 
     /// Lines of the plan.
     pub(super) fn lines(&self) -> usize {
-        self.outputs.file.strips.iter().map(|strip| strip.line + 1).max().unwrap_or(0)
+        self.outputs.file.lines()
     }
 
     /// Cells without a stereo pair, where there are any.
     fn gaps(&self) -> Option<usize> {
-        let gaps = self.outputs.planned.known.iter().filter(|known| known.in_strip < 2).count();
+        let gaps = self.outputs.planned.known.iter().filter(|known| known.is_gap()).count();
         (gaps > 0).then_some(gaps)
     }
 

@@ -3,10 +3,8 @@
 use super::Page;
 use crate::report::format::{NONE, maybe, number, whole};
 use maud::{Markup, html};
+use plumbline_survey::plan::checks::SHARP_PX;
 use plumbline_survey::plan::lines::line_count;
-
-/// Smear that still counts as sharp, pixels.
-const SHARP_PX: f64 = 0.5;
 
 impl Page<'_> {
     pub(super) fn overlaps(&self) -> Markup {
