@@ -121,9 +121,15 @@ impl Camera {
         (self.k_h, self.k_v)
     }
 
-    /// Whether both fields of view are the same per pixel, which eq. 7 demands: to rounding, 1e-6 of a pixel a pixel.
+    /// Whether both fields of view are the same per pixel to rounding, 1e-6, which eq. 7 demands.
     pub fn is_isotropic(&self) -> bool {
         (self.k_h - self.k_v).abs() <= 1e-6 * self.k_h
+    }
+
+    /// Whether pixels are square as far as a data sheet says: fields of view in hundredths of a degree are off by up to 2e-4,
+    /// and a sensor whose pixels are not square by more than 1e-3.
+    pub fn has_square_pixels(&self) -> bool {
+        (self.k_h - self.k_v).abs() <= 1e-3 * self.k_h
     }
 
     /// Frame position of an ideal image point: the point (`m`, `n`) as a lens without distortion would show it,

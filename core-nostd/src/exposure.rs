@@ -1,21 +1,21 @@
 //! When the next planned exposure is due.
 //!
 //! A plan is strips of points on the tile's grid. A point is due when the camera's coordinate along the strip reaches it.
-//! Positions are few and late, so the place is predicted again at every look, and an exposure is committed to as late as
-//! the looks and the trigger allow: [`COMMIT_US`] ahead. What is doubtful is not exposed and counted with its reason.
+//! Positions are few and late, so the camera's position is predicted again at every call, and an exposure is committed to as late as
+//! the calls and the trigger allow: [`COMMIT_US`] ahead. What is doubtful is not exposed and counted with its reason.
 //!
 //! The order is that of the plan and never goes back: a point is exposed once or never. Turns do not trigger, since points
 //! lie ahead of who turns in towards them, and beside or behind who flies another way. Where a later strip is entered, all
 //! before it have been passed by; so a board that boots in mid-flight goes on at the strip that is flown.
 //!
-//! Cost: some 300 instructions a look on a strip; beside it the later strips are looked through, some 150 each.
+//! Cost: some 300 instructions a call on a strip; beside it the later strips are checked, some 150 each.
 
 use crate::math::{self, hypot};
-use crate::pose::place::Place;
+use crate::pose::position::PositionState;
 use crate::tile::Local;
 use crate::units::{Micros, Radians};
 
-/// An exposure is committed to when it is at most so far ahead, microseconds. Looks are 100 ms apart, so it is more than half
+/// An exposure is committed to when it is at most so far ahead, microseconds. Calls are 100 ms apart, so it is more than half
 /// of this ahead then.
 pub const COMMIT_US: u32 = 200_000;
 /// What is nearer than this cannot be triggered any more, microseconds.
@@ -24,13 +24,16 @@ pub const LEAST_US: u32 = 40_000;
 const SPEED_MIN: f32 = 0.5;
 /// Cosine of the largest angle between velocity and strip, 45 degrees: beyond it the vehicle turns.
 const COS_ALONG: f32 = 0.707;
-/// The same where a later strip is entered, 15 degrees: a turn that crosses its line does not give up the strips before.
+/// Cosine of that angle where a later strip is entered, 15 degrees: a turn that crosses its line does not give up the strips before.
 const COS_ENTERED: f32 = 0.966;
-/// So many limits off the line a vehicle still means this strip, and its points are missed; beyond it is elsewhere.
+/// Multiple of the limit across within which a vehicle still flies this strip, and its points are missed; beyond it is
+/// elsewhere. Chosen.
 const BESIDE: f32 = 3.0;
-/// Exposures that are remembered until their frames have been stamped.
-const TAKEN: usize = 4;
-/// A frame's mid-exposure is this near to the one that was committed to, microseconds.
+/// Exposures that are remembered until their frames have been stamped: 50 ms apart, those of [`COMMIT_US`] ahead and of as long
+/// behind, in which a frame is read out and worked on.
+const TAKEN: usize = 8;
+/// A frame's mid-exposure is this near to the one that was committed to, microseconds. Chosen:
+/// above a stamp's error, below the least interval of a camera.
 const SAME_US: u32 = 5_000;
 
 /// A strip in the order of flight.
@@ -40,7 +43,7 @@ pub struct Strip {
     pub first: u32,
     /// Number behind its last one.
     pub end: u32,
-    /// Direction of flight from grid north: that of a strip whose points do not tell, since it has but one.
+    /// Direction of flight from grid north: that of a strip whose points do not say it, since there is but one.
     pub course: Radians,
 }
 
@@ -104,20 +107,20 @@ struct Along {
 
 impl Along {
     /// `None` where the camera does not fly along the strip: the cosine of the angle between is not above `cos`.
-    fn of(plan: &impl Planned, strip: &Strip, place: &Place, cos: f32) -> Option<Along> {
+    fn of(plan: &impl Planned, strip: &Strip, camera: &PositionState, cos: f32) -> Option<Along> {
         let (first, last) = (plan.point(strip.first)?, plan.point(strip.end.wrapping_sub(1))?);
         let (east, north) = (last.east_m - first.east_m, last.north_m - first.north_m);
         let length = hypot(east, north);
         let towards = if length > 0.0 { (east / length, north / length) } else { math::sin_cos(strip.course.0) };
-        let (v_east, v_north) = (place.east_m_per_s, place.north_m_per_s);
+        let (v_east, v_north) = (camera.east_m_per_s, camera.north_m_per_s);
         let speed = (v_east * towards.0 + v_north * towards.1, v_east * towards.1 - v_north * towards.0);
         let is_along = speed.0 > SPEED_MIN && speed.0 > cos * hypot(v_east, v_north);
         is_along.then_some(Along { towards, speed })
     }
 
     /// A point ahead of the camera: metres along the strip, and metres that the camera is right of it.
-    fn to(&self, point: Local, place: &Place) -> (f32, f32) {
-        let (east, north) = (point.east_m - place.east_m, point.north_m - place.north_m);
+    fn to(&self, point: Local, camera: &PositionState) -> (f32, f32) {
+        let (east, north) = (point.east_m - camera.east_m, point.north_m - camera.north_m);
         let (d_east, d_north) = self.towards;
         (east * d_east + north * d_north, north * d_east - east * d_north)
     }
@@ -146,14 +149,14 @@ impl Exposures {
         self.taken.iter().flatten().find(is_it).map(|exposure| exposure.photo)
     }
 
-    /// What to commit to `now`, the camera being at `place`. To be asked ten times a second.
-    pub fn look(&mut self, plan: &impl Planned, place: &Place, now: Micros) -> Option<Exposure> {
-        if self.along(plan, place).is_none() {
-            self.enter(plan, place)?;
+    /// What to commit to `now`, the camera being at `camera`. To be called ten times a second.
+    pub fn look(&mut self, plan: &impl Planned, camera: &PositionState, now: Micros) -> Option<Exposure> {
+        if self.along(plan, camera).is_none() {
+            self.enter(plan, camera)?;
         }
-        let (strip, along) = self.along(plan, place)?;
+        let (strip, along) = self.along(plan, camera)?;
         while self.next < strip.end {
-            let (ahead_m, right_m) = along.to(plan.point(self.next)?, place);
+            let (ahead_m, right_m) = along.to(plan.point(self.next)?, camera);
             let seconds = ahead_m / along.speed.0;
             // Named, so that what is no number is not due, nor on the line.
             let is_due = seconds * 1e6 <= COMMIT_US as f32;
@@ -187,22 +190,22 @@ impl Exposures {
     }
 
     /// The current strip, if the camera flies along it and near enough to mean it.
-    fn along(&self, plan: &impl Planned, place: &Place) -> Option<(Strip, Along)> {
+    fn along(&self, plan: &impl Planned, camera: &PositionState) -> Option<(Strip, Along)> {
         let strip = plan.strip(self.strip)?;
-        let along = Along::of(plan, &strip, place, COS_ALONG)?;
-        let (_, right_m) = along.to(plan.point(self.next)?, place);
+        let along = Along::of(plan, &strip, camera, COS_ALONG)?;
+        let (_, right_m) = along.to(plan.point(self.next)?, camera);
         (right_m.abs() <= BESIDE * self.limits.across_m).then_some((strip, along))
     }
 
     /// Goes on to the later strip that the camera is on, if it is on one: near its line, between its ends.
-    fn enter(&mut self, plan: &impl Planned, place: &Place) -> Option<()> {
+    fn enter(&mut self, plan: &impl Planned, camera: &PositionState) -> Option<()> {
         let mut number = self.strip;
         loop {
             number = number.checked_add(1)?;
             let strip = plan.strip(number)?;
-            let Some(along) = Along::of(plan, &strip, place, COS_ENTERED) else { continue };
-            let (to_first_m, right_m) = along.to(plan.point(strip.first)?, place);
-            let (to_last_m, _) = along.to(plan.point(strip.end.wrapping_sub(1))?, place);
+            let Some(along) = Along::of(plan, &strip, camera, COS_ENTERED) else { continue };
+            let (to_first_m, right_m) = along.to(plan.point(strip.first)?, camera);
+            let (to_last_m, _) = along.to(plan.point(strip.end.wrapping_sub(1))?, camera);
             let is_there = to_first_m * 1e6 <= along.speed.0 * COMMIT_US as f32 && to_last_m >= 0.0;
             if is_there && right_m.abs() <= self.limits.across_m {
                 self.counts.passed += strip.first.saturating_sub(self.next);

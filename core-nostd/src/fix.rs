@@ -1,7 +1,7 @@
 //! From a match to a position with its covariance.
 
-use crate::matching::refine::SubPixel;
-use crate::rectify::Run;
+use crate::image::Run;
+use crate::matching::Shift;
 use crate::tile::{Geographic, Local, Tile};
 use nalgebra::{Matrix2, Vector2};
 
@@ -10,7 +10,7 @@ use nalgebra::{Matrix2, Vector2};
 pub struct Fix {
     /// WGS84 position of the point that the navigation's positions refer to: the camera's nadir point, less the lever arm.
     pub position: Geographic,
-    /// The same in grid metres from the tile's centre.
+    /// That point in grid metres from the tile's centre.
     pub local: Local,
     /// Covariance of (east, north), square metres.
     pub covariance: Matrix2<f32>,
@@ -62,18 +62,17 @@ impl Footprint {
 /// The fix for a match whose window centre is pixel `window` (col, row) of `tile`, of a camera so high above ground and so
 /// far (east, north) off the point that positions refer to, metres.
 ///
-/// Covariance: the match's own (which holds heading and height through the priors of [`crate::matching::refine`])
-/// plus the tilt's. A tilt error δ about the axis across x moves the ground point (x, y) by δ (H + x²/H, xy/H): not
+/// Covariance: the match's own (which holds heading and height through [`crate::matching::Prior`]) plus the tilt's. A tilt error δ about the axis across x moves the ground point (x, y) by δ (H + x²/H, xy/H): not
 /// by H δ alone, but by the mean over the footprint, 11 % more for a 60° lens.
 pub fn fix(
     tile: &Tile<'_>,
     window: (f32, f32),
-    solution: &SubPixel,
+    shift: &Shift,
     footprint: &Footprint,
     (height_m, [offset_east_m, offset_north_m]): (f32, [f32; 2]),
     uncertainty: Uncertainty,
 ) -> Fix {
-    let nadir = tile.local(window.0 + solution.d_col, window.1 + solution.d_row);
+    let nadir = tile.local(window.0 + shift.d_col, window.1 + shift.d_row);
     let local = Local { east_m: nadir.east_m - offset_east_m, north_m: nadir.north_m - offset_north_m };
     let resolution = tile.resolution().0;
     let per_px = tile.ground_resolution().0;
@@ -81,9 +80,9 @@ pub fn fix(
     let tilt_east = Vector2::new(height_m + moment(footprint.xx), moment(footprint.xy)) * uncertainty.tilt_rad;
     let tilt_north = Vector2::new(moment(footprint.xy), height_m + moment(footprint.yy)) * uncertainty.tilt_rad;
     // Rows run south: the sign of the cross term turns.
-    let c = &solution.covariance;
+    let c = &shift.covariance;
     let matched = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * (resolution * resolution);
-    // The fix is where the picture was taken; it is told for the stamp's instant, which may be another.
+    // The fix is where the picture was taken; it is reported for the stamp's instant, which may be another.
     let along = Vector2::from(uncertainty.along_m);
     let covariance =
         matched + tilt_east * tilt_east.transpose() + tilt_north * tilt_north.transpose() + along * along.transpose();

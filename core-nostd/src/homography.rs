@@ -1,5 +1,5 @@
 //! The projective map between the undistorted picture and the frame: eq. 3 in full, eq. 7 for a camera that follows,
-//! eq. 6 for the way back.
+//! eq. 6 for the inverse.
 //!
 //! The undistorted picture is what the same camera would take without tilt: pixel (`m`, `n`), right and north of its
 //! centre. The frame is what it did take: (`m'`, `n'`), right and forward. A resampler needs the map in this
@@ -57,7 +57,7 @@ impl Homography {
         Homography { rows: [[cg, sg * st, sg * ct / k], [0.0, ct, -st / k], den] }
     }
 
-    /// The way back, frame to undistorted picture: eq. 3 with A transposed (eq. 6).
+    /// The inverse map, frame to undistorted picture: eq. 3 with A transposed (eq. 6).
     pub fn inverse(a: &Matrix3<f32>, camera: &Camera) -> Self {
         Homography::full(&a.transpose(), camera)
     }
@@ -74,7 +74,7 @@ impl Homography {
         })
     }
 
-    /// Undistorted pixel of the ideal frame position (`m`, `n`): the way back of [`Homography::ideal`], by Cramer's
+    /// Undistorted pixel of the ideal frame position (`m`, `n`): the inverse of [`Homography::ideal`], by Cramer's
     /// rule. `None` where that sees no ground.
     fn undo(&self, m: f32, n: f32) -> Option<(f32, f32)> {
         // m den = m-numerator and n den = n-numerator, linear in the undistorted pixel.
@@ -108,7 +108,7 @@ pub struct FrameFromPatch<'a> {
 enum Pose<'a> {
     /// All at once.
     Global(Homography),
-    /// One after the other: the poses, and the way to a position. Through a pointer, so that an image without a rolling
+    /// One after the other: the poses, and the function that computes a position. Through a pointer, so that an image without a rolling
     /// shutter does not carry it.
     Rolling(&'a Bands, Position),
 }
@@ -128,7 +128,7 @@ impl<'a> FrameFromPatch<'a> {
         FrameFromPatch::of(Pose::Global(homography), camera, (height_m, resolution_m), size)
     }
 
-    /// The same for a rolling shutter: `bands` hold the pose of each row. The patch is that of mid-exposure of the
+    /// [`FrameFromPatch::new`] for a rolling shutter: `bands` hold the pose of each row. The patch is that of mid-exposure of the
     /// middle row, at which the vehicle is `height_m` above ground, the height given to [`Bands::new`].
     pub fn rolling(
         bands: &'a Bands,
@@ -150,8 +150,8 @@ impl<'a> FrameFromPatch<'a> {
         self.size
     }
 
-    /// Whether lens or rolling shutter bend the map beyond a homography.
-    pub fn is_bent(&self) -> bool {
+    /// Whether lens distortion or a rolling shutter makes the map more than a homography.
+    pub fn is_nonlinear(&self) -> bool {
         self.camera.is_distorted() || matches!(self.pose, Pose::Rolling(..))
     }
 
@@ -173,12 +173,12 @@ impl<'a> FrameFromPatch<'a> {
         Some(frames::pixel(m, n, self.camera.cols(), self.camera.rows()))
     }
 
-    /// The same with one pose for all rows.
+    /// Frame position with one pose for all rows.
     fn at_once(&self, homography: Homography) -> Self {
         FrameFromPatch { pose: Pose::Global(homography), ..*self }
     }
 
-    /// The same along the row `row`, where it is a homography and nothing else; `None` with lens distortion or a
+    /// The map along row `row`, where it is a homography and nothing else; `None` with lens distortion or a
     /// rolling shutter.
     pub(crate) fn along_row(&self, row: f32) -> Option<AlongRow> {
         let Pose::Global(homography) = &self.pose else { return None };

@@ -1,173 +1,131 @@
-//! Where a rectified patch lies in the reference.
+//! Where a rectified patch lies in the reference: what a matcher is asked, what it answers, and which one flies.
 //!
-//! [`mod@search`]: masked normalised cross-correlation of details over whole-pixel shifts, [`mod@refine`]: least-squares
-//! matching around the peak to hundredths of a pixel with its covariance, [`judge`]: what both must reach to become a
-//! fix; [`locate`] does the three. [`mod@reacquire`] searches far from the predicted place, for [`locate_far`].
+//! `fix` and `pipeline` know what stands in this file and nothing of what is behind it. Another matcher is a module that
+//! implements [`Matcher`] and a line here that chooses it.
+//!
+//! [`mod@correlation`] is the matcher that flies: [`mod@search`], correlation of high-pass images over whole-pixel shifts;
+//! [`mod@refine`], least squares around the peak; [`acceptance`], what both must reach to become a fix. Far from the
+//! predicted position [`mod@reacquire`] takes the place of the search.
 
-mod detail;
+pub(crate) mod kernels;
 mod histogram;
-pub mod judge;
-mod look;
-pub mod reacquire;
-pub mod refine;
+mod high_pass;
+mod local_maximum;
+mod grey_correlation;
+mod coarse_ranking;
 pub mod search;
-mod segment;
-mod smooth;
-mod state;
-mod sums;
+pub mod refine;
+pub mod acceptance;
+pub mod reacquire;
+pub mod correlation;
 
-use crate::rectify::Run;
-use judge::{AcceptRule, Doubt};
-use reacquire::{FINE_PX, reacquire, window};
-use refine::{Prior, RefineError, SubPixel, refine};
-use search::{Peak, SearchError, correlation, search};
+use crate::image::{Run, View};
+use acceptance::AcceptRule;
+pub use grey_correlation::grey_correlation;
+use nalgebra::Matrix2;
 
-/// What [`locate`] found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Located {
-    /// The whole-pixel peak.
-    pub peak: Peak,
-    /// Normalised cross-correlation of the greys at the peak and at the second place, 0 where there is none.
-    pub scores: [f32; 2],
-    /// The sub-pixel match around the peak.
-    pub refined: Result<SubPixel, RefineError>,
-    /// The same where it deserves to become a fix, or why it does not.
-    pub accepted: Result<SubPixel, Rejection>,
+/// The matcher that flies.
+pub type OnBoard = correlation::Correlation;
+
+/// What a matcher is asked.
+#[derive(Clone, Copy, Debug)]
+pub struct Request<'a> {
+    /// The rectified patch.
+    pub patch: View<'a>,
+    /// Its valid pixels, sorted by row.
+    pub runs: &'a [Run],
+    /// The reference tile.
+    pub tile: View<'a>,
+    /// The tile's (column, row) under the patch's upper left pixel, as predicted.
+    pub predicted: (i32, i32),
+    /// How far off the prediction may be, pixels along each axis.
+    pub radius: u16,
+    /// What is known of turn and scale.
+    pub prior: Prior,
+    /// What an accepted match must reach.
+    pub rule: &'a AcceptRule,
 }
 
-impl Located {
-    /// Shift of the patch's centre, (columns to the right, rows downwards), pixels: sub-pixel where there is such a
-    /// solution, accepted or not, the whole-pixel peak otherwise.
-    pub fn shift(&self) -> (f32, f32) {
-        self.refined.map_or((self.peak.d_col as f32, self.peak.d_row as f32), |s| (s.d_col, s.d_row))
-    }
+/// What is known of the picture's turn and scale before matching, one sigma each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Prior {
+    /// Of the heading, radians.
+    pub turn_rad: f32,
+    /// Of the height, as a share of it.
+    pub scale: f32,
+}
+
+/// What a matcher answers, accepted or not. Shifts are those of the patch's centre against the predicted one, columns to the
+/// right and rows downwards, pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Match {
+    /// The best estimate: sub-pixel where there is one, whole pixels otherwise.
+    pub shift: (f32, f32),
+    /// Whole-pixel shift with the highest score.
+    pub peak: (i16, i16),
+    /// Normalised cross-correlation of the greys at the peak and at the best other place, 0 where there is none.
+    pub grey_correlation: [f32; 2],
+    /// The shift that deserves to become a fix, or why none does.
+    pub accepted: Result<Shift, Rejection>,
+}
+
+/// A shift with its covariance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shift {
+    /// Columns to the right, pixels.
+    pub d_col: f32,
+    /// Rows downwards, pixels.
+    pub d_row: f32,
+    /// Covariance of (d_col, d_row), square pixels.
+    pub covariance: Matrix2<f32>,
+}
+
+/// Finds a patch in a tile.
+pub trait Matcher {
+    /// Bytes of working memory that a search takes at most.
+    const WORKING_BYTES: usize;
+
+    /// The patch's place in the tile. `memory`: [`Matcher::WORKING_BYTES`] of any content.
+    ///
+    /// # Errors
+    /// [`MatchError`] where nothing could be tried; whether what was found is good enough, [`Match::accepted`] says.
+    fn locate(&mut self, request: &Request<'_>, memory: &mut [u8]) -> Result<Match, MatchError>;
+}
+
+/// Why no match could be tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum MatchError {
+    /// The patch, with the search radius on all sides, does not lie wholly in the reference.
+    OutsideReference,
+    /// The working memory is too small, or a run lies outside the patch.
+    Capacity,
+    /// The patch has no valid pixels, or no texture in them.
+    Featureless,
 }
 
 /// Why a match is not accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Rejection {
-    /// It is doubtful.
-    Doubt(Doubt),
-    /// It could not be refined.
-    Refine(RefineError),
-}
-
-/// Searches `patch` in `reference` within ±`radius` around its centre, refines the peak and judges it.
-///
-/// `bytes`: [`search::room`] or more, `scores`: room for (2 `radius` + 1)²; both are working space.
-///
-/// # Errors
-/// [`SearchError`] where nothing could be searched.
-pub fn locate(
-    patch: &View<'_>,
-    runs: &[Run],
-    reference: &View<'_>,
-    radius: u16,
-    (prior, rule): (Prior, &AcceptRule),
-    (bytes, scores): (&mut [u8], &mut [i16]),
-) -> Result<Located, SearchError> {
-    let peak = search(patch, runs, reference, radius, bytes, scores)?;
-    let refined = refine(patch, runs, reference, radius, &peak, prior, bytes);
-    let accepted = judged(rule, &peak, refined, runs);
-    let score = |at| correlation(patch, runs, reference, radius, at);
-    let second = if peak.second > 0.0 { score(peak.second_at) } else { 0.0 };
-    Ok(Located { peak, scores: [score((peak.d_col, peak.d_row)), second], refined, accepted })
-}
-
-/// The same within ±`radius`, far more than [`locate`] can hold, of the place where the patch was predicted: `at`, the tile's
-/// (column, row) under its upper left pixel. The search ends where the tile does. The more shifts there are, the more the
-/// peak must reach: see [`AcceptRule::among`].
-///
-/// `bytes`: [`reacquire::room`], working space.
-///
-/// # Errors
-/// [`SearchError`] where nothing could be searched.
-pub fn locate_far(
-    patch: &View<'_>,
-    runs: &[Run],
-    (tile, at): (&View<'_>, (i32, i32)),
-    radius: u16,
-    (prior, rule): (Prior, &AcceptRule),
-    bytes: &mut [u8],
-) -> Result<Located, SearchError> {
-    let found = reacquire(patch, runs, tile, at, radius, bytes)?;
-    let peak = found.peak;
-    let around = window(patch, tile, at, found.centre).ok_or(SearchError::ReferenceTooSmall)?;
-    let refined = refine(patch, runs, &around, FINE_PX, &found.local, prior, bytes).map(|solution| SubPixel {
-        d_col: solution.d_col + found.centre.0 as f32,
-        d_row: solution.d_row + found.centre.1 as f32,
-        ..solution
-    });
-    let accepted = judged(&rule.among(radius), &peak, refined, runs);
-    let score = |(col, row): (i16, i16)| {
-        let under = tile.window(at.0 + col as i32, at.1 + row as i32, patch.size());
-        under.map_or(0.0, |under| correlation(patch, runs, &under, 0, (0, 0)))
-    };
-    let second = if peak.second > 0.0 { score(peak.second_at) } else { 0.0 };
-    Ok(Located { peak, scores: [score((peak.d_col, peak.d_row)), second], refined, accepted })
-}
-
-/// The solution where both it and its peak are good enough.
-fn judged(
-    rule: &AcceptRule,
-    peak: &Peak,
-    refined: Result<SubPixel, RefineError>,
-    runs: &[Run],
-) -> Result<SubPixel, Rejection> {
-    rule.peak(peak, valid(runs) as u32).map_err(Rejection::Doubt)?;
-    let solution = refined.map_err(Rejection::Refine)?;
-    rule.solution(&solution).map_err(Rejection::Doubt)?;
-    Ok(solution)
+    /// Fewer valid pixels than a distinctive template needs.
+    FewPixels,
+    /// The peak lies on the border of the search.
+    OnBorder,
+    /// The correlation is too low for the number of pixels.
+    LowScore,
+    /// Another place is almost as good.
+    Ambiguous,
+    /// The sub-pixel solution's own sigma is too large, or too little of the picture agrees with it.
+    Imprecise,
+    /// Too few pixels for a sub-pixel solution, or no texture in one direction.
+    TooLittle,
+    /// The sub-pixel solution left the peak, or would invert the picture.
+    Diverged,
 }
 
 /// Valid pixels of a patch.
 fn valid(runs: &[Run]) -> usize {
     runs.iter().map(|run| run.end.saturating_sub(run.start) as usize).sum()
-}
-
-/// A grey picture, or a window of one, as the matcher reads it.
-#[derive(Clone, Copy, Debug)]
-pub struct View<'a> {
-    pixels: &'a [u8],
-    size: (u16, u16),
-    stride: usize,
-}
-
-impl<'a> View<'a> {
-    /// Row-major picture of `size` (cols, rows); `None` when there are fewer pixels than that.
-    pub fn new(pixels: &'a [u8], size: (u16, u16)) -> Option<Self> {
-        let stride = size.0 as usize;
-        (pixels.len() >= stride * size.1 as usize).then_some(View { pixels, size, stride })
-    }
-
-    /// The window of `size` whose top left pixel is (`col`, `row`); `None` when it does not lie wholly inside.
-    pub fn window(&self, col: i32, row: i32, size: (u16, u16)) -> Option<View<'a>> {
-        let fits = |at: i32, length: u16, limit: u16| at >= 0 && at.saturating_add(length as i32) <= limit as i32;
-        if size.0 == 0 || size.1 == 0 || !fits(col, size.0, self.size.0) || !fits(row, size.1, self.size.1) {
-            return None;
-        }
-        let first = row as usize * self.stride + col as usize;
-        Some(View { pixels: self.pixels.get(first..)?, size, stride: self.stride })
-    }
-
-    /// (cols, rows).
-    pub fn size(&self) -> (u16, u16) {
-        self.size
-    }
-
-    /// `length` pixels of `row` from `col` on; `None` outside the view.
-    #[inline]
-    pub fn run(&self, row: usize, col: usize, length: usize) -> Option<&'a [u8]> {
-        if row >= self.size.1 as usize || col.checked_add(length).is_none_or(|end| end > self.size.0 as usize) {
-            return None;
-        }
-        self.pixels.get(row * self.stride + col..row * self.stride + col + length)
-    }
-
-    /// The pixels of `row` from `col` on, then those of the rows behind it and whatever follows; empty outside.
-    #[inline]
-    fn from(&self, row: usize, col: usize) -> &'a [u8] {
-        self.pixels.get(row * self.stride + col..).unwrap_or(&[])
-    }
 }

@@ -27,7 +27,7 @@ pub fn asin(sine: f32) -> f32 {
 /// Square root; negative arguments give NaN, as in IEEE 754. Correctly rounded, so that the machine's own instruction
 /// gives the same bits.
 pub fn sqrt(value: f32) -> f32 {
-    crate::dsp::sqrt(value)
+    crate::arch::sqrt(value)
 }
 
 /// Length of the vector (`a`, `b`): of two independent sigmas, the sigma of their sum.

@@ -6,20 +6,17 @@
 //! that a caller can count what each of them costs.
 
 mod refusal;
+mod streams;
 mod settings;
 mod situation;
-mod streams;
 
-use crate::budget::{
-    FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, REACQUIRE_PX, RUNS_MAX, SCORES_MAX, SEARCH_MAX_PX,
-};
+use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, REACQUIRE_PX, RUNS_MAX};
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::FrameFromPatch;
-use crate::matching::refine::Prior;
-use crate::matching::search::{Peak, room};
-use crate::matching::{Located, View, locate, locate_far, reacquire};
-use crate::pose::place::Place;
-use crate::rectify::{Node, Run, Source, rectify_into};
+use crate::image::{Run, View};
+use crate::matching::{Match, Matcher, OnBoard, Prior, Request, Shift};
+use crate::pose::position::PositionState;
+use crate::rectify::{Node, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
 use crate::units::Micros;
@@ -36,16 +33,14 @@ pub struct Outcome {
     /// Where the patch's centre lies relative to the predicted position, columns east, pixels of the tile. Sub-pixel
     /// where the least-squares solution exists, the whole-pixel peak otherwise.
     pub d_col: f32,
-    /// The same, rows south.
+    /// Rows south.
     pub d_row: f32,
-    /// The correlation peak, relative to the centre of the search window.
-    pub peak: Peak,
-    /// Normalised cross-correlation of the greys at the peak and at the second place.
-    pub scores: [f32; 2],
+    /// Where the whole-pixel peak lies, (columns, rows) in that sense.
+    pub peak: [f32; 2],
+    /// Normalised cross-correlation of the greys at the peak and at the best other place.
+    pub grey_correlation: [f32; 2],
     /// Radius of the search, pixels: the settings', or [`REACQUIRE_PX`] where the position had been lost.
     pub search_px: u16,
-    /// The window's centre relative to the predicted position, (columns, rows): less than a pixel.
-    pub window_off: [f32; 2],
     /// The fix, or why there is none.
     pub fix: Result<Fix, Refusal>,
 }
@@ -53,8 +48,8 @@ pub struct Outcome {
 /// Where the patch lies in the tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matched {
-    located: Located,
-    /// Centre of the searched window, pixels of the tile, and how far it is off the predicted position.
+    found: Match,
+    /// Where in the tile the patch's centre was looked for, pixels, and how far that is off the predicted position.
     centre: (f32, f32),
     off: (f32, f32),
     search_px: u16,
@@ -78,7 +73,7 @@ pub struct Pipeline<'t> {
     frame_memory: &'t mut [u8],
 }
 
-/// So many frames in a row that are tried and not accepted mean that the position is lost: the next one is searched over
+/// Consecutive frames that were matched and not accepted after which the position counts as lost: the next one is searched over
 /// ±[`REACQUIRE_PX`], and whether that finds it or not, the count begins anew. Over good ground one frame in fifty is not
 /// accepted; over a lake or changed ground many are in a row, and one in six of them costs a long search.
 pub const LOST_AFTER: u8 = 5;
@@ -91,8 +86,7 @@ pub struct Buffers {
     runs: Vec<Run, RUNS_MAX>,
     /// While a frame is rectified.
     nodes: [Node; 2 * (PATCH_MAX_PX + 1)],
-    /// While it is matched.
-    scores: [i16; SCORES_MAX],
+    matcher: OnBoard,
 }
 
 impl Buffers {
@@ -102,7 +96,7 @@ impl Buffers {
             patch: [0; PATCH_MAX_AREA],
             runs: Vec::new(),
             nodes: [Node::NOWHERE; 2 * (PATCH_MAX_PX + 1)],
-            scores: [0; SCORES_MAX],
+            matcher: OnBoard::new(),
         }
     }
 }
@@ -129,7 +123,7 @@ impl<'t> Pipeline<'t> {
         frame_memory: &'t mut [u8],
     ) -> Result<Self, SettingsError> {
         settings.check()?;
-        if frame_memory.len() < MATCHING_BYTES {
+        if frame_memory.len() < OnBoard::WORKING_BYTES {
             return Err(SettingsError::FrameMemory);
         }
         Ok(Pipeline {
@@ -174,13 +168,13 @@ impl<'t> Pipeline<'t> {
         // True north and east turned into the grid's: grid heading = true heading − convergence.
         let (s, c) = crate::math::sin_cos(georeference.convergence.0);
         let (north, east) = (sample.north_m_per_s, sample.east_m_per_s);
-        let place = Place {
+        let state = PositionState {
             east_m: local.east_m,
             north_m: local.north_m,
             east_m_per_s: east * c - north * s,
             north_m_per_s: north * c + east * s,
         };
-        self.streams.position(Instants { sampled_at: sample.sampled_at, arrived_at }, place)?;
+        self.streams.position(Instants { sampled_at: sample.sampled_at, arrived_at }, state)?;
         self.is_off_the_map = false;
         Ok(())
     }
@@ -197,7 +191,7 @@ impl<'t> Pipeline<'t> {
         let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0).min(RATIO_MAX);
         let frame = (camera.cols(), camera.rows());
         let capacity = self.frame_memory.len();
-        let reduction = Reduction::choose(frame, ratio, capacity).map_err(|_| Refusal::FrameTooLarge)?;
+        let reduction = Reduction::choose(frame, ratio, capacity)?;
         self.reducer = Some(Reducer::new(reduction, frame));
         Ok(())
     }
@@ -213,7 +207,7 @@ impl<'t> Pipeline<'t> {
     /// [`Refusal::BadFrame`] for another number of pixels, rows too many, or without [`Pipeline::begin_frame`].
     pub fn rows(&mut self, rows: &[u8]) -> Result<(), Refusal> {
         let reducer = self.reducer.as_mut().ok_or(Refusal::BadFrame)?;
-        reducer.take(rows, self.frame_memory).map_err(|_| Refusal::BadFrame)
+        Ok(reducer.take(rows, self.frame_memory)?)
     }
 
     /// Rectifies the frame that has arrived for `situation`.
@@ -227,7 +221,7 @@ impl<'t> Pipeline<'t> {
         let resolution = self.tile.ground_resolution().0;
         let Buffers { patch, runs, nodes, .. } = &mut *self.buffers;
         let kept = self.frame_memory.get(..reduction.bytes()).ok_or(Refusal::BadFrame)?;
-        let source = Source::new(kept, reduction).map_err(|_| Refusal::BadFrame)?;
+        let source = Source::new(kept, reduction)?;
         let size = situation.patch_size(camera, resolution).ok_or(Refusal::NoFootprint)?;
         let scale = (situation.height_m, resolution);
         let bands;
@@ -237,7 +231,7 @@ impl<'t> Pipeline<'t> {
         } else {
             FrameFromPatch::new(situation.homography(camera), camera, scale, size)
         };
-        rectify_into(&map, source, patch, nodes, runs).map_err(|_| Refusal::NoFootprint)?;
+        rectify_into(&map, source, patch, nodes, runs)?;
         self.patch_size = size;
         // From here on the frame's memory is free.
         self.reducer = None;
@@ -254,69 +248,57 @@ impl<'t> Pipeline<'t> {
     }
 
     /// Matches the patch around the predicted position. The search is as wide as the settings say, and
-    /// ±[`REACQUIRE_PX`] after [`LOST_AFTER`] frames that were tried in vain; beyond [`SEARCH_MAX_PX`] it ends where the tile
-    /// does.
+    /// ±[`REACQUIRE_PX`] after [`LOST_AFTER`] frames that were tried in vain.
     ///
     /// # Errors
     /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
     pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
-        let search_px = if self.missed >= LOST_AFTER { REACQUIRE_PX as u16 } else { self.settings.search_px };
-        let radius = search_px.min(SEARCH_MAX_PX as u16);
-        let (cols, rows) = self.patch_size;
-        let Buffers { patch, runs, scores, .. } = &mut *self.buffers;
+        let was_lost = self.missed >= LOST_AFTER;
+        let radius = if was_lost { REACQUIRE_PX as u16 } else { self.settings.search_px };
+        let Buffers { patch, runs, matcher, .. } = &mut *self.buffers;
         let patch = View::new(patch, self.patch_size).ok_or(Refusal::NoFootprint)?;
-        // The window whose centre is nearest to the prediction: its corner is a whole pixel.
+        // The whole pixel at which the patch's upper left one is nearest to the prediction.
         let predicted = self.tile.pixel(situation.prediction.local);
-        let window_size = (cols + 2 * radius, rows + 2 * radius);
         let half = |side: u16| 0.5 * (side as f32 - 1.0);
-        let corner = |at: f32, side: u16| crate::math::round(at - half(side));
-        let (left, top) = (corner(predicted.0, window_size.0), corner(predicted.1, window_size.1));
-        if !(left.abs() < 1e6 && top.abs() < 1e6) {
+        let half = (half(self.patch_size.0), half(self.patch_size.1));
+        let corner = (crate::math::round(predicted.0 - half.0), crate::math::round(predicted.1 - half.1));
+        if !(corner.0.abs() < 1e6 && corner.1.abs() < 1e6) {
             return Err(Refusal::OutsideReference);
         }
-        let window = self.tile.view().window(left as i32, top as i32, window_size).ok_or(Refusal::OutsideReference)?;
-        let centre = (left + half(window_size.0), top + half(window_size.1));
+        let centre = (corner.0 + half.0, corner.1 + half.1);
         let off = (centre.0 - predicted.0, centre.1 - predicted.1);
-
         let prior =
             Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
-        let (rule, memory) = ((prior, &self.settings.accept), &mut *self.frame_memory);
-        let located = if search_px > radius {
-            let at = (left as i32 + radius as i32, top as i32 + radius as i32);
-            locate_far(&patch, runs, (self.tile.view(), at), search_px, rule, memory)
-        } else {
-            locate(&patch, runs, &window, radius, rule, (memory, scores))
-        };
-        let located = located.map_err(|_| Refusal::Featureless)?;
-        let is_lost = located.accepted.is_err() && self.missed < LOST_AFTER;
-        self.missed = if is_lost { self.missed + 1 } else { 0 };
-        Ok(Matched { located, centre, off, search_px })
+        let predicted = (corner.0 as i32, corner.1 as i32);
+        let (tile, rule) = (*self.tile.view(), &self.settings.accept);
+        let request = Request { patch, runs, tile, predicted, radius, prior, rule };
+        let found = matcher.locate(&request, self.frame_memory)?;
+        self.missed = if was_lost || found.accepted.is_ok() { 0 } else { self.missed + 1 };
+        Ok(Matched { found, centre, off, search_px: radius })
     }
 
     /// The fix of a match in the situation that it was made in, or why there is none.
     pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
-        let Matched { located, centre, off, search_px } = matched;
+        let Matched { found, centre, off, search_px } = matched;
         let footprint = Footprint::of(&self.buffers.runs, self.patch_size);
         let uncertainty = Uncertainty {
             tilt_rad: situation.sigma_tilt_rad,
             height_m: situation.sigma_height_m,
             along_m: situation.prediction.velocity_m_per_s.map(|speed| speed * situation.sigma_stamp_s),
         };
-        let place = (situation.height_m, situation.camera_offset_m);
-        let fixed = |s| fix(&self.tile, *centre, &s, &footprint, place, uncertainty);
-        let shift = located.shift();
+        let camera = (situation.height_m, situation.camera_offset_m);
+        let fixed = |shift: Shift| fix(&self.tile, *centre, &shift, &footprint, camera, uncertainty);
         Outcome {
-            d_col: shift.0 + off.0,
-            d_row: shift.1 + off.1,
-            peak: located.peak,
-            scores: located.scores,
+            d_col: found.shift.0 + off.0,
+            d_row: found.shift.1 + off.1,
+            peak: [found.peak.0 as f32 + off.0, found.peak.1 as f32 + off.1],
+            grey_correlation: found.grey_correlation,
             search_px: *search_px,
-            window_off: [off.0, off.1],
-            fix: located.accepted.map(fixed).map_err(Refusal::from),
+            fix: found.accepted.map(fixed).map_err(Refusal::from),
         }
     }
 
-    /// The same with pixels that may be changed, though not their number: a replay has them from its log.
+    /// The rectified patch with pixels that may be changed, though not their number: a replay has them from its log.
     pub fn patch_mut(&mut self) -> (&mut [u8], (u16, u16), &[Run]) {
         let pixels = self.patch_size.0 as usize * self.patch_size.1 as usize;
         let Buffers { patch, runs, .. } = &mut *self.buffers;
@@ -330,21 +312,9 @@ impl<'t> Pipeline<'t> {
     }
 }
 
-const _: () = assert!((2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1) == SCORES_MAX);
 const _: () = assert!(size_of::<Streams>() + size_of::<Smoothers>() <= POSE_MAX_BYTES);
 /// Ratio of a patch pixel to a frame pixel beyond which boxes grow no further: 16 rows are the most that a front end's ring
 /// has to hold at a time.
 const RATIO_MAX: f32 = 90.0;
-/// What the matcher needs at most: details of the largest window around the prediction, or the small pictures of the longest
-/// patches that either size of boxes serves.
-const MATCHING_BYTES: usize = {
-    const LONGEST: u16 = PATCH_MAX_PX as u16;
-    const FAR: u16 = REACQUIRE_PX as u16;
-    const WINDOW: u16 = LONGEST + 2 * SEARCH_MAX_PX as u16;
-    let window = room((WINDOW, WINDOW));
-    let small = reacquire::room((LONGEST, LONGEST), FAR);
-    let large = reacquire::room((reacquire::LONG_PX, reacquire::LONG_PX), FAR);
-    let small = if small > large { small } else { large };
-    if small > window { small } else { window }
-};
-const _: () = assert!(MATCHING_BYTES <= FRAME_MEMORY_BYTES, "what the matcher needs does not fit the frame's memory");
+const _: () =
+    assert!(OnBoard::WORKING_BYTES <= FRAME_MEMORY_BYTES, "what the matcher needs does not fit the frame's memory");

@@ -6,15 +6,15 @@
 //! * [`fit`]: paper 001's penalised least squares over the [`band::WINDOW`] samples around the instant, in banded form;
 //! * [`noise`]: how strongly, by what noise and motion are, for each lag;
 //! * [`smooth`]: the two over a [`history`], with what remains when a window is short;
-//! * [`place`]: positions, which come too rarely to be waited for.
+//! * [`position`]: positions, which come too rarely to be waited for.
 
 pub mod band;
+pub mod penalty;
 pub mod fit;
 pub mod history;
 pub mod noise;
-pub mod penalty;
-pub mod place;
 pub mod smooth;
+pub mod position;
 
 use fit::Fitted;
 pub use history::{Backwards, Channels, History, Interpolated};
@@ -32,16 +32,16 @@ pub enum PoseError {
     TooOld,
     /// The two samples around the instant are too far apart.
     Gap,
-    /// Several samples in a row around the instant have exactly the same value, though the sensor is noisy: it hangs.
-    Stuck,
+    /// Consecutive samples around the instant are bit-identical though the sensor is noisy: it counts as frozen.
+    Frozen,
 }
 
 /// How a value was found, for telemetry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Method {
-    /// On the straight way between two samples.
-    Straight,
+    /// By linear interpolation between two samples.
+    Linear,
     /// By the fit.
     Fitted {
         /// Order of the differences.
@@ -52,13 +52,13 @@ pub enum Method {
         lag: u8,
         /// Samples in the window.
         count: u8,
-        /// Of which were left out as mistakes.
+        /// Of which were left out as outliers.
         rejected: u8,
         /// The residuals' size over what the sensor was said to have.
         scale: f32,
     },
-    /// The newest value carried on with its measured rate.
-    Carried,
+    /// The newest value propagated with its measured rate.
+    Propagated,
 }
 
 impl Method {

@@ -7,35 +7,25 @@
 //! Exact positions (homography, then distortion) are computed at the ends and middles of stretches only, and the
 //! parabola through them is followed in fixed point: two reciprocals a stretch instead of two divisions a pixel.
 //! Stretches are as long as the position stays within a stated error of the exact one, of cells' corners usually a whole
-//! row. Straight steps would need four to eight times as many, and their errors are all to one side.
+//! row. Linear interpolation would need four to eight times as many, and their errors are all to one side.
 //!
 //! A cell is valid when all of it, or its reading, lies in the frame. Valid cells are returned as runs, which is what the
 //! matcher iterates over: a footprint is convex, so there is about one run a row.
 
-#[allow(unsafe_code, reason = "sums are read without a check each where the ends of a border have been checked")]
+mod scanline;
+mod curvature;
+pub(crate) mod nodes;
+pub(crate) mod table;
+pub(crate) mod stretch;
+pub(crate) mod kernels;
 mod area;
-mod bends;
-#[allow(unsafe_code, reason = "pixels are read without a check each where a stretch of positions has been checked")]
 mod bilinear;
-mod nodes;
-mod way;
 
-pub use crate::dsp::Node;
 use crate::homography::FrameFromPatch;
+use crate::image::Run;
 use crate::reduce::Reduction;
 use heapless::VecView;
-
-/// A horizontal run of valid pixels of a patch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Run {
-    /// Row of the patch.
-    pub row: u16,
-    /// First valid column.
-    pub start: u16,
-    /// One past the last valid column.
-    pub end: u16,
-}
+pub use nodes::Node;
 
 /// Why nothing was rectified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,8 +43,8 @@ pub struct Source<'a>(Kept<'a>);
 
 #[derive(Clone, Copy, Debug)]
 enum Kept<'a> {
-    Sums(area::Table<'a>),
-    Pixels(bilinear::Frame<'a>),
+    Sums(table::Table<'a>),
+    Pixels(stretch::Frame<'a>),
 }
 
 impl<'a> Source<'a> {
@@ -63,10 +53,10 @@ impl<'a> Source<'a> {
     /// # Errors
     /// [`RectifyError::Size`] for another number of bytes or a frame of less than 2 x 2.
     pub fn new(kept: &'a [u8], reduction: Reduction) -> Result<Self, RectifyError> {
-        Ok(Source(match area::Table::new(kept, reduction) {
+        Ok(Source(match table::Table::new(kept, reduction) {
             Some(table) => Kept::Sums(table),
             None if reduction.is_boxes() => return Err(RectifyError::Size),
-            None => Kept::Pixels(bilinear::Frame::new(kept, reduction)?),
+            None => Kept::Pixels(stretch::Frame::new(kept, reduction)?),
         }))
     }
 }
@@ -79,6 +69,8 @@ impl<'a> Source<'a> {
 /// # Errors
 /// [`RectifyError`] when buffers and sizes do not belong together. A patch without a single valid pixel is not an
 /// error here: `runs` is empty then.
+// Not inlined into its caller, whose place in memory is not this module's.
+#[inline(never)]
 pub fn rectify_into(
     map: &FrameFromPatch<'_>,
     source: Source<'_>,

@@ -8,7 +8,10 @@
 //! along the borders of its cells (module `rectify`), and such a sum is one reading where the boxes would be many. Only
 //! where a patch pixel spans less than two frame pixels are the pixels themselves kept, for bilinear readings.
 
-use crate::dsp::{add_bytes, prefix_fours, prefix_pairs};
+pub(crate) mod kernels;
+
+use crate::arch::add_bytes;
+use kernels::{prefix_fours, prefix_pairs};
 
 /// Why rows were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

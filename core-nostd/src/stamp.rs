@@ -3,23 +3,23 @@
 //!
 //! A capture timer latches the shutter's opening and closing, the pulse-per-second edges and the arrival of a frame's
 //! first row, all with the same free-running 32-bit 1 MHz counter. [`edges`] keeps the shutter's edges without their
-//! bounces, [`assign`] finds those that belong to a frame, [`clock`] ties the counter to the autopilot's clock, and
+//! bounces, [`association`] finds those that belong to a frame, [`clock`] relates the counter to the autopilot's clock, and
 //! [`Stamper`] makes a [`Stamp`] of the three.
 //!
 //! Every latch is the count completed at its instant, so it comes half a tick early in the mean. Pulses, edges and
 //! arrivals do so alike, and only differences between them matter.
 
-pub mod assign;
-pub mod clock;
-pub mod edges;
 pub mod settings;
+pub mod edges;
+pub mod association;
+pub mod clock;
 
 use crate::math;
 use crate::units::{Micros, Ticks};
-pub use assign::Claim;
+pub use association::Association;
 pub use clock::{Clock, ClockState};
-pub use edges::{Edge, EdgeError, Edges, Polarity};
-pub use settings::{ClockSettings, KnownExposure, SettingsError, ShutterSettings, StampSettings, Wired};
+pub use edges::{Edge, EdgeError, Edges};
+pub use settings::{ClockSettings, KnownExposure, Polarity, SettingsError, ShutterSettings, StampSettings, Wired};
 
 /// Longest exposure that is believed; a longer one is a lost edge.
 pub const EXPOSURE_MAX_US: i32 = 500_000;
@@ -97,7 +97,7 @@ pub struct Stamp {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StampError {
-    /// The timer is not tied to the autopilot's clock.
+    /// Nothing relates the timer to the autopilot's clock yet.
     NoClock,
     /// The clock has run free for too long, or pulses and time exchanges contradict each other: its sigma is beyond the
     /// settings' limit.
@@ -123,8 +123,8 @@ pub struct StampCounters {
     pub edges_missing: u32,
     /// Pulses off by more than the clock's gate.
     pub pulses_ignored: u32,
-    /// Times that the clock was tied anew.
-    pub ties: u32,
+    /// Times that the clock was restarted at a new epoch.
+    pub clock_epochs: u32,
 }
 
 /// Edges, pulses and time exchanges in, stamps out.
@@ -166,7 +166,7 @@ impl Stamper {
     }
 
     /// To be called now and then, at least every ten minutes: what is so old that the timer's wrap would make it look
-    /// new is forgotten, and the clock's tie is carried along.
+    /// new is forgotten, and the clock's epoch is moved forwards.
     pub fn keep(&mut self, now: Ticks) {
         self.edges.forget(now);
         self.clock.keep(now);
@@ -178,15 +178,15 @@ impl Stamper {
     /// # Errors
     /// [`StampError`].
     pub fn frame(&mut self, arrival: Ticks) -> Result<Stamp, StampError> {
-        let claim = self.edges.claim(arrival, &self.shutter)?;
-        let missing = self.shutter.wired.count().saturating_sub(claim.edges());
+        let found = self.edges.associate(arrival, &self.shutter)?;
+        let missing = self.shutter.wired.count().saturating_sub(found.edges());
         self.counters.edges_missing = self.counters.edges_missing.wrapping_add(missing.into());
-        let exposure = claim.exposure(&self.shutter)?;
+        let exposure = found.exposure(&self.shutter)?;
         let mid = exposure.mid().ok_or(StampError::BadExposure)?;
         let reading = self.clock.read(mid).ok_or(StampError::NoClock)?;
         // An odd length's middle lies half a tick later than the whole one.
         let half = if exposure.close.since(exposure.open) & 1 == 1 { 0.5 } else { 0.0 };
-        let sigma_us = math::sqrt(claim.variance(&self.shutter) + reading.variance + ROUNDING);
+        let sigma_us = math::sqrt(found.variance(&self.shutter) + reading.variance + ROUNDING);
         // Written so that NaN is refused too.
         if sigma_us.is_nan() || sigma_us > self.sigma_max_us {
             return Err(StampError::UncertainClock);
@@ -197,13 +197,13 @@ impl Stamper {
             close: instant(exposure.close)?,
             mid: reading.rounded(half).ok_or(StampError::NoClock)?,
             sigma_us,
-            source: claim.source(),
+            source: found.source(),
         })
     }
 
     /// What was counted so far.
     pub fn counters(&self) -> StampCounters {
-        let (pulses_ignored, ties) = self.clock.counted();
-        StampCounters { pulses_ignored, ties, ..self.counters }
+        let (pulses_ignored, clock_epochs) = self.clock.counted();
+        StampCounters { pulses_ignored, clock_epochs, ..self.counters }
     }
 }

@@ -5,8 +5,7 @@
 //! fitted on the ground against the full projection and its datum shift. Over a few kilometres it is good to
 //! millimetres, and its residual is checked where the tile is made. The grid's north is not true north: the tile
 //! carries its convergence, and headings are turned by it before anything else.
-
-use crate::matching::View;
+use crate::image::View;
 use crate::units::{Metres, Radians};
 
 /// Why a tile was refused.

@@ -19,26 +19,29 @@ pub mod camera;
 pub mod edges;
 mod exposures;
 pub mod grounded;
+mod outbox;
 pub mod receive;
 pub mod transmit;
 
-use crate::journal::Journal;
-use crate::shared::{Queue, Shared};
+use crate::journal::{Event, Gate, Journal};
+use crate::shared::Shared;
 use crate::stores::plan::Plan;
 use crate::wire::decoder::LinkCounters;
 use crate::wire::telemetry::{FrameReport, InstantReport, PhotoReport};
 use core::cell::Cell;
+use core::future::poll_fn;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use exposures::Flown;
 use mavlink::dialects::common::MavSeverity;
+use outbox::Outbox;
 use plumbline_core::fix::Fix;
 use plumbline_core::pipeline::{Pipeline, Situation};
 use plumbline_core::stamp::{StampSettings, Stamper};
 use plumbline_core::units::{Micros, Radians, Ticks};
 
 /// Something to be sent.
-#[allow(clippy::large_enum_variant, reason = "no heap to put the large one on, and the outbox holds two")]
+#[allow(clippy::large_enum_variant, reason = "no heap to put the large one on, and one at a time is taken")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Out {
     /// HEARTBEAT, a TIMESYNC request, and health.
@@ -51,7 +54,7 @@ pub enum Out {
     Photo(PhotoReport),
     /// A line for the pilot.
     Text(MavSeverity, Line),
-    /// What a frame came to; patch generation to be sent with it.
+    /// A frame's result, with the number of the patch to be sent behind it.
     Frame(FrameOut),
 }
 
@@ -113,8 +116,6 @@ pub struct Counters {
     pub frames_lost: u32,
     /// Patches whose transmission was cut short.
     pub patches_cut: u32,
-    /// Messages that found the outbox full.
-    pub unsent: u32,
     /// Fixes sent.
     pub fixes: u32,
 }
@@ -129,7 +130,7 @@ pub struct App<'t> {
     counters: Cell<Counters>,
     /// Raised whenever a waiting frame should look again.
     fresh: Signal<NoopRawMutex, ()>,
-    outbox: Queue<Out, 2>,
+    outbox: Outbox,
     /// Number of the patch in the pipeline's buffer.
     patch: Cell<u32>,
     /// Whether the autopilot said that it is armed.
@@ -138,12 +139,12 @@ pub struct App<'t> {
     servo: Cell<Option<Radians>>,
     flown: Option<Flown<'t>>,
     send_patches: bool,
-    pub(crate) journal: &'t dyn Journal,
+    journal: &'t dyn Journal,
 }
 
 impl<'t> App<'t> {
-    /// An application around a pipeline, with what its stamps depend on and the photos that are planned. `journal` is told all
-    /// that decides.
+    /// An application around a pipeline, with what its stamps depend on and the photos that are planned. All that decides goes into
+    /// the `journal`.
     pub fn new(
         pipeline: Pipeline<'t>,
         stamps: &StampSettings,
@@ -157,7 +158,7 @@ impl<'t> App<'t> {
             link: Cell::new(LinkCounters::default()),
             counters: Cell::new(Counters::default()),
             fresh: Signal::new(),
-            outbox: Queue::new(),
+            outbox: Outbox::new(),
             patch: Cell::new(0),
             armed: Cell::new(None),
             servo: Cell::new(None),
@@ -189,8 +190,18 @@ impl<'t> App<'t> {
 
     /// Tells the pilot something; waits for room in the outbox.
     pub async fn say(&self, severity: MavSeverity, line: Line) {
-        self.outbox.room().await;
-        self.post(Out::Text(severity, line));
+        self.outbox.text_room().await;
+        self.outbox.put(Out::Text(severity, line));
+    }
+
+    /// Puts an event into the journal.
+    fn event(&self, event: Event<'_>) {
+        self.journal.event(event);
+    }
+
+    /// Waits until the journal lets this task pass.
+    async fn gate(&self, gate: Gate) {
+        poll_fn(|context| self.journal.gate(gate, context.waker())).await;
     }
 
     /// The autopilot's instant at a tick.
@@ -203,12 +214,5 @@ impl<'t> App<'t> {
         let mut counters = self.counters.get();
         with(&mut counters);
         self.counters.set(counters);
-    }
-
-    /// Puts a message into the outbox that may be lost when the link is congested.
-    fn post(&self, out: Out) {
-        if self.outbox.try_send(out).is_err() {
-            self.count(|c| c.unsent += 1);
-        }
     }
 }

@@ -1,5 +1,6 @@
 //! What a board must be able to do. The application knows nothing else of it.
 
+use crate::task_list::Task;
 use plumbline_core::stamp::Edge;
 use plumbline_core::units::Ticks;
 
@@ -62,27 +63,49 @@ pub trait Timer {
     async fn edge(&mut self) -> Edge;
 }
 
-/// Figures of the board itself, for telemetry.
-pub trait Gauge {
-    /// Runs `work` undisturbed by receive interrupts and tells what it cost, in instructions; 0 where the board cannot
-    /// tell.
-    fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32);
+/// What the board counts of itself, for telemetry.
+pub trait PerformanceCounters {
+    /// Runs `work`, undisturbed by receive interrupts where the board can hold them off; its result, and its cost in the
+    /// board's own unit: instructions on the emulated board, cycles of the core on the flight computer, 0 on the host.
+    fn counted<R>(&self, work: impl FnOnce() -> R) -> (R, u32);
     /// Rows lost to overruns since start.
     fn overruns(&self) -> u32;
     /// Bytes of RAM: static, and the stack's high-water mark. Zeros where the board cannot tell.
     fn memory(&self) -> (u32, u32);
 }
 
-/// A board: one of each.
-pub trait Board {
+/// A board: what each of its parts is, and its watchdog. Parts that several tasks use are copied.
+pub trait Board: Copy + 'static {
     /// Camera front end.
-    type FrontEnd: FrontEnd;
+    type FrontEnd: FrontEnd + 'static;
     /// Receiving side of the link.
-    type Reader: Reader;
+    type Reader: Reader + 'static;
     /// Sending side of the link.
-    type Writer: Writer;
+    type Writer: Writer + 'static;
     /// Capture timer.
-    type Timer: Timer;
-    /// Figures.
-    type Gauge: Gauge;
+    type Timer: Timer + Copy + 'static;
+    /// Performance counters.
+    type Counters: PerformanceCounters + Copy + 'static;
+
+    /// Does a task's work as the board's watchdog wants it, where it has one.
+    fn watched<F: Future>(self, _: Task, work: F) -> impl Future<Output = F::Output> {
+        work
+    }
+}
+
+/// The parts of a board.
+#[allow(missing_debug_implementations, reason = "drivers have none")]
+pub struct Parts<B: Board> {
+    /// The board itself.
+    pub board: B,
+    /// Camera front end.
+    pub front_end: B::FrontEnd,
+    /// Receiving side of the link.
+    pub reader: B::Reader,
+    /// Sending side of the link.
+    pub writer: B::Writer,
+    /// Capture timer.
+    pub timer: B::Timer,
+    /// Performance counters.
+    pub counters: B::Counters,
 }

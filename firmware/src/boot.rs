@@ -3,7 +3,7 @@
 use crate::app::App;
 use crate::journal::Journal;
 use crate::stores::plan::Plan;
-use crate::stores::{StoreError, mission, plan, tiles};
+use crate::stores::{StoreError, configuration, plan, tiles};
 use plumbline_core::budget::SEARCH_MAX_PX;
 use plumbline_core::pipeline::{Buffers, Pipeline, Settings};
 use plumbline_core::stamp::StampSettings;
@@ -12,15 +12,15 @@ use plumbline_core::tile::Tile;
 /// Why a vehicle flies without fixes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BootError {
-    /// The mission store was refused.
-    Mission(StoreError),
+    /// The configuration store was refused.
+    Configuration(StoreError),
     /// The tile store was refused.
     Tiles(StoreError),
     /// The plan store was refused.
     Plan(StoreError),
     /// All are good, but the plan reaches beyond the reference's grid.
     Astray,
-    /// Either is good, but the reference is smaller than what the mission searches.
+    /// Either is good, but the reference is smaller than what the configuration searches.
     Misfit,
     /// The board lends less frame memory than a search needs.
     FrameMemory,
@@ -30,7 +30,7 @@ impl BootError {
     /// The reason, in parts that make one line of less than 50 characters.
     pub fn words(self) -> [&'static str; 2] {
         match self {
-            BootError::Mission(error) => ["mission store: ", error.words()],
+            BootError::Configuration(error) => ["configuration: ", error.words()],
             BootError::Tiles(error) => ["tile store: ", error.words()],
             BootError::Plan(error) => ["plan store: ", error.words()],
             BootError::Astray => ["plan store: ", "far from the reference"],
@@ -42,12 +42,12 @@ impl BootError {
     /// A number for a status word: never 0.
     pub fn code(self) -> u32 {
         match self {
-            BootError::Mission(error) => 0x10 + error as u32,
-            BootError::Tiles(error) => 0x20 + error as u32,
+            BootError::Configuration(error) => 0x10 + error.code(),
+            BootError::Tiles(error) => 0x20 + error.code(),
             BootError::Misfit => 0x30,
             BootError::FrameMemory => 0x31,
             BootError::Astray => 0x32,
-            BootError::Plan(error) => 0x40 + error as u32,
+            BootError::Plan(error) => 0x40 + error.code(),
         }
     }
 }
@@ -80,10 +80,10 @@ const PATCH_PX: usize = 16;
 ///
 /// # Errors
 /// [`BootError`].
-pub fn read<'f>(mission: &[u8], tiles: &'f [u8], plan: &'f [u8]) -> Result<Flight<'f>, BootError> {
-    let mission = mission::read(mission).map_err(BootError::Mission)?;
-    let settings = mission.settings().map_err(BootError::Mission)?;
-    let stamps = mission.stamp_settings().map_err(BootError::Mission)?;
+pub fn read<'f>(configuration: &[u8], tiles: &'f [u8], plan: &'f [u8]) -> Result<Flight<'f>, BootError> {
+    let configuration = configuration::read(configuration).map_err(BootError::Configuration)?;
+    let settings = configuration.settings().map_err(BootError::Configuration)?;
+    let stamps = configuration.stamp_settings().map_err(BootError::Configuration)?;
     let tile = tiles::read(tiles).map_err(BootError::Tiles)?;
     let needed = PATCH_PX + 2 * (settings.search_px as usize).min(SEARCH_MAX_PX);
     let (cols, rows) = tile.size();
@@ -94,7 +94,7 @@ pub fn read<'f>(mission: &[u8], tiles: &'f [u8], plan: &'f [u8]) -> Result<Fligh
     if plan.is_some_and(|plan| !plan.on(tile.georeference()).is_within()) {
         return Err(BootError::Astray);
     }
-    Ok(Flight { settings, stamps, tile, plan, send_patches: mission.send_patches })
+    Ok(Flight { settings, stamps, tile, plan, send_patches: configuration.send_patches })
 }
 
 impl<'t> Flight<'t> {

@@ -1,11 +1,11 @@
 //! The application a board runs: async tasks, one a stream, generic over [`board::Board`].
 //!
-//! The same code is linked by the images in `src/bin` and by the simulator's in-process link, so a flight on the host,
+//! The images in `src/bin` and the simulator's in-process link compile this code alike, so a flight on the host,
 //! in the emulated Cortex-M7 and on a board differ in who delivers the bytes and in nothing else.
 //!
 //! [`stores`]: what lies in flash (camera and settings, reference tile). [`boot`]: from there to the application.
 //! [`wire`]: MAVLink 2 in and out. [`app`]: the tasks. [`journal`]: what they tell so that a flight can be run again,
-//! [`mod@log`]: where it is kept. [`run`]: the executor's loop. [`window`]: the memory shared with the emulator.
+//! [`mod@log`]: where it is kept. [`run`]: the executor's loop. [`shared_memory`]: what the emulator and the simulator both see.
 //! [`serial`]: the simulator's line to a board. [`mod@bench`]: what a frame costs. `an500` and [`h743`]: the boards.
 #![no_std]
 
@@ -24,6 +24,9 @@ pub mod log;
 pub mod run;
 pub mod serial;
 pub mod shared;
+pub mod shared_memory;
 pub mod stores;
-pub mod window;
+pub mod task_list;
+pub mod tasks;
+
 pub mod wire;

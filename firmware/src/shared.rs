@@ -23,18 +23,17 @@ impl<T> Shared<T> {
     }
 }
 
-/// A queue between tasks. One of them may wait for room, one for something to take.
+/// A queue between tasks, one of which may wait for something to take.
 #[allow(missing_debug_implementations, reason = "embassy-sync's primitives have none")]
 pub struct Queue<T, const N: usize> {
     items: Shared<Deque<T, N>>,
     filled: Signal<NoopRawMutex, ()>,
-    freed: Signal<NoopRawMutex, ()>,
 }
 
 impl<T, const N: usize> Queue<T, N> {
     /// Empty.
     pub const fn new() -> Self {
-        Queue { items: Shared::new(Deque::new()), filled: Signal::new(), freed: Signal::new() }
+        Queue { items: Shared::new(Deque::new()), filled: Signal::new() }
     }
 
     /// Puts an item in.
@@ -65,18 +64,15 @@ impl<T, const N: usize> Queue<T, N> {
         self.items.with(|items| items.is_full()) == Some(false)
     }
 
-    /// Waits until there is room. The item is put in afterwards: a future that held it would need its size again.
-    pub async fn room(&self) {
-        while self.items.with(|items| items.is_full()) == Some(true) {
-            self.freed.wait().await;
-        }
+    /// Takes the oldest item, if there is one.
+    pub fn try_receive(&self) -> Option<T> {
+        self.items.with(Deque::pop_front).flatten()
     }
 
     /// Takes the oldest item, as soon as there is one.
     pub async fn receive(&self) -> T {
         loop {
-            if let Some(item) = self.items.with(Deque::pop_front).flatten() {
-                self.freed.signal(());
+            if let Some(item) = self.try_receive() {
                 return item;
             }
             self.filled.wait().await;
@@ -109,18 +105,14 @@ mod tests {
     }
 
     #[test]
-    fn a_full_queue_makes_its_sender_wait_and_keeps_the_order() {
+    fn a_queue_keeps_the_order_and_refuses_what_finds_no_room() {
         let queue = Queue::<u8, 2>::new();
         assert_eq!((queue.try_send(1), queue.try_send(2), queue.try_send(3)), (Ok(()), Ok(()), Err(3)));
+        assert!(!queue.has_room());
         let context = &mut Context::from_waker(Waker::noop());
-        let mut room = pin!(queue.room());
-        assert!(room.as_mut().poll(context).is_pending());
         for wanted in [1, 2] {
             assert_eq!(pin!(queue.receive()).poll(context), Poll::Ready(wanted));
         }
-        assert!(room.as_mut().poll(context).is_ready());
-        assert_eq!(queue.try_send(3), Ok(()));
-        assert_eq!(pin!(queue.receive()).poll(context), Poll::Ready(3));
-        assert!(pin!(queue.receive()).poll(context).is_pending());
+        assert!(queue.has_room() && pin!(queue.receive()).poll(context).is_pending());
     }
 }

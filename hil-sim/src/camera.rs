@@ -1,11 +1,18 @@
 //! One camera file, three cameras: the core's, the oracle's and the renderer's.
 
+pub mod heads;
+mod lens;
+pub mod render;
+pub mod still;
+pub mod still_match;
+pub mod stitch;
+
 use crate::oracle;
-use crate::render::RenderCamera;
 use plumbline_core::camera::{Camera, CameraError, Distortion};
 use plumbline_core::units::Radians;
 use plumbline_survey::camera_file::{CameraFile, SIDE_MAX_PX};
 use plumbline_survey::error::InputError;
+use render::RenderCamera;
 use std::path::Path;
 
 /// Reads a camera file that the core can work with.

@@ -4,8 +4,8 @@ pub mod line;
 #[cfg(test)]
 mod tests;
 
+use crate::noise::{stream, uniform};
 use crate::scenario::{LinkFaults, Scenario};
-use crate::sensors::noise::{stream, uniform};
 use rand_chacha::ChaCha12Rng;
 
 /// A message id that no dialect uses; the low 16 bits are random.

@@ -1,39 +1,22 @@
 //! The world the firmware flies in, and the judge of what it reports.
 //!
-//! [`scenario`] → [`stage`] ([`world`], [`flight`], [`mod@reference`]) → [`fly`] ([`sensors`], [`autopilot`], [`render`],
-//! [`fault`], [`link`]) → [`station`] → [`score`]. Apart from all of it stands [`oracle`], which judges the core's
-//! geometry; [`still`] and [`still_match`] run the core on single pictures, [`stitch`] on those of a camera of several [`heads`],
-//! [`smoothing`] fits logs; [`panels`] draws curves; [`calibration`] is the page of a
-//! calibrated camera, [`planning`] what a flight plan is handed out as.
+//! Each module uses only what stands before it here: [`oracle`] (equations of the papers in f64, written apart from the core),
+//! [`noise`], [`scenario`] (what is to be flown), [`world`] (ground and reference), [`camera`] (pictures of it),
+//! [`vehicle`] (motion, sensors, autopilot), [`configuration`] (what lies in the board's flash), [`link`] (the firmware, wherever it
+//! runs) and [`fault`] (what goes wrong on the way there), [`setup`] (a scenario made ready), [`ground_station`] (what the
+//! firmware sent), [`run`] (the flight), [`score`] (what it was worth), [`replay`] (a flight again, from its log).
 
-pub mod autopilot;
-pub mod calibration;
 pub mod camera;
-pub mod dump;
+pub mod configuration;
 pub mod fault;
-pub mod flight;
-pub mod fly;
-pub mod heads;
+pub mod ground_station;
 pub mod link;
-pub mod mission;
-pub mod mount;
+pub mod noise;
 pub mod oracle;
-pub mod panels;
-pub mod planned;
-pub mod planning;
-pub mod reference;
-pub mod render;
 pub mod replay;
-pub mod report;
-pub mod reproduce;
+pub mod run;
 pub mod scenario;
 pub mod score;
-pub mod sensors;
-pub mod smoothing;
-pub mod stage;
-pub mod station;
-pub mod still;
-pub mod still_match;
-pub mod stitch;
-pub mod tile;
+pub mod setup;
+pub mod vehicle;
 pub mod world;

@@ -4,6 +4,7 @@
 //! a frame) and ends when the firmware has nothing left to do; what it sent meanwhile is the step's result. One event a
 //! step makes the order of events the same on every link.
 
+pub mod annotation;
 pub mod device;
 pub mod inproc;
 pub mod line;
@@ -13,10 +14,11 @@ pub mod qemu;
 pub mod serial;
 pub(crate) mod tasks;
 
+use plumbline_core::pipeline::SettingsError;
 use plumbline_firmware::boot::{self, BootError};
 use plumbline_firmware::serial::message::Counts;
 use plumbline_firmware::stores::StoreError;
-use plumbline_firmware::stores::mission::{Mission, STORE_MAX};
+use plumbline_firmware::stores::configuration::{Configuration, STORE_MAX};
 use plumbline_firmware::stores::tiles::TileHead;
 use plumbline_survey::error::InputError;
 use serde::Serialize;
@@ -58,10 +60,12 @@ pub struct FrameEvent<'a> {
 /// Why a link failed.
 #[derive(Debug)]
 pub enum LinkError {
-    /// Something the user can mend: a missing image, an emulator that is not installed, a refused mission.
+    /// Something the user can mend: a missing image, an emulator that is not installed, a refused configuration.
     Input(InputError),
     /// The firmware stopped answering or broke the protocol.
     Lost(String),
+    /// Somebody wanted the flight to end.
+    Interrupted,
 }
 
 impl fmt::Display for LinkError {
@@ -69,6 +73,7 @@ impl fmt::Display for LinkError {
         match self {
             LinkError::Input(error) => error.fmt(f),
             LinkError::Lost(why) => write!(f, "the firmware was lost: {why}"),
+            LinkError::Interrupted => f.write_str("the flight was interrupted"),
         }
     }
 }
@@ -104,14 +109,14 @@ pub trait Link {
     }
 }
 
-/// What a link tells of itself.
+/// What a link reports of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Account {
     /// What the costs in the firmware's reports count.
     pub counts: Counts,
     /// Clock of the firmware's core, where there is one to tell.
     pub core_clock_hz: Option<u32>,
-    /// Name of the board and version of its firmware, where it told them.
+    /// Name of the board and version of its firmware, where it reported them.
     pub board: Option<String>,
     /// What went wrong; `None` on a link on which nothing can.
     pub trouble: Option<LinkTrouble>,
@@ -176,7 +181,7 @@ impl fmt::Display for LinkTrouble {
 #[derive(Clone, Debug)]
 pub struct Flash {
     /// Camera, calibration, settings.
-    pub mission: Mission,
+    pub configuration: Configuration,
     /// The tile's size and where it lies.
     pub head: TileHead,
     /// The tile's pixels, row-major.
@@ -188,8 +193,8 @@ pub struct Flash {
 /// The stores, as they lie in flash.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stores {
-    /// The mission store.
-    pub mission: Vec<u8>,
+    /// The configuration store.
+    pub configuration: Vec<u8>,
     /// The tile store.
     pub tiles: Vec<u8>,
     /// The plan store, or nothing.
@@ -200,13 +205,17 @@ impl Flash {
     /// The stores.
     ///
     /// # Errors
-    /// [`InputError`] when mission, tile or plan cannot be flown; the firmware would refuse them at boot.
+    /// [`InputError`] when configuration, tile or plan cannot be flown; the firmware would refuse them at boot.
     pub fn stores(&self) -> Result<Stores, InputError> {
         let mut buffer = [0; STORE_MAX];
-        let mission = self.mission.store(&mut buffer).map_err(|error| refusal(BootError::Mission(error)))?.to_vec();
+        let refusal = |error| {
+            InputError::new(format!("the firmware refuses what lies in flash: {}", why(error, &self.configuration)))
+        };
+        let configuration =
+            self.configuration.store(&mut buffer).map_err(|error| refusal(BootError::Configuration(error)))?.to_vec();
         let tiles = tile_store(&self.head, &self.tile).map_err(|error| refusal(BootError::Tiles(error)))?;
-        boot::read(&mission, &tiles, &self.plan).map_err(refusal)?;
-        Ok(Stores { mission, tiles, plan: self.plan.clone() })
+        boot::read(&configuration, &tiles, &self.plan).map_err(refusal)?;
+        Ok(Stores { configuration, tiles, plan: self.plan.clone() })
     }
 }
 
@@ -220,7 +229,18 @@ pub fn tile_store(head: &TileHead, pixels: &[u8]) -> Result<Vec<u8>, StoreError>
     Ok(store)
 }
 
-/// A sentence about stores that the firmware refuses.
-pub(crate) fn refusal(error: BootError) -> InputError {
-    InputError::new(format!("the firmware refuses what lies in flash: {error}"))
+/// Why the firmware refuses its stores, with what would be right where that can be told.
+pub fn why(error: BootError, configuration: &Configuration) -> String {
+    let BootError::Configuration(StoreError::Settings(SettingsError::PixelsNotSquare)) = error else {
+        return error.to_string();
+    };
+    let (cols, rows) = configuration.frame;
+    let (across, along) = (f64::from(configuration.fov_rad.0), f64::from(configuration.fov_rad.1));
+    let wanted = 2.0 * ((0.5 * across).tan() * f64::from(rows) / f64::from(cols)).atan();
+    format!(
+        "{error}: fov_v_deg is {:.4}, and {:.4} would go with fov_h_deg = {:.4} and {cols} x {rows} pixels, to a thousandth",
+        along.to_degrees(),
+        wanted.to_degrees(),
+        across.to_degrees()
+    )
 }

@@ -1,16 +1,15 @@
 //! A flight run again from its log: the same application, the same order, the same fixes.
 //!
-//! [`mod@read`]: the log as it lies on a card. [`tape`]: the log as what drives the application. [`annotation`]: what the
+//! [`mod@read`]: the log as it lies on a card. [`tape`]: the log as what drives the application. [`annotation`](crate::link::annotation): what the
 //! simulator adds. The frames themselves are not in a log; the rectified patches are, and everything else is computed anew:
 //! clock, stamps, poses, the patches' sizes and valid pixels, matches, fixes.
 
-pub mod annotation;
 pub mod read;
 pub mod tape;
 
+use crate::link::annotation::Annotation;
 use crate::link::tasks;
 use crate::score::fixes;
-use annotation::Annotation;
 use embassy_executor::raw::Executor;
 use plumbline_firmware::app::App;
 use plumbline_firmware::boot;
@@ -22,7 +21,7 @@ use plumbline_survey::error::InputError;
 use read::{Item, Log};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use tape::{Part, Tape, Verdict};
+use tape::{Part, Tape, TapeFrontEnd, Verdict};
 
 /// More frame memory than any board has.
 const FRAME_MEMORY_MAX: u32 = 1 << 26;
@@ -37,7 +36,7 @@ pub enum End {
     Cut,
 }
 
-/// What came of a replay.
+/// Results of a replay.
 #[derive(Clone, Debug, Serialize)]
 pub struct Replayed {
     /// Records of the flight in the log.
@@ -78,8 +77,7 @@ pub fn replay(log: &Log, tiles: Option<&[u8]>) -> Result<Replayed, InputError> {
     let app: &'static App<'static> = Box::leak(Box::new(application(log, tiles, tape)?));
     let pending: &'static Pending = Box::leak(Box::default());
     let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
-    let part = || Part::new(tape);
-    tasks::spawn(executor, app, part, part());
+    tasks::spawn(executor, app, Part(tape), TapeFrontEnd::new(tape));
     run::until_idle(executor, pending);
     let Verdict { frames, same, different, first_difference, .. } = tape.finish();
     Ok(Replayed {
@@ -117,7 +115,7 @@ fn application(log: &Log, tiles: Option<&[u8]>, tape: &'static Tape) -> Result<A
     }
     let tiles: &'static [u8] = Box::leak(tiles.to_vec().into_boxed_slice());
     let memory = vec![0; log.head.frame_memory as usize].leak();
-    boot::read(&log.mission, tiles, &[])
+    boot::read(&log.configuration, tiles, &[])
         .and_then(|flight| flight.app(Box::leak(Box::default()), memory, tape))
         .map_err(|error| refuse(format!("the log's own stores are refused: {error}")))
 }
@@ -145,8 +143,8 @@ pub fn fixes_csv(log: &Log, tiles: Option<&[u8]>, replayed: &Replayed) -> Result
     // Of a log that ends early the frames that it knows of.
     let is_whole = log.is_closed && log.gaps == 0;
     let last = reports.keys().next_back().copied();
-    let is_told = |frame: u32| is_whole || last.is_some_and(|last| frame <= last);
-    let rows = truths.iter().filter(|(frame, _)| is_told(**frame)).map(|(&frame, place)| {
+    let is_reported = |frame: u32| is_whole || last.is_some_and(|last| frame <= last);
+    let rows = truths.iter().filter(|(frame, _)| is_reported(**frame)).map(|(&frame, place)| {
         let report = reports.get(&frame).copied();
         let true_m = [place[0] - centre[0], place[1] - centre[1]];
         fixes::Row { frame, report, truth_px: report.and_then(|r| fixes::truth_px(&r, true_m, resolution_m)) }

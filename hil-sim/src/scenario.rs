@@ -5,13 +5,17 @@
 //! noise, 300 frames. A key that is not known is refused, so that a slip of the pen does not fly the default.
 //! Degrees and milliseconds stand in the file only; what flies is in radians and microseconds.
 
+mod built_in;
 mod check;
 mod faults;
+pub mod footprint;
 mod ground;
 mod tables;
 #[cfg(test)]
 mod tests;
 
+pub use built_in::{BUILT_IN, SURVEY};
+pub(crate) use check::{line_of, sentence};
 pub use faults::{AttitudeFaults, LinkFaults, Seconds};
 pub use ground::Ground;
 pub use tables::{
@@ -28,9 +32,6 @@ use std::path::{Path, PathBuf};
 pub const WARM_UP_US: u64 = 3_000_000;
 /// The flight goes on this long after the last frame's interval, microseconds, so that the last frame gets its pose.
 pub const COOL_DOWN_US: u64 = 1_000_000;
-
-/// What plans are flown with.
-pub const SURVEY: &str = include_str!("../scenarios/survey.toml");
 
 /// Puts the keys of `upper` over those of `lower`, table by table.
 fn lay_over(lower: &mut toml::Table, upper: toml::Table) {
@@ -181,16 +182,16 @@ impl Scenario {
         Self::parse(&text, &file, folder, data)
     }
 
-    /// The same from the file's text. `file` is its name for messages, `folder` where its relative paths start.
+    /// As [`Scenario::load`], from the file's text. `file` is its name for messages, `folder` where its relative paths start.
     ///
     /// # Errors
     /// [`ScenarioError`].
     pub fn parse(text: &str, file: &str, folder: &Path, data: Option<&Path>) -> Result<Self, ScenarioError> {
-        let table: toml::Table = toml::from_str(text).map_err(|error| check::sentence(file, text, &error))?;
+        let table: toml::Table = toml::from_str(text).map_err(|error| sentence(file, text, &error))?;
         if table.contains_key("camera") && table.contains_key("camera_file") {
             return Err(ScenarioError(format!("{file}: both [camera] and camera_file are given, only one can fly")));
         }
-        let mut scenario: Scenario = toml::from_str(text).map_err(|error| check::sentence(file, text, &error))?;
+        let mut scenario: Scenario = toml::from_str(text).map_err(|error| sentence(file, text, &error))?;
         scenario.resolve_paths(file, folder, data)?;
         scenario.check(file)?;
         Ok(scenario)
@@ -208,8 +209,8 @@ impl Scenario {
         folder: &Path,
         data: Option<&Path>,
     ) -> Result<Self, ScenarioError> {
-        // Slips of the pen are told with their lines.
-        let _: Scenario = toml::from_str(text).map_err(|error| check::sentence(file, text, &error))?;
+        // Unknown keys and wrong types are refused with their lines.
+        let _: Scenario = toml::from_str(text).map_err(|error| sentence(file, text, &error))?;
         let refuse = |error: String| ScenarioError(format!("{file}: {error}"));
         let table = |text: &str| toml::from_str::<toml::Table>(text).map_err(|error| refuse(error.to_string()));
         let (mut whole, own) = (table(SURVEY)?, table(text)?);

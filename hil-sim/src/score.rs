@@ -3,23 +3,25 @@
 pub mod blur;
 pub mod fixes;
 pub mod navigation;
+pub mod plan;
 pub mod pose;
-pub mod raw;
 pub mod stamps;
 mod statistics;
+pub mod unrectified;
 
-use crate::fly::{Flight, FrameRecord};
 use crate::link::{Account, LinkTrouble, WorkCost};
-use crate::mount::antenna;
-use crate::planned::flown::{Flown, flown};
-use crate::stage::Stage;
+use crate::run::{Flight, FrameRecord};
+use crate::setup::Setup;
+use crate::vehicle::mount::antenna;
+use plan::{Flown, flown};
 use plumbline_firmware::serial::message::Counts;
 use plumbline_firmware::wire::telemetry::{STAGES, StampHealth};
 use plumbline_survey::error::InputError;
-use plumbline_survey::output::write_file;
+use plumbline_survey::io::output::write_file;
 use serde::{Serialize, Serializer};
 use statistics::{mean, percentile};
 use std::path::Path;
+use unrectified::Unrectified;
 
 /// A frame against the truth, pixels of the reference and metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,9 +34,9 @@ pub struct Scored {
     pub truth_px: Option<[f64; 2]>,
     /// Matched centre minus true nadir, (columns, rows), accepted or not.
     pub error_px: Option<[f64; 2]>,
-    /// The same for the whole-pixel peak.
+    /// Whole-pixel peak minus true nadir, (columns, rows).
     pub integer_px: Option<[f64; 2]>,
-    /// The same for the raw frame's whole-pixel peak.
+    /// Whole-pixel peak of the raw frame minus true nadir, (columns, rows).
     pub raw_px: Option<[f64; 2]>,
     /// Fix minus the antenna's true position, (east, north) metres.
     pub error_m: Option<[f64; 2]>,
@@ -46,19 +48,24 @@ pub struct Scored {
     pub cost: Option<u64>,
 }
 
-/// Scores a frame.
-pub fn score(stage: &Stage, record: &FrameRecord) -> Scored {
-    let resolution = stage.scenario.resolution_m;
+/// Scores the frames of a flight. `unrectified` watched it; without, nothing is known of the baseline.
+pub fn score(setup: &Setup, flight: &Flight, unrectified: &Unrectified) -> Vec<Scored> {
+    let raw_px = |record: &FrameRecord| unrectified.errors_px.get(&record.exposure.frame).copied();
+    flight.frames.iter().map(|record| score_frame(setup, record, raw_px(record))).collect()
+}
+
+fn score_frame(setup: &Setup, record: &FrameRecord, raw_px: Option<[f64; 2]>) -> Scored {
+    let resolution = setup.scenario.resolution_m;
     let truth = &record.truth;
     // Truth relative to the tile's centre.
-    let true_m = [truth.east_m - stage.tile_centre[0], truth.north_m - stage.tile_centre[1]];
+    let true_m = [truth.east_m - setup.tile_centre[0], truth.north_m - setup.tile_centre[1]];
     let report = record.report.as_ref();
     let truth_px = report.and_then(|report| fixes::truth_px(report, true_m, resolution));
     let against = |d: [f32; 2]| truth_px.map(|t| [f64::from(d[0]) - t[0], f64::from(d[1]) - t[1]]);
     let matched = report.and_then(|r| r.matched);
     let fix = report.and_then(|r| r.fix).map(|fix| fix.map(f64::from));
-    let [east_m, north_m, _] = antenna(truth, &stage.scenario.mount);
-    let error_m = fix.map(|fix| [fix[0] + stage.tile_centre[0] - east_m, fix[1] + stage.tile_centre[1] - north_m]);
+    let [east_m, north_m, _] = antenna(truth, &setup.scenario.mount);
+    let error_m = fix.map(|fix| [fix[0] + setup.tile_centre[0] - east_m, fix[1] + setup.tile_centre[1] - north_m]);
     let nees = fix
         .zip(error_m)
         .map(|([_, _, ee, en, nn], [e, n])| (e * e * nn - 2.0 * e * n * en + n * n * ee) / (ee * nn - en * en));
@@ -69,24 +76,24 @@ pub fn score(stage: &Stage, record: &FrameRecord) -> Scored {
         truth_px,
         error_px: matched.and_then(|m| against([m[0], m[1]])),
         integer_px: matched.and_then(|m| against([m[4], m[5]])),
-        raw_px: record.raw.map(|raw| raw.error_px),
+        raw_px,
         error_m,
         nees,
-        attitude_px: report.and_then(|r| r.situation).map(|s| attitude_part(stage, truth, s)),
+        attitude_px: report.and_then(|r| r.situation).map(|s| attitude_part(setup, truth, s)),
         cost,
     }
 }
 
 /// Where the nadir would be sought with the pose that the firmware used, in pixels off the true one: the tilt's error
 /// turned to the ground, heading and height having no effect at the nadir itself. Columns east, rows south.
-fn attitude_part(stage: &Stage, truth: &crate::flight::TrueState, used: [f32; 5]) -> [f64; 2] {
+fn attitude_part(setup: &Setup, truth: &crate::vehicle::motion::TrueState, used: [f32; 5]) -> [f64; 2] {
     use crate::oracle::matrix_a;
     let [height, heading, pitch, roll, _] = used.map(f64::from);
     // Plumb line in the body by truth, brought to the ground by the pose used.
     let plumb = matrix_a(truth.heading_rad, truth.pitch_rad, truth.roll_rad, 0.0).map(|row| -row[1]);
     let used = matrix_a(heading, pitch, roll, 0.0);
     let ground: [f64; 3] = std::array::from_fn(|axis| (0..3).map(|row| used[row][axis] * plumb[row]).sum());
-    let resolution = stage.scenario.resolution_m;
+    let resolution = setup.scenario.resolution_m;
     let metres = |component: f64| height * component / -ground[1];
     // The camera is believed to look elsewhere, so the match lands on the other side.
     [-metres(ground[2]) / resolution, metres(ground[0]) / resolution]
@@ -97,7 +104,7 @@ fn attitude_part(stage: &Stage, truth: &crate::flight::TrueState, used: [f32; 5]
 pub struct MatchRate {
     /// Share of all frames within 1.5 px of the truth, raw.
     pub unrectified: f64,
-    /// The same, rectified.
+    /// Share of all frames within 1.5 px of the truth, rectified.
     pub rectified: f64,
 }
 
@@ -181,7 +188,7 @@ pub struct Summary {
     pub cycles_by_stage: Option<Stages>,
     /// What the board's work came to, step by step, in what it counts; null but on a line.
     pub work_per_step: Option<WorkCost>,
-    /// Clock of the board's core, where it told one.
+    /// Clock of the board's core, where it reported one.
     pub core_clock_hz: Option<u32>,
     /// Static memory and the stack's high-water mark; null in-process.
     pub ram_bytes: Option<u64>,
@@ -197,8 +204,11 @@ pub struct Summary {
     pub stamp_health: StampHealth,
     /// Root mean square of the servo commands off the exact angle when they arrived, degrees.
     pub servo_rms_deg: f64,
-    /// What came of the plan; null without one.
+    /// Results of the plan; null without one.
     pub plan: Option<Flown>,
+    /// Why the flight ended early; left out where it did not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aborted: Option<String>,
 }
 
 impl Summary {
@@ -247,7 +257,7 @@ pub struct Linked {
     pub name: String,
     /// SHA-256 of the image.
     pub firmware_sha256: Option<String>,
-    /// What the link told of itself.
+    /// What the link reports of itself.
     pub account: Account,
 }
 
@@ -260,7 +270,7 @@ pub fn length(error: [f64; 2]) -> f64 {
 }
 
 /// The figures of a flight.
-pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Linked) -> Summary {
+pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Linked) -> Summary {
     let accepted: Vec<&Scored> = scored.iter().filter(|s| s.accepted).collect();
     let of = |pick: &dyn Fn(&Scored) -> Option<[f64; 2]>| -> Vec<f64> {
         accepted.iter().filter_map(|s| pick(s)).map(length).collect()
@@ -302,8 +312,8 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
     let ram = u64::from(health.memory.0) + u64::from(health.memory.1);
     Summary {
         schema: 1,
-        scenario: stage.scenario.name.clone(),
-        seed: stage.scenario.seed,
+        scenario: setup.scenario.name.clone(),
+        seed: setup.scenario.seed,
         link: linked.name.clone(),
         firmware_sha256: linked.firmware_sha256.clone(),
         board: linked.account.board.clone(),
@@ -347,7 +357,8 @@ pub fn summarise(stage: &Stage, flight: &Flight, scored: &[Scored], linked: &Lin
         },
         stamp_health: health.stamps,
         servo_rms_deg: flight.servo.1.to_degrees(),
-        plan: flown(stage, flight),
+        plan: flown(setup, flight),
+        aborted: None,
     }
 }
 
@@ -357,13 +368,13 @@ pub fn reason(record: &FrameRecord) -> Option<&'static str> {
 }
 
 /// `fixes.csv` of a flight.
-pub fn fixes_csv(stage: &Stage, flight: &Flight, scored: &[Scored]) -> String {
+pub fn fixes_csv(setup: &Setup, flight: &Flight, scored: &[Scored]) -> String {
     let rows = flight.frames.iter().zip(scored).map(|(record, scored)| fixes::Row {
         frame: scored.frame,
         report: record.report,
         truth_px: scored.truth_px,
     });
-    fixes::csv(stage.tile_centre, rows)
+    fixes::csv(setup.tile_centre, rows)
 }
 
 /// Writes `fixes.csv`, `poses.csv` and `report.json` into `folder`.
@@ -372,13 +383,13 @@ pub fn fixes_csv(stage: &Stage, flight: &Flight, scored: &[Scored]) -> String {
 /// A folder that cannot be written to.
 pub fn write(
     folder: &Path,
-    stage: &Stage,
+    setup: &Setup,
     flight: &Flight,
     scored: &[Scored],
     summary: &Summary,
 ) -> Result<(), InputError> {
-    write_file(&folder.join("fixes.csv"), fixes_csv(stage, flight, scored).as_bytes())?;
-    write_file(&folder.join("poses.csv"), navigation::csv(stage, flight).as_bytes())?;
+    write_file(&folder.join("fixes.csv"), fixes_csv(setup, flight, scored).as_bytes())?;
+    write_file(&folder.join("poses.csv"), navigation::csv(setup, flight).as_bytes())?;
     let json = serde_json::to_string_pretty(summary)
         .map_err(|error| InputError::new(format!("the report cannot be written: {error}")))?;
     write_file(&folder.join("report.json"), json.as_bytes())

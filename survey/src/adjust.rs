@@ -13,6 +13,7 @@ pub mod bal;
 mod covariance;
 mod error;
 mod lens;
+mod loss;
 mod model;
 mod normal;
 mod pattern;
@@ -24,9 +25,10 @@ mod weakest;
 pub use covariance::{Cofactors, OfPoint, Redundancy};
 pub use error::SolveError;
 pub use lens::{INTERIOR, INTERIOR_NAMES, Imaged, Interior};
+pub use loss::{Loss, Moments};
 pub use model::{At, HEAD_MAX, Link, Model, Place, Prior, Row, STATION_MAX, Structure};
 pub use rig::{Rig, STATION_NAMES};
-pub use solve::{Adjustment, Loss, Options, Solution};
+pub use solve::{Adjustment, Options, Solution};
 
 #[cfg(test)]
 mod tests;

@@ -38,11 +38,11 @@ mod keys;
 pub mod mounting;
 mod parse;
 
-use std::fs;
 use std::path::Path;
 
 use crate::error::InputError;
-use crate::output::write_file;
+use crate::io::input;
+use crate::io::output::write_file;
 
 pub use heads::Head;
 pub use mounting::Covariance;
@@ -142,10 +142,7 @@ impl CameraFile {
     /// # Errors
     /// The file cannot be read; otherwise as [`Self::from_toml_str`].
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let name = path.display().to_string();
-        let text = fs::read_to_string(path)
-            .map_err(|error| InputError::new(format!("cannot read camera file {name}: {error}")))?;
-        Self::from_toml_str(&text, &name)
+        Self::from_toml_str(&input::text(path)?, &path.display().to_string())
     }
 
     /// Reads and checks the text of a camera file; `name` is what errors call it.

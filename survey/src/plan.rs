@@ -7,23 +7,29 @@ pub mod cells;
 pub mod checks;
 pub mod combinations;
 pub mod constant;
+pub mod export;
 pub mod file;
 pub mod flown;
-pub mod geojson;
+pub mod footprint;
 mod horizon;
 pub mod intersect;
 pub mod lines;
+pub mod model_file;
 mod outcome;
 pub mod overlap;
 pub mod place;
 pub mod planner;
 pub mod relief;
+mod request;
+mod swath;
 pub mod sight;
 pub mod simulate;
 pub mod visible;
 
 pub use file::PlanFile;
-pub use planner::{Planned, Request};
+pub use model_file::ModelFile;
+pub use planner::Planned;
+pub use request::Request;
 
 #[cfg(test)]
 mod tests;

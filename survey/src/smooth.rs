@@ -26,11 +26,12 @@ mod samples;
 mod spline;
 mod trend;
 
-pub use angles::{TURN_MAX_DEG, unwrap_degrees};
+pub use angles::unwrap_degrees;
 pub use epochs::{Epochs, GAP_SPACINGS};
-pub use error::{Gap, SmoothError};
+pub use error::{Gap, SmoothError, TURN_MAX_DEG};
 pub use fit::{Estimate, Fit};
-pub use gcv::{ALPHA_LEAST, ALPHA_MAX_CONDITION, ALPHA_MIN};
+pub use gcv::ALPHA_MIN;
+pub use problem::{ALPHA_LEAST, ALPHA_MAX_CONDITION};
 pub use samples::{Samples, read_instants};
 pub use trend::{Line, Trend};
 

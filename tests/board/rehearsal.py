@@ -8,7 +8,7 @@ card (card.py). What is proved: the program runs from reset to its
 idle loop with interrupts on, and leaves every register as the reference manual (RM0433) wants it for this board. What is
 not: that the chip behaves as the manual says.
 
-Usage: rehearsal.py IMAGE FLASH_ORIGIN REV_ID [MISSION]; exit 0 = all as expected, 1 = not, 3 = no unicorn here.
+Usage: rehearsal.py IMAGE FLASH_ORIGIN REV_ID [CONFIGURATION]; exit 0 = all as expected, 1 = not.
 """
 
 import struct
@@ -16,13 +16,8 @@ import sys
 import zlib
 
 from card import Card
-
-try:
-    from unicorn import UC_ARCH_ARM, UC_HOOK_INSN_INVALID, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
-    from unicorn import arm_const as arm
-except ImportError:
-    print("the Python package unicorn is missing")
-    sys.exit(3)
+from unicorn import UC_ARCH_ARM, UC_HOOK_INSN_INVALID, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
+from unicorn import arm_const as arm
 
 RAM = [(0x00000000, 0x10000), (0x08000000, 0x200000), (0x20000000, 0x20000), (0x24000000, 0x80000),
        (0x30000000, 0x48000), (0x38000000, 0x10000), (0x38800000, 0x1000)]
@@ -314,9 +309,9 @@ GPIO = {port: 0x58020000 + 0x400 * n for n, port in enumerate("ABCDE")}
 PINS = {"PA5": (2, 1), "PB4": (2, 2), "PB10": (2, 7), "PA11": (2, 10), "PA12": (2, 10),
         "PC0": (1, None), "PC1": (1, None), "PC2": (1, None)}
 PINS |= {pin: (2, 13) for pin in "PC6 PC7 PE0 PE1 PE4 PB6 PE5 PE6 PA4 PB7 PA6".split()}
-# With a mission: what is received, the servo, the sensor's clock, bus, reset and power, the card.
-EYES = {"PB11": (2, 7), "PD12": (2, 2), "PA8": (2, 1), "PB8": (2, 4), "PB9": (2, 4), "PA10": (1, None), "PD7": (1, None)}
-EYES |= {pin: (2, 12) for pin in ("PC8", "PC9", "PC10", "PC11", "PC12", "PD2")}
+# With a configuration: what is received, the servo, the sensor's clock, bus, reset and power, the card.
+CAMERA_PINS = {"PB11": (2, 7), "PD12": (2, 2), "PA8": (2, 1), "PB8": (2, 4), "PB9": (2, 4), "PA10": (1, None), "PD7": (1, None)}
+CAMERA_PINS |= {pin: (2, 12) for pin in ("PC8", "PC9", "PC10", "PC11", "PC12", "PD2")}
 # Latching first, then the rest; by the NVIC's numbers (RM0433 table 149).
 PRIORITIES = {28: 0, 29: 0, 78: 0, 11: 0x40, 12: 0x40, 39: 0x40, 49: 0x40, 50: 0x40, 101: 0x40, 122: 0x40, 1: 0x40}
 # By ARMv7-M B3.5, from the manual's addresses.
@@ -328,7 +323,7 @@ def field(value, low, bits):
     return value >> low & (1 << bits) - 1
 
 
-def expectations(board, origin, is_v, has_mission):
+def expectations(board, origin, is_v, has_configuration):
     """(what, found, wanted) of every register that matters."""
     at, core = (lambda address: board.values.get(address, 0)), board.core
     cores, timer = (480, 240) if is_v else (400, 200)
@@ -352,7 +347,7 @@ def expectations(board, origin, is_v, has_mission):
     # RM0433 table 17: 240 MHz in VOS0 wants 4 wait states, 200 MHz in VOS1 two; more is allowed.
     yield "flash: enough wait states", field(at(0x52002000), 0, 4) >= (4 if is_v else 2), True
     yield "PVD at 2.7 V, backup open", (field(at(PWR), 5, 3), at(PWR) >> 4 & 1, at(PWR) >> 8 & 1), (5, 1, 1)
-    for pin, (mode, function) in (PINS | (EYES if has_mission else {})).items():
+    for pin, (mode, function) in (PINS | (CAMERA_PINS if has_configuration else {})).items():
         base, n = GPIO[pin[1]], int(pin[2:])
         yield f"{pin} mode", field(at(base), 2 * n, 2), mode
         if function is not None:
@@ -371,7 +366,7 @@ def expectations(board, origin, is_v, has_mission):
         yield f"priority of interrupt {irq}", core.get(0xE400 + irq // 4 * 4, 0) >> irq % 4 * 8 & 0xFF, priority
     keys = [value for address, value in board.trace if address == 0x58004800]
     yield "watchdog started, then fed in time", (0xCCCC in keys, keys.count(0xAAAA) >= 3), (True, True)
-    if has_mission:
+    if has_configuration:
         yield "TIM1: the sensor's clock", timer / (at(0x4001002C) + 1), 240 / 9 if is_v else 25
         yield "TIM1 on, output on", (at(0x40010000) & 1, at(0x40010044) >> 15 & 1, at(0x40010020) & 1), (1, 1, 1)
         yield "sensor: address", board.sensor.address, 0x5C

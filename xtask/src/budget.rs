@@ -14,6 +14,7 @@ mod tell;
 mod workloads;
 
 use crate::set_up::Compiler;
+use crate::steps::Outcome;
 use crate::{Failure, build, failed, set_up};
 use expected::Expected;
 use figures::Figure;
@@ -67,32 +68,31 @@ pub fn budget(arguments: &[String]) -> Result<ExitCode, Failure> {
     Ok(judged.map_or_else(failed, |is_good| if is_good { ExitCode::SUCCESS } else { ExitCode::FAILURE }))
 }
 
-/// What `cargo xtask test` learns.
-pub enum Verdict {
-    /// Every gate holds.
-    Holds,
-    /// One does not.
-    Fails,
-    /// The counts are of another compiler, under which the narrow gates say nothing: why.
-    OtherCompiler(String),
-}
-
-/// Whether every gate holds of what `compiler` has just built, with the table told, where the counts are of that compiler.
-///
-/// # Errors
-/// Why it cannot be told.
-pub fn holds(compiler: &Compiler) -> Result<Verdict, Failure> {
-    let (of, here) = (Expected::read()?.compiler, compiler.version()?);
-    if of != here {
-        return Ok(Verdict::OtherCompiler(format!("the counts are of {of}, this is {here}")));
-    }
-    Ok(if judged(&Options::default(), compiler)? { Verdict::Holds } else { Verdict::Fails })
+/// Whether every gate holds of what `compiler` has just built, with the table told. Left out where the counts are of another
+/// compiler, under which the narrow gates say nothing.
+pub fn holds(compiler: &Compiler) -> Outcome {
+    let judged = || {
+        let (of, here) = (Expected::read()?.compiler, compiler.version()?);
+        if of != here {
+            return Ok(Outcome::Skipped(format!("the counts are of {of}, this is {here}")));
+        }
+        let failed = || Outcome::Failed("a gate fails, see above".to_owned());
+        judged(&Options::default(), compiler).map(|holds| if holds { Outcome::Passed } else { failed() })
+    };
+    judged().unwrap_or_else(Outcome::Failed)
 }
 
 /// The working tree by itself; whether every gate holds.
 fn measured(options: &Options) -> Result<bool, Failure> {
     set_up::emulator()?;
-    judged(options, &build::build()?)
+    judged(options, &built()?)
+}
+
+/// Builds what is measured and what measures.
+fn built() -> Result<Compiler, Failure> {
+    let compiler = set_up::compiler()?;
+    build::images(&compiler)?;
+    build::host().map(|()| compiler)
 }
 
 /// What `compiler` has built; whether every gate holds.
@@ -126,7 +126,7 @@ fn judged(options: &Options, compiler: &Compiler) -> Result<bool, Failure> {
 /// Against another revision, with the same compiler; whether nothing has grown.
 fn compared(options: &Options, revision: &str, commit: &str) -> Result<bool, Failure> {
     set_up::emulator()?;
-    let compiler = set_up::compiler()?;
+    let compiler = built()?;
     let before = against::regions((revision, commit), &compiler)?;
     let before = figures::of_workloads(&workloads::workloads(&before)?);
     let workloads = workloads::workloads(&bench::here(&compiler)?)?;

@@ -4,8 +4,12 @@ use super::process::{cargo, run};
 use super::set_up::{self, Compiler};
 use super::{Failure, places};
 
-/// Builds everything that flies: the images of both boards, and `plumbline` in release.
+/// Builds everything that flies: the images of both boards, and `plumbline` in release. The emulator is got as well; where
+/// that cannot be, all the rest is still of use.
 pub fn all() -> Result<(), Failure> {
+    if let Err(why) = set_up::emulator() {
+        eprintln!("{why}");
+    }
     h743(&build()?)
 }
 
@@ -21,7 +25,8 @@ pub fn build() -> Result<Compiler, Failure> {
 /// Features of the emulated board's images.
 pub const AN500: &str = "an500,defmt";
 
-fn images(compiler: &Compiler) -> Result<(), Failure> {
+/// The emulated board's images.
+pub fn images(compiler: &Compiler) -> Result<(), Failure> {
     let mut cargo = cargo();
     cargo.args(["build", "--package", "plumbline-firmware", "--bins", "--features", AN500]);
     cargo.args(["--profile", places::PROFILE]);
@@ -29,9 +34,14 @@ fn images(compiler: &Compiler) -> Result<(), Failure> {
     run(&mut cargo)
 }
 
+/// All programs and tests of the host, in the development profile: one call, so that all share what they depend on.
+pub fn host() -> Result<(), Failure> {
+    run(cargo().args(["build", "--workspace", "--lib", "--bins", "--tests"]))
+}
+
 /// The command.
 pub fn command() -> Result<(), Failure> {
-    run(cargo().args(["build", "--release", "--package", "plumbline-sim", "--bin", "plumbline"]))
+    run(cargo().args(["build", "--release", "--package", "plumbline-cli", "--bin", "plumbline"]))
 }
 
 /// The flight computer's image behind the camera's bootloader, and the bare one.

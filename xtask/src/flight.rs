@@ -48,7 +48,7 @@ fn fly(link: &str, scenario: &str, frames: usize) -> Result<PathBuf, Failure> {
     // What an earlier run left there must not pass for this one's.
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let mut command = Command::new(places::plumbline());
+    let mut command = Command::new(places::tested("plumbline"));
     command
         .args(["fly", "--link", link, "--scenario", scenario, "--frames", &frames.to_string(), "--out"])
         .arg(&folder);

@@ -9,7 +9,7 @@ use std::process::Command;
 /// Inputs for each reader, of either kind.
 const INPUTS: &str = "10000000";
 /// The readers, as `fuzz/Cargo.toml` has them.
-const TARGETS: [&str; 7] = ["mavlink", "mission", "tiles", "camera_file", "log", "line_device", "line_host"];
+const TARGETS: [&str; 7] = ["mavlink", "configuration", "tiles", "camera_file", "log", "line_device", "line_host"];
 
 /// `cargo xtask fuzz [--inputs N] [--seed S] [--target NAME]`.
 pub fn fuzz(args: &[String]) -> Result<(), Failure> {

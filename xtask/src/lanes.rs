@@ -7,11 +7,11 @@ use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::Mutex;
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Runs lanes of steps, which are what `program test NAME` does; what became of each, lane after lane. A failure stops
 /// nothing: the other steps find what they find.
-pub fn run(program: &Path, lanes: &[&[&str]]) -> Vec<Done> {
+pub fn run(program: &Path, lanes: &[Vec<&str>]) -> Vec<Done> {
     // Held while a step's piece is written.
     let screen = Mutex::new(());
     let lane = |names: &[&str]| -> Vec<Done> { names.iter().map(|name| apart(program, name, &screen)).collect() };
@@ -25,26 +25,42 @@ pub fn run(program: &Path, lanes: &[&[&str]]) -> Vec<Done> {
 fn apart(program: &Path, name: &str, screen: &Mutex<()>) -> Done {
     eprintln!("begins: {name}");
     let begin = Instant::now();
-    let (outcome, said) = match said(Command::new(program).args(["test", name])) {
-        Ok((status, said)) => (outcome(name, status, &said), said),
-        Err(error) => (Outcome::Failed(format!("the step could not be run: {error}")), String::new()),
+    let (outcome, said, busy) = match said(Command::new(program).args(["test", name])) {
+        Ok((status, said, busy)) => (outcome(name, status, &said), said, busy),
+        Err(error) => (Outcome::Failed(format!("the step could not be run: {error}")), String::new(), None),
     };
     let time = begin.elapsed();
     let _screen = screen.lock();
     // A closed standard error is no reason to stop testing.
     let _ = write!(std::io::stderr().lock(), "\n[{name}] {:.1} s\n{said}", time.as_secs_f64());
-    Done { name: name.to_owned(), outcome, time }
+    Done { name: name.to_owned(), outcome, time, busy }
 }
 
-/// How a process ended and what it said, both outputs in their order.
-fn said(command: &mut Command) -> std::io::Result<(ExitStatus, String)> {
+/// How a process ended, what it said, both outputs in their order, and what it took of the cores.
+fn said(command: &mut Command) -> std::io::Result<(ExitStatus, String, Option<Duration>)> {
     let (mut read, write) = std::io::pipe()?;
     let mut process = command.stdin(Stdio::null()).stdout(write.try_clone()?).stderr(write).spawn()?;
     // Our own ends of the pipe are to be closed, or there is no end to be read.
     command.stdout(Stdio::null()).stderr(Stdio::null());
     let mut said = Vec::new();
     read.read_to_end(&mut said)?;
-    Ok((process.wait()?, String::from_utf8_lossy(&said).into_owned()))
+    // The system adds a process's time to ours when it is waited for: one at a time, so that the difference is this one's.
+    let _ending = ENDING.lock();
+    let before = busy();
+    let status = process.wait()?;
+    let busy = before.zip(busy()).map(|(before, after)| after - before);
+    Ok((status, String::from_utf8_lossy(&said).into_owned(), busy))
+}
+
+/// Held while a step's process is waited for.
+static ENDING: Mutex<()> = Mutex::new(());
+
+/// What all processes that have been waited for took of the cores, and theirs: the 16th and 17th figure of Linux's
+/// `/proc/self/stat`, hundredths of a second on every architecture (`USER_HZ`). The second figure is a name in parentheses.
+fn busy() -> Option<Duration> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let figures: Vec<u64> = stat.rsplit_once(')')?.1.split_whitespace().skip(13).take(2).flat_map(str::parse).collect();
+    (figures.len() == 2).then(|| Duration::from_millis(10 * figures.iter().sum::<u64>()))
 }
 
 /// What a step's process came to. Why it did not pass is the last thing it said, after its name.
@@ -61,7 +77,7 @@ fn outcome(name: &str, status: ExitStatus, said: &str) -> Outcome {
 
 #[cfg(test)]
 mod tests {
-    use super::{Outcome, outcome, run};
+    use super::{Outcome, outcome, run, said};
     use std::os::unix::process::ExitStatusExt;
     use std::path::Path;
     use std::process::ExitStatus;
@@ -79,10 +95,19 @@ mod tests {
         assert!(matches!(killed, Outcome::Failed(why) if why.contains("signal: 9")));
     }
 
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_steps_time_of_the_cores_is_its_own() {
+        let work = "i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done";
+        let took = |work: &str| said(std::process::Command::new("sh").args(["-c", work])).unwrap().2.unwrap();
+        let (busy, idle) = (took(work), took("sleep 0.3"));
+        assert!(busy > std::time::Duration::from_millis(50) && idle < busy, "{busy:?} {idle:?}");
+    }
+
     #[test]
     fn every_step_of_every_lane_is_run_in_order() {
         let names = |program: &str| {
-            let steps = run(Path::new(program), &[&["a", "b"], &["c"]]);
+            let steps = run(Path::new(program), &[vec!["a", "b"], vec!["c"]]);
             steps.into_iter().map(|done| (done.name, done.outcome == Outcome::Passed)).collect::<Vec<_>>()
         };
         let all = |is_good| ["a", "b", "c"].map(|name| (name.to_owned(), is_good));

@@ -44,6 +44,16 @@ pub fn release(name: &str) -> PathBuf {
     target().join("release").join(format!("{name}{}", env::consts::EXE_SUFFIX))
 }
 
+/// A program of the host, in the development profile, as tests use it.
+pub fn tested(name: &str) -> PathBuf {
+    target().join("debug").join(format!("{name}{}", env::consts::EXE_SUFFIX))
+}
+
+/// Where programs lie that the machine lacks.
+pub fn tools() -> PathBuf {
+    target().join("tools")
+}
+
 /// Where tests leave what they made.
 pub fn scratch() -> PathBuf {
     target().join("xtask")

@@ -170,7 +170,7 @@ struct Emulator(Child);
 impl Emulator {
     fn start(folder: &Path) -> Result<Self, Failure> {
         let at = |name: &str| folder.join(name).display().to_string();
-        let mut command = Command::new(set_up::QEMU);
+        let mut command = Command::new(set_up::emulator()?);
         command.args(["-M", "mps2-an500,memory-backend=window", "-nodefaults", "-display", "none", "-net", "none"]);
         command.args(["-icount", "shift=1,sleep=off", "-semihosting-config", "enable=on,target=native"]);
         command.arg("-object");
@@ -179,7 +179,7 @@ impl Emulator {
         command.arg("-kernel").arg(places::image("selftest"));
         // Standard output carries defmt's frames; what the firmware has to say in words comes on standard error.
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
-        command.spawn().map(Emulator).map_err(|error| format!("{} could not be started: {error}", set_up::QEMU))
+        command.spawn().map(Emulator).map_err(|error| format!("QEMU could not be started: {error}"))
     }
 
     /// The emulator's connection, with time-outs set.

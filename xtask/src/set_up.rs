@@ -1,8 +1,9 @@
-//! What a machine with Rust may still lack: the boards' target and the emulator. Installs it, or says in one sentence
-//! what to type.
+//! What a machine with Rust may still lack: the boards' target and the emulator. Gets it for this workspace alone, or says
+//! in one sentence why that cannot be.
 
+use super::debian::{Machine, Wanted};
 use super::places::THUMB;
-use super::process::{output, run, succeeds};
+use super::process::{cargo, output, run, succeeds};
 use super::{Failure, places};
 use std::env;
 use std::path::{Path, PathBuf};
@@ -13,8 +14,10 @@ use std::process::Command;
 pub enum Compiler {
     /// With the toolchain in use, which has the target.
     Installed,
-    /// With Debian's compiler and its library's source, linked by this linker.
+    /// With Debian's compiler and its library's source.
     FromSource {
+        /// That compiler.
+        rustc: PathBuf,
         /// `rust-lld` or `ld.lld`.
         linker: PathBuf,
     },
@@ -24,8 +27,8 @@ impl Compiler {
     /// Adds to a cargo command that compiles for the boards what this way needs.
     pub fn apply(&self, cargo: &mut Command) {
         cargo.args(["--target", THUMB]);
-        if let Compiler::FromSource { linker } = self {
-            cargo.arg("-Zbuild-std=core").env("RUSTC", DEBIAN_RUSTC).env("RUSTC_BOOTSTRAP", "1");
+        if let Compiler::FromSource { rustc, linker } = self {
+            cargo.arg("-Zbuild-std=core").env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1");
             cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
         }
     }
@@ -33,11 +36,10 @@ impl Compiler {
     /// What it calls itself.
     pub fn version(&self) -> Result<String, Failure> {
         let rustc = match self {
-            Compiler::Installed => env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()),
-            Compiler::FromSource { .. } => DEBIAN_RUSTC.into(),
+            Compiler::Installed => rustc_in_use(),
+            Compiler::FromSource { rustc, .. } => Command::new(rustc),
         };
-        output(Command::new(rustc).current_dir(places::root()).arg("--version"))
-            .ok_or_else(|| "the compiler does not tell its version".into())
+        version(rustc).ok_or_else(|| "the compiler does not tell its version".into())
     }
 
     /// Whether clippy can check with it: clippy belongs to one version of the compiler.
@@ -46,10 +48,7 @@ impl Compiler {
     }
 }
 
-const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
-
-/// Finds or installs a way to compile for the boards: rustup's target, else Debian's packages `rustc-web` and
-/// `rust-web-src`, which fit each other.
+/// Finds or gets a way to compile for the boards: rustup's target, else Debian's compiler with its library's source.
 pub fn compiler() -> Result<Compiler, Failure> {
     if has_target() {
         return Ok(Compiler::Installed);
@@ -58,101 +57,209 @@ pub fn compiler() -> Result<Compiler, Failure> {
     if run(Command::new("rustup").args(["target", "add", THUMB])).is_ok() && has_target() {
         return Ok(Compiler::Installed);
     }
-    let wanted = format!("the target {THUMB} is missing: type `rustup target add {THUMB}`");
-    if !is_there("apt-get") {
-        return Err(wanted);
-    }
     eprintln!("rustup could not: taking Debian's compiler and library source instead");
-    install(&["rustc-web", "rust-web-src"], has_debian_source())
-        .map_err(|why| format!("{wanted} (Debian's packages would do as well, but {why})"))?;
-    linker().map(|linker| Compiler::FromSource { linker })
+    from_source(&Machine::here())
+        .map_err(|why| format!("the target {THUMB} is missing: type `rustup target add {THUMB}` ({why})"))
 }
 
-/// Makes sure that QEMU for Arm is there.
-pub fn emulator() -> Result<(), Failure> {
-    if is_there(QEMU) {
-        return Ok(());
+/// Debian's compiler, of the version that the workspace asks for or newer.
+fn from_source(machine: &Machine) -> Result<Compiler, Failure> {
+    let rustc = machine.private("rustc");
+    let compiles = || {
+        let source = output(Command::new(&rustc).args(["--print", "sysroot"]))
+            .is_some_and(|sysroot| Path::new(&sysroot).join("lib/rustlib/src/rust/library/core").exists());
+        source
+            && version(Command::new(&rustc)).and_then(|version| minor(&version))
+                >= minor(env!("CARGO_PKG_RUST_VERSION"))
+    };
+    if !compiles() {
+        let packages = ["rustc-web", "rust-web-src"];
+        machine.unpack(&Wanted { packages: &packages, programs: &[("usr/bin/rustc", "")] }, compiles)?;
     }
-    if !is_there("apt-get") {
-        return Err("QEMU is missing: install qemu-system-arm, 7.2 or newer, with this system's package manager".into());
+    linker(machine).map(|linker| Compiler::FromSource { rustc, linker })
+}
+
+/// The linker of the toolchain in use, else Debian's.
+fn linker(machine: &Machine) -> Result<PathBuf, Failure> {
+    let of_toolchain = output(rustc_in_use().args(["--print", "sysroot"])).and_then(|sysroot| {
+        let hosts = std::fs::read_dir(Path::new(&sysroot).join("lib/rustlib")).ok()?;
+        hosts.flatten().map(|host| host.path().join("bin/rust-lld")).find(|path| path.exists())
+    });
+    let private = machine.private("ld.lld");
+    let links = |linker: &Path| succeeds(machine.command(linker).arg("--version"));
+    match of_toolchain {
+        Some(linker) => Ok(linker),
+        None if links("ld.lld".as_ref()) => Ok("ld.lld".into()),
+        None if links(&private) => Ok(private),
+        None => {
+            let wanted = Wanted { packages: &["lld"], programs: &[("usr/bin/ld.lld", "")] };
+            machine.unpack(&wanted, || links(&private)).map(|()| private.clone())
+        }
     }
-    install(&[QEMU], false).map_err(|why| format!("QEMU is missing, and {why}"))
 }
 
 /// The emulator's command and, on Debian, its package.
-pub const QEMU: &str = "qemu-system-arm";
+const QEMU: &str = "qemu-system-arm";
 
-/// Makes sure that rustfmt and clippy are there; a minimal toolchain has neither.
-pub fn checkers() -> Result<(), Failure> {
-    for (component, verb) in [("rustfmt", "fmt"), ("clippy", "clippy")] {
-        let has = || succeeds(super::process::cargo().args([verb, "--version"]));
-        if !has() {
-            let _ = run(Command::new("rustup").args(["component", "add", component]));
-            if !has() {
-                return Err(format!("{component} is missing: type `rustup component add {component}`"));
-            }
-        }
+/// Finds or gets QEMU for Arm: under `target/tools`, else on the search path, as the simulator does
+/// (`link::qemu::emulator`); where neither has it, it comes to `target/tools`.
+pub fn emulator() -> Result<PathBuf, Failure> {
+    emulator_of(&Machine::here())
+}
+
+fn emulator_of(machine: &Machine) -> Result<PathBuf, Failure> {
+    let private = machine.private(QEMU);
+    let emulates = |program: &Path| {
+        output(machine.command(program).args(["-M", "help"])).is_some_and(|boards| boards.contains("mps2-an500 "))
+    };
+    if let Some(program) = [private.clone(), QEMU.into()].into_iter().find(|program| emulates(program)) {
+        return Ok(program);
     }
-    Ok(())
+    let program = ("usr/bin/qemu-system-arm", "-L \"$root/usr/share/qemu\"");
+    let wanted = Wanted { packages: &[QEMU], programs: &[program] };
+    machine.unpack(&wanted, || emulates(&private)).map(|()| private.clone()).map_err(|why| {
+        format!(
+            "QEMU for Arm is missing and could not be unpacked from Debian's packages ({why}): install qemu-system-arm"
+        )
+    })
+}
+
+/// Makes sure that a part of the toolchain is there, rustfmt or clippy: a minimal toolchain has neither.
+pub fn component(component: &str, verb: &str) -> Result<(), Failure> {
+    let has = || succeeds(cargo().args([verb, "--version"]));
+    if !has() {
+        let _ = run(Command::new("rustup").args(["component", "add", component]));
+    }
+    if has() { Ok(()) } else { Err(format!("{component} is missing: type `rustup component add {component}`")) }
 }
 
 /// Whether the compiler in use has the library for the boards.
 fn has_target() -> bool {
-    let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    output(Command::new(rustc).current_dir(places::root()).args(["--print", "target-libdir", "--target", THUMB]))
+    output(rustc_in_use().args(["--print", "target-libdir", "--target", THUMB]))
         .and_then(|folder| std::fs::read_dir(folder).ok())
         .is_some_and(|files| files.flatten().any(|file| file.file_name().to_string_lossy().starts_with("libcore-")))
 }
 
-/// Whether Debian's compiler finds its library's source.
-fn has_debian_source() -> bool {
-    output(Command::new(DEBIAN_RUSTC).args(["--print", "sysroot"]))
-        .is_some_and(|sysroot| Path::new(&sysroot).join("lib/rustlib/src/rust/library/core").exists())
+fn rustc_in_use() -> Command {
+    let mut rustc = Command::new(env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
+    rustc.current_dir(places::root());
+    rustc
 }
 
-/// The linker of the toolchain in use, else Debian's.
-fn linker() -> Result<PathBuf, Failure> {
-    let sysroot = output(Command::new("rustc").current_dir(places::root()).args(["--print", "sysroot"]));
-    let of_toolchain = sysroot.and_then(|sysroot| {
-        let hosts = std::fs::read_dir(Path::new(&sysroot).join("lib/rustlib")).ok()?;
-        hosts.flatten().map(|host| host.path().join("bin/rust-lld")).find(|path| path.exists())
-    });
-    if let Some(linker) = of_toolchain {
-        return Ok(linker);
-    }
-    let debian = PathBuf::from("/usr/bin/ld.lld");
-    install(&["lld"], debian.exists()).map_err(|why| format!("the linker lld is missing, and {why}"))?;
-    Ok(debian)
+fn version(mut rustc: Command) -> Option<String> {
+    output(rustc.arg("--version"))
 }
 
-/// Installs Debian packages as root, or by sudo where it asks no password.
-fn install(packages: &[&str], is_done: bool) -> Result<(), Failure> {
-    if is_done {
-        return Ok(());
-    }
-    let line = format!("apt-get install -y {}", packages.join(" "));
-    let is_root = output(Command::new("id").arg("-u")).is_some_and(|id| id == "0");
-    if !is_root && !succeeds(Command::new("sudo").args(["-n", "true"])) {
-        return Err(format!("this user may not install it: type `sudo {line}`"));
-    }
-    eprintln!("{line}");
-    let apt = |arguments: &[&str]| {
-        let mut command = if is_root { Command::new("apt-get") } else { Command::new("sudo") };
-        if !is_root {
-            command.args(["-n", "apt-get"]);
+/// The second number of a version of Rust, whose first is 1.
+fn minor(version: &str) -> Option<u32> {
+    version.split_once("1.")?.1.split('.').next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::debian::write_program;
+    use std::fs;
+
+    /// An apt that would have to remove a package of the user's, and so refuses to install; it downloads.
+    const REFUSES: &str = r#"case "$*" in
+*status=/dev/null*--simulate*)
+    echo "Inst libc6 (2.36 Debian:12 [amd64])"; echo "Inst libfdt1 (1.6 Debian:12 [amd64])"
+    echo "Inst qemu-system-arm (1:7.2 Debian:12 [amd64])" ;;
+*" download libfdt1 qemu-system-arm") : > libfdt1.deb; : > qemu-system-arm.deb ;;
+*) echo "E: Packages need to be removed but remove is disabled." >&2; exit 100 ;;
+esac"#;
+    /// One whose package lists are empty, until it has fetched some into a folder of the caller's.
+    const EMPTY: &str = r#"case "$*" in
+*Dir::State=*" update") : > state/lists/some ;;
+*Dir::State=*) ;;
+*) echo "E: Unable to locate package qemu-system-arm" >&2; exit 100 ;;
+esac
+"#;
+    const OFFLINE: &str = r#"case "$*" in
+*--simulate*) echo "Inst qemu-system-arm (1:7.2 Debian:12 [amd64])" ;;
+*) echo "W: a warning" >&2; echo "E: Could not resolve 'deb.debian.org'" >&2; exit 100 ;;
+esac"#;
+    const DPKG_QUERY: &str = r#"echo "installed libc6"; echo "config-files libfdt1""#;
+    /// Unpacks an emulator that starts with its library and its data alone.
+    const DPKG: &str = r#"[ "$1" = -x ] || exit 1
+case "$2" in
+*libfdt1*) /bin/mkdir -p "$3/usr/lib/x86_64-linux-gnu"; : > "$3/usr/lib/x86_64-linux-gnu/libfdt" ;;
+*) /bin/mkdir -p "$3/usr/bin" "$3/usr/share/qemu"
+    printf '#!/bin/sh\n[ -f "${LD_LIBRARY_PATH%%%%:*}/libfdt" ] && [ -d "$2" ] && echo "mps2-an500 $3 $4"\n' > "$3/usr/bin/qemu-system-arm"
+    /bin/chmod +x "$3/usr/bin/qemu-system-arm" ;;
+esac"#;
+
+    /// A machine whose search path holds these programs and no other.
+    fn machine(name: &str, programs: &[(&str, &str)]) -> Machine {
+        let folder = std::env::temp_dir().join(format!("xtask-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(folder.join("path")).unwrap();
+        for (program, script) in programs {
+            write_program(&folder.join("path").join(program), &format!("#!/bin/sh\n{script}\n")).unwrap();
         }
-        // Standard output belongs to the command that is being prepared.
-        run(command.args(arguments).env("DEBIAN_FRONTEND", "noninteractive").stdout(std::io::stderr()))
-    };
-    // Nothing that is there may go for it: rustc-web and Debian's own rustup exclude each other.
-    let options = ["install", "-y", "--no-install-recommends", "--no-remove"];
-    let wanted: Vec<&str> = options.into_iter().chain(packages.iter().copied()).collect();
-    apt(&wanted)
-        .or_else(|_| apt(&["update"]).and_then(|()| apt(&wanted)))
-        .map_err(|_| format!("it could not be installed: type `sudo {line}` and see why"))
-}
+        Machine { path: folder.join("path").into(), tools: folder.join("tools") }
+    }
 
-/// Whether a command of this name starts.
-fn is_there(name: &str) -> bool {
-    succeeds(Command::new(name).arg("--version"))
+    fn emulator(name: &str, programs: &[(&str, &str)]) -> (Machine, Result<PathBuf, Failure>) {
+        let machine = machine(name, programs);
+        let found = emulator_of(&machine);
+        (machine, found)
+    }
+
+    fn done(machine: &Machine) {
+        fs::remove_dir_all(machine.tools.parent().unwrap()).unwrap();
+    }
+
+    #[test]
+    fn an_emulator_on_the_search_path_is_taken() {
+        let (machine, found) = emulator("path", &[(QEMU, "echo 'mps2-an500   a Cortex-M7'")]);
+        assert_eq!(found, Ok(QEMU.into()));
+        assert!(!machine.tools.exists(), "nothing was unpacked");
+        done(&machine);
+    }
+
+    #[test]
+    fn an_apt_that_refuses_still_gives_a_private_emulator() {
+        for (name, apt) in [("refuses", REFUSES.to_owned()), ("empty", EMPTY.to_owned() + REFUSES)] {
+            // An emulator that knows no such board, as an old one, is none.
+            let programs = [(QEMU, "echo 'mps2-an385'"), ("apt-get", &apt), ("dpkg", DPKG), ("dpkg-query", DPKG_QUERY)];
+            let (machine, found) = emulator(name, &programs);
+            let private = machine.private(QEMU);
+            assert_eq!(found.as_ref(), Ok(&private), "{name}");
+            assert_eq!(machine.tools.join("apt/state/lists/some").exists(), name == "empty");
+            fs::remove_file(Path::new(&machine.path).join("apt-get")).unwrap();
+            assert_eq!(emulator_of(&machine), found, "the next time it is there");
+            done(&machine);
+        }
+    }
+
+    #[test]
+    fn without_a_way_to_packages_there_is_one_sentence_with_the_reason() {
+        let without = [("dpkg", DPKG), ("dpkg-query", DPKG_QUERY)];
+        let offline = [&without[..], &[("apt-get", OFFLINE)]].concat();
+        let broken = [("dpkg", "echo 'dpkg: error: no space left' >&2; exit 2"), without[1], ("apt-get", REFUSES)];
+        for (name, programs, reason) in [
+            ("none", &[][..], "apt-get: No such file"),
+            ("offline", &offline, "apt-get: Could not resolve 'deb.debian.org'"),
+            ("broken", &broken, "dpkg: dpkg: error: no space left"),
+        ] {
+            let (machine, found) = emulator(name, programs);
+            let why = found.unwrap_err();
+            assert!(
+                why.contains(reason) && why.ends_with("install qemu-system-arm") && why.lines().count() == 1,
+                "{why}"
+            );
+            let left = fs::read_dir(&machine.tools).unwrap().flatten().map(|file| file.file_name());
+            assert_eq!(left.collect::<Vec<_>>(), ["apt"], "nothing half unpacked");
+            done(&machine);
+        }
+    }
+
+    #[test]
+    fn versions_are_compared_by_their_second_number() {
+        assert_eq!(minor("rustc 1.96.0 (ac68faa20 2026-05-25) (built from a source tarball)"), Some(96));
+        assert!(minor(env!("CARGO_PKG_RUST_VERSION")) > minor("rustc 1.85.0"));
+        assert_eq!(minor("2"), None);
+    }
 }

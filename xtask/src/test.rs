@@ -1,73 +1,107 @@
-//! `cargo xtask test`: all that must hold.
+//! `cargo xtask test`: what must hold, step by step; `--all` takes the long ones in, `cargo xtask nightly` what is longer
+//! than an hour.
 
 use super::places::{self, THUMB};
 use super::process::{cargo, run};
 use super::set_up::Compiler;
 use super::steps::{self, Outcome};
-use super::{Failure, board, budget, build, flight, lanes, panics, selftest, set_up};
+use super::{Failure, board, budget, build, flight, fuzz, lanes, mission, panics, selftest, set_up};
 use std::env;
-use std::process::{Command, ExitCode};
-use std::thread;
+use std::process::ExitCode;
 
-/// A step that follows the building: its name, and what it does.
-type Step = (&'static str, fn(&Compiler) -> Outcome);
+/// How much is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Depth {
+    Everyday,
+    All,
+    Nightly,
+}
+use Depth::{All, Everyday, Nightly};
 
-/// The first steps, which the others need.
-const SET_UP: &str = "set-up";
-const BUILD: &str = "build";
+/// A step: its name, the depths that it belongs to, first and last, and what it does.
+type Step = (&'static str, (Depth, Depth), fn(&Compiler) -> Outcome);
 
-/// What needs nothing built, beside the building: linking the images keeps one core busy only.
-const BESIDE: [Step; 2] = [
-    ("format", |_| run(cargo().args(["fmt", "--all", "--check"])).into()),
-    ("clippy (host)", |_| clippy(&["--workspace", "--all-targets"], None).into()),
+/// Lanes of steps that run at the same time.
+type Phase = &'static [&'static [Step]];
+
+const EACH: (Depth, Depth) = (Everyday, Nightly);
+const LONG: (Depth, Depth) = (All, Nightly);
+
+/// One phase after the other. A phase in which a step fails is the last: the next ones need it.
+///
+/// The two lanes of each suit two cores: what cargo does for the host, in its development profile alone, and what is
+/// compiled, linked and emulated for the boards, most of which is work for one core. The flight computer's images belong to
+/// the long steps: they take a third profile, in which embassy-stm32 alone is minutes, and the emulated board's have the
+/// application.
+const PHASES: [Phase; 3] = [
+    &[&[("set-up", EACH, |_| set_up::emulator().map(drop).into())]],
+    &[
+        &[("build (host)", EACH, |_| build::host().into())],
+        &[("build (emulated board)", EACH, |compiler| build::images(compiler).into())],
+    ],
+    &[
+        &[
+            ("format", EACH, |_| checked("rustfmt", "fmt", || run(cargo().args(["fmt", "--all", "--check"])))),
+            ("tests", (Everyday, Everyday), |_| run(cargo().args(["test", "--workspace", "--no-fail-fast"])).into()),
+            ("tests, also the long ones", LONG, |_| {
+                run(cargo().args(["test", "--workspace", "--no-fail-fast", "--", "--include-ignored"])).into()
+            }),
+            ("clippy (host)", EACH, |_| clippy(&["--workspace", "--all-targets"], None)),
+            ("documentation", LONG, |_| {
+                run(cargo().args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings")).into()
+            }),
+        ],
+        &[
+            ("clippy (emulated board)", EACH, |compiler| {
+                clippy(&["--features", build::AN500, "--profile", places::PROFILE], Some(compiler))
+            }),
+            ("self-test of the emulated board", EACH, |_| selftest::selftest().into()),
+            ("emulated flight equals the one in-process", EACH, |_| flight::flight().into()),
+            ("memory map", EACH, |_| {
+                let emulated = budget::map::print("an500", flight::flown().as_ref());
+                emulated.and_then(|()| budget::map::print("serial", None)).into()
+            }),
+            ("nothing in a frame's way can panic", EACH, |_| panics::emulated().into()),
+            ("budget", EACH, |compiler| budget::holds(compiler)),
+            ("core alone", LONG, |compiler| core_alone(compiler, &["--no-default-features"]).into()),
+            ("core alone with defmt", LONG, |compiler| {
+                core_alone(compiler, &["--no-default-features", "--features", "defmt"]).into()
+            }),
+            ("flight computer: build", LONG, |compiler| build::h743(compiler).into()),
+            ("flight computer: clippy", LONG, |compiler| {
+                clippy(&["--features", "h743", "--profile", places::PROFILE_H743], Some(compiler))
+            }),
+            ("flight computer: map, sizes, stack", LONG, |_| board::check(flight::flown().as_ref()).into()),
+            ("flight computer: what can panic", LONG, |_| panics::flight_computer().into()),
+            ("flight computer: boot rehearsal", LONG, |_| board::rehearsal::rehearse()),
+            ("missions as a ground station reads them", LONG, |_| mission::check()),
+            ("ten million damaged inputs for each reader", (Nightly, Nightly), |_| fuzz::fuzz(&[]).into()),
+        ],
+    ],
 ];
 
-/// What cargo does for the host. It keeps all cores busy but for the end of each thing that it does.
-const HOST: [Step; 2] =
-    [("tests", |_| run(cargo().args(["test", "--workspace"])).into()), ("documentation", |_| documentation().into())];
-
-/// What is compiled, linked and emulated for the boards: most of it work for one core at a time.
-const BOARDS: [Step; 11] = [
-    ("flight computer: build and clippy", board_built),
-    ("clippy (firmware)", firmware_checked),
-    ("core alone", |compiler| core_alone(compiler, &["--no-default-features"]).into()),
-    ("core alone with defmt", |compiler| {
-        core_alone(compiler, &["--no-default-features", "--features", "defmt"]).into()
-    }),
-    ("self-test of the emulated board", |_| selftest::selftest().into()),
-    ("emulated flight equals the one in-process", |_| flight::flight().into()),
-    ("memory map", |_| {
-        let emulated = budget::map::print("an500", flight::flown().as_ref());
-        emulated.and_then(|()| budget::map::print("serial", None)).into()
-    }),
-    ("nothing in a frame's way can panic", |_| panics::tell().into()),
-    ("flight computer: map, sizes, stack", |_| board::check(flight::flown().as_ref()).into()),
-    ("flight computer: boot rehearsal", |_| board::rehearsal::rehearse()),
-    ("budget", |compiler| match budget::holds(compiler) {
-        Ok(budget::Verdict::Holds) => Outcome::Passed,
-        Ok(budget::Verdict::Fails) => Outcome::Failed("a gate fails, see above".to_owned()),
-        Ok(budget::Verdict::OtherCompiler(why)) => Outcome::Skipped(why),
-        Err(why) => Outcome::Failed(why),
-    }),
-];
-
-/// `cargo xtask test`: every step, building first and what can be done beside it; two lanes of steps after that. `cargo xtask test STEP`: that one alone, of
-/// what has been built and flown before.
+/// `cargo xtask test [--all]`: every step of that depth. `cargo xtask test STEP`: that one alone, of what has been built and
+/// flown before.
 ///
 /// # Errors
 /// A sentence on a step that there is none of.
 pub fn test(arguments: &[String]) -> Result<ExitCode, Failure> {
     match arguments {
-        [] => Ok(all()),
+        [] => Ok(all(Everyday)),
+        [all_of_them] if all_of_them == "--all" => Ok(all(All)),
         [name] => one(name),
-        [_, extra, ..] => Err(format!("test takes the name of one step, but got {extra:?} too")),
+        [_, extra, ..] => Err(format!("test takes --all or the name of one step, but got {extra:?} too")),
     }
 }
 
-fn all() -> ExitCode {
-    let lanes: [&[Step]; 2] = [&HOST, &BOARDS];
-    let total = 2 + BESIDE.len() + lanes.iter().map(|lane| lane.len()).sum::<usize>();
-    let names = |lane: &[Step]| lane.iter().map(|(name, _)| *name).collect::<Vec<_>>();
+/// `cargo xtask nightly`: all that `test --all` does, and what takes longer than an hour.
+pub fn nightly() -> ExitCode {
+    all(Nightly)
+}
+
+fn all(depth: Depth) -> ExitCode {
+    let phases = PHASES.map(|phase| phase.iter().map(|lane| names(lane, depth)).collect::<Vec<_>>());
+    let total = phases.iter().flatten().map(Vec::len).sum();
     // Before anything is built, ourselves included.
     let program = match env::current_exe() {
         Ok(program) => program,
@@ -76,71 +110,78 @@ fn all() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
-    let mut done = vec![steps::step(SET_UP, || set_up::emulator().and_then(|()| set_up::checkers()).into())];
-    if done[0].outcome == Outcome::Passed {
-        eprintln!("begins: {BUILD}");
-        let beside = thread::scope(|scope| {
-            let beside = scope.spawn(|| lanes::run(&program, &[&names(&BESIDE)]));
-            done.push(steps::step(BUILD, || build::build().map(drop).into()));
-            beside.join().unwrap_or_default()
-        });
-        done.extend(beside);
-    }
-    if done.get(1).is_some_and(|built| built.outcome == Outcome::Passed) {
-        let lanes = lanes.map(names);
-        done.extend(lanes::run(&program, &lanes.each_ref().map(|lane| &lane[..])));
+    let mut done = Vec::new();
+    for phase in phases {
+        done.extend(lanes::run(&program, &phase));
+        if done.iter().any(|step| matches!(step.outcome, Outcome::Failed(_))) {
+            break;
+        }
     }
     if steps::report(total, &done) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
+/// Names of a lane's steps that belong to a depth.
+fn names(lane: &[Step], depth: Depth) -> Vec<&'static str> {
+    lane.iter().filter(|(_, (first, last), _)| (*first..=*last).contains(&depth)).map(|(name, ..)| *name).collect()
+}
+
 fn one(name: &str) -> Result<ExitCode, Failure> {
-    let steps = BESIDE.iter().chain(&HOST).chain(&BOARDS);
-    let Some((name, work)) = steps.clone().find(|(known, _)| *known == name) else {
-        let names: Vec<&str> = steps.map(|(name, _)| *name).collect();
+    let steps = || PHASES.iter().flat_map(|phase| phase.iter()).flat_map(|lane| lane.iter());
+    let Some((name, _, work)) = steps().find(|(known, ..)| *known == name) else {
+        let names: Vec<&str> = steps().map(|(name, ..)| *name).collect();
         return Err(format!("test has no step {name:?}; it has {}", names.join("; ")));
     };
-    let done = steps::step(name, || set_up::compiler().map_or_else(Outcome::Failed, |compiler| work(&compiler)));
-    Ok(done.outcome.exit_code())
+    let outcome = set_up::compiler().map_or_else(Outcome::Failed, |compiler| work(&compiler));
+    if let Outcome::Failed(why) | Outcome::Skipped(why) = &outcome {
+        eprintln!("{name}: {why}");
+    }
+    Ok(outcome.exit_code())
 }
 
-/// Clippy of what only the emulated board compiles. In the images' profile, since the host's lane keeps the other locked.
-fn firmware_checked(compiler: &Compiler) -> Outcome {
-    if !compiler.has_clippy() {
+/// A check by a part of the toolchain that not every machine has.
+fn checked(component: &str, verb: &str, check: impl FnOnce() -> Result<(), Failure>) -> Outcome {
+    set_up::component(component, verb).map_or_else(Outcome::Skipped, |()| check().into())
+}
+
+/// Clippy of the host's crates, or of what only a board compiles. In the profile of its images, since cargo locks the
+/// other.
+fn clippy(what: &[&str], compiler: Option<&Compiler>) -> Outcome {
+    if compiler.is_some_and(|compiler| !compiler.has_clippy()) {
         return Outcome::Skipped(format!("Debian's compiler for {THUMB} comes without a clippy of its version"));
     }
-    let package = ["--package", "plumbline-firmware", "--features", build::AN500, "--profile", places::PROFILE];
-    clippy(&package, Some(compiler)).into()
-}
-
-/// Both images, and clippy of what only they compile.
-fn board_built(compiler: &Compiler) -> Outcome {
-    if let Err(why) = build::h743(compiler) {
-        return Outcome::Failed(why);
-    }
-    if !compiler.has_clippy() {
-        return Outcome::Skipped(format!("built; Debian's compiler for {THUMB} comes without a clippy of its version"));
-    }
-    let package = ["--package", "plumbline-firmware", "--features", "h743", "--profile", places::PROFILE_H743];
-    clippy(&package, Some(compiler)).into()
-}
-
-fn clippy(what: &[&str], compiler: Option<&Compiler>) -> Result<(), Failure> {
     let mut cargo = cargo();
     cargo.arg("clippy").args(what);
     if let Some(compiler) = compiler {
-        compiler.apply(&mut cargo);
+        compiler.apply(cargo.args(["--package", "plumbline-firmware"]));
     }
-    run(cargo.args(["--", "-D", "warnings"]))
+    checked("clippy", "clippy", || run(cargo.args(["--", "-D", "warnings"])))
 }
 
 /// The core by itself, with no other crate to turn on a feature for it.
 fn core_alone(compiler: &Compiler, features: &[&str]) -> Result<(), Failure> {
-    let mut cargo: Command = cargo();
+    let mut cargo = cargo();
     cargo.args(["build", "--package", "plumbline-core", "--profile", places::PROFILE]).args(features);
     compiler.apply(&mut cargo);
     run(&mut cargo)
 }
 
-fn documentation() -> Result<(), Failure> {
-    run(cargo().args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_depth_takes_in_the_one_before() {
+        let of = |depth| {
+            PHASES.iter().flat_map(|phase| phase.iter()).flat_map(|lane| names(lane, depth)).collect::<Vec<_>>()
+        };
+        let [everyday, all, nightly] = [Everyday, All, Nightly].map(of);
+        assert!(everyday.iter().all(|step| all.contains(step) || *step == "tests"), "{everyday:?}");
+        assert!(all.iter().all(|step| nightly.contains(step)) && nightly.len() > all.len(), "{nightly:?}");
+        let mut steps: Vec<_> =
+            PHASES.iter().flat_map(|phase| phase.iter()).flat_map(|lane| lane.iter()).map(|s| s.0).collect();
+        steps.sort_unstable();
+        let count = steps.len();
+        steps.dedup();
+        assert_eq!(steps.len(), count, "a step is asked for by its name");
+    }
 }

@@ -37,15 +37,25 @@ fn plan() -> Plan {
 
 /// Looks every 100 ms at a camera that flies straight on for `seconds`; what was committed to.
 fn fly(exposures: &mut Exposures, plan: &Plan, from: [f32; 2], velocity: [f32; 2], seconds: f32) -> Vec<Exposure> {
+    fly_at(START_US, exposures, plan, (from, velocity), seconds)
+}
+
+fn fly_at(
+    start_us: u64,
+    exposures: &mut Exposures,
+    plan: &Plan,
+    (from, velocity): ([f32; 2], [f32; 2]),
+    seconds: f32,
+) -> Vec<Exposure> {
     let look = |count: u32| {
         let t_s = 0.1 * count as f32;
-        let place = Place {
+        let place = PositionState {
             east_m: from[0] + velocity[0] * t_s,
             north_m: from[1] + velocity[1] * t_s,
             east_m_per_s: velocity[0],
             north_m_per_s: velocity[1],
         };
-        let now = Micros(START_US + u64::from(count) * 100_000);
+        let now = Micros(start_us + u64::from(count) * 100_000);
         let exposure = exposures.look(plan, &place, now);
         if let Some(exposure) = exposure {
             let ahead_us = exposure.mid.since(now);
@@ -80,16 +90,25 @@ fn points_are_exposed_when_they_are_crossed() {
 fn strips_are_flown_both_ways_and_what_is_told_is_found_again() {
     let mut exposures = Exposures::new(LIMITS);
     let plan = plan();
-    let there = fly(&mut exposures, &plan, [-100.0, 0.0], [SPEED, 0.0], 15.0);
-    assert_eq!(exposures.photo_at(Micros(there[4].mid.0 - 3)), Some(4));
-    assert_eq!(exposures.photo_at(Micros(there[4].mid.0 + 50_000)), None);
-    let back = fly(&mut exposures, &plan, [500.0, 200.0], [-SPEED, 0.0], 15.0);
+    // A minute from one strip to the next.
+    let mut strip = |number: u64, from: [f32; 2], speed: f32| {
+        let start_us = START_US + number * 60_000_000;
+        let taken = fly_at(start_us, &mut exposures, &plan, (from, [speed, 0.0]), 15.0);
+        let found: Vec<Option<u32>> = taken.iter().map(|exposure| exposures.photo_at(exposure.mid)).collect();
+        assert_eq!(found, taken.iter().map(|exposure| Some(exposure.photo)).collect::<Vec<_>>());
+        assert_eq!(exposures.photo_at(Micros(taken[4].mid.0 - 3)), Some(taken[4].photo));
+        assert_eq!(exposures.photo_at(Micros(taken[4].mid.0 + 50_000)), None);
+        taken
+    };
+    let there = strip(0, [-100.0, 0.0], SPEED);
+    let back = strip(1, [500.0, 200.0], -SPEED);
+    let again = strip(2, [-100.0, 400.0], SPEED);
+    assert_eq!(photos(&there), [0, 1, 2, 3, 4]);
     assert_eq!(photos(&back), [5, 6, 7, 8, 9]);
-    // Four are remembered.
-    assert_eq!(exposures.photo_at(back[1].mid), Some(6));
-    assert_eq!(exposures.photo_at(back[0].mid), None);
-    let again = fly(&mut exposures, &plan, [-100.0, 400.0], [SPEED, 0.0], 15.0);
     assert_eq!(photos(&again), [10, 11, 12, 13, 14]);
+    // Eight are remembered.
+    assert_eq!(exposures.photo_at(back[2].mid), Some(7));
+    assert_eq!(exposures.photo_at(back[1].mid), None);
     assert_eq!(exposures.counts(), Counts { exposed: 15, ..Counts::default() });
     // Behind the last there is nothing left.
     assert!(fly(&mut exposures, &plan, [-100.0, 400.0], [SPEED, 0.0], 15.0).is_empty());
@@ -130,7 +149,7 @@ fn against_the_strip_across_it_and_in_turns_nothing_happens() {
     for step in 0..80 {
         let (s, c) = math::sin_cos(core::f32::consts::PI * step as f32 / 80.0);
         let (east_m, north_m) = (450.0 + 100.0 * s, 100.0 - 100.0 * c);
-        let place = Place { east_m, north_m, east_m_per_s: SPEED * c, north_m_per_s: SPEED * s };
+        let place = PositionState { east_m, north_m, east_m_per_s: SPEED * c, north_m_per_s: SPEED * s };
         let now = Micros(20_000_000 + 98_000 * step);
         assert_eq!(exposures.look(&plan, &place, now), None, "{step}");
     }
@@ -168,7 +187,7 @@ fn points_that_follow_too_soon_are_left_out() {
 #[test]
 fn an_autopilot_that_boots_anew_is_not_waited_for() {
     let mut exposures = Exposures::new(LIMITS);
-    let place = |east_m: f32| Place { east_m, north_m: 0.0, east_m_per_s: SPEED, north_m_per_s: 0.0 };
+    let place = |east_m: f32| PositionState { east_m, north_m: 0.0, east_m_per_s: SPEED, north_m_per_s: 0.0 };
     let first = exposures.look(&plan(), &place(-5.0), Micros(500_000_000));
     assert_eq!(first.map(|first| first.photo), Some(0));
     let second = exposures.look(&plan(), &place(95.0), Micros(300_000));
@@ -194,7 +213,8 @@ fn no_place_no_speed_and_no_plan_expose_nothing() {
     let (plan, nothing) = (plan(), Plan(Vec::new()));
     for number in 0..6usize.pow(4) {
         let value = |place: u32| values[number / 6usize.pow(place) % 6];
-        let place = Place { east_m: value(0), north_m: value(1), east_m_per_s: value(2), north_m_per_s: value(3) };
+        let place =
+            PositionState { east_m: value(0), north_m: value(1), east_m_per_s: value(2), north_m_per_s: value(3) };
         let mut exposures = Exposures::new(LIMITS);
         let exposure = exposures.look(&plan, &place, Micros(START_US));
         // The one good place among them is at the first point itself: too late for it.

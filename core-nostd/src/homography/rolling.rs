@@ -16,8 +16,8 @@
 //! of the rectifier reach for, stay smooth.
 
 use super::{FrameFromPatch, Homography};
+use crate::arch::opaque;
 use crate::camera::Camera;
-use crate::dsp::opaque;
 use heapless::Vec;
 
 /// Most instants of a readout.
@@ -84,7 +84,7 @@ pub fn offset_us(index: usize, count: usize, readout_us: u32) -> i32 {
 }
 
 impl Homography {
-    /// The same homography for the picture of another place: `self` maps the undistorted picture taken `moved` away,
+    /// This homography for the picture of another place: `self` maps the undistorted picture taken `moved` away,
     /// the result the one taken here, `height_m` above the same level ground.
     ///
     /// A ground point at tangents t from here is at (t H − moved)/(H + up) from there; in pixels m H/(H + up) −

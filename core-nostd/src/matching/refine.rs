@@ -11,17 +11,22 @@
 //! (module `smooth`). A parabola through correlation scores leaves 0.12 px on the default scene, this 0.04 px,
 //! and a parabola has no covariance.
 
+mod smooth;
+mod segment;
+mod estimate;
+mod normal_equations;
+
 use super::histogram::Histogram;
 use super::search::Peak;
-use super::segment::{Radiometry, Segment};
-use super::smooth::{inner, smooth_into};
-use super::state::State;
-use super::sums::Sums;
-use super::{View, valid};
+use super::{Prior, valid};
 use crate::budget::RUNS_MAX;
-use crate::rectify::Run;
+use crate::image::{Run, View};
+use estimate::Estimate;
 use heapless::Vec;
 use nalgebra::Matrix2;
+use normal_equations::Sums;
+use segment::{Radiometry, Segment};
+use smooth::{inner, smooth_into};
 
 /// Why no sub-pixel shift came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,22 +38,12 @@ pub enum RefineError {
     Diverged,
 }
 
-/// What is known of the picture's turn and scale before matching, one sigma each.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Prior {
-    /// Of the heading, radians.
-    pub turn_rad: f32,
-    /// Of the height, as a share of it.
-    pub scale: f32,
-}
-
 /// A sub-pixel match.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SubPixel {
     /// Shift of the patch's centre, columns to the right, pixels.
     pub d_col: f32,
-    /// The same, rows downwards.
+    /// Rows downwards.
     pub d_row: f32,
     /// Covariance of (d_col, d_row), square pixels.
     pub covariance: Matrix2<f32>,
@@ -56,18 +51,22 @@ pub struct SubPixel {
     pub agreement: f32,
 }
 
-/// Passes at most, and how many of them may take every row.
+/// Passes at most, and how many of them may take every row. Chosen: over the default flight six are the most, and what has
+/// not settled after ten does not.
 const PASSES: usize = 10;
 const FULL_PASSES: usize = 4;
-/// The first passes take part of the rows only, until a step is below this, pixels.
+/// The first passes take part of the rows only, until a step is below this, pixels: a pass over part of them is off by a few
+/// hundredths of a pixel itself, so more of them gain nothing.
 const NEAR_PX: f32 = 0.07;
-/// Pixels they take at least, where the patch has them, and every which row at least.
+/// Pixels that these passes take at least, where the patch has them, and their largest stride of rows. Chosen: 300 pixels are
+/// 50 for each unknown.
 const COARSE_PX: usize = 300;
-const COARSE_EVERY: usize = 4;
+const COARSE_STRIDE: usize = 4;
 /// Behind a step of every row that was below this, one more settles it, pixels: each leaves a fifth of the way to go at
 /// most, two of them less than [`SYSTEMATIC_PX`].
 const SETTLED_PX: f32 = 0.1;
-/// In patches of more pixels than this, a first look at every fourth row is good enough for one pass over all of them.
+/// In patches of more pixels than this, passes over every fourth row come near enough for one pass over all of them: those
+/// have 150 pixels at least, and the patch's own sigma is small.
 const LARGE_PX: usize = 600;
 /// Reweighting alone falls short of the solution, the more so the more weights hang on residuals. For normal ones it
 /// makes E[ψ']/E[w] = 0.67 of the way (by quadrature), which is made good in passes over every row; passes over part of
@@ -77,9 +76,11 @@ const COARSE_STRETCH: f32 = 1.3;
 /// Variance of a shift under these weights over what the weighted sums alone would say, for normal residuals (by
 /// simulation): E[w² e²]/E[ψ']² over E[w e²]/E[w]².
 const EFFICIENCY: f32 = 1.39;
-/// One sigma of what residuals do not show, pixels along each axis.
+/// One sigma of what residuals do not show, pixels along each axis: positions rounded to 1/256 pixel, and what the passes leave
+/// to go.
 const SYSTEMATIC_PX: f32 = 0.005;
-/// How far the solution may go from the whole-pixel peak, pixels.
+/// How far the solution may go from the whole-pixel peak, pixels: the peak is off by a half, and by one more where the ground
+/// of two pixels is alike.
 const REACH_PX: f32 = 1.5;
 /// Rows and columns around a patch pixel that have to be valid: to each side one for the smoothing, one for the gradient.
 const AROUND: usize = 5;
@@ -99,23 +100,24 @@ pub fn refine(
     bytes: &mut [u8],
 ) -> Result<SubPixel, RefineError> {
     let mut sizes = Histogram::new();
-    let mut state = State::new(patch, runs, reference, radius, peak, &mut sizes).ok_or(RefineError::TooLittle)?;
+    let mut estimate = Estimate::new(patch, runs, reference, radius, peak, &mut sizes).ok_or(RefineError::TooLittle)?;
     let smooth = smooth_into(patch, runs, bytes).ok_or(RefineError::TooLittle)?;
     let pixels = valid(runs);
-    let mut every = (pixels / COARSE_PX).clamp(2, COARSE_EVERY);
+    let mut every = (pixels / COARSE_PX).clamp(2, COARSE_STRIDE);
     let (mut full, mut went) = (0, f32::MAX);
     let mut segment = Segment::default();
     let inner = Inner::new(runs);
     let mut last = None;
     for _ in 0..PASSES {
         let is_last = every == 1 && (pixels > LARGE_PX || full + 1 == FULL_PASSES || (full > 0 && went < SETTLED_PX));
-        let pass = Pass { smooth: &smooth, runs, inner: &inner, every, reference, state: &state, is_last };
+        let pass = Pass { smooth: &smooth, runs, inner: &inner, every, reference, estimate: &estimate, is_last };
         let sums = pass.sums(&mut segment, &mut sizes);
-        let normal = sums.normal(prior, &state)?.cholesky().ok_or(RefineError::TooLittle)?;
-        let step = normal.solve(&sums.right(prior, &state)) * if every == 1 { STRETCH } else { COARSE_STRETCH };
-        went = state.step(&step, Radiometry::median(&sizes));
-        let off = (state.shift.0 - peak.d_col as f32).abs().max((state.shift.1 - peak.d_row as f32).abs());
-        if off.is_nan() || off > REACH_PX || !state.is_radiometry() {
+        let normal =
+            sums.normal(prior, &estimate).and_then(|normal| normal.cholesky()).ok_or(RefineError::TooLittle)?;
+        let step = normal.solve(&sums.right(prior, &estimate)) * if every == 1 { STRETCH } else { COARSE_STRETCH };
+        went = estimate.step(&step, Radiometry::median(&sizes));
+        let off = (estimate.shift.0 - peak.d_col as f32).abs().max((estimate.shift.1 - peak.d_row as f32).abs());
+        if off.is_nan() || off > REACH_PX || !estimate.is_radiometry() {
             return Err(RefineError::Diverged);
         }
         if is_last {
@@ -129,11 +131,11 @@ pub fn refine(
     }
     let (normal, sums) = last.ok_or(RefineError::Diverged)?;
     let covariance = normal.inverse();
-    let inflation = EFFICIENCY * sums.correlation();
+    let inflation = EFFICIENCY * sums.inflation();
     let floor = Matrix2::identity() * (SYSTEMATIC_PX * SYSTEMATIC_PX);
     Ok(SubPixel {
-        d_col: state.shift.0,
-        d_row: state.shift.1,
+        d_col: estimate.shift.0,
+        d_row: estimate.shift.1,
         covariance: covariance.fixed_view::<2, 2>(0, 0) * inflation + floor,
         agreement: sums.weight() / sums.count as f32,
     })
@@ -170,17 +172,17 @@ struct Pass<'a> {
     /// The first row and then every which one is taken.
     every: usize,
     reference: &'a View<'a>,
-    state: &'a State,
+    estimate: &'a Estimate,
     /// Whether the correlation of residuals is wanted, rather than their sizes for the next pass.
     is_last: bool,
 }
 
 impl Pass<'_> {
     fn sums(&self, segment: &mut Segment, sizes: &mut Histogram) -> Sums {
-        let state = self.state;
+        let estimate = self.estimate;
         let mut sums = Sums::default();
-        let radiometry = Radiometry::new(state.gain, state.offset, state.outlier());
-        let longest = state.segment();
+        let radiometry = Radiometry::new(estimate.gain, estimate.offset, estimate.outlier());
+        let longest = estimate.segment();
         sizes.clear();
         for index in (0..self.runs.len()).step_by(self.every) {
             let Some(Run { row, start, end }) = self.inner.of(self.runs, index) else { continue };
@@ -188,8 +190,8 @@ impl Pass<'_> {
             for start in (start as usize..end).step_by(longest) {
                 let length = longest.min(end - start);
                 let half = 0.5 * (length as f32 - 1.0);
-                let middle = (start as f32 + half - state.centre.0, row as f32 - state.centre.1);
-                let (u, v) = state.reference_position(middle.0, middle.1);
+                let middle = (start as f32 + half - estimate.centre.0, row as f32 - estimate.centre.1);
+                let (u, v) = estimate.reference_position(middle.0, middle.1);
                 if !segment.load(self.smooth, (start, row, length), self.reference, (u - half, v), &radiometry) {
                     continue;
                 }
@@ -197,7 +199,7 @@ impl Pass<'_> {
                 if self.is_last {
                     // Every other row says as much about neighbours.
                     if row % 2 == 0 {
-                        segment.scores(&mut sums.scores);
+                        segment.correlate(&mut sums.residuals);
                     }
                 } else {
                     segment.count(&radiometry, sizes);

@@ -1,9 +1,9 @@
 //! Every reason for which a frame ends without a fix. Each is counted and reported; none is fatal.
 
 use crate::homography::rolling::BandsError;
-use crate::matching::Rejection;
-use crate::matching::judge::Doubt;
-use crate::matching::refine::RefineError;
+use crate::matching::{MatchError, Rejection};
+use crate::rectify::RectifyError;
+use crate::reduce::ReduceError;
 use crate::stamp::StampError;
 
 /// Why a frame has no fix.
@@ -63,10 +63,12 @@ pub enum Refusal {
     AttitudeStuck = 25,
     /// The camera moves too fast for its rolling shutter.
     TooFast = 26,
+    /// A buffer of this build is too small for what the frame needs.
+    Capacity = 27,
 }
 
 /// Every refusal, in the order of its code.
-pub const ALL: [Refusal; 26] = [
+pub const ALL: [Refusal; 27] = [
     Refusal::NoClock,
     Refusal::BadExposure,
     Refusal::Busy,
@@ -93,6 +95,7 @@ pub const ALL: [Refusal; 26] = [
     Refusal::FrameBackwards,
     Refusal::AttitudeStuck,
     Refusal::TooFast,
+    Refusal::Capacity,
 ];
 
 impl Refusal {
@@ -131,6 +134,7 @@ impl Refusal {
             Refusal::Imprecise => "imprecise",
             Refusal::AttitudeStuck => "attitude_stuck",
             Refusal::TooFast => "too_fast",
+            Refusal::Capacity => "capacity",
             Refusal::EdgesContradict => "edges_contradict",
             Refusal::NoExposure => "no_exposure",
             Refusal::UncertainClock => "uncertain_clock",
@@ -162,14 +166,42 @@ impl From<StampError> for Refusal {
     }
 }
 
+impl From<ReduceError> for Refusal {
+    fn from(error: ReduceError) -> Self {
+        match error {
+            ReduceError::Capacity => Refusal::FrameTooLarge,
+            ReduceError::Size => Refusal::BadFrame,
+        }
+    }
+}
+
+impl From<RectifyError> for Refusal {
+    fn from(error: RectifyError) -> Self {
+        match error {
+            RectifyError::Capacity => Refusal::Capacity,
+            RectifyError::Size => Refusal::BadFrame,
+        }
+    }
+}
+
+impl From<MatchError> for Refusal {
+    fn from(error: MatchError) -> Self {
+        match error {
+            MatchError::OutsideReference => Refusal::OutsideReference,
+            MatchError::Capacity => Refusal::Capacity,
+            MatchError::Featureless => Refusal::Featureless,
+        }
+    }
+}
+
 impl From<Rejection> for Refusal {
     fn from(rejection: Rejection) -> Self {
         match rejection {
-            Rejection::Doubt(Doubt::FewPixels) | Rejection::Refine(RefineError::TooLittle) => Refusal::FewPixels,
-            Rejection::Doubt(Doubt::OnBorder) => Refusal::OnBorder,
-            Rejection::Doubt(Doubt::LowScore) => Refusal::LowScore,
-            Rejection::Doubt(Doubt::Ambiguous) => Refusal::Ambiguous,
-            Rejection::Doubt(Doubt::Imprecise) | Rejection::Refine(RefineError::Diverged) => Refusal::Imprecise,
+            Rejection::FewPixels | Rejection::TooLittle => Refusal::FewPixels,
+            Rejection::OnBorder => Refusal::OnBorder,
+            Rejection::LowScore => Refusal::LowScore,
+            Rejection::Ambiguous => Refusal::Ambiguous,
+            Rejection::Imprecise | Rejection::Diverged => Refusal::Imprecise,
         }
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::budget::REACQUIRE_PX;
 use crate::camera::Camera;
-use crate::matching::judge::AcceptRule;
+use crate::matching::acceptance::AcceptRule;
 use crate::mount::Mount;
 use crate::pipeline::streams::Latencies;
 use crate::pose::noise::{LAGS, NoiseModel, Wave};
-use crate::pose::place::{PlaceSigmas, Predictor};
+use crate::pose::position::{PositionSigmas, Predictor};
 use crate::pose::{Smoother, Wait};
 use crate::units::Radians;
 
@@ -94,8 +94,8 @@ pub enum SettingsError {
     Search,
     /// A sigma is negative or not a number.
     Sigma,
-    /// Eq. 7 was asked for with unequal fields of view per pixel.
-    NotIsotropic,
+    /// A camera that follows has unequal fields of view per pixel.
+    PixelsNotSquare,
     /// The frame memory is too small for a search.
     FrameMemory,
     /// A stream's interval, or a motion that it is said to measure, is impossible.
@@ -181,8 +181,8 @@ impl Settings {
         if self.lag as usize >= LAGS {
             return Err(SettingsError::Lag);
         }
-        if self.follow_up == FollowUpMode::Followed && !self.camera.is_isotropic() {
-            return Err(SettingsError::NotIsotropic);
+        if self.follow_up == FollowUpMode::Followed && !self.camera.has_square_pixels() {
+            return Err(SettingsError::PixelsNotSquare);
         }
         Ok(())
     }
@@ -202,10 +202,10 @@ impl Settings {
     pub(super) fn smoothers(&self) -> Smoothers {
         let [attitude, position] = self.models();
         let s = &self.sigmas;
-        let place = PlaceSigmas { drift_m: s.position_drift_m, velocity_m_per_s: s.velocity_m_per_s };
+        let sigmas = PositionSigmas { drift_m: s.position_drift_m, velocity_m_per_s: s.velocity_m_per_s };
         Smoothers {
             attitude: Smoother::new(&attitude, [s.heading_white_rad, s.tilt_white_rad, s.tilt_white_rad]),
-            position: Predictor::new(&position, place),
+            position: Predictor::new(&position, sigmas),
         }
     }
 }

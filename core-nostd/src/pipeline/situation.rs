@@ -8,8 +8,8 @@ use crate::homography::rolling::{Band, Bands, BandsError, Displacement, offset_u
 use crate::math::{self, hypot};
 use crate::motion::{Moving, Rates, Velocity};
 use crate::mount::Mount;
-use crate::pose::place::Place;
-use crate::pose::{Method, PoseError, Wait};
+use crate::pose::position::PositionState;
+use crate::pose::{Estimate, Method, PoseError, Wait};
 use crate::tile::Local;
 use crate::tilt::{Attitude, equivalent_tilt, follow_up_command};
 use crate::units::{Micros, Radians};
@@ -63,6 +63,13 @@ pub struct Situation {
     pub position_method: Method,
 }
 
+/// A follow-up angle, its rate per second and its sigma.
+struct FollowUp {
+    angle: Radians,
+    rate: f32,
+    sigma_rad: f32,
+}
+
 /// Smallest a22 that is worked with: 60° between optical axis and plumb line.
 const COS_TILT_MIN: f32 = 0.5;
 /// Instants of a rolling shutter's readout at which the pose is taken: 5 ms apart for 20 ms, between which blending is off
@@ -89,7 +96,7 @@ impl Pipeline<'_> {
             Err(PoseError::NotYet) => return Ok(None),
             other => other.map_err(|error| match error {
                 PoseError::Gap => Refusal::AttitudeGap,
-                PoseError::Stuck => Refusal::AttitudeStuck,
+                PoseError::Frozen => Refusal::AttitudeStuck,
                 PoseError::TooOld | PoseError::NotYet => Refusal::NoAttitude,
             })?,
         };
@@ -101,23 +108,7 @@ impl Pipeline<'_> {
         if !attitude.value.looks_down() || cos_tilt < COS_TILT_MIN {
             return Err(Refusal::Tilt);
         }
-        let (follow_up, follow_up_rate, sigma_follow_up_rad) = match settings.follow_up {
-            // A servo that follows exactly turns as the heading does, but for terms of the tilt's square.
-            FollowUpMode::Followed => {
-                (follow_up_command(attitude.value), attitude.rate[0], settings.sigmas.follow_up_rad)
-            }
-            FollowUpMode::Fixed => (Radians(0.0), 0.0, 0.0),
-            FollowUpMode::Measured => {
-                // The straight way: its noise turns the patch about the nadir, which the matching finds and no fix feels.
-                match streams.follow_up.history().at(mid_exposure_at, settings.gap_us) {
-                    Err(PoseError::NotYet) => return Ok(None),
-                    other => {
-                        let follow_up = other.map_err(|_| Refusal::NoFollowUp)?;
-                        (follow_up.value, follow_up.rate[0], settings.sigmas.follow_up_rad * follow_up.noise_factor())
-                    }
-                }
-            }
-        };
+        let Some(follow_up) = self.follow_up(mid_exposure_at, &attitude)? else { return Ok(None) };
         let height_m = slant.value * cos_tilt;
         // White noise is averaged by the fit, drift is not.
         let sigmas = &settings.sigmas;
@@ -127,8 +118,8 @@ impl Pipeline<'_> {
         let late = |sigma: f32, rate: f32| hypot(sigma, rate * sigma_s);
         let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
         let sigma_tilt_rad = hypot(tilt, sigmas.tilt_drift_rad);
-        let heading_sigma = late(attitude.sigma[0], heading - follow_up_rate);
-        let sigma_heading_rad = hypot(hypot(heading_sigma, sigmas.heading_drift_rad), sigma_follow_up_rad);
+        let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
+        let sigma_heading_rad = hypot(hypot(heading_sigma, sigmas.heading_drift_rad), follow_up.sigma_rad);
         let sigma_range_m = sigmas.range_m * slant.noise_factor();
         // H = s cos t: a tilt error changes the height by s sin t.
         let sigma_lean_m = slant.value * math::sqrt((1.0 - cos_tilt * cos_tilt).max(0.0)) * sigma_tilt_rad;
@@ -138,10 +129,10 @@ impl Pipeline<'_> {
         Ok(Some(Situation {
             mid_exposure_at,
             attitude: attitude.value,
-            follow_up,
+            follow_up: follow_up.angle,
             followed: settings.follow_up == FollowUpMode::Followed,
             mount: settings.mount,
-            rates: Rates { heading, pitch, roll, follow_up: follow_up_rate },
+            rates: Rates { heading, pitch, roll, follow_up: follow_up.rate },
             sigma_rate_rad_s: pitch_sigma.max(roll_sigma),
             height_m,
             prediction,
@@ -152,6 +143,27 @@ impl Pipeline<'_> {
             sigma_stamp_s: sigma_s,
             attitude_method: attitude.method,
             position_method,
+        }))
+    }
+
+    /// The follow-up angle at an instant; `Ok(None)` while its next sample has not arrived.
+    fn follow_up(&self, at: Micros, attitude: &Estimate<Attitude, 3>) -> Result<Option<FollowUp>, Refusal> {
+        let settings = self.settings();
+        let sigma_rad = settings.sigmas.follow_up_rad;
+        Ok(Some(match settings.follow_up {
+            // A servo that follows exactly turns as the heading does, but for terms of the tilt's square.
+            FollowUpMode::Followed => {
+                FollowUp { angle: follow_up_command(attitude.value), rate: attitude.rate[0], sigma_rad }
+            }
+            FollowUpMode::Fixed => FollowUp { angle: Radians(0.0), rate: 0.0, sigma_rad: 0.0 },
+            // Linearly: its noise turns the patch about the nadir, which the matching finds and no fix feels.
+            FollowUpMode::Measured => match self.streams.follow_up.history().at(at, settings.gap_us) {
+                Err(PoseError::NotYet) => return Ok(None),
+                Err(PoseError::Gap | PoseError::TooOld | PoseError::Frozen) => return Err(Refusal::NoFollowUp),
+                Ok(found) => {
+                    FollowUp { angle: found.value, rate: found.rate[0], sigma_rad: sigma_rad * found.noise_factor() }
+                }
+            },
         }))
     }
 
@@ -169,20 +181,20 @@ impl Pipeline<'_> {
         }
     }
 
-    /// Where the camera is at `at` and how fast: the newest position carried on with its velocity, and the lever arm by the newest
-    /// attitude; for instants near them. `None` where they do not tell.
-    pub fn camera_at(&self, at: Micros) -> Option<Place> {
+    /// Where the camera is at `at` and how fast: the newest position propagated with its velocity, and the lever arm by the newest
+    /// attitude; for instants near them. `None` without them.
+    pub fn camera_at(&self, at: Micros) -> Option<PositionState> {
         if self.is_off_the_map {
             return None;
         }
         let (_, attitude) = self.streams.attitude.history().newest()?;
         let [north_m, _, east_m] = self.settings().mount.camera_offset(attitude);
         let (history, age_us) = (self.streams.position.history(), self.settings().position_age_us);
-        let place = self.smoothers.position.carried_to(history, at, age_us).ok()?.place;
-        Some(Place { east_m: place.east_m + east_m, north_m: place.north_m + north_m, ..place })
+        let state = self.smoothers.position.propagated_to(history, at, age_us).ok()?.state;
+        Some(PositionState { east_m: state.east_m + east_m, north_m: state.north_m + north_m, ..state })
     }
 
-    /// Where the camera should be: the navigation's position carried on, plus the lever arm.
+    /// Where the camera should be: the navigation's position propagated, plus the lever arm.
     fn predict(&self, at: Micros, offset_m: [f32; 2]) -> Result<(Prediction, Method), Refusal> {
         if self.is_off_the_map {
             return Err(Refusal::OutsideReference);
@@ -190,10 +202,10 @@ impl Pipeline<'_> {
         let history = self.streams.position.history();
         let age_us = self.settings().position_age_us;
         let predicted = self.smoothers.position.at(history, at, age_us).map_err(|_| Refusal::NoPosition)?;
-        let place = predicted.place;
+        let state = predicted.state;
         let [east_m, north_m] = offset_m;
-        let local = Local { east_m: place.east_m + east_m, north_m: place.north_m + north_m };
-        let velocity_m_per_s = [place.east_m_per_s, place.north_m_per_s];
+        let local = Local { east_m: state.east_m + east_m, north_m: state.north_m + north_m };
+        let velocity_m_per_s = [state.east_m_per_s, state.north_m_per_s];
         Ok((Prediction { local, velocity_m_per_s, sigma_m: predicted.sigma_m }, predicted.method))
     }
 }
@@ -218,14 +230,14 @@ impl Situation {
             sigma_heading_rad: 0.0,
             sigma_height_m: 0.0,
             sigma_stamp_s: 0.0,
-            attitude_method: Method::Straight,
-            position_method: Method::Carried,
+            attitude_method: Method::Linear,
+            position_method: Method::Propagated,
         }
     }
 
-    /// The map for this situation: eq. 7 where the camera follows and is aligned, eq. 3 otherwise.
+    /// The map for this situation: eq. 7 where the camera follows, is aligned and has square pixels, eq. 3 otherwise.
     pub fn homography(&self, camera: &Camera) -> Homography {
-        if self.followed && self.mount.is_aligned() {
+        if self.followed && self.mount.is_aligned() && camera.is_isotropic() {
             Homography::simplified(equivalent_tilt(self.attitude, self.follow_up), camera)
         } else {
             Homography::full(&self.mount.camera_from_local(self.attitude, self.follow_up), camera)
@@ -248,23 +260,23 @@ impl Situation {
             .fold((0.0, 0.0), |(across, along): (f32, f32), corner| (across.max(corner.0), along.max(corner.1)))
     }
 
-    /// The same situation `after_us` after mid-exposure: angles and place carried on with their rates. Over the readout of a
+    /// This situation `after_us` after mid-exposure: angles and position propagated with their rates. Over the readout of a
     /// rolling shutter, ±10 ms, that is off by half of an angular acceleration of 100°/s² times 10 ms squared, 0.005°.
     fn after(&self, after_us: i32) -> Self {
         let seconds = after_us as f32 * 1e-6;
-        let carried = |angle: Radians, rate: f32| Radians(angle.0 + rate * seconds);
+        let propagated = |angle: Radians, rate: f32| Radians(angle.0 + rate * seconds);
         let attitude = Attitude {
-            heading: carried(self.attitude.heading, self.rates.heading),
-            pitch: carried(self.attitude.pitch, self.rates.pitch),
-            roll: carried(self.attitude.roll, self.rates.roll),
+            heading: propagated(self.attitude.heading, self.rates.heading),
+            pitch: propagated(self.attitude.pitch, self.rates.pitch),
+            roll: propagated(self.attitude.roll, self.rates.roll),
         };
         let follow_up =
-            if self.followed { follow_up_command(attitude) } else { carried(self.follow_up, self.rates.follow_up) };
+            if self.followed { follow_up_command(attitude) } else { propagated(self.follow_up, self.rates.follow_up) };
         Situation { attitude, follow_up, ..*self }
     }
 
     /// The homographies of a rolling shutter that reads all rows in `readout_us`, at [`BANDS`] instants: of each its own
-    /// attitude, follow-up angle and place.
+    /// attitude, follow-up angle and position.
     pub(super) fn bands(&self, camera: &Camera, readout_us: u32) -> Result<Bands, BandsError> {
         let mut bands = Vec::<Band, BANDS>::new();
         for index in 0..BANDS {

@@ -1,6 +1,6 @@
 //! The stamped streams: checked at the door, kept in rings.
 
-use crate::pose::place::Place;
+use crate::pose::position::PositionState;
 use crate::pose::{Backwards, Channels, History};
 use crate::tile::Geographic;
 use crate::tilt::Attitude;
@@ -24,7 +24,7 @@ pub struct PositionSample {
 pub struct Instants {
     /// Its stamp.
     pub sampled_at: Micros,
-    /// When the board had it; `None` while the board's clock is not tied to the stamps' yet.
+    /// When the board had it; `None` while the board's clock is not related to the stamps' yet.
     pub arrived_at: Option<Micros>,
 }
 
@@ -53,11 +53,11 @@ impl From<Backwards> for SampleError {
 /// Range beyond which a slant is not believed, metres: the largest a DISTANCE_SENSOR message can carry is an error
 /// code.
 const SLANT_MAX_M: f32 = 655.0;
-/// A sample that is stamped so much later than it arrived is from the future, microseconds. The board's clock is better
-/// than that.
+/// A sample stamped later than it arrived by more than this is from the future, microseconds: the clocks are related better
+/// than that even by TIMESYNC alone.
 const FUTURE_US: i32 = 100_000;
-/// So many samples in a row with stamps before the newest: the sender's clock began anew, and what is remembered is of
-/// another time.
+/// Consecutive samples with stamps before the newest after which the sender's clock counts as restarted: what is remembered is
+/// of another time. Chosen: a tenth of a second of attitudes, four seconds of positions.
 const BACKWARDS_MAX: u8 = 20;
 
 /// One sensor's samples, its calibrated latency, and how long its newest sample took.
@@ -102,7 +102,7 @@ impl<T: Channels<C>, const C: usize, const N: usize> Stream<T, C, N> {
         &self.history
     }
 
-    /// From the newest value's instant to its arrival, microseconds; 0 while that cannot be told.
+    /// From the newest value's instant to its arrival, microseconds; 0 while the clocks are not related yet.
     pub fn delay_us(&self) -> u32 {
         self.delay_us
     }
@@ -132,7 +132,7 @@ pub struct Streams {
     /// Slant range, metres.
     pub slant: Stream<f32, 1, 16>,
     /// Position and velocity on the grid.
-    pub position: Stream<Place, 4, 11>,
+    pub position: Stream<PositionState, 4, 11>,
 }
 
 impl Streams {
@@ -196,10 +196,10 @@ impl Streams {
     ///
     /// # Errors
     /// [`SampleError`].
-    pub fn position(&mut self, at: impl Into<Instants>, place: Place) -> Result<(), SampleError> {
-        if !place.away_from(Place::default()).iter().all(|v| v.is_finite()) {
+    pub fn position(&mut self, at: impl Into<Instants>, state: PositionState) -> Result<(), SampleError> {
+        if !state.away_from(PositionState::default()).iter().all(|v| v.is_finite()) {
             return Err(SampleError::Invalid);
         }
-        self.position.push(at.into(), place)
+        self.position.push(at.into(), state)
     }
 }

@@ -47,21 +47,21 @@ pub struct Fitted<const C: usize> {
     pub rate: [f32; C],
     /// Standard deviation of a value for samples of standard deviation 1 and weight 1.
     pub gain: f32,
-    /// The same of a rate.
+    /// Standard deviation of a rate for such samples.
     pub rate_gain: f32,
     /// The samples' noise over what it was said to be, about 1 where that is right: by their differences, or by the median of
-    /// their residuals where some may be mistakes.
+    /// their residuals where some may be outliers.
     pub scale: f32,
     /// Samples that the gate left out.
     pub rejected: u8,
 }
 
 const NONE: Column = [0.0; WINDOW + BELOW];
-/// How far ahead of the newest sample the curve may be carried on, intervals.
+/// How far ahead of the newest sample the curve may be extrapolated, intervals.
 pub const AHEAD_MAX: f32 = 2.0;
-/// Residuals beyond so many standard deviations are mistakes, not noise.
+/// Residuals beyond so many standard deviations are outliers, not noise. Chosen: normal noise passes five once in 1.7 million.
 const GATE: f32 = 5.0;
-/// Mistakes left out at most; a window with more is judged by its scale.
+/// Outliers left out at most; in a window with more the scale of the residuals says how noisy it is.
 const REJECTED_MAX: u8 = 3;
 /// Largest share of the refinement in the weights of an estimate: its square, a thousandth, is what is left of it.
 const CORRECTION_MAX: f32 = 1.0 / 32.0;
@@ -125,8 +125,8 @@ impl<const C: usize> Samples<C> {
         })
     }
 
-    /// Fits, and evaluates at time 0. `sigmas` are the channels' standard deviations, by which the gate judges; a channel
-    /// with sigma 0 is not judged.
+    /// Fits, and evaluates at time 0. `sigmas` are the channels' standard deviations, by which outliers are tested; a
+    /// channel with sigma 0 is not tested.
     ///
     /// # Errors
     /// [`FitError`].
@@ -156,7 +156,7 @@ impl<const C: usize> Samples<C> {
             Some(scale) => scale,
             // Whose spikes are they? That takes the curves, and a new factorisation for each.
             None => loop {
-                let (worst, scale) = judge(&factors, &penalty, &weights, &about, sigmas);
+                let (worst, scale) = worst(&factors, &penalty, &weights, &about, sigmas);
                 let may_go = rejected < REJECTED_MAX && counted(&weights) > order.number() + 3;
                 let Some(worst) = worst.filter(|_| may_go) else { break scale };
                 weights[worst] = 0.0;
@@ -230,9 +230,9 @@ fn noise<const C: usize>(penalty: &Penalty, about: &[Column; C], sigmas: [f32; C
     (!roughness.is_spiked).then_some(scale)
 }
 
-/// The sample with the largest residual, if that is a mistake, and the residuals' scale by their median, which mistakes do
+/// The sample with the largest residual, if that is an outlier, and the residuals' scale by their median, which outliers do
 /// not move.
-fn judge<const C: usize>(
+fn worst<const C: usize>(
     factors: &Factors,
     penalty: &Penalty,
     weights: &Column,

@@ -10,7 +10,7 @@ use heapless::Deque;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Backwards;
 
-/// A quantity of `C` channels that can be told by how far it is from another.
+/// A quantity of `C` channels that can be expressed as its difference from another.
 ///
 /// Angles go the short way round, so a window of attitudes is unwrapped about its reference. Heading, pitch and roll serve
 /// as channels because nothing is rectified beyond 60° of tilt: they are far from where heading and roll become one.
@@ -119,7 +119,7 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
         self.samples.iter().rev().take_while(|(stamp, _)| *stamp > at).count()
     }
 
-    /// The value at `at` on the straight way from the sample before it to the one after, no more than `gap_us` apart.
+    /// The value at `at` by linear interpolation from the sample before it to the one after, no more than `gap_us` apart.
     ///
     /// # Errors
     /// [`PoseError`].

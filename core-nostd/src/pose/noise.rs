@@ -12,9 +12,9 @@ use super::penalty::{Order, Penalty, row};
 use crate::math;
 use core::f32::consts::TAU;
 
-/// Lags told apart: from the newest sample to the middle of the window.
+/// Lags distinguished: from the newest sample to the middle of the window.
 pub const LAGS: usize = WINDOW / 2 + 1;
-/// How far ahead of the newest sample predictions are told apart, intervals.
+/// How far ahead of the newest sample predictions are distinguished, intervals.
 pub const AHEAD: [f32; 4] = [0.5, 1.0, 1.5, 2.0];
 /// Where between two samples the instant may lie.
 const FRACTIONS: [f32; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
@@ -100,7 +100,7 @@ pub struct Choice {
     pub alpha: f32,
     /// What the motion's part of the error is expected to be, root mean square, in the unit of the channel.
     pub bias: f32,
-    /// The same of the rate, per interval.
+    /// Root mean square of the motion's part of the error of the rate, per interval.
     pub rate_bias: f32,
 }
 
@@ -192,7 +192,7 @@ impl Phasors {
         self.off(x, (sin, cos))
     }
 
-    /// The same for the rate, per interval.
+    /// Error of the rate of a wave, per interval.
     fn rate_error(&self, x: &Column, at: f32) -> f32 {
         let (sin, cos) = math::sin_cos(self.step_rad * at);
         self.off(x, (self.step_rad * cos, -self.step_rad * sin))

@@ -1,4 +1,4 @@
-//! A stream's value at an instant: the fit over the window around it, or the straight way between two samples.
+//! A stream's value at an instant: the fit over the window around it, or linear interpolation between two samples.
 
 use super::band::WINDOW;
 use super::fit::{Fitted, Samples};
@@ -54,8 +54,8 @@ impl<const C: usize> Smoother<C> {
     /// The value of `history` at `at`.
     ///
     /// The window ends half its length after the instant, or with the newest sample, and begins as far back as it is long; no
-    /// two neighbours in it are further than `gap_us` apart. With fewer than five, or without noise to smooth, the straight
-    /// way between the two samples around it serves.
+    /// two neighbours in it are further than `gap_us` apart. With fewer than five, or without noise to smooth, the
+    /// value is interpolated linearly between the two samples around it.
     ///
     /// # Errors
     /// [`PoseError`].
@@ -73,20 +73,20 @@ impl<const C: usize> Smoother<C> {
             return Err(PoseError::NotYet);
         }
         // Between the two samples around it, which also says whether there are any.
-        let straight = history.at(at, gap_us)?;
+        let linear = history.at(at, gap_us)?;
         if self.sigmas.iter().all(|sigma| *sigma == 0.0) {
-            return Ok(self.straight(&straight));
+            return Ok(self.linear(&linear));
         }
-        let reference = straight.value;
+        let reference = linear.value;
         let mut samples = Samples::new();
         let lag = self.window(history, at, reference, (gap_us, later), &mut samples);
         let count = samples.times().len();
-        if samples.repeats(STUCK) {
-            return Err(PoseError::Stuck);
+        if samples.repeats(FROZEN) {
+            return Err(PoseError::Frozen);
         }
         let choice = self.choices.at(lag);
         let Ok(fitted) = samples.fit(choice.order, choice.alpha, self.sigmas) else {
-            return Ok(self.straight(&straight));
+            return Ok(self.linear(&linear));
         };
         Ok(self.estimate(reference, &fitted, &choice, Method::fitted(&choice, lag, count, &fitted)))
     }
@@ -110,9 +110,9 @@ impl<const C: usize> Smoother<C> {
         }
     }
 
-    fn straight<T: Channels<C>>(&self, between: &Interpolated<T, C>) -> Estimate<T, C> {
+    fn linear<T: Channels<C>>(&self, between: &Interpolated<T, C>) -> Estimate<T, C> {
         let factor = between.noise_factor();
-        // A bend of acceleration a lies u (1 − u) a t²/2 off the straight way, and its slope up to a t/2 off.
+        // A bend of acceleration a lies u (1 − u) a t²/2 off the straight line, and its slope up to a t/2 off.
         let apart_s = between.apart_us as f32 * 1e-6;
         let bend = 0.5 * between.u * (1.0 - between.u) * self.acceleration * squared(apart_s);
         let turn = 0.5 * self.acceleration * apart_s;
@@ -122,7 +122,7 @@ impl<const C: usize> Smoother<C> {
             rate: between.rate,
             sigma: self.sigmas.map(|sigma| hypot(sigma * factor, bend)),
             rate_sigma: self.sigmas.map(|sigma| hypot(sigma * noise, turn)),
-            method: Method::Straight,
+            method: Method::Linear,
         }
     }
 
@@ -158,7 +158,7 @@ impl<const C: usize> Smoother<C> {
     }
 }
 
-/// So many samples in a row without any noise between them are a sensor that hangs, or did so a moment ago: what it says is
-/// old, though its stamps are fresh. Fewer come from a sensor whose messages are sent more often than its filter steps, and
+/// Bit-identical consecutive samples after which the sensor counts as frozen, or as frozen a moment ago: its values are old,
+/// though its stamps are fresh. Fewer come from a sensor whose messages are sent more often than its filter steps, and
 /// make no more than two intervals of age.
-const STUCK: usize = 5;
+const FROZEN: usize = 5;

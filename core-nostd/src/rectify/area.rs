@@ -8,43 +8,20 @@
 //! Readings spread over the cell would have to be four times as many, and would still blur by the pixel that each of
 //! them blends.
 
-use super::nodes::Lines;
-use super::{RectifyError, Run};
-use crate::dsp::{Node, border_integrals, cell_means};
+use super::RectifyError;
+use super::kernels::{border_integrals, cell_means};
+use super::nodes::{Lines, Node};
+use super::table::Table;
 use crate::homography::FrameFromPatch;
-use crate::reduce::Reduction;
+use crate::image::Run;
 use heapless::VecView;
 
-/// The table as the integrals read it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Table<'a> {
-    /// Exactly [`Reduction::bytes`].
-    sums: &'a [u8],
-    reduction: Reduction,
-}
-
-impl<'a> Table<'a> {
-    /// `None` where `reduction` does not leave sums, or another number of them.
-    pub(super) fn new(sums: &'a [u8], reduction: Reduction) -> Option<Self> {
-        (reduction.is_boxes() && sums.len() == reduction.bytes()).then_some(Table { sums, reduction })
-    }
-
-    /// Integral `which` of `count` nodes from `first` on, each to the node `further` behind it (before it where that
-    /// is negative); all of them are inside. `false` where they are not all there, or too far apart for the numbers, which in
-    /// a row of up to 256 boxes no two are.
-    fn integrate(&self, nodes: &mut [Node], first: usize, (which, further): (usize, isize), count: usize) -> bool {
-        let line = |first: usize| nodes.get(first..first + count);
-        let Some((from, to)) = line(first).zip(first.checked_add_signed(further).and_then(line)) else { return false };
-        if self.reduction.size().0 > WIDEST && !are_near(from, to) {
-            return false;
-        }
-        // SAFETY: the nodes are there, and nodes inside lie in the table; steps from one to the next fit the numbers.
-        unsafe {
-            let first = nodes.as_mut_ptr().add(first);
-            border_integrals((self.sums.as_ptr(), self.reduction.stride()), first, (which, further), count);
-        }
-        true
-    }
+/// [`border_integrals`] of nodes that lie in the table; `false` where they are not all there, or too far apart for the
+/// numbers, which in a row of up to 256 boxes no two are.
+fn integrate(table: &Table<'_>, nodes: &mut [Node], first: usize, border: (bool, isize), count: usize) -> bool {
+    let line = |first: usize| nodes.get(first..first + count);
+    let Some((from, to)) = line(first).zip(first.checked_add_signed(border.1).and_then(line)) else { return false };
+    (table.reduction().size().0 <= WIDEST || are_near(from, to)) && border_integrals(table, nodes, first, border, count)
 }
 
 /// Boxes of a row across which borders may lead anywhere.
@@ -74,13 +51,13 @@ pub(super) fn rectify(
     let (cols, rows) = (map.size().0 as usize, map.size().1);
     let nodes = nodes.get_mut(..2 * (cols + 1)).ok_or(RectifyError::Capacity)?;
     let (mut upper, mut lower) = (0, cols + 1);
-    let lines = Lines::plan(map, table.reduction);
-    let shift = table.reduction.shift();
+    let lines = Lines::plan(map, table.reduction());
+    let shift = table.reduction().shift();
     let line = |row: u16, first: usize, nodes: &mut [Node]| {
         let inside = lines.nodes(map, row, nodes.get_mut(first..first + cols + 1).unwrap_or(&mut []));
         // The last one has no next one.
         let borders = inside.len().saturating_sub(1);
-        if table.integrate(nodes, first + inside.start, (0, 1), borders) { inside } else { 0..0 }
+        if integrate(&table, nodes, first + inside.start, (false, 1), borders) { inside } else { 0..0 }
     };
     let mut above = line(0, upper, nodes);
     for (row, out) in (0..rows).zip(patch.chunks_exact_mut(cols)) {
@@ -90,7 +67,7 @@ pub(super) fn rectify(
         // One cell fewer than nodes.
         if both.len() > 1 {
             let further = lower as isize - upper as isize;
-            let is_whole = table.integrate(nodes, upper + both.start, (1, further), both.len());
+            let is_whole = integrate(&table, nodes, upper + both.start, (true, further), both.len());
             let part = |first: usize| nodes.get(first + both.start..first + both.end).unwrap_or(&[]);
             let cells = both.start..both.end - 1;
             let means = out.get_mut(cells.clone()).unwrap_or(&mut []);

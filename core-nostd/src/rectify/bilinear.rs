@@ -1,4 +1,4 @@
-//! One bilinear reading of the frame a cell, straight into the patch.
+//! One bilinear reading of the frame a cell, written directly into the patch.
 //!
 //! A row is cut into stretches of a power of two cells. Exact positions at the ends and the middle of each make its
 //! parabola, in whole numbers by shifts alone; its readings are made without a test each, since the whole stretch is known
@@ -6,12 +6,13 @@
 //! homography, and only the few cells within [`MARGIN_PX`] of the border are tested one by one; with distortion a stretch
 //! across the border is halved.
 
-use super::bends::Bends;
-use super::way::Way;
-use super::{RectifyError, Run};
-use crate::dsp::{Stretch, blend, blend_along, blend_at, opaque};
+use super::RectifyError;
+use super::curvature::CurvatureBound;
+use super::kernels::{blend, blend_along, blend_steeply};
+use super::scanline::ScanlineMap;
+use super::stretch::{Draft, Frame, GUARD, Stretch};
 use crate::homography::FrameFromPatch;
-use crate::reduce::Reduction;
+use crate::image::Run;
 use heapless::VecView;
 
 /// How far a position may be off the exact one, frame pixels: less than a grey level at the steepest edge that an 8-bit
@@ -19,33 +20,13 @@ use heapless::VecView;
 const TOLERANCE_PX: f32 = 1.0 / 280.0;
 /// The part of it that is taken by two readings that share a step: as much to one side as to the other.
 const PAIR_TOLERANCE_PX: f32 = 1.0 / 350.0;
-/// Cells nearer to the border than this are tested one by one: more than the tolerance, rounding and [`GUARD`].
+/// Cells nearer to the border than this are tested one by one: more than the tolerance, rounding and what a stretch's ends keep from the border.
 const MARGIN_PX: f32 = 1.0 / 64.0;
-/// How far a stretch's ends must lie inside, Q16: more than what its steps lose by truncation, one a reading.
-const GUARD: i32 = 512;
 /// Cells of the shortest and the longest stretch, as powers of two.
 const SHORTEST: u32 = 3;
 const LONGEST: u32 = 7;
 /// Longest side of a frame; Q16 holds four times as much.
 const SIDE_MAX: u16 = 8192;
-
-/// A frame as it is.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Frame<'a> {
-    /// Row-major, exactly as many as `size` says.
-    pixels: &'a [u8],
-    size: (u16, u16),
-}
-
-impl<'a> Frame<'a> {
-    /// # Errors
-    /// [`RectifyError::Size`] for another number of pixels than `reduction` leaves or a frame of less than 2 x 2.
-    pub(super) fn new(pixels: &'a [u8], reduction: Reduction) -> Result<Self, RectifyError> {
-        let size = reduction.size();
-        let fits = !reduction.is_boxes() && size.0 >= 2 && size.1 >= 2 && pixels.len() == reduction.bytes();
-        fits.then_some(Frame { pixels, size }).ok_or(RectifyError::Size)
-    }
-}
 
 /// Rectifies into `patch`, which has exactly `map.size()` pixels.
 ///
@@ -57,7 +38,7 @@ pub(super) fn rectify(
     patch: &mut [u8],
     runs: &mut VecView<Run>,
 ) -> Result<(), RectifyError> {
-    let size = source.size;
+    let size = source.size();
     if size.0 > SIDE_MAX || size.1 > SIDE_MAX {
         return Err(RectifyError::Size);
     }
@@ -65,16 +46,16 @@ pub(super) fn rectify(
     let cols = map.size().0;
     for (row, out) in patch.chunks_exact_mut(cols as usize).enumerate() {
         let at = row as f32;
-        let mut line = Line { way: Way::along(map, at), plan, source, out, row: row as u16, runs };
+        let mut line = Line { scanline: ScanlineMap::along(map, at), plan, source, out, row: row as u16, runs };
         line.rectify();
     }
     Ok(())
 }
 
-/// How rows are cut: the same for all of them.
+/// How every row is cut.
 #[derive(Clone, Copy, Debug)]
 struct Plan {
-    /// Cells of a stretch, as a power of two; `None` where even the shortest strays too far, near the horizon.
+    /// Cells of a stretch, as a power of two; `None` where even the shortest is too far from its parabola, near the horizon.
     power: Option<u32>,
     /// Whether two readings may share a step.
     shares_steps: bool,
@@ -83,11 +64,11 @@ struct Plan {
 impl Plan {
     /// Two readings that share a step are off by x''/4.
     fn new(map: &FrameFromPatch<'_>, (cols, rows): (u16, u16)) -> Self {
-        let bends = Bends::new(map, (cols as f32, rows as f32));
-        let pair = 0.25 * bends.second();
+        let curvature = CurvatureBound::new(map, (cols as f32, rows as f32));
+        let pair = 0.25 * curvature.second();
         let shares_steps = pair <= PAIR_TOLERANCE_PX;
         let left = TOLERANCE_PX - if shares_steps { pair } else { 0.0 };
-        let fits = |&power: &u32| bends.strays((1 << power) as f32) <= left;
+        let fits = |&power: &u32| curvature.parabola_error((1 << power) as f32) <= left;
         Plan { power: (SHORTEST..=LONGEST).rev().find(fits), shares_steps }
     }
 }
@@ -97,9 +78,9 @@ type Position = [i32; 2];
 
 /// The exact one at `col`.
 #[inline(always)]
-fn position(way: &Way<'_>, col: f32) -> Option<Position> {
+fn position(scanline: &ScanlineMap<'_>, col: f32) -> Option<Position> {
     // A cast saturates, and is one instruction.
-    way.position(col).map(|(x, y)| [(x * 65536.0) as i32, (y * 65536.0) as i32])
+    scanline.position(col).map(|(x, y)| [(x * 65536.0) as i32, (y * 65536.0) as i32])
 }
 
 /// Where a stretch lies.
@@ -114,7 +95,7 @@ enum Side {
 
 /// A row of the patch.
 struct Line<'a> {
-    way: Way<'a>,
+    scanline: ScanlineMap<'a>,
     plan: Plan,
     source: &'a Frame<'a>,
     out: &'a mut [u8],
@@ -125,14 +106,14 @@ struct Line<'a> {
 impl Line<'_> {
     fn rectify(&mut self) {
         let cols = self.out.len();
-        let (seen, sure) = match &self.way {
-            Way::Straight(along) => {
-                let size = self.source.size;
+        let (seen, sure) = match &self.scanline {
+            ScanlineMap::Linear(along) => {
+                let size = self.source.size();
                 let inside = |margin_px| whole(along.inside(size, margin_px, cols as f32 - 1.0));
                 let sure = inside(MARGIN_PX);
                 (if sure == (0, cols) { sure } else { inside(-MARGIN_PX) }, sure)
             }
-            Way::Bent(..) => ((0, cols), (0, cols)),
+            ScanlineMap::Nonlinear(..) => ((0, cols), (0, cols)),
         };
         self.leave(0, seen.0);
         // Words of four cells, counted from the start of the patch so that every machine cuts alike.
@@ -150,11 +131,11 @@ impl Line<'_> {
     fn follow(&mut self, mut col: usize, end: usize) {
         let Some(longest) = self.plan.power else { return self.test(col, end) };
         let mut power = longest;
-        let mut start = position(&self.way, col as f32);
+        let mut start = position(&self.scanline, col as f32);
         while col < end {
             let count = (end - col).min(1 << power);
-            let middle = position(&self.way, (col + (1 << power >> 1)) as f32);
-            let stop = position(&self.way, (col + (1 << power)) as f32);
+            let middle = position(&self.scanline, (col + (1 << power >> 1)) as f32);
+            let stop = position(&self.scanline, (col + (1 << power)) as f32);
             match self.side([start, middle, stop], power, count) {
                 Side::Inside(stretch) => self.read(&stretch, col, count),
                 Side::Outside => self.leave(col, col + count),
@@ -172,9 +153,9 @@ impl Line<'_> {
     #[inline(always)]
     fn side(&self, [start, middle, stop]: [Option<Position>; 3], power: u32, count: usize) -> Side {
         let (Some(start), Some(middle), Some(stop)) = (start, middle, stop) else { return Side::Across };
-        let (cols, rows) = self.source.size;
-        let mut stretch = Stretch { at: start, step: [0; 2], growth: [0; 2] };
-        let (mut is_inside, mut is_outside) = (true, false);
+        let (cols, rows) = self.source.size();
+        let mut draft = Draft::new();
+        let mut is_outside = false;
         for (axis, size) in [cols, rows].into_iter().enumerate() {
             let (half, all) = (middle[axis].wrapping_sub(start[axis]), stop[axis].wrapping_sub(start[axis]));
             let bend = all.wrapping_sub(half.wrapping_mul(2));
@@ -192,13 +173,12 @@ impl Line<'_> {
             let far = bend.saturating_abs().saturating_add(GUARD);
             is_outside |= start[axis].max(stop[axis]) < far.wrapping_neg()
                 || start[axis].min(stop[axis]).saturating_sub(far) > last;
-            is_inside &= stays(at, step, (growth, turns), count, last);
-            (stretch.at[axis], stretch.step[axis], stretch.growth[axis]) = (at, step, growth);
+            draft.set(axis, [at, step, growth], turns, count, size);
         }
-        match (is_inside, is_outside) {
-            (true, _) => Side::Inside(stretch),
-            (_, true) => Side::Outside,
-            _ => Side::Across,
+        match draft.checked() {
+            Some(stretch) => Side::Inside(stretch),
+            None if is_outside => Side::Outside,
+            None => Side::Across,
         }
     }
 
@@ -208,15 +188,11 @@ impl Line<'_> {
         if !self.keep(col, count) {
             return self.leave(col, col + count);
         }
-        let (first, stride) = (self.source.pixels.as_ptr(), self.source.size.0);
         let Some(out) = self.out.get_mut(col..col + count) else { return };
-        // SAFETY: `stays` has checked every position; `Source` has as many pixels as its size says.
-        unsafe {
-            if self.plan.shares_steps {
-                blend_along(first, stride, stretch, out.as_chunks_mut().0);
-            } else {
-                blend_steeply(first, stride, stretch, out);
-            }
+        if self.plan.shares_steps {
+            blend_along(self.source, stretch, out.as_chunks_mut().0);
+        } else {
+            blend_steeply(self.source, stretch, out);
         }
     }
 
@@ -224,7 +200,7 @@ impl Line<'_> {
     #[inline(never)]
     fn test(&mut self, col: usize, end: usize) {
         for col in col..end {
-            let reading = position(&self.way, col as f32).and_then(|at| reading(self.source, at));
+            let reading = position(&self.scanline, col as f32).and_then(|at| reading(self.source, at));
             match reading.filter(|_| self.keep(col, 1)) {
                 Some(grey) => self.out.iter_mut().skip(col).take(1).for_each(|pixel| *pixel = grey),
                 None => self.leave(col, col + 1),
@@ -253,27 +229,6 @@ impl Line<'_> {
     }
 }
 
-/// As [`blend_along`] for a map that bends too much for that: the steps grow after every reading.
-///
-/// # Safety
-/// The same.
-#[inline(never)]
-unsafe fn blend_steeply(pixels: *const u8, stride: u16, stretch: &Stretch, out: &mut [u8]) {
-    let ([mut x, mut y], [mut dx, mut dy]) = (stretch.at, stretch.step);
-    let mut out = out.iter_mut();
-    let mut left = out.len();
-    while left > 0 {
-        // SAFETY: as the caller says.
-        let blended = unsafe { blend_at(pixels, stride, x, y) };
-        if let Some(pixel) = out.next() {
-            *pixel = blended;
-        }
-        (x, y) = (x.wrapping_add(dx >> 8), y.wrapping_add(dy >> 8));
-        (dx, dy) = (dx.wrapping_add(stretch.growth[0]), dy.wrapping_add(stretch.growth[1]));
-        left = opaque(left - 1);
-    }
-}
-
 /// Weights along rows have eight bits; rounded, they put a reading within half a grey level of exact at the steepest edge.
 const ROUND: i32 = 1 << 7;
 
@@ -286,26 +241,10 @@ fn whole((from, to): (f32, f32)) -> (usize, usize) {
     (first.min(end), end)
 }
 
-/// Whether `count` readings from `at` on, with a `step` that grows by `growth` at each of `turns`, all lie at least
-/// [`GUARD`] less what truncation takes from 0 and `last`.
-#[inline(always)]
-fn stays(at: i32, step: i32, (growth, turns): (i32, usize), count: usize, last: i32) -> bool {
-    let Ok(last_step) = i32::try_from(step as i64 + growth as i64 * (turns as i64 - 1)) else { return false };
-    // Steps of one sign lead from one end to the other; steps of a few 65536ths lead nowhere.
-    if (step ^ last_step) < 0 && step.unsigned_abs().max(last_step.unsigned_abs()) > 512 {
-        return false;
-    }
-    let mean = (step >> 1) + (last_step >> 1);
-    // The last reading, a step before the end of the last step.
-    let end = at as i64 + ((mean as i64 * count as i64 - last_step as i64) >> 8);
-    let holds = |at: i64| at >= GUARD as i64 && at <= (last - GUARD) as i64;
-    holds(at as i64) && holds(end)
-}
-
 /// The reading at an exact position; `None` outside the frame, which is from the centre of the first pixel to that of the
 /// last.
 fn reading(source: &Frame<'_>, [x, y]: Position) -> Option<u8> {
-    let (cols, rows) = source.size;
+    let (cols, rows) = source.size();
     let last = |count: u16| (count as i32 - 1) << 16;
     if x < 0 || y < 0 || x > last(cols) || y > last(rows) {
         return None;
@@ -316,7 +255,5 @@ fn reading(source: &Frame<'_>, [x, y]: Position) -> Option<u8> {
         (index as usize, (bits as u32 - ((index as u32) << 16)).min(1 << 16))
     };
     let ((col, right), (row, down)) = (split(x + ROUND, cols), split(y, rows));
-    let pair = |row: usize| source.pixels.get(row * cols as usize + col..)?.first_chunk::<2>();
-    let (&[a, b], &[c, d]) = (pair(row)?, pair(row + 1)?);
-    Some(blend(u32::from_le_bytes([a, b, c, d]), right >> 8, down))
+    Some(blend(u32::from_le_bytes(source.four(col, row)?), right >> 8, down))
 }

@@ -1,12 +1,21 @@
 //! The corners of a patch's cells in the frame.
 
-use super::bends::Bends;
-use super::way::Way;
-use crate::dsp::Node;
+use super::curvature::CurvatureBound;
+use super::scanline::ScanlineMap;
 use crate::homography::FrameFromPatch;
 use crate::reduce::Reduction;
 use core::ops::Range;
 use fixed::types::{I8F24, I16F16};
+
+/// A corner between cells of the patch, and the integrals along the borders that begin there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub struct Node {
+    /// (x, y) from the upper left corner of the boxes, Q8 of a box.
+    pub at: [i32; 2],
+    /// To the next node of its line, and to the node below.
+    pub integrals: [u32; 2],
+}
 
 impl Node {
     /// One that is nowhere.
@@ -21,16 +30,16 @@ const TOLERANCE: f32 = 1.0 / 16.0;
 const FAR: f32 = 8_000.0;
 const STEP_MAX: f32 = 60.0;
 /// What truncated steps of the longest stretch may add up to, boxes.
-const STRAY: f32 = 1.0 / 16.0;
+const TRUNCATION_MAX: f32 = 1.0 / 16.0;
 
-/// How the lines of nodes of a patch are cut: the same for all of them.
+/// How every line of nodes of a patch is cut.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lines {
     reduction: Reduction,
-    /// Cells a stretch, one where even the shortest strays too far, near the horizon: then each node is the start of a
+    /// Cells a stretch, one where even the shortest is too far from its parabola, near the horizon: then each node is the start of a
     /// stretch that has no length.
     cells: u16,
-    /// The same; 0 without a length.
+    /// Cells a stretch; 0 without a length.
     length: f32,
     /// One over it, or 0.
     per: f32,
@@ -40,11 +49,11 @@ impl Lines {
     /// The fewest stretches of equal length whose parabolas stay within a sixteenth of a box.
     pub(super) fn plan(map: &FrameFromPatch<'_>, reduction: Reduction) -> Self {
         let (cols, size, factor) = (map.size().0, reduction.size(), reduction.factor() as f32);
-        let bends = Bends::new(map, (size.0 as f32 * factor, size.1 as f32 * factor));
+        let curvature = CurvatureBound::new(map, (size.0 as f32 * factor, size.1 as f32 * factor));
         // There is one node more than cells.
         let nodes = cols.saturating_add(1);
         let lengths = (1..=nodes).map(|count| nodes.div_ceil(count)).take_while(|&cells| cells >= SHORTEST);
-        let near = |&cells: &u16| bends.strays(cells as f32) <= TOLERANCE * factor;
+        let near = |&cells: &u16| curvature.parabola_error(cells as f32) <= TOLERANCE * factor;
         let cells = lengths.into_iter().find(near);
         let length = cells.map_or(0.0, |cells| cells as f32);
         Lines { reduction, cells: cells.unwrap_or(1), length, per: if length > 0.0 { 1.0 / length } else { 0.0 } }
@@ -55,7 +64,7 @@ impl Lines {
     /// again, they end where it leaves.
     pub(super) fn nodes(&self, map: &FrameFromPatch<'_>, row: u16, nodes: &mut [Node]) -> Range<usize> {
         let per_factor = 1.0 / self.reduction.factor() as f32;
-        let line = Way::along(map, row as f32 - 0.5);
+        let line = ScanlineMap::along(map, row as f32 - 0.5);
         let position = |col: f32| {
             let (x, y) = line.position(col - 0.5)?;
             Some([(x + 0.5) * per_factor, (y + 0.5) * per_factor])
@@ -128,15 +137,15 @@ impl Axis {
         if !(least > -FAR && most < FAR && slow) {
             return None;
         }
-        // A parabola strays from its chord by an eighth of its growth over all steps; truncation takes less than the rest.
-        let stray = 0.125 * (growth * steps * steps).abs() + STRAY;
+        // A parabola is off its chord by an eighth of its growth over all steps; truncation takes less than the rest.
+        let margin = 0.125 * (growth * steps * steps).abs() + TRUNCATION_MAX;
         // A cast is one instruction, the crate's own conversion a hundred.
         let q24 = |boxes: f32| I8F24::from_bits((boxes * 16_777_216.0) as i32);
         Some(Axis {
             at: I16F16::from_bits((start * 65536.0) as i32),
             step: q24(step),
             growth: q24(growth),
-            is_inside: least >= stray && most + stray < limit,
+            is_inside: least >= margin && most + margin < limit,
         })
     }
 

@@ -1,9 +1,9 @@
-//! The capture timer tied to the autopilot's clock: offset and rate with their uncertainty.
+//! The capture timer against the autopilot's clock: offset and rate with their uncertainty.
 //!
 //! A Kalman filter of two states. The offset is what the autopilot's clock shows beyond a whole number of microseconds
-//! at the tie, the newest tick that it was compared at; the rate is how many microseconds more than ticks it gains in a
+//! at the epoch, the newest tick that it was compared at; the rate is how many microseconds more than ticks it gains in a
 //! second, in parts per million. Both stay small, so that single precision holds them; the tick and the instant of the
-//! tie are integers. Between ties t = t1 + (c − c1)(1 + rate), eq. of paper 000's section 2.5 with the rate that all
+//! epoch are integers. Between epochs t = t1 + (c − c1)(1 + rate), eq. of paper 000's section 2.5 with the rate that all
 //! pulses together say instead of the last two.
 //!
 //! *Process*: the crystal's rate walks with a variance of q a second, so that over s seconds the covariance gains
@@ -16,35 +16,40 @@
 //! the pulses are not the autopilot's whole seconds (a receiver's own, or the wrong edge of theirs): until the two agree
 //! again, what the clock says has no bound.
 
-mod tie;
+mod epoch;
 
 use super::ROUNDING;
-use super::assign::undithered;
+use super::association::undithered;
 use super::settings::ClockSettings;
 use crate::math;
 use crate::units::{Micros, Ticks};
-use tie::{NO_PULSE, Tie};
+use epoch::{Epoch, NO_PULSE};
 
 /// Ticks a second.
 const SECOND: u32 = 1_000_000;
 /// How far a pulse interval may be off one second for two pulses to be believed against the clock: 500 ppm.
 const PULSE_TOLERANCE_TICKS: u32 = 500;
-/// A pulse off by more sigmas than this is a glitch.
+/// A pulse off by more sigmas than this is a glitch: of normal errors one in two million is.
 const GATE_SIGMAS: f32 = 5.0;
-/// Pulses in a row, a second apart, that outvote a clock disciplined by pulses, and one by TIMESYNC.
+/// Pulses in a row, a second apart, that outvote a clock disciplined by pulses, and one by TIMESYNC. Chosen: two are the
+/// fewest that have an interval, four let the clock follow a step within four seconds.
 const OUTVOTE_PULSES: u8 = 4;
 const OUTVOTE_TIMESYNC: u8 = 2;
-/// TIMESYNC further from the clock than this says that the autopilot has booted anew.
+/// TIMESYNC further from the clock than this says that the autopilot has booted anew: half a second, beyond which a pulse
+/// would be given the wrong second.
 const CONTRADICTION_US: i32 = 500_000;
-/// Exchanges in a row that the clock puts outside their round trip before it is not believed.
+/// Exchanges in a row that the clock puts outside their round trip before it is not believed. Chosen: one or two may be
+/// latencies of the link.
 const DISPUTES_MAX: u8 = 3;
-/// Longest round trip of an exchange that is used.
+/// Longest round trip of an exchange that is used. Chosen: links answer within some ten milliseconds.
 const ROUND_TRIP_MAX_US: i32 = 1_000_000;
-/// What an exchange as quick as the quickest scatters, microseconds.
+/// Scatter of an exchange as quick as the quickest, microseconds. Chosen: of the order of a byte at 115,200
+/// baud, 87 us.
 const EXCHANGE_SIGMA_US: f32 = 50.0;
-/// The tie is carried along when it is older than this.
-const CARRY_TICKS: i32 = 30_000_000;
-/// Pulses younger than this discipline, and TIMESYNC only labels.
+/// The epoch is moved forwards when it is older than this: half a minute, far below the 36 minutes of half the timer's
+/// range.
+const EPOCH_AGE_MAX_TICKS: i32 = 30_000_000;
+/// Pulses younger than this discipline, and TIMESYNC only tells which second they are. Chosen: ten missing pulses.
 const PULSES_LIVE_TICKS: u32 = 10 * SECOND;
 
 /// The clock at a tick.
@@ -80,7 +85,7 @@ pub struct ClockState {
 #[derive(Debug)]
 pub struct Clock {
     settings: ClockSettings,
-    tie: Option<Tie>,
+    epoch: Option<Epoch>,
     /// The newest pulse that was not taken, and how many before it were a second apart.
     dissent: Option<(Ticks, u8)>,
     /// The shortest round trip of late, microseconds.
@@ -88,13 +93,13 @@ pub struct Clock {
     /// Exchanges in a row that contradict the pulses.
     disputes: u8,
     pulses_ignored: u32,
-    ties: u32,
+    epochs: u32,
 }
 
 impl Clock {
-    /// Not tied yet.
+    /// Without an epoch yet.
     pub const fn new(settings: ClockSettings) -> Self {
-        Clock { settings, tie: None, dissent: None, quickest_us: u32::MAX, disputes: 0, pulses_ignored: 0, ties: 0 }
+        Clock { settings, epoch: None, dissent: None, quickest_us: u32::MAX, disputes: 0, pulses_ignored: 0, epochs: 0 }
     }
 
     fn pulse_variance(&self) -> f32 {
@@ -102,8 +107,8 @@ impl Clock {
     }
 
     /// The state at `tick`.
-    fn carried(&self, tick: Ticks) -> Option<Tie> {
-        self.tie?.carried(tick, self.settings.rate_walk_ppm)
+    fn propagated(&self, tick: Ticks) -> Option<Epoch> {
+        self.epoch?.propagated(tick, self.settings.rate_walk_ppm)
     }
 
     /// A TIMESYNC exchange: tick `sent`, the autopilot's answer `theirs`, tick `received`. Symmetric delay assumed.
@@ -122,7 +127,7 @@ impl Clock {
         // Evenly within plus and minus half the round trip.
         let bias_variance = floor_us * floor_us + quickest_us * quickest_us * ROUNDING;
 
-        let anew = Tie {
+        let anew = Epoch {
             tick: middle,
             at: theirs,
             offset_us: 0.0,
@@ -133,14 +138,14 @@ impl Clock {
             bias_variance,
             pulse_age: NO_PULSE,
         };
-        let Some(state) = self.carried(middle) else {
-            self.tie_to(anew);
+        let Some(state) = self.propagated(middle) else {
+            self.restart(anew);
             return;
         };
         // The crystals are the same after a boot: their rate is kept.
-        let anew = Tie { rate_ppm: state.rate_ppm, rate_variance: state.rate_variance, ..anew };
+        let anew = Epoch { rate_ppm: state.rate_ppm, rate_variance: state.rate_variance, ..anew };
         if theirs.since(state.at).unsigned_abs() > CONTRADICTION_US as u32 {
-            self.tie_to(anew);
+            self.restart(anew);
             return;
         }
         if state.bias_variance == 0.0 {
@@ -151,13 +156,13 @@ impl Clock {
         }
         let knows_better = state.bias_variance == 0.0 && state.offset_variance < bias_variance && !self.is_disputed();
         if knows_better {
-            self.tie = Some(state);
+            self.epoch = Some(state);
         } else if state.bias_variance == 0.0 {
             self.disputes = 0;
-            self.tie = Some(Tie { pulse_age: state.pulse_age, ..anew });
+            self.epoch = Some(Epoch { pulse_age: state.pulse_age, ..anew });
         } else {
             let updated = state.updated(state.innovation_us(theirs), variance);
-            self.tie = Tie { bias_variance, ..updated }.settled();
+            self.epoch = Epoch { bias_variance, ..updated }.settled();
         }
     }
 
@@ -181,16 +186,16 @@ impl Clock {
         self.disputes >= DISPUTES_MAX
     }
 
-    fn tie_to(&mut self, tie: Tie) {
-        (self.tie, self.dissent, self.disputes) = (Some(tie), None, 0);
-        self.ties = self.ties.wrapping_add(1);
+    fn restart(&mut self, epoch: Epoch) {
+        (self.epoch, self.dissent, self.disputes) = (Some(epoch), None, 0);
+        self.epochs = self.epochs.wrapping_add(1);
     }
 
-    /// A pulse: an edge at `tick`, at a whole second of the autopilot. Ignored until a TIMESYNC has tied the clock. One
+    /// A pulse: an edge at `tick`, at a whole second of the autopilot. Ignored until a TIMESYNC has given the clock its first epoch. One
     /// off by more than its gate is counted and ignored, unless it and some before it are a second apart each: then they
     /// are right and the clock is not.
     pub fn on_pulse(&mut self, tick: Ticks) {
-        let Some(state) = self.carried(tick) else {
+        let Some(state) = self.propagated(tick) else {
             self.pulses_ignored = self.pulses_ignored.wrapping_add(1);
             return;
         };
@@ -205,16 +210,16 @@ impl Clock {
             1.0 + GATE_SIGMAS * math::sqrt(offset_variance + variance)
         };
         if innovation_us.abs() <= gate_us {
-            let state = Tie { offset_variance, bias_variance: 0.0, pulse_age: 0, ..state };
-            self.tie = state.updated(innovation_us, variance).settled();
+            let state = Epoch { offset_variance, bias_variance: 0.0, pulse_age: 0, ..state };
+            self.epoch = state.updated(innovation_us, variance).settled();
             self.dissent = None;
         } else {
             self.disagree(tick, second, &state);
         }
     }
 
-    /// A pulse outside its gate. The rate of a clock that is tied anew is that of the last two pulses.
-    fn disagree(&mut self, tick: Ticks, second: Micros, state: &Tie) {
+    /// A pulse outside its gate. The rate of a clock that is restarted is that of the last two pulses.
+    fn disagree(&mut self, tick: Ticks, second: Micros, state: &Epoch) {
         self.pulses_ignored = self.pulses_ignored.wrapping_add(1);
         let since = |before: Ticks| tick.0.wrapping_sub(before.0);
         let (interval, votes) = match self.dissent {
@@ -227,7 +232,7 @@ impl Clock {
         let needed = if state.bias_variance > 0.0 { OUTVOTE_TIMESYNC } else { OUTVOTE_PULSES };
         if votes >= needed && interval > 0 {
             let variance = self.pulse_variance();
-            self.tie_to(Tie {
+            self.restart(Epoch {
                 tick,
                 at: second,
                 offset_us: 0.0,
@@ -243,20 +248,20 @@ impl Clock {
         }
     }
 
-    /// Carries an old tie along, so that no tick is ever half the timer's range away from it.
+    /// Moves an old epoch forwards, so that no tick is ever half the timer's range away from it.
     pub fn keep(&mut self, now: Ticks) {
-        if self.tie.is_some_and(|tie| now.since(tie.tick) > CARRY_TICKS) {
-            self.tie = self.carried(now);
+        if self.epoch.is_some_and(|epoch| now.since(epoch.tick) > EPOCH_AGE_MAX_TICKS) {
+            self.epoch = self.propagated(now);
         }
     }
 
-    /// The autopilot's instant at `tick` with its variance, for ticks within half an hour of the newest tie. `None`
-    /// before any tie, and for instants before the autopilot booted.
+    /// The autopilot's instant at `tick` with its variance, for ticks within half an hour of the epoch. `None`
+    /// before the first one, and for instants before the autopilot booted.
     ///
     /// Pulses that jitter by less than half a tick are all rounded alike as long as the rates do not change, and no
     /// averaging mends that. While pulses and exchanges contradict each other the variance is infinite.
     pub fn read(&self, tick: Ticks) -> Option<Reading> {
-        let state = self.carried(tick)?;
+        let state = self.propagated(tick)?;
         let alike = ROUNDING * undithered(self.settings.pulse_sigma_us);
         let variance = state.offset_variance.max(0.0) + state.bias_variance + alike;
         let variance = if self.is_disputed() { f32::INFINITY } else { variance };
@@ -271,7 +276,7 @@ impl Clock {
 
     /// What the clock says of itself at `now`.
     pub fn state(&self, now: Ticks) -> ClockState {
-        self.carried(now).map_or_else(ClockState::default, |state| ClockState {
+        self.propagated(now).map_or_else(ClockState::default, |state| ClockState {
             by_pulses: state.bias_variance == 0.0,
             rate_ppm: state.rate_ppm,
             rate_sigma_ppm: math::sqrt(state.rate_variance),
@@ -279,8 +284,8 @@ impl Clock {
         })
     }
 
-    /// Pulses ignored, and times that the clock was tied.
+    /// Pulses ignored, and times that the clock was restarted.
     pub fn counted(&self) -> (u32, u32) {
-        (self.pulses_ignored, self.ties)
+        (self.pulses_ignored, self.epochs)
     }
 }

@@ -3,19 +3,9 @@
 //! Polarity alone says what opens and what closes. A driver that took the edge before for the opening one stamped
 //! half a frame interval off as soon as one edge was lost (PX4's camera capture of 2017).
 
-use super::settings::ShutterSettings;
+use super::settings::{Polarity, ShutterSettings};
 use crate::units::Ticks;
 use heapless::Deque;
-
-/// Which way the line went.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Polarity {
-    /// Up.
-    Rising,
-    /// Down.
-    Falling,
-}
 
 /// An edge as the timer latched it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,16 @@
 //! What is known of shutter, timer and pulses before a flight: wiring, calibrated delays, and what each is worth.
 
 use super::EXPOSURE_MAX_US;
-use super::edges::Polarity;
+
+/// Which way the line went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Polarity {
+    /// Up.
+    Rising,
+    /// Down.
+    Falling,
+}
 
 /// Which of the shutter's edges reach the capture timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +53,7 @@ impl Wired {
     }
 }
 
-/// An exposure that the camera was told.
+/// The exposure that the camera is configured for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownExposure {
     /// Its length. The camera's clock and the timer's may differ by some ten parts per million of it.
@@ -118,7 +127,9 @@ pub enum SettingsError {
     Rate,
 }
 
+/// A second: a larger sigma is a mistaken unit.
 const SIGMA_MAX_US: f32 = 1e6;
+/// Ten times the worst crystal's tolerance.
 const RATE_MAX_PPM: f32 = 1000.0;
 
 impl ShutterSettings {

@@ -11,7 +11,7 @@ use crate::run::Pending;
 
 /// What the clock does meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Clock {
+pub enum EmulatedTime {
     /// It runs: the next alarm, if there is one, ends the wait at once.
     Runs,
     /// It stands: only the world outside can end the wait.
@@ -20,9 +20,9 @@ pub enum Clock {
 
 /// Waits for the next alarm or interrupt, unless a task is ready or `is_awake` says that there is something to do.
 /// Interrupts are held off between that question and the sleep, in which a pending one ends it: none can slip through.
-pub fn wait_for_interrupt(pending: &Pending, clock: Clock, is_awake: impl Fn() -> bool) {
+pub fn wait_for_interrupt(pending: &Pending, time: EmulatedTime, is_awake: impl Fn() -> bool) {
     cortex_m::interrupt::free(|_| {
-        if pending.is_set() || is_awake() || (clock == Clock::Runs && time_driver::skip_to_alarm()) {
+        if pending.is_set() || is_awake() || (time == EmulatedTime::Runs && time_driver::skip_to_alarm()) {
             return;
         }
         time_driver::halt();

@@ -2,7 +2,8 @@
 
 use super::{stack, time_driver, uart};
 use crate::board;
-use crate::serial::wires::Wires;
+use crate::serial::front_end::LineFrontEnd;
+use crate::serial::wires::{Port, Wires};
 
 /// Both ends of the line.
 #[derive(Clone, Copy, Debug)]
@@ -23,10 +24,10 @@ impl board::Writer for Uart {
 /// Instructions, and the wires' overruns.
 #[derive(Clone, Copy)]
 #[allow(missing_debug_implementations, reason = "holds wires")]
-pub struct Gauge(pub &'static Wires);
+pub struct LineCounters(pub &'static Wires);
 
-impl board::Gauge for Gauge {
-    fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {
+impl board::PerformanceCounters for LineCounters {
+    fn counted<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {
         time_driver::measured(work)
     }
 
@@ -37,6 +38,18 @@ impl board::Gauge for Gauge {
     fn memory(&self) -> (u32, u32) {
         (stack::static_bytes(), stack::high_water_bytes())
     }
+}
+
+/// The board behind the line.
+#[derive(Clone, Copy, Debug)]
+pub struct OnLine;
+
+impl board::Board for OnLine {
+    type FrontEnd = LineFrontEnd;
+    type Reader = Port;
+    type Writer = Port;
+    type Timer = Port;
+    type Counters = LineCounters;
 }
 
 /// Boots anew; memory stays as it is.

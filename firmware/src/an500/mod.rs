@@ -5,8 +5,7 @@
 //! | [`time_driver`] | embassy's clock and alarm on two CMSDK timers |
 //! | [`uart`] | the vehicle's link on UART 0 |
 //! | [`doorbell`] | the simulator's knock on UART 1 |
-//! | [`front_desk`] | camera, link and capture timer as the application sees them |
-//! | [`tasks`] | the application's tasks, for either image |
+//! | [`lockstep`] | camera, link and capture timer as the application sees them |
 //! | [`line`] | the simulator's line on UART 0, for the image that is fed by nothing else |
 //! | [`instructions`] | what a piece of work costs |
 //! | [`psram`] | the window that the simulator shares |
@@ -14,19 +13,18 @@
 //! | [`stack`] | what RAM is in use |
 //! | [`fault`] | panics and hard faults end the emulation with a failure |
 //!
-//! Nothing but [`tasks`] knows the application. Emulated time is a function of executed instructions (`-icount shift=1`: 2 ns
+//! Nothing here knows the application. Emulated time is a function of executed instructions (`-icount shift=1`: 2 ns
 //! each); see [`idle`] for what happens when there is nothing to execute.
 
 pub mod doorbell;
 pub mod fault;
-pub mod front_desk;
+pub mod lockstep;
 pub mod idle;
 pub mod instructions;
 pub mod line;
 pub mod psram;
-pub mod ring;
+pub mod byte_ring;
 pub mod stack;
-pub mod tasks;
 pub mod time_driver;
 pub mod uart;
 

@@ -1,10 +1,10 @@
 //! The board's PSRAM, which the emulator maps onto a file that the simulator maps too. Offsets are those of
-//! [`crate::window`].
+//! [`crate::shared_memory`].
 //!
 //! The simulator writes while the firmware waits for the doorbell, and only then: the lockstep is what makes plain
 //! slices sound. Words that both sides use are read and written as volatile.
 
-use crate::window::{ADDRESS, FRAME_MEMORY, SIZE};
+use crate::shared_memory::{ADDRESS, FRAME_MEMORY, SIZE};
 use core::ptr::{read_volatile, write_volatile};
 use core::sync::atomic::{Ordering, compiler_fence};
 use plumbline_core::budget::FRAME_MEMORY_BYTES;

@@ -54,12 +54,12 @@ const COUNTER: Timer = unsafe { Timer::new(0x4000_0000) };
 // SAFETY: timer 1 of the board.
 const ALARM: Timer = unsafe { Timer::new(0x4000_1000) };
 
-/// State behind the clock.
-struct Clock {
-    state: CriticalSectionMutex<State>,
+/// Timekeeping behind the clock.
+struct AlarmDriver {
+    state: CriticalSectionMutex<Timekeeping>,
 }
 
-struct State {
+struct Timekeeping {
     /// Finished periods of the counter.
     wraps: Cell<u32>,
     /// Counts that were skipped.
@@ -69,8 +69,8 @@ struct State {
     queue: RefCell<Queue>,
 }
 
-embassy_time_driver::time_driver_impl!(static CLOCK: Clock = Clock {
-    state: CriticalSectionMutex::new(State {
+embassy_time_driver::time_driver_impl!(static CLOCK: AlarmDriver = AlarmDriver {
+    state: CriticalSectionMutex::new(Timekeeping {
         wraps: Cell::new(0),
         skipped: Cell::new(0),
         next: Cell::new(u64::MAX),
@@ -78,9 +78,9 @@ embassy_time_driver::time_driver_impl!(static CLOCK: Clock = Clock {
     }),
 });
 
-impl Driver for Clock {
+impl Driver for AlarmDriver {
     fn now(&self) -> u64 {
-        self.state.lock(State::counts) / COUNTS_PER_TICK
+        self.state.lock(Timekeeping::counts) / COUNTS_PER_TICK
     }
 
     fn schedule_wake(&self, at: u64, waker: &Waker) {
@@ -93,7 +93,7 @@ impl Driver for Clock {
     }
 }
 
-impl State {
+impl Timekeeping {
     /// Counts since start, the skipped ones included. To be called with interrupts held off.
     fn counts(&self) -> u64 {
         let low = counter();

@@ -3,7 +3,7 @@
 //! When the ring is full the newest byte stays in the receiver, which makes the emulator hold back the sender. So no
 //! byte is ever lost, and no interrupt comes until a reader has made room.
 
-use super::ring::Ring;
+use super::byte_ring::ByteRing;
 use super::serial::Serial;
 use core::future::poll_fn;
 use core::task::Poll;
@@ -11,7 +11,7 @@ use core::task::Poll;
 // SAFETY: UART 0 of the board.
 const UART: Serial = unsafe { Serial::new(0x4000_4000) };
 
-static RECEIVED: Ring = Ring::new();
+static RECEIVED: ByteRing = ByteRing::new();
 
 /// Switches the UART on.
 pub(super) fn start() {

@@ -2,7 +2,7 @@
 
 use super::{App, Out};
 use crate::board::Timer;
-use crate::journal::{Note, Turn};
+use crate::journal::{Event, Gate};
 use plumbline_core::units::Ticks;
 
 const INTERVAL_TICKS: u32 = 100_000;
@@ -10,14 +10,14 @@ const BEATS_PER_SECOND: u32 = 10;
 
 /// Beats for ever. A frame that waits for a pose that never comes looks at its patience on each beat.
 pub async fn beat(app: &App<'_>, timer: &mut impl Timer) -> ! {
-    app.turn(Turn::Beat).await;
+    app.gate(Gate::Beat).await;
     let mut now = timer.now();
     let mut at = now;
     let mut count = 0u32;
     loop {
-        app.note(Note::Beat(now));
+        app.event(Event::Beat(now));
         if count.is_multiple_of(BEATS_PER_SECOND) {
-            app.post(Out::Beat);
+            app.outbox.put(Out::Beat);
         }
         app.stamper.with(|stamper| stamper.keep(now));
         app.look_for_exposure(now);

@@ -1,9 +1,9 @@
 //! A frame from its first row to its fix.
 
 use super::{App, FrameOut, Out};
-use crate::board::{FrameStart, FrontEnd, Gauge, Rows, Timer};
-use crate::journal::{Note, Turn};
-use crate::wire::telemetry::{FrameReport, PoseTold, StampTold};
+use crate::board::{FrameStart, FrontEnd, PerformanceCounters, Rows, Timer};
+use crate::journal::{Event, Gate};
+use crate::wire::telemetry::{FrameReport, PoseReport, StampReport};
 use plumbline_core::pipeline::{Outcome, Pipeline, Refusal, Situation};
 use plumbline_core::pose::Wait;
 use plumbline_core::units::Micros;
@@ -13,21 +13,26 @@ use plumbline_core::units::Micros;
 const LOST_MAX: u32 = 16;
 
 /// Works on frames for ever.
-pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl Timer, gauge: &impl Gauge) -> ! {
+pub async fn camera(
+    app: &App<'_>,
+    front_end: &mut impl FrontEnd,
+    timer: &impl Timer,
+    performance: &impl PerformanceCounters,
+) -> ! {
     let mut expected = 0u32;
     loop {
         let start = front_end.frame().await;
-        app.note(Note::Start(start));
+        app.event(Event::Start(start));
         let lost = start.sequence.wrapping_sub(expected);
         if lost <= LOST_MAX {
-            // All are noted before the first is sent: the outbox may make us wait, and others go on meanwhile.
+            // All are in the journal before the first is sent: the outbox may make us wait, and others go on meanwhile.
             for frame in (0..lost).map(|n| FrameOut::busy(expected.wrapping_add(n))) {
                 app.count(|c| c.frames_lost += 1);
-                frame.note(app);
+                frame.report_to(app);
             }
             for frame in (0..lost).map(|n| FrameOut::busy(expected.wrapping_add(n))) {
-                app.outbox.room().await;
-                app.post(Out::Frame(frame));
+                app.outbox.frame_room().await;
+                app.outbox.put(Out::Frame(frame));
             }
         }
         if (LOST_MAX + 1..1 << 31).contains(&lost) {
@@ -36,15 +41,15 @@ pub async fn camera(app: &App<'_>, front_end: &mut impl FrontEnd, timer: &impl T
         }
         expected = start.sequence.wrapping_add(1);
         let mut work = Work { out: FrameOut::new(start.sequence) };
-        if let Err(refusal) = work.frame(app, start, front_end, timer, gauge).await {
+        if let Err(refusal) = work.frame(app, start, front_end, timer, performance).await {
             work.out.report.refusal = refusal.code();
         }
         if work.out.fix.is_some() {
             app.count(|c| c.fixes += 1);
         }
-        work.out.note(app);
-        app.outbox.room().await;
-        app.post(Out::Frame(work.out));
+        work.out.report_to(app);
+        app.outbox.frame_room().await;
+        app.outbox.put(Out::Frame(work.out));
     }
 }
 
@@ -55,8 +60,8 @@ impl FrameOut {
         FrameOut { report, ..FrameOut::new(sequence) }
     }
 
-    fn note(&self, app: &App<'_>) {
-        app.note(Note::Frame(&self.report, &self.instant, self.fix.map(|fix| fix.position)));
+    fn report_to(&self, app: &App<'_>) {
+        app.event(Event::Frame(&self.report, &self.instant, self.fix.map(|fix| fix.position)));
     }
 }
 
@@ -72,27 +77,27 @@ impl Work {
         start: FrameStart,
         front_end: &mut impl FrontEnd,
         timer: &impl Timer,
-        gauge: &impl Gauge,
+        performance: &impl PerformanceCounters,
     ) -> Result<(), Refusal> {
-        app.turn(Turn::Begin).await;
-        let rows = self.rows(app, start, front_end, gauge).await;
-        app.note(Note::Rows(rows));
+        app.gate(Gate::Begin).await;
+        let rows = self.rows(app, start, front_end, performance).await;
+        app.event(Event::Rows(rows));
         // A frame without rows has had its edges all the same.
         let stamped = app.stamper.with(|stamper| {
-            let (stamp, cost) = gauge.measured(|| stamper.frame(start.arrival));
+            let (stamp, cost) = performance.counted(|| stamper.frame(start.arrival));
             (stamp.map(|stamp| (stamp, stamper.clock.state(start.arrival))), cost)
         });
         let (stamped, cost) = stamped.ok_or(Refusal::Busy)?;
         self.out.report.instructions[1] = cost;
         if let Ok((stamp, clock)) = &stamped {
-            self.out.instant.stamp = Some(StampTold::new(stamp, clock));
+            self.out.instant.stamp = Some(StampReport::new(stamp, clock));
             self.out.report.mid_exposure_us = stamp.mid.0;
         }
         rows?;
         let (stamp, _) = stamped.map_err(Refusal::from)?;
-        let situation = self.situation(app, (stamp.mid, stamp.sigma_us), timer, gauge).await?;
+        let situation = self.situation(app, (stamp.mid, stamp.sigma_us), timer, performance).await?;
         self.out.situation = Some(situation);
-        self.out.instant.pose = Some(PoseTold::new(&situation));
+        self.out.instant.pose = Some(PoseReport::new(&situation));
         let report = &mut self.out.report;
         report.predicted = Some([situation.prediction.local.east_m, situation.prediction.local.north_m]);
         report.situation = Some([
@@ -104,7 +109,9 @@ impl Work {
         ]);
         // From here on the patch's buffer belongs to this frame.
         app.patch.set(app.patch.get().wrapping_add(1));
-        app.pipeline.with(|pipeline| self.register(app, pipeline, &situation, gauge)).unwrap_or(Err(Refusal::Busy))
+        app.pipeline
+            .with(|pipeline| self.register(app, pipeline, &situation, performance))
+            .unwrap_or(Err(Refusal::Busy))
     }
 
     /// From the frame to the fix, once its situation is known.
@@ -113,19 +120,19 @@ impl Work {
         app: &App<'_>,
         pipeline: &mut Pipeline<'_>,
         situation: &Situation,
-        gauge: &impl Gauge,
+        performance: &impl PerformanceCounters,
     ) -> Result<(), Refusal> {
         let report = &mut self.out.report;
-        let (rectified, cost) = gauge.measured(|| pipeline.rectify(situation));
+        let (rectified, cost) = performance.counted(|| pipeline.rectify(situation));
         report.instructions[3] = cost;
         rectified?;
         let (pixels, size, runs) = pipeline.patch_mut();
         app.journal.patch(size, runs, pixels);
         self.out.patch = Some(app.patch.get());
-        let (matched, cost) = gauge.measured(|| pipeline.match_patch(situation));
+        let (matched, cost) = performance.counted(|| pipeline.match_patch(situation));
         report.instructions[4] = cost;
         let matched = matched?;
-        let (outcome, cost) = gauge.measured(|| pipeline.fix(situation, &matched));
+        let (outcome, cost) = performance.counted(|| pipeline.fix(situation, &matched));
         report.instructions[5] = cost;
         self.outcome(&outcome)
     }
@@ -137,15 +144,15 @@ impl Work {
         app: &App<'_>,
         start: FrameStart,
         front_end: &mut impl FrontEnd,
-        gauge: &impl Gauge,
+        performance: &impl PerformanceCounters,
     ) -> Result<(), Refusal> {
-        app.note(Note::Begin);
+        app.event(Event::Begin);
         let begun = app.pipeline.with(|pipeline| {
             let camera = &pipeline.settings().camera;
             if start.size != (camera.cols(), camera.rows()) {
                 return Err(Refusal::BadFrame);
             }
-            let (begun, cost) = gauge.measured(|| pipeline.begin_frame());
+            let (begun, cost) = performance.counted(|| pipeline.begin_frame());
             self.out.report.instructions[0] += cost;
             begun
         });
@@ -157,7 +164,7 @@ impl Work {
             }
             match front_end.rows(wanted).await {
                 Rows::Pixels(pixels) => {
-                    let taken = app.pipeline.with(|pipeline| gauge.measured(|| pipeline.rows(pixels)));
+                    let taken = app.pipeline.with(|pipeline| performance.counted(|| pipeline.rows(pixels)));
                     let (taken, cost) = taken.ok_or(Refusal::Busy)?;
                     self.out.report.instructions[0] += cost;
                     taken?;
@@ -175,11 +182,11 @@ impl Work {
         app: &App<'_>,
         mid: (Micros, f32),
         timer: &impl Timer,
-        gauge: &impl Gauge,
+        performance: &impl PerformanceCounters,
     ) -> Result<Situation, Refusal> {
         let mid_exposure_at = mid.0;
         loop {
-            app.turn(Turn::Look).await;
+            app.gate(Gate::Look).await;
             app.fresh.reset();
             // On a clock that has been tied anew the exposure may lie ahead.
             let tick = timer.now();
@@ -188,7 +195,7 @@ impl Work {
                 let settings = pipeline.settings();
                 let is_late = now.is_none_or(|now| now.since(mid_exposure_at).unsigned_abs() > settings.patience_us);
                 let wait = if is_late { Wait::No } else { settings.wait() };
-                let (situation, cost) = gauge.measured(|| pipeline.situate(mid, wait));
+                let (situation, cost) = performance.counted(|| pipeline.situate(mid, wait));
                 self.out.report.instructions[2] += cost;
                 match situation {
                     Ok(None) if is_late => Err(pipeline.missing_at(mid_exposure_at)),
@@ -197,7 +204,7 @@ impl Work {
             };
             let situation = app.pipeline.with(look).unwrap_or(Err(Refusal::Busy));
             if situation != Ok(None) {
-                app.note(Note::Look(tick));
+                app.event(Event::Look(tick));
                 return situation?.ok_or(Refusal::Busy);
             }
             app.fresh.wait().await;
@@ -207,15 +214,13 @@ impl Work {
     fn outcome(&mut self, outcome: &Outcome) -> Result<(), Refusal> {
         let report = &mut self.out.report;
         report.search_px = outcome.search_px;
-        let [off_col, off_row] = outcome.window_off;
-        let peak = &outcome.peak;
         report.matched = Some([
             outcome.d_col,
             outcome.d_row,
-            outcome.scores[0],
-            outcome.scores[1],
-            peak.d_col as f32 + off_col,
-            peak.d_row as f32 + off_row,
+            outcome.grey_correlation[0],
+            outcome.grey_correlation[1],
+            outcome.peak[0],
+            outcome.peak[1],
         ]);
         let fix = outcome.fix?;
         let c = &fix.covariance;

@@ -2,13 +2,13 @@
 
 use super::App;
 use crate::board::Timer;
-use crate::journal::Note;
+use crate::journal::Event;
 
 /// Takes the shutter's edges for ever. Those of no use are counted where they are refused.
 pub async fn edges(app: &App<'_>, timer: &mut impl Timer) -> ! {
     loop {
         let edge = timer.edge().await;
-        app.note(Note::Edge(edge));
+        app.event(Event::Edge(edge));
         let _ = app.stamper.with(|stamper| stamper.on_edge(edge));
     }
 }
@@ -17,7 +17,7 @@ pub async fn edges(app: &App<'_>, timer: &mut impl Timer) -> ! {
 pub async fn pulses(app: &App<'_>, timer: &mut impl Timer) -> ! {
     loop {
         let tick = timer.pulse().await;
-        app.note(Note::Pulse(tick));
+        app.event(Event::Pulse(tick));
         app.stamper.with(|stamper| stamper.clock.on_pulse(tick));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{App, Out};
 use crate::board::{Reader, Timer};
-use crate::journal::Note;
+use crate::journal::Event;
 use crate::wire::decoder::Decoder;
 use crate::wire::incoming::{Incoming, Unusable, incoming};
 use crate::wire::outgoing::{COMPONENT, SYSTEM};
@@ -26,7 +26,7 @@ pub async fn receive(app: &App<'_>, reader: &mut impl Reader, timer: &impl Timer
         let count = reader.read(room).await;
         // One reading of the timer for all that these bytes complete.
         let now = timer.now();
-        app.note(Note::Bytes(now, room.get(..count).unwrap_or(&[])));
+        app.event(Event::Bytes(now, room.get(..count).unwrap_or(&[])));
         decoder.filled(count);
         while let Some(packet) = decoder.next() {
             match incoming(&packet, (SYSTEM, COMPONENT)) {
@@ -85,7 +85,7 @@ impl State {
                 Some(Ok(()))
             }
             Incoming::TimesyncRequest { theirs_ns } => {
-                app.post(Out::TimesyncAnswer(theirs_ns));
+                app.outbox.put(Out::TimesyncAnswer(theirs_ns));
                 Some(Ok(()))
             }
         };
@@ -112,7 +112,7 @@ impl State {
             self.servo = Some(at);
             let command = follow_up_command(attitude);
             app.servo.set(Some(command));
-            app.post(Out::Servo(command));
+            app.outbox.put(Out::Servo(command));
         }
         Ok(())
     }

@@ -4,25 +4,38 @@
 //! need not hold it.
 
 use super::{App, FrameOut, Out};
-use crate::board::{Gauge, Timer, Writer};
+use crate::board::{PerformanceCounters, Timer, Writer};
 use crate::wire::outgoing::{self, CHUNK, Encoder};
-use crate::wire::telemetry::{Health, InstantReport, MotionTold, StampHealth, Telemetry};
+use crate::wire::telemetry::{Health, InstantReport, MotionReport, StampHealth, Telemetry};
 use plumbline_core::motion::image_motion;
 use plumbline_core::stamp::Stamper;
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Micros, Radians};
 
 /// Transmits for ever.
-pub async fn transmit(app: &App<'_>, writer: &mut impl Writer, timer: &impl Timer, gauge: &impl Gauge) -> ! {
+pub async fn transmit(
+    app: &App<'_>,
+    writer: &mut impl Writer,
+    timer: &impl Timer,
+    performance: &impl PerformanceCounters,
+) -> ! {
     let mut encoder = Encoder::new();
+    let mut picture: Option<Picture> = None;
     loop {
-        match app.outbox.receive().await {
+        let Some(out) = app.outbox.take() else {
+            match picture.take() {
+                Some(unfinished) => picture = piece_out(app, unfinished, &mut encoder, writer).await,
+                None => app.outbox.filled().await,
+            }
+            continue;
+        };
+        match out {
             Out::Beat => {
                 let bytes = encoder.encode(&outgoing::heartbeat());
                 writer.write(bytes).await;
                 let bytes = encoder.encode(&outgoing::timesync_request(nanoseconds(timer)));
                 writer.write(bytes).await;
-                let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Health(health(app, timer, gauge))));
+                let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Health(health(app, timer, performance))));
                 writer.write(bytes).await;
                 if let Some(report) = app.plan_report() {
                     let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Plan(report)));
@@ -45,7 +58,14 @@ pub async fn transmit(app: &App<'_>, writer: &mut impl Writer, timer: &impl Time
                 let bytes = encoder.encode(&outgoing::timesync_answer(nanoseconds(timer), theirs));
                 writer.write(bytes).await;
             }
-            Out::Frame(frame) => frame_out(app, &frame, &mut encoder, writer, timer).await,
+            Out::Frame(frame) => {
+                frame_out(app, &frame, &mut encoder, writer, timer).await;
+                if let Some(begun) = announce_picture(app, &frame, &mut encoder, writer).await
+                    && picture.replace(begun).is_some()
+                {
+                    app.count(|c| c.patches_cut += 1);
+                }
+            }
         }
     }
 }
@@ -55,7 +75,7 @@ fn nanoseconds(timer: &impl Timer) -> i64 {
     (timer.now().0 as i64 * 1000).max(1)
 }
 
-fn health(app: &App<'_>, timer: &impl Timer, gauge: &impl Gauge) -> Health {
+fn health(app: &App<'_>, timer: &impl Timer, performance: &impl PerformanceCounters) -> Health {
     let (link, counters) = (app.link.get(), app.counters.get());
     let stamps = |stamper: &mut Stamper| StampHealth::new(stamper.counters(), &stamper.clock.state(timer.now()));
     Health {
@@ -66,24 +86,24 @@ fn health(app: &App<'_>, timer: &impl Timer, gauge: &impl Gauge) -> Health {
         skipped_bytes: link.skipped_bytes,
         backwards: counters.backwards,
         invalid: counters.invalid,
-        overruns: gauge.overruns(),
+        overruns: performance.overruns(),
         frames_lost: counters.frames_lost,
         patches_cut: counters.patches_cut,
-        memory: gauge.memory(),
+        memory: performance.memory(),
         delays_us: app.pipeline.with(|pipeline| pipeline.streams.delays_us()).unwrap_or_default(),
         stamps: app.stamper.with(stamps).unwrap_or_default(),
     }
 }
 
 /// How far the picture moved during a frame's exposure; nothing without a stamp or a pose.
-fn motion(app: &App<'_>, frame: &FrameOut) -> Option<MotionTold> {
+fn motion(app: &App<'_>, frame: &FrameOut) -> Option<MotionReport> {
     let (stamp, situation) = (frame.instant.stamp?, frame.situation.as_ref()?);
     let exposure_us = stamp.halves_us.0.saturating_add(stamp.halves_us.1);
     let camera = app.pipeline.with(|pipeline| pipeline.settings().camera)?;
-    image_motion(&camera, &situation.moving(), exposure_us).ok().map(|motion| MotionTold::new(&motion))
+    image_motion(&camera, &situation.moving(), exposure_us).ok().map(|motion| MotionReport::new(&motion))
 }
 
-/// A frame's messages: the fix first, since somebody waits for it, the picture last.
+/// A frame's messages: the fix first, since somebody waits for it.
 async fn frame_out(
     app: &App<'_>,
     frame: &FrameOut,
@@ -123,27 +143,50 @@ async fn frame_out(
         let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Photo(report)));
         writer.write(bytes).await;
     }
-    if let (true, Some(number)) = (app.send_patches, frame.patch) {
-        picture_out(app, number, encoder, writer).await;
-    }
 }
 
-/// Patch `number`, as long as no newer one takes its buffer.
-async fn picture_out(app: &App<'_>, number: u32, encoder: &mut Encoder, writer: &mut impl Writer) {
-    let Some(size) = app.pipeline.with(|pipeline| pipeline.patch().1) else { return };
+/// A patch that is being sent: a piece whenever nothing else waits, since all of it takes longer than a frame's interval.
+struct Picture {
+    /// Number of the patch.
+    number: u32,
+    /// The piece that comes next.
+    next: u16,
+    /// All pieces.
+    pieces: u16,
+}
+
+/// Announces a frame's patch, where there is one to be sent.
+async fn announce_picture(
+    app: &App<'_>,
+    frame: &FrameOut,
+    encoder: &mut Encoder,
+    writer: &mut impl Writer,
+) -> Option<Picture> {
+    let number = frame.patch.filter(|_| app.send_patches)?;
+    let size = app.pipeline.with(|pipeline| pipeline.patch().1)?;
     let bytes = encoder.encode(&outgoing::picture_announcement(size));
     writer.write(bytes).await;
-    let pieces = (size.0 as usize * size.1 as usize).div_ceil(CHUNK);
-    for piece in 0..pieces {
-        if app.patch.get() != number {
-            app.count(|c| c.patches_cut += 1);
-            return;
-        }
-        let bytes = app.pipeline.with(|pipeline| {
-            let rest = pipeline.patch().0.get(piece * CHUNK..).unwrap_or(&[]);
-            encoder.encode(&outgoing::picture_piece(piece as u16, rest.get(..CHUNK).unwrap_or(rest)))
-        });
-        let Some(bytes) = bytes else { return };
-        writer.write(bytes).await;
+    let pieces = (size.0 as usize * size.1 as usize).div_ceil(CHUNK) as u16;
+    Some(Picture { number, next: 0, pieces })
+}
+
+/// The next piece; what is left then. Nothing is where a newer patch has taken the buffer.
+async fn piece_out(
+    app: &App<'_>,
+    picture: Picture,
+    encoder: &mut Encoder,
+    writer: &mut impl Writer,
+) -> Option<Picture> {
+    if app.patch.get() != picture.number {
+        app.count(|c| c.patches_cut += 1);
+        return None;
     }
+    let number = picture.next;
+    let bytes = app.pipeline.with(|pipeline| {
+        let rest = pipeline.patch().0.get(number as usize * CHUNK..).unwrap_or(&[]);
+        encoder.encode(&outgoing::picture_piece(number, rest.get(..CHUNK).unwrap_or(rest)))
+    });
+    writer.write(bytes?).await;
+    let next = number + 1;
+    (next < picture.pieces).then_some(Picture { next, ..picture })
 }

@@ -6,7 +6,7 @@ use super::region::{Stand, region};
 use super::scenery::Scene;
 use core::hint::black_box;
 use plumbline_core::camera::Camera;
-use plumbline_core::matching::judge::AcceptRule;
+use plumbline_core::matching::acceptance::AcceptRule;
 use plumbline_core::math::tan;
 use plumbline_core::mount::Mount;
 use plumbline_core::pipeline::{

@@ -6,8 +6,9 @@ use core::hint::black_box;
 use heapless::Vec;
 use plumbline_core::camera::Camera;
 use plumbline_core::homography::FrameFromPatch;
+use plumbline_core::image::Run;
 use plumbline_core::pipeline::Situation;
-use plumbline_core::rectify::{Node, RectifyError, Run, Source, rectify_into};
+use plumbline_core::rectify::{Node, RectifyError, Source, rectify_into};
 use plumbline_core::reduce::{ReduceError, Reducer, Reduction};
 use plumbline_core::units::{Micros, Radians};
 

@@ -9,24 +9,26 @@ mod board {
     use cortex_m_rt::entry;
     use embassy_executor::raw::Executor;
     use plumbline_core::pipeline::Buffers;
-    use plumbline_firmware::an500::front_desk::{Camera, FrontDesk, Port};
-    use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
+    use plumbline_firmware::an500::idle::{EmulatedTime, wait_for_interrupt};
+    use plumbline_firmware::an500::lockstep::{EmulatedFrontEnd, Lockstep, LockstepPeripherals, Port};
     use plumbline_firmware::an500::{self, doorbell, psram, time_driver};
     use plumbline_firmware::app::{App, grounded};
+    use plumbline_firmware::board::Parts;
     use plumbline_firmware::boot::{self, BootError};
     use plumbline_firmware::journal::NoJournal;
     use plumbline_firmware::run::{self, Pending};
+    use plumbline_firmware::shared_memory as at;
     use plumbline_firmware::stores::StoreError;
-    use plumbline_firmware::window as at;
+    use plumbline_firmware::{application_tasks, embassy_tasks};
     use static_cell::{ConstStaticCell, StaticCell};
 
     static PENDING: Pending = Pending::new();
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
-    static DESK: ConstStaticCell<FrontDesk> = ConstStaticCell::new(FrontDesk::new());
+    static PERIPHERALS: ConstStaticCell<LockstepPeripherals> = ConstStaticCell::new(LockstepPeripherals::new());
     static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
     static APP: StaticCell<App<'static>> = StaticCell::new();
 
-    plumbline_firmware::application_tasks!(Camera, Port, Port);
+    application_tasks!(embassy_tasks, Lockstep);
 
     #[embassy_executor::task]
     async fn drain_task(mut reader: Port) -> ! {
@@ -43,13 +45,13 @@ mod board {
     #[inline(never)]
     fn boot() -> Result<&'static App<'static>, BootError> {
         // SAFETY: the stores stand for flash: the simulator does not change them after it has started us.
-        let mission = unsafe { psram::bytes(at::MISSION, at::MISSION_BYTES) };
+        let configuration = unsafe { psram::bytes(at::CONFIGURATION, at::CONFIGURATION_BYTES) };
         // SAFETY: as above.
         let tiles = unsafe { psram::bytes(at::TILES, at::TILES_BYTES) };
         // SAFETY: as above.
         let plan = unsafe { psram::bytes(at::PLAN, at::PLAN_BYTES) }.unwrap_or(&[]);
-        let mission = mission.ok_or(BootError::Mission(StoreError::Nothing))?;
-        let flight = boot::read(mission, tiles.ok_or(BootError::Tiles(StoreError::Nothing))?, plan)?;
+        let configuration = configuration.ok_or(BootError::Configuration(StoreError::Nothing))?;
+        let flight = boot::read(configuration, tiles.ok_or(BootError::Tiles(StoreError::Nothing))?, plan)?;
         // SAFETY: `boot` runs once.
         let frame_memory = unsafe { psram::frame_memory() };
         Ok(APP.uninit().write(flight.app(BUFFERS.take(), frame_memory, &NoJournal)?))
@@ -59,11 +61,16 @@ mod board {
     fn main() -> ! {
         an500::start();
         let executor = EXECUTOR.init(run::executor(&PENDING));
-        let desk: &'static FrontDesk = DESK.take();
-        let (port, spawner) = (Port(desk), executor.spawner());
+        let peripherals: &'static LockstepPeripherals = PERIPHERALS.take();
+        let (port, spawner) = (Port(peripherals), executor.spawner());
         // Each task is spawned once, at boot: none of these can fail.
         let (spawned, status) = match boot() {
-            Ok(app) => (spawn_application(spawner, app, Camera::new(desk), port, port), 1),
+            Ok(app) => {
+                let front_end = EmulatedFrontEnd::new(peripherals);
+                let parts =
+                    Parts { board: Lockstep, front_end, reader: port, writer: port, timer: port, counters: port };
+                (spawn_application(spawner, app, parts), 1)
+            }
             Err(reason) => {
                 let tasks = [
                     drain_task(port).map(|task| spawner.spawn(task)),
@@ -74,20 +81,20 @@ mod board {
         };
         let status = if spawned { status } else { 0 };
         psram::set_word(at::STATUS, status);
-        lockstep(executor, desk)
+        lockstep(executor, peripherals)
     }
 
     /// A step: receive its bytes, let its edges and frame happen, work until nothing is left to do, answer.
     ///
     /// No task runs before the first step: the capture timer has no reading yet.
-    fn lockstep(executor: &'static Executor, desk: &'static FrontDesk) -> ! {
+    fn lockstep(executor: &'static Executor, peripherals: &'static LockstepPeripherals) -> ! {
         let no_task = Pending::new();
         while !doorbell::has_rung() {
-            wait_for_interrupt(&no_task, Clock::Stands, doorbell::has_rung);
+            wait_for_interrupt(&no_task, EmulatedTime::Stands, doorbell::has_rung);
         }
         loop {
-            settle(executor, || doorbell::has_rung() && FrontDesk::has_all_bytes());
-            desk.step();
+            settle(executor, || doorbell::has_rung() && LockstepPeripherals::has_all_bytes());
+            peripherals.step();
             settle(executor, || true);
             psram::set_word(at::STEP_DONE, psram::word(at::STEP).unwrap_or(0));
             doorbell::take();
@@ -100,11 +107,11 @@ mod board {
         loop {
             run::until_idle(executor, &PENDING);
             if time_driver::alarm_pending() {
-                wait_for_interrupt(&PENDING, Clock::Runs, || false);
+                wait_for_interrupt(&PENDING, EmulatedTime::Runs, || false);
             } else if done() {
                 return;
             } else {
-                wait_for_interrupt(&PENDING, Clock::Stands, &done);
+                wait_for_interrupt(&PENDING, EmulatedTime::Stands, &done);
             }
         }
     }

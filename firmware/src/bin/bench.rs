@@ -17,7 +17,7 @@ mod board {
     use plumbline_firmware::bench::poses::Pose;
     use plumbline_firmware::bench::region::Stand;
     use plumbline_firmware::bench::{frame, rectify, texture};
-    use plumbline_firmware::window;
+    use plumbline_firmware::shared_memory;
     use semihosting::eprintln;
     use static_cell::ConstStaticCell;
 
@@ -28,9 +28,9 @@ mod board {
     /// computer has as tightly coupled memory.
     const PATCH: usize = 0x2001_0000;
     /// Room for what is kept of a frame where a case wants more than the board has: memory behind the frame.
-    const PLENTY: usize = window::ADDRESS + 0x10_0000;
-    const _: () = assert!(window::FRAME + 512 * 512 <= 0x10_0000);
-    const _: () = assert!(0x10_0000 + rectify::BESIDES_BYTES <= window::FRAME_MEMORY);
+    const PLENTY: usize = shared_memory::ADDRESS + 0x10_0000;
+    const _: () = assert!(shared_memory::FRAME + 512 * 512 <= 0x10_0000);
+    const _: () = assert!(0x10_0000 + rectify::BESIDES_BYTES <= shared_memory::FRAME_MEMORY);
 
     struct Bench(Option<Counter>);
 
@@ -64,10 +64,10 @@ mod board {
         // SAFETY: no simulator shares the window here, and the pieces do not overlap.
         let (frame, frame_memory, plenty, tile, patch) = unsafe {
             (
-                memory(window::ADDRESS + window::FRAME, area(frame::FRAME_PX)),
-                memory(window::ADDRESS + window::FRAME_MEMORY, FRAME_MEMORY_BYTES),
+                memory(shared_memory::ADDRESS + shared_memory::FRAME, area(frame::FRAME_PX)),
+                memory(shared_memory::ADDRESS + shared_memory::FRAME_MEMORY, FRAME_MEMORY_BYTES),
                 memory(PLENTY, rectify::BESIDES_BYTES),
-                memory(window::ADDRESS + window::TILES, area(frame::REACQUISITION.tile_px)),
+                memory(shared_memory::ADDRESS + shared_memory::TILES, area(frame::REACQUISITION.tile_px)),
                 memory(PATCH, area(rectify::PATCH_PX)),
             )
         };

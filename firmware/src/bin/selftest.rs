@@ -15,10 +15,11 @@ mod board {
     use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
     use embassy_sync::signal::Signal;
     use embassy_time::{Duration, Instant, Timer};
-    use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
+    use plumbline_core::selftest::{Difference, Kernel};
+    use plumbline_firmware::an500::idle::{EmulatedTime, wait_for_interrupt};
     use plumbline_firmware::an500::{self, doorbell, instructions, psram, stack, time_driver, uart};
     use plumbline_firmware::run::{self, Pending};
-    use plumbline_firmware::window::{FRAME, MAGIC, MAGIC_VALUE, STATUS, STEP, STEP_DONE};
+    use plumbline_firmware::shared_memory::{FRAME, MAGIC, MAGIC_VALUE, STATUS, STEP, STEP_DONE};
     use semihosting::eprintln;
     use static_cell::StaticCell;
 
@@ -69,9 +70,41 @@ mod board {
         Timer::after_micros(SLEEP_US).await;
     }
 
-    /// Clock and alarm.
+    /// Both versions of every kernel of the core give the same bits.
+    fn kernels() {
+        for kernel in Kernel::all() {
+            match kernel.check() {
+                Ok(()) => eprintln!("selftest: ok kernel {}", kernel.name),
+                Err(Difference { seed, at, portable, armv7em }) => {
+                    let name = kernel.name;
+                    eprintln!("selftest: FAILED kernel {name}: seed {seed}, value {at} is {armv7em}, not {portable}");
+                    FAILURES.fetch_add(1, Ordering::Relaxed);
+                }
+            }
+        }
+    }
+
+    /// What the board does alone.
     #[embassy_executor::task]
-    async fn timed() {
+    async fn alone() {
+        clock();
+        rows().await;
+        alarms().await;
+        let (_, cost) = instructions::counted(|| {
+            for _ in 0..1000 {
+                cortex_m::asm::nop();
+            }
+        });
+        check("instructions of 1000 times nop and branch", (2000..8000).contains(&cost), u64::from(cost));
+        // So far nothing came from the world outside: two runs must agree on every instruction.
+        eprintln!("selftest: counts so far: {}", time_driver::counter());
+        window();
+        LEFT_US.store(Instant::now().as_micros() as u32, Ordering::Relaxed);
+        TIMED.store(true, Ordering::Release);
+    }
+
+    /// The clock runs, and never backwards.
+    fn clock() {
         // The counter wraps within the first millisecond.
         let (mut last, mut backwards, mut longest_us) = (Instant::now(), 0, 0);
         while last < Instant::from_micros(2000) {
@@ -82,7 +115,10 @@ mod board {
         }
         check("microseconds between two readings at most", longest_us <= 3, longest_us);
         check("readings of the clock that ran backwards", backwards == 0, backwards);
+    }
 
+    /// Waits for instants and for delays.
+    async fn rows() {
         // Absolute instants, as rows are due: the delays of waking do not add up.
         let begin = Instant::now();
         let mut late_us = 0;
@@ -107,7 +143,10 @@ mod board {
             (wanted_us..wanted_us + 3 * u64::from(ROWS)).contains(&elapsed_us),
             elapsed_us,
         );
+    }
 
+    /// Waits far away, and alarms while a task works.
+    async fn alarms() {
         // Longer than a timer's period of 171.8 s.
         let begin = Instant::now();
         Timer::after_secs(1000).await;
@@ -121,18 +160,6 @@ mod board {
         let is_early = PENDING.is_set();
         while begin.elapsed() < Duration::from_micros(2 * SLEEP_US) {}
         check("alarm by interrupt", !is_early && PENDING.is_set(), begin.elapsed().as_micros());
-
-        let (_, cost) = instructions::counted(|| {
-            for _ in 0..1000 {
-                cortex_m::asm::nop();
-            }
-        });
-        check("instructions of 1000 times nop and branch", (2000..8000).contains(&cost), u64::from(cost));
-        // So far nothing came from the world outside: two runs must agree on every instruction.
-        eprintln!("selftest: counts so far: {}", time_driver::counter());
-        window();
-        LEFT_US.store(Instant::now().as_micros() as u32, Ordering::Relaxed);
-        TIMED.store(true, Ordering::Release);
     }
 
     /// The pattern lies there as the host wrote it. Tells the host its sum, for which the host waits before it rings.
@@ -172,10 +199,11 @@ mod board {
         let executor: &'static Executor = EXECUTOR.init(run::executor(&PENDING));
         let spawner = executor.spawner();
         let tasks = [
-            timed().map(|task| spawner.spawn(task)),
+            alone().map(|task| spawner.spawn(task)),
             sleeper().map(|task| spawner.spawn(task)),
             echo().map(|task| spawner.spawn(task)),
         ];
+        kernels();
         check("tasks started", tasks.iter().all(Result::is_ok), tasks.len() as u64);
         loop {
             run::until_idle(executor, &PENDING);
@@ -191,7 +219,7 @@ mod board {
                 }
             }
             let rung = || TIMED.load(Ordering::Acquire) && doorbell::has_rung();
-            wait_for_interrupt(&PENDING, Clock::Runs, rung);
+            wait_for_interrupt(&PENDING, EmulatedTime::Runs, rung);
         }
     }
 }

@@ -12,23 +12,25 @@ mod board {
     use cortex_m_rt::entry;
     use embassy_executor::raw::Executor;
     use plumbline_core::pipeline::Buffers;
-    use plumbline_firmware::an500::idle::{Clock, wait_for_interrupt};
-    use plumbline_firmware::an500::line::{Gauge, Uart, reboot};
+    use plumbline_firmware::an500::idle::{EmulatedTime, wait_for_interrupt};
+    use plumbline_firmware::an500::line::{LineCounters, OnLine, Uart, reboot};
     use plumbline_firmware::an500::{self, INSTRUCTIONS_PER_COUNT, psram, time_driver};
     use plumbline_firmware::app::App;
+    use plumbline_firmware::board::Parts;
     use plumbline_firmware::run::{self, Pending};
     use plumbline_firmware::serial::boot::{Memory, application};
-    use plumbline_firmware::serial::camera::Camera;
+    use plumbline_firmware::serial::front_end::LineFrontEnd;
     use plumbline_firmware::serial::message::Counts;
     use plumbline_firmware::serial::serve::{End, serve};
     use plumbline_firmware::serial::session::{Identity, Machine, Session};
     use plumbline_firmware::serial::stores::{Stores, Uploaded};
     use plumbline_firmware::serial::wires::{Port, Wires};
-    use plumbline_firmware::window as at;
+    use plumbline_firmware::shared_memory as at;
+    use plumbline_firmware::{application_tasks, embassy_tasks};
     use static_cell::{ConstStaticCell, StaticCell};
 
     /// What lies in the PSRAM: its start and size, bytes.
-    const MISSION: (usize, usize) = (at::MISSION, at::MISSION_BYTES);
+    const CONFIGURATION: (usize, usize) = (at::CONFIGURATION, at::CONFIGURATION_BYTES);
     const PLAN: (usize, usize) = (at::PLAN, at::PLAN_BYTES);
     const ROWS: (usize, usize) = (0x1_0000, 0x3_0000);
     const TILE: (usize, usize) = (at::TILES, at::TILES_BYTES);
@@ -48,7 +50,7 @@ mod board {
     static mut BOOTS: MaybeUninit<(u32, u32)> = MaybeUninit::uninit();
     const MARK: u32 = 0x504c_4244;
 
-    plumbline_firmware::application_tasks!(Camera, Port, Gauge);
+    application_tasks!(embassy_tasks, OnLine);
 
     #[embassy_executor::task]
     async fn line_task(session: &'static mut Session<Emulated>) {
@@ -78,9 +80,10 @@ mod board {
             let (frame, rows) = unsafe { (psram::frame_memory(), psram::room(ROWS.0, ROWS.1)) };
             let memory = Memory { buffers: BUFFERS.take(), frame };
             let app: &'static App<'static> = APP.uninit().write(application(uploaded, memory)?);
-            let (port, gauge, spawner) = (Port(wires), Gauge(wires), self.executor.spawner());
-            let front_end = Camera::new(wires, rows.ok_or(["the board", "has no room for rows"])?);
-            let is_spawned = spawn_application(spawner, app, front_end, port, gauge);
+            let (port, counters) = (Port(wires), LineCounters(wires));
+            let front_end = LineFrontEnd::new(wires, rows.ok_or(["the board", "has no room for rows"])?);
+            let parts = Parts { board: OnLine, front_end, reader: port, writer: port, timer: port, counters };
+            let is_spawned = spawn_application(self.executor.spawner(), app, parts);
             if is_spawned { Ok(()) } else { Err(["the board", "has no room for a task"]) }
         }
 
@@ -112,17 +115,18 @@ mod board {
         let executor = FLIGHT_EXECUTOR.init(run::executor(&FLIGHT));
         let line = LINE_EXECUTOR.init(run::executor(&LINE));
         // SAFETY: `main` runs once, and nothing else uses these parts of the PSRAM.
-        let rooms = unsafe { [MISSION, TILE, PLAN].map(|(start, size)| psram::room(start, size)) };
-        if let [Some(mission), Some(tile), Some(plan)] = rooms {
+        let rooms = unsafe { [CONFIGURATION, TILE, PLAN].map(|(start, size)| psram::room(start, size)) };
+        if let [Some(configuration), Some(tile), Some(plan)] = rooms {
             let machine = Emulated { boot, executor };
-            let session = SESSION.init_with(|| Session::new(machine, WIRES.take(), Stores::new(mission, tile, plan)));
+            let session =
+                SESSION.init_with(|| Session::new(machine, WIRES.take(), Stores::new(configuration, tile, plan)));
             if let Ok(task) = line_task(session) {
                 line.spawner().spawn(task);
             }
         }
         loop {
             run::until_idle(line, &LINE);
-            wait_for_interrupt(&LINE, Clock::Stands, || false);
+            wait_for_interrupt(&LINE, EmulatedTime::Stands, || false);
         }
     }
 }

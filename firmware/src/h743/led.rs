@@ -2,10 +2,10 @@
 
 /// The state of the vehicle's camera, the most serious first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum State {
+pub enum Indication {
     /// After faults in a row: no exposures, no fixes. Red, four a second.
     Safe,
-    /// No mission, or one that was refused. Red, one a second.
+    /// No configuration, or one that was refused. Red, one a second.
     Grounded,
     /// The sensor does not answer, or has fallen silent. Red and blue in turn.
     NoSensor,
@@ -21,31 +21,31 @@ pub enum State {
 }
 
 /// Red, green, blue at `ms` since start.
-pub fn lamps(state: State, ms: u32) -> [bool; 3] {
+pub fn lamps(state: Indication, ms: u32) -> [bool; 3] {
     let half_of = |period: u32| ms % period < period / 2;
     match state {
-        State::Safe => [half_of(250), false, false],
-        State::Grounded => [half_of(1000), false, false],
-        State::NoSensor => [half_of(1000), false, !half_of(1000)],
-        State::Simulator => [false, false, true],
-        State::NoClock => [false, false, half_of(1000)],
-        State::Searching => [false, half_of(500), false],
-        State::Fixing => [false, ms % 1000 < 50, false],
+        Indication::Safe => [half_of(250), false, false],
+        Indication::Grounded => [half_of(1000), false, false],
+        Indication::NoSensor => [half_of(1000), false, !half_of(1000)],
+        Indication::Simulator => [false, false, true],
+        Indication::NoClock => [false, false, half_of(1000)],
+        Indication::Searching => [false, half_of(500), false],
+        Indication::Fixing => [false, ms % 1000 < 50, false],
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{State, lamps};
+    use super::{Indication, lamps};
 
-    const ALL: [State; 7] = [
-        State::Safe,
-        State::Grounded,
-        State::NoSensor,
-        State::Simulator,
-        State::NoClock,
-        State::Searching,
-        State::Fixing,
+    const ALL: [Indication; 7] = [
+        Indication::Safe,
+        Indication::Grounded,
+        Indication::NoSensor,
+        Indication::Simulator,
+        Indication::NoClock,
+        Indication::Searching,
+        Indication::Fixing,
     ];
 
     #[test]
@@ -62,7 +62,11 @@ mod tests {
     fn red_means_that_there_are_no_fixes() {
         for state in ALL {
             let red = (0..1000).any(|ms| lamps(state, ms)[0]);
-            assert_eq!(red, matches!(state, State::Safe | State::Grounded | State::NoSensor), "{state:?}");
+            assert_eq!(
+                red,
+                matches!(state, Indication::Safe | Indication::Grounded | Indication::NoSensor),
+                "{state:?}"
+            );
         }
     }
 }

@@ -5,7 +5,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`timing`] | clocks and dividers |
-//! | [`ring`] | where the camera's DMA stands |
+//! | [`row_ring`] | where the camera's DMA stands |
 //! | [`trigger`] | when the next exposure is triggered |
 //! | [`silence`] | whether the sensor answers triggers |
 //! | [`mt9v034`] | the sensor's registers |
@@ -23,7 +23,7 @@ pub mod life;
 pub mod mt9v034;
 pub mod record;
 pub mod regions;
-pub mod ring;
+pub mod row_ring;
 pub mod sdio;
 pub mod servo;
 pub mod silence;

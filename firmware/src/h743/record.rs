@@ -38,7 +38,7 @@ impl Reason {
         all.into_iter().find(|reason| *reason as u32 == code)
     }
 
-    /// The finest reason that the core's fault status tells: CFSR and MMFAR, by ARMv7-M B3.2.15. `guard` is the region
+    /// The finest reason that the core's fault status tells: CFSR and MMFAR of ARMv7-M. `guard` is the region
     /// below the stack.
     pub fn of_fault(cfsr: u32, mmfar: u32, guard: core::ops::Range<u32>) -> Reason {
         // MSTKERR and MLSPERR: registers could not be pushed. MMARVALID: the address counts.

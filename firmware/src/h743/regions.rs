@@ -1,4 +1,4 @@
-//! The MPU's regions, as words for its registers. ARMv7-M B3.5; cacheable or not by RM0433 and AN4838.
+//! The MPU's regions, as words for its registers. ARMv7-M; cacheable or not by RM0433 and AN4838.
 //!
 //! RAM that a DMA writes is not cached, rather than cached and cleaned: the rows of the ring are read once, by MDMA, which
 //! passes by the cache anyhow, and the links' buffers are a few bytes at a time. So nothing has to be remembered when a

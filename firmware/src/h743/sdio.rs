@@ -1,4 +1,4 @@
-//! The card's and the interface's words: SD Physical Layer Simplified Specification, 4.7 to 5.3; RM0433, 55.10.
+//! The card's and the interface's words: SD Physical Layer Simplified Specification; the chip's reference manual, RM0433.
 
 /// Commands by their numbers, and their arguments.
 pub mod command {

@@ -1,15 +1,15 @@
 //! Clocks and dividers, computed: what the core runs at, and how the timers make microseconds and the camera's clock of it.
 //!
-//! Sources: RM0433 sections 8.5 (clock tree), 8.7 (PLL), 6.4.1 (voltage scaling); DS12110 table 23 (480 MHz needs revision
-//! V and VOS0, every other revision ends at 400 MHz in VOS1).
+//! Sources: RM0433 (clock tree, PLL, voltage scaling); DS12110 (480 MHz needs revision V and VOS0, every other revision ends
+//! at 400 MHz in VOS1).
 
 /// Crystal of the board, Hz.
 pub const HSE_HZ: u32 = 12_000_000;
-/// DBGMCU_IDC.REV_ID of silicon revision V (RM0433 section 60.5.8).
+/// DBGMCU_IDC.REV_ID of silicon revision V (RM0433).
 pub const REVISION_V: u16 = 0x2003;
 /// Rate of the capture timer, Hz: its ticks are the application's.
 pub const TICK_HZ: u32 = 1_000_000;
-/// What the MT9V034 wants at most (data sheet, table 6), Hz.
+/// What the MT9V034 wants at most (data sheet), Hz.
 pub const CAMERA_CLOCK_MAX_HZ: u32 = 27_000_000;
 /// What this board aims at: 240 MHz by 9. Timers at 200 MHz come to 25 MHz, 200 MHz by 8.
 pub const CAMERA_CLOCK_HZ: u32 = 26_666_667;

@@ -1,9 +1,9 @@
-//! The application's notes as records of a log.
+//! The application's events as records of a log.
 
 use super::block::{BLOCK, PAYLOAD};
+use super::block_ring::BlockRing;
 use super::record::{Blob, Head, Record};
-use super::ring::Ring;
-use crate::journal::{Journal, Note, Turn};
+use crate::journal::{Event, Gate, Journal};
 use crate::shared::Shared;
 use crate::stores::framing::checksum;
 use core::cell::Cell;
@@ -11,7 +11,7 @@ use core::task::{Poll, Waker};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use plumbline_core::budget::RUNS_MAX;
-use plumbline_core::rectify::Run;
+use plumbline_core::image::Run;
 use plumbline_core::stamp::Polarity;
 
 /// Bytes of the tile store in a record.
@@ -21,25 +21,25 @@ const PIECE: usize = 1024;
 /// needs. The tile store goes in the background, as fast as there is room beside the flight's records.
 #[allow(missing_debug_implementations, reason = "embassy-sync's primitives have none")]
 pub struct LogJournal<'f, const N: usize> {
-    ring: Shared<Ring<'f, N>>,
+    ring: Shared<BlockRing<'f, N>>,
     tiles: &'f [u8],
     tiles_done: Cell<usize>,
     /// Raised whenever there is more to be written.
     more: Signal<NoopRawMutex, ()>,
 }
 
-/// The record of a note.
-pub fn record<'a>(note: &Note<'a>) -> Record<'a> {
-    match *note {
-        Note::Bytes(at, bytes) => Record::Bytes(at.0, Blob(bytes)),
-        Note::Pulse(at) => Record::Pulse(at.0),
-        Note::Edge(edge) => Record::Edge(edge.at.0, edge.polarity == Polarity::Rising),
-        Note::Beat(at) => Record::Beat(at.0),
-        Note::Start(start) => Record::Start(start.sequence, start.arrival.0, start.size),
-        Note::Begin => Record::Begin,
-        Note::Rows(rows) => Record::Rows(rows.map_or_else(|refusal| refusal.code(), |()| 0)),
-        Note::Look(at) => Record::Look(at.0),
-        Note::Frame(report, instant, fix) => {
+/// The record of an event.
+pub fn record<'a>(event: &Event<'a>) -> Record<'a> {
+    match *event {
+        Event::Bytes(at, bytes) => Record::Bytes(at.0, Blob(bytes)),
+        Event::Pulse(at) => Record::Pulse(at.0),
+        Event::Edge(edge) => Record::Edge(edge.at.0, edge.polarity == Polarity::Rising),
+        Event::Beat(at) => Record::Beat(at.0),
+        Event::Start(start) => Record::Start(start.sequence, start.arrival.0, start.size),
+        Event::Begin => Record::Begin,
+        Event::Rows(rows) => Record::Rows(rows.map_or_else(|refusal| refusal.code(), |()| 0)),
+        Event::Look(at) => Record::Look(at.0),
+        Event::Frame(report, instant, fix) => {
             Record::Frame(*report, *instant, fix.map(|position| (position.lat_e7, position.lon_e7)))
         }
     }
@@ -62,18 +62,18 @@ impl<'f, const N: usize> LogJournal<'f, N> {
     /// has so many bytes of frame memory. What waits to be written lies in `blocks`.
     pub fn new(
         number: u32,
-        mission: &[u8],
+        configuration: &[u8],
         tiles: &'f [u8],
         frame_memory: usize,
         blocks: &'f mut [[u8; BLOCK]; N],
     ) -> Self {
-        let mut ring = Ring::new(number, blocks);
+        let mut ring = BlockRing::new(number, blocks);
         ring.push(&Record::Head(Head {
             frame_memory: frame_memory as u32,
             tiles_bytes: tiles.len() as u32,
             tiles_crc: checksum(tiles),
         }));
-        ring.push(&Record::Mission(Blob(mission)));
+        ring.push(&Record::Configuration(Blob(configuration)));
         LogJournal { ring: Shared::new(ring), tiles, tiles_done: Cell::new(0), more: Signal::new() }
     }
 
@@ -85,7 +85,7 @@ impl<'f, const N: usize> LogJournal<'f, N> {
     /// Ends the log.
     pub fn close(&self) {
         self.push(&Record::Close);
-        self.ring.with(Ring::seal);
+        self.ring.with(BlockRing::seal);
     }
 
     /// Records that found no room.
@@ -100,7 +100,7 @@ impl<'f, const N: usize> LogJournal<'f, N> {
 
     /// Puts pieces of the tile store into `ring`: as far as half of it, the other half is the flight's, and none behind a loss
     /// before the flight's own records go on.
-    fn fill<'r>(&self, ring: &'r mut Ring<'f, N>) -> &'r Ring<'f, N> {
+    fn fill<'r>(&self, ring: &'r mut BlockRing<'f, N>) -> &'r BlockRing<'f, N> {
         while !ring.is_losing() && ring.room() > N * PAYLOAD / 2 + PIECE {
             let from = self.tiles_done.get();
             let rest = self.tiles.get(from..).unwrap_or(&[]);
@@ -131,8 +131,8 @@ impl<'f, const N: usize> LogJournal<'f, N> {
 }
 
 impl<const N: usize> Journal for LogJournal<'_, N> {
-    fn note(&self, note: Note<'_>) {
-        self.push(&record(&note));
+    fn event(&self, event: Event<'_>) {
+        self.push(&record(&event));
     }
 
     fn patch(&self, size: (u16, u16), runs: &[Run], pixels: &mut [u8]) {
@@ -140,7 +140,7 @@ impl<const N: usize> Journal for LogJournal<'_, N> {
         self.push(&Record::Patch(size, Blob(runs_in(runs, &mut buffer)), Blob(pixels)));
     }
 
-    fn turn(&self, _: Turn, _: &Waker) -> Poll<()> {
+    fn gate(&self, _: Gate, _: &Waker) -> Poll<()> {
         Poll::Ready(())
     }
 }

@@ -27,9 +27,9 @@ impl<'de: 'a, 'a> Deserialize<'de> for Blob<'a> {
 pub enum Record<'a> {
     /// What the application ran on; every log begins with it.
     Head(Head),
-    /// The mission store as it lay in flash, behind the head.
+    /// The configuration store as it lay in flash, behind the head.
     #[serde(borrow)]
-    Mission(Blob<'a>),
+    Configuration(Blob<'a>),
     /// A piece of the tile store: where it begins, and its bytes. Pieces come in their order, among other records.
     Tiles(u32, Blob<'a>),
     /// So many records found no room here.

@@ -20,6 +20,6 @@ pub struct Memory {
 /// # Errors
 /// Why it cannot fly with them, in two parts.
 pub fn application(uploaded: Uploaded, memory: Memory) -> Result<App<'static>, [&'static str; 2]> {
-    let flight = boot::read(uploaded.mission, uploaded.tile, uploaded.plan);
+    let flight = boot::read(uploaded.configuration, uploaded.tile, uploaded.plan);
     flight.and_then(|flight| flight.app(memory.buffers, memory.frame, &NoJournal)).map_err(BootError::words)
 }

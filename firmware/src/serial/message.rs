@@ -102,7 +102,7 @@ pub enum Event<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Store {
     /// Camera, settings, georeference.
-    Mission,
+    Configuration,
     /// The reference tile.
     Tile,
     /// Where photos are to be taken; it may be left out.
@@ -147,12 +147,12 @@ pub struct Welcome<'a> {
     pub boot: u32,
     /// Clock of the core, Hz; 0 where there is none to tell.
     pub core_clock_hz: u32,
-    /// What its gauge counts.
+    /// What its counters counts.
     pub counts: Counts,
     /// Largest piece it takes, bytes.
     pub piece_max: u16,
-    /// Room for the mission, bytes.
-    pub mission_room: u32,
+    /// Room for the configuration, bytes.
+    pub configuration_room: u32,
     /// Room for the tile, bytes.
     pub tile_room: u32,
     /// Room for the plan, bytes.
@@ -163,7 +163,7 @@ pub struct Welcome<'a> {
     pub firmware: &'a str,
 }
 
-/// What a board's gauge counts.
+/// What a board's counters counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Counts {
     /// Nothing.

@@ -6,7 +6,7 @@
 //! | [`frame`] | messages to bytes and back: postcard, CRC32, COBS |
 //! | [`stores`] | what is uploaded before a flight: the blobs that stand for flash |
 //! | [`wires`] | link and capture timer as the application sees them |
-//! | [`camera`] | the front end as the application sees it |
+//! | [`front_end`] | the front end as the application sees it |
 //! | [`session`] | requests in, answers out: each request is done once |
 //! | [`boot`] | the application, made of what was uploaded |
 //! | [`serve`] | the loop over a board's line |
@@ -21,7 +21,7 @@
 //! until the simulator has asked for a reset.
 
 pub mod boot;
-pub mod camera;
+pub mod front_end;
 pub mod frame;
 pub mod message;
 pub mod serve;
@@ -41,8 +41,8 @@ pub const SENT_MAX: usize = 8192;
 const HEAD_MAX: usize = 160;
 /// Most bytes of a message on the line: CRC, COBS (one byte in 254 and one), and a zero on either side.
 pub const FRAME_MAX: usize = framed(PIECE_MAX + HEAD_MAX);
-/// The same of an answer without payload.
-pub const NOTE_MAX: usize = framed(HEAD_MAX);
+/// Most bytes on the line of an answer without payload.
+pub const SHORT_MAX: usize = framed(HEAD_MAX);
 
 /// What the simulator sends before its hello: a board in flight listens for it to leave the flight, and does nothing else
 /// with what comes over USB. A line that no other program sends by accident; a board in a session drops it as noise.

@@ -6,7 +6,7 @@ use super::frame::{Receiver, Unframed, decode, encode};
 use super::message::{Answer, Counts, Envelope, Refused, Request, Welcome};
 use super::stores::{Stores, Uploaded};
 use super::wires::Wires;
-use super::{FRAME_MAX, NOTE_MAX, PIECE_MAX, VERSION};
+use super::{FRAME_MAX, PIECE_MAX, SHORT_MAX, VERSION};
 use work::{Done, Work};
 
 /// Who a board is.
@@ -18,7 +18,7 @@ pub struct Identity {
     pub boot: u32,
     /// Clock of the core, Hz; 0 where there is none to tell.
     pub core_clock_hz: u32,
-    /// What its gauge and [`Machine::count`] count.
+    /// What its counters and [`Machine::count`] count.
     pub counts: Counts,
 }
 
@@ -83,7 +83,7 @@ pub struct Session<M> {
     answer: [u8; FRAME_MAX],
     answer_length: usize,
     /// Answers that belong to no session.
-    note: [u8; NOTE_MAX],
+    short: [u8; SHORT_MAX],
     receiver: Receiver,
     dropped: Dropped,
 }
@@ -101,7 +101,7 @@ impl<M: Machine> Session<M> {
             last: 0,
             answer: [0; FRAME_MAX],
             answer_length: 0,
-            note: [0; NOTE_MAX],
+            short: [0; SHORT_MAX],
             receiver: Receiver::new(),
             dropped: Dropped::default(),
         }
@@ -127,13 +127,13 @@ impl<M: Machine> Session<M> {
             return None;
         };
         let identity = self.machine.identity();
-        let note = |message: Answer<'_>, buffer: &'_ mut [u8]| {
+        let short = |message: Answer<'_>, buffer: &'_ mut [u8]| {
             encode(&Envelope { session, id, message }, buffer).map_or(0, <[u8]>::len)
         };
         let (length, resets) = match message {
             // The welcome of another version would be misread, but its version is told by the part that never changes.
-            Request::Hello { .. } => (note(Answer::Welcome(welcome(&identity, self.room)), &mut self.note), false),
-            Request::Reset { boot } if boot == identity.boot => (note(Answer::Done, &mut self.note), true),
+            Request::Hello { .. } => (short(Answer::Welcome(welcome(&identity, self.room)), &mut self.short), false),
+            Request::Reset { boot } if boot == identity.boot => (short(Answer::Done, &mut self.short), true),
             // It was meant for the boot before this one.
             Request::Reset { .. } => return self.stale(),
             Request::Open if self.current != Some(session) && id == 1 => {
@@ -144,10 +144,10 @@ impl<M: Machine> Session<M> {
                     self.answer_length = encode(&envelope, &mut self.answer).map_or(0, <[u8]>::len);
                     return self.stored();
                 }
-                (note(Answer::Refused(Refused::Busy), &mut self.note), false)
+                (short(Answer::Refused(Refused::Busy), &mut self.short), false)
             }
             _ if self.current != Some(session) => {
-                (note(Answer::Stranger { boot: identity.boot }, &mut self.note), false)
+                (short(Answer::Stranger { boot: identity.boot }, &mut self.short), false)
             }
             _ if id == self.last => {
                 self.dropped.repeated = self.dropped.repeated.wrapping_add(1);
@@ -179,7 +179,7 @@ impl<M: Machine> Session<M> {
                 return self.stored();
             }
         };
-        self.note.get(..length).map(|bytes| Reply { bytes, resets })
+        self.short.get(..length).map(|bytes| Reply { bytes, resets })
     }
 
     /// Neither done nor answered.
@@ -194,14 +194,14 @@ impl<M: Machine> Session<M> {
     }
 }
 
-fn welcome(identity: &Identity, [mission_room, tile_room, plan_room]: [u32; 3]) -> Welcome<'static> {
+fn welcome(identity: &Identity, [configuration_room, tile_room, plan_room]: [u32; 3]) -> Welcome<'static> {
     Welcome {
         version: VERSION,
         boot: identity.boot,
         core_clock_hz: identity.core_clock_hz,
         counts: identity.counts,
         piece_max: PIECE_MAX as u16,
-        mission_room,
+        configuration_room,
         tile_room,
         plan_room,
         board: identity.board,

@@ -7,7 +7,7 @@ use crate::stores::framing::checksum;
 #[derive(Debug)]
 pub struct Stores {
     /// Camera, settings, georeference.
-    mission: Room,
+    configuration: Room,
     /// The reference tile.
     tile: Room,
     /// Where photos are to be taken.
@@ -18,7 +18,7 @@ pub struct Stores {
 #[derive(Clone, Copy, Debug)]
 pub struct Uploaded {
     /// Camera, settings, georeference.
-    pub mission: &'static [u8],
+    pub configuration: &'static [u8],
     /// The reference tile.
     pub tile: &'static [u8],
     /// Where photos are to be taken; empty where that is not planned.
@@ -36,26 +36,26 @@ struct Room {
 
 impl Stores {
     /// Empty ones in this memory.
-    pub fn new(mission: &'static mut [u8], tile: &'static mut [u8], plan: &'static mut [u8]) -> Self {
+    pub fn new(configuration: &'static mut [u8], tile: &'static mut [u8], plan: &'static mut [u8]) -> Self {
         let room = |memory| Room { memory, announced: None, filled: 0 };
-        Stores { mission: room(mission), tile: room(tile), plan: room(plan) }
+        Stores { configuration: room(configuration), tile: room(tile), plan: room(plan) }
     }
 
-    /// Bytes of room for mission, tile and plan.
+    /// Bytes of room for configuration, tile and plan.
     pub fn room(&self) -> [u32; 3] {
-        [&self.mission, &self.tile, &self.plan].map(|room| room.memory.len() as u32)
+        [&self.configuration, &self.tile, &self.plan].map(|room| room.memory.len() as u32)
     }
 
     /// Forgets what was announced and uploaded.
     pub fn clear(&mut self) {
-        for room in [&mut self.mission, &mut self.tile, &mut self.plan] {
+        for room in [&mut self.configuration, &mut self.tile, &mut self.plan] {
             (room.announced, room.filled) = (None, 0);
         }
     }
 
     fn of(&mut self, store: Store) -> &mut Room {
         match store {
-            Store::Mission => &mut self.mission,
+            Store::Configuration => &mut self.configuration,
             Store::Tile => &mut self.tile,
             Store::Plan => &mut self.plan,
         }
@@ -94,15 +94,15 @@ impl Stores {
     /// # Errors
     /// [`Refused::Damaged`] where one is not what was announced; nothing is handed over then.
     pub fn hand_over(&mut self) -> Result<Uploaded, Refused<'static>> {
-        for store in [Store::Mission, Store::Tile, Store::Plan] {
+        for store in [Store::Configuration, Store::Tile, Store::Plan] {
             let room = self.of(store);
             let may_be_missing = store == Store::Plan && room.announced.is_none();
             if !(room.is_whole() || may_be_missing) {
                 return Err(Refused::Damaged(store));
             }
         }
-        let (mission, tile) = (self.mission.hand_over(), self.tile.hand_over());
-        Ok(Uploaded { mission, tile, plan: self.plan.hand_over() })
+        let (configuration, tile) = (self.configuration.hand_over(), self.tile.hand_over());
+        Ok(Uploaded { configuration, tile, plan: self.plan.hand_over() })
     }
 }
 

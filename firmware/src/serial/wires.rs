@@ -111,7 +111,7 @@ impl Wires {
         }
     }
 
-    /// Rows lost, for a board's gauge.
+    /// Rows lost, for a board's counters.
     pub fn overruns(&self) -> u32 {
         self.overruns.get()
     }

@@ -16,7 +16,7 @@
 
 use super::StoreError;
 use super::framing::{HEADER_BYTES, Kind, header, open};
-use plumbline_core::tile::{Geographic, Georeference, Tile};
+use plumbline_core::tile::{Geographic, Georeference, Tile, TileError};
 use plumbline_core::units::{Metres, Radians};
 
 /// This store's magic and version.
@@ -100,9 +100,9 @@ impl TileHead {
     /// [`StoreError::Reference`].
     pub fn tile<'p>(&self, pixels: &'p [u8]) -> Result<Tile<'p>, StoreError> {
         if pixels.len() != self.size.0 as usize * self.size.1 as usize {
-            return Err(StoreError::Reference);
+            return Err(StoreError::Reference(TileError::Size));
         }
-        Tile::new(pixels, self.size, Metres(self.resolution_m), self.georeference).map_err(|_| StoreError::Reference)
+        Tile::new(pixels, self.size, Metres(self.resolution_m), self.georeference).map_err(StoreError::Reference)
     }
 }
 

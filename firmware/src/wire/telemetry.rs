@@ -6,7 +6,7 @@
 mod instant;
 mod plan;
 
-pub use instant::{InstantReport, MotionTold, PoseTold, StampHealth, StampTold};
+pub use instant::{InstantReport, MotionReport, PoseReport, StampHealth, StampReport};
 pub use plan::{PhotoReport, PlanReport};
 use plumbline_core::pipeline::Refusal;
 use serde::{Deserialize, Serialize};

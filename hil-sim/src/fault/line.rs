@@ -5,7 +5,7 @@
 //! which they come, and that on time-outs: the same seed gives the same kind of trouble, not the same trouble.
 
 use crate::link::line::Line;
-use crate::sensors::noise::{stream, uniform};
+use crate::noise::{stream, uniform};
 use rand_chacha::ChaCha12Rng;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::VecDeque;
@@ -94,7 +94,7 @@ impl FaultyLine {
             faults,
             rng: stream(seed, "fault.line"),
             counts: LineFaultCounts::default(),
-            told: counts.clone(),
+            published: counts.clone(),
             reboot: Box::new(reboot),
         };
         let (board, is_over) = (board.to_owned(), stop.clone());
@@ -130,7 +130,7 @@ impl Drop for FaultyLine {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {
-            // A thread that died has told why on stderr.
+            // A thread that died has said why on stderr.
             let _ = thread.join();
         }
         let _ = std::fs::remove_file(&self.path);
@@ -141,7 +141,7 @@ struct Proxy {
     faults: LineFaults,
     rng: ChaCha12Rng,
     counts: LineFaultCounts,
-    told: Arc<Mutex<LineFaultCounts>>,
+    published: Arc<Mutex<LineFaultCounts>>,
     reboot: Box<dyn Fn() + Send>,
 }
 
@@ -247,8 +247,8 @@ impl Proxy {
     }
 
     fn tell(&self) {
-        if let Ok(mut told) = self.told.lock() {
-            *told = self.counts;
+        if let Ok(mut published) = self.published.lock() {
+            *published = self.counts;
         }
     }
 

@@ -1,4 +1,4 @@
-//! A board that is none: the application in this process behind a UNIX socket or a pseudo-terminal, with the boards' own
+//! A host process that acts as a board: the application behind a UNIX socket or a pseudo-terminal, with the boards' own
 //! end of the line ([`plumbline_firmware::serial`]). For tests, and for people without a board.
 
 mod host;
@@ -122,7 +122,7 @@ impl Device {
         self.wishes.reboots.fetch_add(1, Ordering::AcqRel);
     }
 
-    /// The same for somebody who does not hold the device.
+    /// As above, for somebody who does not hold the device.
     pub fn reset_button(&self) -> impl Fn() + Send + 'static {
         let wishes = self.wishes.clone();
         move || {
@@ -133,7 +133,7 @@ impl Device {
     /// Waits until it ends, which it does by itself only where its thread dies.
     pub fn wait(mut self) {
         if let Some(thread) = self.thread.take() {
-            // A thread that died has told why on stderr.
+            // A thread that died has said why on stderr.
             let _ = thread.join();
         }
     }

@@ -19,7 +19,6 @@ use plumbline_firmware::run::{self, Pending};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::future::poll_fn;
-use std::rc::Rc;
 use std::task::{Poll, Waker};
 
 /// A firmware in this process. Its tasks never end and embassy wants them for ever, so each flight leaks its
@@ -28,7 +27,7 @@ use std::task::{Poll, Waker};
 pub struct InProcess {
     executor: &'static Executor,
     pending: &'static Pending,
-    wires: Rc<Wires>,
+    wires: &'static Wires,
     log: Option<(&'static Log, Card)>,
 }
 
@@ -89,7 +88,7 @@ impl InProcess {
         Ok(Self::boot(&flash.stores()?, false))
     }
 
-    /// The same, with a log beside it.
+    /// As [`InProcess::new`], with a log beside it.
     ///
     /// # Errors
     /// [`LinkError::Input`].
@@ -101,13 +100,13 @@ impl InProcess {
     pub fn boot(stores: &Stores, is_logged: bool) -> Self {
         let pending: &'static Pending = Box::leak(Box::default());
         let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
-        // Tiles stay where they are, as in flash; of the mission nothing is kept.
+        // Tiles stay where they are, as in flash; of the configuration nothing is kept.
         let tiles: &'static [u8] = Box::leak(stores.tiles.clone().into_boxed_slice());
         let plan: &'static [u8] = Box::leak(stores.plan.clone().into_boxed_slice());
         let memory = vec![0; FRAME_MEMORY_BYTES].leak();
         let log = is_logged.then(|| (&*Box::leak(Box::new(recorder::log(stores, tiles))), Card::default()));
         let journal: &'static dyn Journal = log.as_ref().map_or(&NoJournal, |(log, _)| *log);
-        let link = InProcess { executor, pending, wires: Rc::new(Wires::default()), log };
+        let link = InProcess { executor, pending, wires: Box::leak(Box::default()), log };
         if let Some((log, card)) = link.log.clone() {
             tasks::endless(executor, async move {
                 let mut card = card;
@@ -115,10 +114,10 @@ impl InProcess {
                 write_out(log, &mut card, area).await;
             });
         }
-        let flight = boot::read(&stores.mission, tiles, plan);
+        let flight = boot::read(&stores.configuration, tiles, plan);
         match flight.and_then(|flight| flight.app(Box::leak(Box::default()), memory, journal)) {
             Ok(app) => link.fly(Box::leak(Box::new(app))),
-            Err(reason) => tasks::spawn_grounded(executor, reason, || link.port()),
+            Err(reason) => tasks::spawn_grounded(executor, reason, Port(link.wires)),
         }
         link
     }
@@ -160,13 +159,9 @@ impl InProcess {
         self.wires.untidy.set(seed.max(1));
     }
 
-    fn port(&self) -> Port {
-        Port(self.wires.clone())
-    }
-
     fn fly(&self, app: &'static App<'static>) {
-        let front_end = Camera { wires: self.wires.clone(), size: (0, 0), pixels: Vec::new(), row: 0 };
-        tasks::spawn(self.executor, app, || self.port(), front_end);
+        let front_end = HostFrontEnd { wires: self.wires, size: (0, 0), pixels: Vec::new(), row: 0 };
+        tasks::spawn(self.executor, app, Port(self.wires), front_end);
     }
 }
 
@@ -201,7 +196,8 @@ async fn others() {
 }
 
 /// Link and timer.
-struct Port(Rc<Wires>);
+#[derive(Clone, Copy)]
+struct Port(&'static Wires);
 
 impl Reader for Port {
     async fn read(&mut self, buffer: &mut [u8]) -> usize {
@@ -248,14 +244,14 @@ impl Timer for Port {
 }
 
 /// The front end: all rows are there at once, the host has no row time.
-struct Camera {
-    wires: Rc<Wires>,
+struct HostFrontEnd {
+    wires: &'static Wires,
     size: (u16, u16),
     pixels: Vec<u8>,
     row: usize,
 }
 
-impl FrontEnd for Camera {
+impl FrontEnd for HostFrontEnd {
     async fn frame(&mut self) -> FrameStart {
         let (start, pixels) = self.wires.wait(|wires| wires.frame.take()).await;
         (self.size, self.pixels, self.row) = (start.size, pixels, 0);

@@ -55,7 +55,7 @@ impl Line {
     /// The line of an open descriptor.
     ///
     /// # Errors
-    /// One that cannot be told not to block.
+    /// One that cannot be set not to block.
     pub fn new(descriptor: OwnedFd) -> io::Result<Self> {
         fcntl_setfl(&descriptor, fcntl_getfl(&descriptor)? | OFlags::NONBLOCK)?;
         Ok(Line { file: descriptor.into() })

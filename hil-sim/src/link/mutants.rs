@@ -77,7 +77,7 @@ impl Flying {
         let mut flying = Flying { session: Session::new(Handle(bench), wires, stores), bench, id: 1 };
         let crc = checksum(&[]);
         let announce = |store| Request::Announce { store, bytes: 0, crc };
-        for request in [Request::Open, announce(Store::Mission), announce(Store::Tile), Request::Start] {
+        for request in [Request::Open, announce(Store::Configuration), announce(Store::Tile), Request::Start] {
             assert!(flying.answers(&step_bytes(flying.id, request)).1 == 1, "the bench does not fly");
             flying.id += 1;
         }

@@ -1,17 +1,18 @@
 //! The image in QEMU's `mps2-an500`, a Cortex-M7, step by step.
 //!
 //! The emulator maps the board's PSRAM onto a file that this process maps too: registers, stores and frames
-//! travel through it, see [`plumbline_firmware::window`]. MAVLink goes over one serial port, the knocks of the lockstep
+//! travel through it, see [`plumbline_firmware::shared_memory`]. MAVLink goes over one serial port, the knocks of the lockstep
 //! over another. Emulated time is a function of the instructions executed, so counts repeat.
 
 use super::{Account, Event, Flash, Link, LinkError};
 use memmap2::MmapMut;
 use plumbline_firmware::serial::message::Counts;
-use plumbline_firmware::window as at;
+use plumbline_firmware::shared_memory as at;
 use plumbline_survey::error::InputError;
 use std::ffi::OsString;
 use std::io::{ErrorKind, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -34,22 +35,55 @@ pub struct Qemu {
     doorbell: UnixStream,
     step: u32,
     sent_total: u32,
-    folder: PathBuf,
 }
 
 /// Where `cargo xtask build` puts the image.
 pub fn default_image() -> PathBuf {
-    let target = std::env::var_os("CARGO_TARGET_DIR")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join("target"), PathBuf::from);
-    target.join("thumbv7em-none-eabihf").join("firmware").join("an500")
+    target().join("thumbv7em-none-eabihf").join("firmware").join("an500")
+}
+
+/// The emulator: the one that `cargo xtask` has unpacked for this workspace, else the command on the search path. On Linux
+/// it ends with the thread that starts it, however that ends.
+pub fn emulator() -> Command {
+    let private = target().join("tools").join("bin").join(PROGRAM);
+    let mut command = Command::new(if private.is_file() { private } else { PROGRAM.into() });
+    #[cfg(target_os = "linux")]
+    end_with_this_thread(&mut command);
+    command
+}
+
+#[cfg(target_os = "linux")]
+fn end_with_this_thread(command: &mut Command) {
+    use rustix::process::{Signal, getpid, getppid, set_parent_process_death_signal};
+    let us = getpid();
+    let before_it_starts = move || {
+        set_parent_process_death_signal(Some(Signal::KILL))?;
+        // We may have ended before that took effect.
+        if getppid() == Some(us) { Ok(()) } else { Err(ErrorKind::Interrupted.into()) }
+    };
+    // SAFETY: between fork and exec it makes system calls and nothing else: no memory is allocated, no lock taken.
+    unsafe { command.pre_exec(before_it_starts) };
+}
+
+/// Cargo's target folder.
+fn target() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join("target"), PathBuf::from)
 }
 
 impl Qemu {
     /// Starts `image` with what lies in its flash.
     ///
     /// # Errors
-    /// [`LinkError::Input`] for a missing image or emulator and for a mission that the firmware refuses.
+    /// [`LinkError::Input`] for a missing image or emulator and for a configuration that the firmware refuses.
     pub fn launch(flash: &Flash, image: &Path) -> Result<Self, LinkError> {
+        let (cols, rows) = flash.configuration.frame;
+        if usize::from(cols) * usize::from(rows) > at::AREA_MAX {
+            return Err(LinkError::Input(InputError::new(format!(
+                "frames of {cols} x {rows} pixels do not fit the emulated board, which takes {} at most",
+                at::AREA_MAX
+            ))));
+        }
         if !image.is_file() {
             return Err(LinkError::Input(InputError::new(format!(
                 "there is no firmware image at {}: build it with `cargo xtask build`",
@@ -59,19 +93,18 @@ impl Qemu {
         is_arm_executable(image)?;
         let folder = scratch_folder()?;
         let prepared = prepare(&folder, flash);
-        let launched = prepared.and_then(|(window, sockets)| start(image, &folder, window, sockets));
-        match launched {
-            Ok(mut qemu) => match qemu.boot()? {
-                1 => Ok(qemu),
-                status => Err(LinkError::Input(InputError::new(format!(
-                    "the firmware refuses what lies in flash (status {status:#x})"
-                )))),
-            },
-            Err(error) => {
-                // Leaving a scratch folder behind is not worth another error.
-                let _ = std::fs::remove_dir_all(&folder);
-                Err(error)
-            }
+        let booted = prepared.and_then(|(window, sockets)| {
+            let mut qemu = start(image, &folder, window, sockets)?;
+            qemu.boot().map(|status| (qemu, status))
+        });
+        // Both sides hold what they need of it open, so that nothing is left even by a process that is killed. Leaving it
+        // behind is not worth an error.
+        let _ = std::fs::remove_dir_all(&folder);
+        match booted? {
+            (qemu, 1) => Ok(qemu),
+            (_, status) => Err(LinkError::Input(InputError::new(format!(
+                "the firmware refuses what lies in flash (status {status:#x})"
+            )))),
         }
     }
 
@@ -204,7 +237,6 @@ impl Drop for Qemu {
         // The process may have ended by itself; nothing is to be done about a failure here.
         let _ = self.process.kill();
         let _ = self.process.wait();
-        let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
 
@@ -258,7 +290,7 @@ fn prepare(folder: &Path, flash: &Flash) -> Result<(MmapMut, Sockets), LinkError
     put(at::MAGIC, &at::MAGIC_VALUE.to_le_bytes());
     put(at::ROW_TIME_NS, &ROW_TIME_NS.to_le_bytes());
     put(at::RING_ROWS, &RING_ROWS.to_le_bytes());
-    put(at::MISSION, &stores.mission);
+    put(at::CONFIGURATION, &stores.configuration);
     put(at::TILES, &stores.tiles);
     put(at::PLAN, &stores.plan);
     let listen = |name: &str| UnixListener::bind(folder.join(name)).map_err(lost);
@@ -271,7 +303,7 @@ fn start(image: &Path, folder: &Path, window: MmapMut, sockets: Sockets) -> Resu
         argument.push(folder.join(name));
         argument
     };
-    let process = Command::new(PROGRAM)
+    let process = emulator()
         .args(["-M", "mps2-an500,memory-backend=window", "-object"])
         .arg(path("memory-backend-file,id=window,size=16M,share=on,mem-path=", "window"))
         .args(["-icount", "shift=1,sleep=off", "-nodefaults", "-display", "none", "-monitor", "none"])
@@ -281,6 +313,8 @@ fn start(image: &Path, folder: &Path, window: MmapMut, sockets: Sockets) -> Resu
         .arg(path("unix:", "link"))
         .arg("-serial")
         .arg(path("unix:", "doorbell"))
+        // An interrupt at the terminal is the flight's to handle, which then still needs its firmware.
+        .process_group(0)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         // Its warnings concern devices that nobody asked for.
@@ -288,7 +322,7 @@ fn start(image: &Path, folder: &Path, window: MmapMut, sockets: Sockets) -> Resu
         .spawn()
         .map_err(|error| {
             LinkError::Input(InputError::new(format!(
-                "{PROGRAM} cannot be started ({error}): install it with `apt-get install qemu-system-arm`"
+                "{PROGRAM} cannot be started ({error}): `cargo xtask build` unpacks one"
             )))
         })?;
     let mut guard = Started(Some(process));
@@ -298,7 +332,7 @@ fn start(image: &Path, folder: &Path, window: MmapMut, sockets: Sockets) -> Resu
     link.set_nonblocking(true).map_err(lost)?;
     doorbell.set_read_timeout(Some(Duration::from_millis(2))).map_err(lost)?;
     let process = guard.0.take().ok_or_else(|| LinkError::Lost("the emulator is gone".to_owned()))?;
-    Ok(Qemu { process, window, link, doorbell, step: 0, sent_total: 0, folder: folder.to_owned() })
+    Ok(Qemu { process, window, link, doorbell, step: 0, sent_total: 0 })
 }
 
 /// A process that is killed if nobody takes it over.

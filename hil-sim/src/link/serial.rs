@@ -1,7 +1,7 @@
 //! A board at the other end of a line: the same steps as on every link, each done once whatever the line does.
 //!
 //! The simulator holds the newest frame and hands over the rows that the board asks for. A board that boots in mid-flight
-//! gets its mission again and flies on; the frames it had not yet reported are counted as abandoned.
+//! gets its configuration again and flies on; the frames it had not yet reported are counted as abandoned.
 
 mod begin;
 mod said;
@@ -26,7 +26,7 @@ pub struct Serial {
     talk: Talk,
     path: PathBuf,
     board: Welcomed,
-    /// Mission and tile, as they are stored, and the plan where there is one.
+    /// Configuration and tile, as they are stored, and the plan where there is one.
     stores: Vec<(Store, Vec<u8>)>,
     /// The newest frame, until the board has taken all of it.
     frame: Option<(u32, Vec<u8>)>,
@@ -43,7 +43,8 @@ impl Serial {
     /// [`LinkError::Input`] for all that the user can mend: the path, a board that is silent, or that refuses.
     pub fn open(flash: &Flash, path: &Path, patience: Patience) -> Result<Self, LinkError> {
         let stores = flash.stores()?;
-        let all = [(Store::Mission, stores.mission), (Store::Tile, stores.tiles), (Store::Plan, stores.plan)];
+        let all =
+            [(Store::Configuration, stores.configuration), (Store::Tile, stores.tiles), (Store::Plan, stores.plan)];
         let stores = all.into_iter().filter(|(store, bytes)| *store != Store::Plan || !bytes.is_empty()).collect();
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         // Another number than that of an earlier simulator on the same line.
@@ -54,7 +55,7 @@ impl Serial {
             core_clock_hz: 0,
             counts: message::Counts::Nothing,
             piece_max: 0,
-            mission_room: 0,
+            configuration_room: 0,
             tile_room: 0,
             plan_room: 0,
             board: String::new(),
@@ -179,7 +180,7 @@ impl Link for Serial {
                         return Ok(sent);
                     }
                 }
-                Err(failed) => return Err(self.lost(&told(failed))),
+                Err(failed) => return Err(self.lost(&sentence(failed))),
             }
         }
         Err(self.lost("the board boots again and again"))
@@ -203,7 +204,7 @@ impl Drop for Serial {
     }
 }
 
-fn told(failed: Failed) -> String {
+fn sentence(failed: Failed) -> String {
     match failed {
         Failed::Rebooted => "the board booted anew".to_owned(),
         Failed::OtherVersion(theirs) => {

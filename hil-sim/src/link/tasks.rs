@@ -1,40 +1,59 @@
 //! The application's tasks on the host.
 
 use embassy_executor::raw::{Executor, TaskStorage};
-use plumbline_firmware::app::{App, beat, camera, edges, grounded, receive, transmit};
-use plumbline_firmware::board::{FrontEnd, Gauge, Reader, Timer, Writer};
+use plumbline_firmware::app::{App, grounded};
+use plumbline_firmware::application_tasks;
+use plumbline_firmware::board::{Board, FrontEnd, Parts, PerformanceCounters, Reader, Timer, Writer};
 use plumbline_firmware::boot::BootError;
+use std::marker::PhantomData;
 
-/// Spawns all of them, each with ends of its own.
-pub fn spawn<P: Reader + Writer + Timer + 'static>(
+/// A host process that acts as a board: a front end, and a port that is both ends of the link and the capture timer.
+struct Host<F, P>(PhantomData<fn() -> (F, P)>);
+
+impl<F, P> Clone for Host<F, P> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<F, P> Copy for Host<F, P> {}
+
+impl<F: FrontEnd + 'static, P: Reader + Writer + Timer + Copy + 'static> Board for Host<F, P> {
+    type FrontEnd = F;
+    type Reader = P;
+    type Writer = P;
+    type Timer = P;
+    type Counters = NoCounters;
+}
+
+/// Spawns all of them.
+pub fn spawn<P: Reader + Writer + Timer + Copy + 'static>(
     executor: &'static Executor,
     app: &'static App<'static>,
-    port: impl Fn() -> P,
+    port: P,
     front_end: impl FrontEnd + 'static,
 ) {
-    let (mut reader, timer) = (port(), port());
-    endless(executor, async move { receive::receive(app, &mut reader, &timer).await });
-    let (mut front_end, timer) = (front_end, port());
-    endless(executor, async move { camera::camera(app, &mut front_end, &timer, &HostGauge).await });
-    let (mut writer, timer) = (port(), port());
-    endless(executor, async move { transmit::transmit(app, &mut writer, &timer, &HostGauge).await });
-    let mut timer = port();
-    endless(executor, async move { beat::beat(app, &mut timer).await });
-    let mut timer = port();
-    endless(executor, async move { edges::pulses(app, &mut timer).await });
-    let mut timer = port();
-    endless(executor, async move { edges::edges(app, &mut timer).await });
+    let (reader, writer, timer) = (port, port, port);
+    let parts = Parts { board: Host(PhantomData), front_end, reader, writer, timer, counters: NoCounters };
+    macro_rules! spawn {
+        ($($name:ident = $module:ident::$task:ident($($part:ident: $Part:ident),*))*) => {
+            $({
+                $(let mut $part = parts.$part;)*
+                endless(executor, async move { plumbline_firmware::app::$module::$task(app, $(&mut $part),*).await });
+            })*
+        };
+    }
+    application_tasks!(spawn);
 }
 
 /// Spawns those of a vehicle whose stores were refused.
-pub fn spawn_grounded<P: Reader + Writer + Timer + 'static>(
+pub fn spawn_grounded<P: Reader + Writer + Timer + Copy + 'static>(
     executor: &'static Executor,
     reason: BootError,
-    port: impl Fn() -> P,
+    port: P,
 ) {
-    let mut reader = port();
+    let (mut reader, mut writer, mut timer) = (port, port, port);
     endless(executor, async move { grounded::drain(&mut reader).await });
-    let (mut writer, mut timer) = (port(), port());
     endless(executor, async move { grounded::tell(reason.words(), &[], &mut writer, &mut timer).await });
 }
 
@@ -48,10 +67,11 @@ pub fn endless<F: Future + 'static>(executor: &'static Executor, task: F) {
 }
 
 /// No counters and no memory limits on the host.
-struct HostGauge;
+#[derive(Clone, Copy)]
+struct NoCounters;
 
-impl Gauge for HostGauge {
-    fn measured<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {
+impl PerformanceCounters for NoCounters {
+    fn counted<R>(&self, work: impl FnOnce() -> R) -> (R, u32) {
         (work(), 0)
     }
 

@@ -32,7 +32,7 @@ pub fn attitude_linear(from_rad: [f64; 3], to_rad: [f64; 3], u: f64) -> [f64; 3]
     ]
 }
 
-/// The same by one turn about a fixed axis (slerp): the control of the linear way.
+/// As above by one rotation about a fixed axis (slerp): the control of linear interpolation.
 ///
 /// With D = R1 R0^T the turn from one attitude to the next, of angle w about a unit axis, the attitude at `u` is the
 /// turn of angle u w about that axis, times R0. Attitudes half a turn apart have no short way; they are not met here.

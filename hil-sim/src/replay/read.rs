@@ -1,6 +1,6 @@
 //! A log as it lies on a card or in a file: damaged, cut or whole.
 
-use super::annotation::Annotation;
+use crate::link::annotation::Annotation;
 use plumbline_firmware::log::block::{BLOCK, BlockError, Head as BlockHead, NONE, VERSION, open};
 use plumbline_firmware::log::record::{Head, Record};
 use plumbline_firmware::stores::framing::checksum;
@@ -50,8 +50,8 @@ pub enum Item {
 pub struct Log {
     /// What the application ran on.
     pub head: Head,
-    /// The mission store.
-    pub mission: Vec<u8>,
+    /// The configuration store.
+    pub configuration: Vec<u8>,
     /// The tile store, where all of it was logged.
     pub tiles: Option<Vec<u8>>,
     /// The flight.
@@ -120,7 +120,7 @@ struct Assembly {
     /// A record that runs on into the next block.
     pending: Vec<u8>,
     head: Option<Head>,
-    mission: Option<Vec<u8>>,
+    configuration: Option<Vec<u8>>,
     tiles: Vec<u8>,
     items: Vec<Item>,
     annotations: Vec<Annotation>,
@@ -158,7 +158,7 @@ impl Assembly {
         let is_complete = self.tiles.len() == head.tiles_bytes as usize && checksum(&self.tiles) == head.tiles_crc;
         Ok(Log {
             head,
-            mission: self.mission.ok_or(LogError::NoHead)?,
+            configuration: self.configuration.ok_or(LogError::NoHead)?,
             tiles: is_complete.then_some(self.tiles),
             items: self.items,
             annotations: self.annotations,
@@ -202,7 +202,7 @@ impl Assembly {
                 self.items.push(Item::Hole);
             }
             Some(Record::Head(head)) => self.head = self.head.or(Some(head)),
-            Some(Record::Mission(mission)) => self.mission = Some(mission.0.to_vec()),
+            Some(Record::Configuration(configuration)) => self.configuration = Some(configuration.0.to_vec()),
             // Pieces behind a missing one are of no use.
             Some(Record::Tiles(from, piece)) if from as usize == self.tiles.len() => self.tiles.extend(piece.0),
             Some(Record::Tiles(..)) => {}

@@ -1,15 +1,15 @@
 //! The log as what drives the application: one cursor, from which its board and its journal draw alike.
 //!
-//! Each of the board's parts is ready only when the record at the cursor is theirs, and each note moves the cursor on when it
+//! Each of the board's parts is ready only when the record at the cursor is theirs, and each event moves the cursor on when it
 //! says what the record says. So the tasks can take things in no other order than they did in flight.
 
 use super::read::Item;
+use plumbline_core::image::Run;
 use plumbline_core::pipeline::Refusal;
-use plumbline_core::rectify::Run;
 use plumbline_core::stamp::{Edge, Polarity};
 use plumbline_core::units::Ticks;
 use plumbline_firmware::board::{FrameStart, FrontEnd, Reader, Rows, Timer, Writer};
-use plumbline_firmware::journal::{Journal, Note, Turn};
+use plumbline_firmware::journal::{Event, Gate, Journal};
 use plumbline_firmware::log::journal::{RUNS_BYTES, record, runs_in};
 use plumbline_firmware::log::record::Record;
 use plumbline_firmware::wire::telemetry::{FrameReport, STAGES};
@@ -168,8 +168,8 @@ fn name(record: &Record<'_>) -> String {
 }
 
 impl Journal for Tape {
-    fn note(&self, note: Note<'_>) {
-        self.compare(&record(&note));
+    fn event(&self, event: Event<'_>) {
+        self.compare(&record(&event));
     }
 
     fn patch(&self, size: (u16, u16), runs: &[Run], pixels: &mut [u8]) {
@@ -193,28 +193,21 @@ impl Journal for Tape {
         }
     }
 
-    fn turn(&self, turn: Turn, waker: &Waker) -> Poll<()> {
+    fn gate(&self, gate: Gate, waker: &Waker) -> Poll<()> {
         self.poll(waker, |record| {
-            let is_mine = match turn {
-                Turn::Beat => matches!(record, Record::Beat(_)),
-                Turn::Begin => matches!(record, Record::Begin),
-                Turn::Look => matches!(record, Record::Look(_)),
+            let is_mine = match gate {
+                Gate::Beat => matches!(record, Record::Beat(_)),
+                Gate::Begin => matches!(record, Record::Begin),
+                Gate::Look => matches!(record, Record::Look(_)),
             };
             is_mine.then_some(())
         })
     }
 }
 
-/// The board's parts, all on one tape.
-#[derive(Debug)]
-pub struct Part(pub &'static Tape, Vec<u8>, u16);
-
-impl Part {
-    /// One of them.
-    pub fn new(tape: &'static Tape) -> Self {
-        Part(tape, Vec::new(), 0)
-    }
-}
+/// Link and timer of the board.
+#[derive(Clone, Copy, Debug)]
+pub struct Part(pub &'static Tape);
 
 impl Reader for Part {
     async fn read(&mut self, buffer: &mut [u8]) -> usize {
@@ -251,24 +244,39 @@ impl Timer for Part {
     }
 }
 
-impl FrontEnd for Part {
+/// The board's front end.
+#[derive(Debug)]
+pub struct TapeFrontEnd {
+    tape: &'static Tape,
+    cols: u16,
+    pixels: Vec<u8>,
+}
+
+impl TapeFrontEnd {
+    /// The one front end.
+    pub fn new(tape: &'static Tape) -> Self {
+        TapeFrontEnd { tape, cols: 0, pixels: Vec::new() }
+    }
+}
+
+impl FrontEnd for TapeFrontEnd {
     async fn frame(&mut self) -> FrameStart {
-        let start = self.0.wait(|record| match record {
+        let start = self.tape.wait(|record| match record {
             Record::Start(sequence, arrival, size) => Some(FrameStart { sequence, arrival: Ticks(arrival), size }),
             _ => None,
         });
         let start = start.await;
-        self.2 = start.size.0;
+        self.cols = start.size.0;
         start
     }
 
     /// No pixels were logged, and none are needed: what the rectifier makes of these is thrown away.
     async fn rows(&mut self, count: u16) -> Rows<'_> {
-        let code = self.0.wait(|record| if let Record::Rows(code) = record { Some(code) } else { None }).await;
+        let code = self.tape.wait(|record| if let Record::Rows(code) = record { Some(code) } else { None }).await;
         match Refusal::from_code(code) {
             None => {
-                self.1.resize(usize::from(count) * usize::from(self.2), 0);
-                Rows::Pixels(&self.1)
+                self.pixels.resize(usize::from(count) * usize::from(self.cols), 0);
+                Rows::Pixels(&self.pixels)
             }
             Some(Refusal::Overrun) => Rows::Overrun,
             Some(_) => Rows::End,

@@ -1,7 +1,7 @@
 //! The door: what a scenario may say. Behind it nobody checks again.
 
+use super::footprint::footprint_margin_m;
 use super::{EdgeSource, FollowUpMode, Scenario, ScenarioError, Seconds};
-use crate::flight::footprint_margin_m;
 use plumbline_core::budget::REACQUIRE_PX;
 use plumbline_core::pose::noise::LAGS;
 use plumbline_core::stamp::EXPOSURE_MAX_US;
@@ -10,6 +10,9 @@ use plumbline_core::stamp::EXPOSURE_MAX_US;
 const FRAMES_MAX: u32 = 1_000_000;
 /// Some air between a frame's first row and the next frame's opening.
 const BETWEEN_FRAMES_US: u64 = 950;
+/// Pixels are square where their sides differ by no more than this share, as in the core's `Camera::has_square_pixels`: what
+/// the rounded fields of view of a data sheet allow.
+const SQUARE_MAX: f64 = 1e-3;
 /// Sigmas of jitter that every order of events is kept for.
 const JITTER_SIGMAS: f64 = 6.0;
 
@@ -82,11 +85,11 @@ impl Scenario {
             ("position.rate_hz", position.rate_hz.into(), 1.0, 1000.0),
             ("position.latency_us", position.latency_us.into(), 0.0, 1e7),
             ("position.delay_us", position.delay_us.into(), 0.0, 1e6),
-            ("reference.gamma", reference.gamma, 0.05, 20.0),
-            ("reference.gain", reference.gain, 0.01, 100.0),
-            ("reference.offset_dn", reference.offset_dn, -255.0, 255.0),
-            ("reference.noise_dn", reference.noise_dn, 0.0, 255.0),
-            ("reference.changed_fraction", reference.changed_fraction, 0.0, 1.0),
+            ("reference.gamma", reference.gamma.unwrap_or(1.0), 0.05, 20.0),
+            ("reference.gain", reference.gain.unwrap_or(1.0), 0.01, 100.0),
+            ("reference.offset_dn", reference.offset_dn.unwrap_or(0.0), -255.0, 255.0),
+            ("reference.noise_dn", reference.noise_dn.unwrap_or(0.0), 0.0, 255.0),
+            ("reference.changed_fraction", reference.changed_fraction.unwrap_or(0.0), 0.0, 1.0),
             ("shutter.edge_jitter_us", shutter.edge_jitter_us, 0.0, 1e4),
             ("shutter.open_delay_us", shutter.open_delay_us.into(), -1e5, 1e5),
             ("shutter.close_delay_us", shutter.close_delay_us.into(), -1e5, 1e5),
@@ -113,7 +116,7 @@ impl Scenario {
             ]);
         }
         ranges.extend(self.plan.deviation_m.map(|m| ("plan.deviation_m", m, 0.0, 1000.0)));
-        ranges.extend(self.spells().flat_map(|(key, spell)| spell.map(|s| (key, s, 0.0, 1e9))));
+        ranges.extend(self.intervals().flat_map(|(key, interval)| interval.map(|s| (key, s, 0.0, 1e9))));
         ranges.extend(self.mount.lever_arm_m.map(|m| ("mount.lever_arm_m", m, -100.0, 100.0)));
         ranges.extend(self.mount.boresight_deg.map(|deg| ("mount.boresight_deg", deg, -10.0, 10.0)));
         let truly = self.mount.true_boresight_deg.into_iter().flatten();
@@ -125,8 +128,8 @@ impl Scenario {
         ranges
     }
 
-    /// Every spell of trouble that is given, by its key.
-    fn spells(&self) -> impl Iterator<Item = (&'static str, Seconds)> + use<> {
+    /// Every interval of trouble that is given, by its key.
+    fn intervals(&self) -> impl Iterator<Item = (&'static str, Seconds)> + use<> {
         let attitude = &self.attitude_faults;
         let all = [
             ("timer.pps_lost_s", self.timer.pps_lost_s),
@@ -135,7 +138,24 @@ impl Scenario {
             ("attitude_faults.backwards_s", attitude.backwards_s),
             ("attitude_faults.nan_s", attitude.nan_s),
         ];
-        all.into_iter().filter_map(|(key, spell)| Some((key, spell?)))
+        all.into_iter().filter_map(|(key, interval)| Some((key, interval?)))
+    }
+
+    /// Eq. 7 holds for square pixels alone.
+    fn check_square_pixels(&self) -> Result<(), String> {
+        let (k_h, k_v) = self.camera.tangent_per_px();
+        if self.follow_up.mode == FollowUpMode::Followed && (k_h / k_v - 1.0).abs() > SQUARE_MAX {
+            return Err(format!(
+                "follow_up.mode = \"followed\" needs a field of view in proportion to the pixels, but camera.fov_h_deg \
+                 = {} over {} columns and camera.fov_v_deg = {} over {} rows are not: camera.fov_v_deg = {:.4} would be",
+                self.camera.fov_h_deg,
+                self.camera.cols,
+                self.camera.fov_v_deg,
+                self.camera.rows,
+                2.0 * (k_h * 0.5 * f64::from(self.camera.rows)).atan().to_degrees()
+            ));
+        }
+        Ok(())
     }
 
     /// What single values cannot say.
@@ -179,17 +199,10 @@ impl Scenario {
                 shutter.arrival_latency_us, shutter.close_delay_us
             ));
         }
-        if let Some((key, [from_s, to_s])) = self.spells().find(|(_, [from_s, to_s])| from_s > to_s) {
+        if let Some((key, [from_s, to_s])) = self.intervals().find(|(_, [from_s, to_s])| from_s > to_s) {
             return Err(format!("{key} = [{from_s}, {to_s}] has the later second first"));
         }
-        let (k_h, k_v) = self.camera.tangent_per_px();
-        if self.follow_up.mode == FollowUpMode::Followed && (k_h / k_v - 1.0).abs() > 1e-6 {
-            return Err(format!(
-                "follow_up.mode = \"followed\" needs a field of view in proportion to the pixels, but camera.fov_h_deg \
-                 = {} over {} columns and camera.fov_v_deg = {} over {} rows are not",
-                self.camera.fov_h_deg, self.camera.cols, self.camera.fov_v_deg, self.camera.rows
-            ));
-        }
+        self.check_square_pixels()?;
         if self.replay.is_none() && !footprint_margin_m(self).is_finite() {
             return Err(format!(
                 "flight.tilt_max_deg = {} brings the horizon into the frame of camera.fov_h_deg = {} and \
@@ -202,13 +215,15 @@ impl Scenario {
 }
 
 /// What the TOML reader found, as one sentence with the line it stands in.
-pub(super) fn sentence(file: &str, text: &str, error: &toml::de::Error) -> ScenarioError {
+pub(crate) fn sentence(file: &str, text: &str, error: &toml::de::Error) -> ScenarioError {
     let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-    let place = error.span().and_then(|span| {
-        let before = text.get(..span.start)?;
-        let number = before.matches('\n').count() + 1;
-        let line = text.lines().nth(number - 1)?.trim();
-        Some(format!(", line {number} (`{line}`)"))
-    });
-    ScenarioError(format!("{file}{}: {message}", place.unwrap_or_default()))
+    let line = error.span().map(|span| line_of(text, span.start));
+    ScenarioError(format!("{file}{}: {message}", line.unwrap_or_default()))
+}
+
+/// The line of a file's `text` in which byte `at` stands, to follow the file's name.
+pub(crate) fn line_of(text: &str, at: usize) -> String {
+    let number = text.get(..at).map_or(0, |before| before.matches('\n').count()) + 1;
+    let line = text.lines().nth(number - 1).unwrap_or_default().trim();
+    format!(", line {number} (`{line}`)")
 }

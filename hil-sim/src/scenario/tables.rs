@@ -131,7 +131,7 @@ impl Default for Attitude {
     }
 }
 
-/// What the camera does about the heading, and what the firmware is told to believe.
+/// What the camera does about the heading, and what the firmware is configured for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FollowUpMode {
@@ -236,11 +236,12 @@ impl Default for Position {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Mount {
-    /// From the antenna, whose position is told and corrected, to the camera: forward, right, down.
+    /// From the antenna, whose position is reported and corrected, to the camera: forward, right, down.
     pub lever_arm_m: [f64; 3],
-    /// Turn of the camera against where the follow-up axis has it look: heading, pitch, roll.
+    /// Rotation of the camera against where the follow-up axis has it look: heading, pitch, roll.
     pub boresight_deg: [f64; 3],
-    /// The same turn as it really is, where the board is told another: what `plumbline boresight` finds. As told unless given.
+    /// That rotation as it really is, where the board is configured with another: what `plumbline boresight` finds. As configured
+    /// unless given.
     pub true_boresight_deg: Option<[f64; 3]>,
     /// From the virtual projection centre of a combined camera to the head that flies, along the axes of the mount, which
     /// turn with the follow-up axis: forward, right, down. From the camera file alone.
@@ -256,26 +257,21 @@ impl Mount {
     }
 }
 
-/// How the reference differs from the ground: offset + gain · 255 (DN/255)^gamma, noise, and patches that changed.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+/// How the reference differs from the ground: offset + gain · 255 (DN/255)^gamma, noise, and patches that changed. What is not
+/// given depends on the ground: a procedural one has differences made up, over an orthophoto there are none.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reference {
     /// Exponent of the tone curve.
-    pub gamma: f64,
+    pub gamma: Option<f64>,
     /// Gain after it.
-    pub gain: f64,
+    pub gain: Option<f64>,
     /// Offset after it, DN.
-    pub offset_dn: f64,
+    pub offset_dn: Option<f64>,
     /// White noise, DN.
-    pub noise_dn: f64,
+    pub noise_dn: Option<f64>,
     /// Share of the area that looks different today.
-    pub changed_fraction: f64,
-}
-
-impl Default for Reference {
-    fn default() -> Self {
-        Reference { gamma: 0.8, gain: 1.0, offset_dn: 0.0, noise_dn: 3.0, changed_fraction: 0.10 }
-    }
+    pub changed_fraction: Option<f64>,
 }
 
 /// Which of the shutter's edges are wired to the capture timer.
@@ -291,7 +287,7 @@ pub enum EdgeSource {
     None,
 }
 
-/// The shutter's line, and the way of a frame to the board. The firmware is told delays, latency and sigmas, as a
+/// The shutter's line, and the way of a frame to the board. The firmware is configured with delays, latency and sigmas, as a
 /// calibration would find them.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]

@@ -1,7 +1,7 @@
 //! How far the pictures moved while the shutter was open, as the firmware tells it.
 
 use super::statistics::mean;
-use crate::fly::FrameRecord;
+use crate::run::FrameRecord;
 use serde::Serialize;
 
 /// Image motion over the frames whose pose is known.
@@ -21,13 +21,13 @@ pub struct Blur {
 
 /// The figures of a flight.
 pub fn blur(frames: &[FrameRecord]) -> Blur {
-    let told: Vec<_> = frames.iter().filter_map(|frame| frame.instant?.motion).collect();
-    let lengths: Vec<f64> = told.iter().map(|motion| f64::from(motion.max_px)).collect();
+    let reported: Vec<_> = frames.iter().filter_map(|frame| frame.instant?.motion).collect();
+    let lengths: Vec<f64> = reported.iter().map(|motion| f64::from(motion.max_px)).collect();
     Blur {
         mean_px: mean(&lengths),
         max_px: lengths.iter().copied().reduce(f64::max),
-        blurred: told.iter().filter(|motion| motion.warnings[0]).count(),
-        beyond_standard: told.iter().filter(|motion| motion.warnings[1]).count(),
-        exposure_max_us: told.iter().map(|motion| motion.exposure_max_us).min(),
+        blurred: reported.iter().filter(|motion| motion.warnings[0]).count(),
+        beyond_standard: reported.iter().filter(|motion| motion.warnings[1]).count(),
+        exposure_max_us: reported.iter().map(|motion| motion.exposure_max_us).min(),
     }
 }

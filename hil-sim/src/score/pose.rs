@@ -1,8 +1,8 @@
 //! What the poses are worth: attitude at mid-exposure as the firmware tells it against the true one, and how it was found.
 
 use super::statistics::mean;
-use crate::flight::wrapped;
-use crate::fly::FrameRecord;
+use crate::run::FrameRecord;
+use crate::vehicle::servo::wrapped;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -26,19 +26,19 @@ pub fn poses(frames: &[FrameRecord]) -> Poses {
         ["second", "third", "straight", "none"].map(|name| (name, 0)).into();
     let mut rejected_samples = 0;
     for frame in frames {
-        let told = frame.instant.and_then(|instant| instant.pose);
-        let (Some(told), Some(used)) = (told, frame.report.and_then(|report| report.situation)) else {
+        let reported = frame.instant.and_then(|instant| instant.pose);
+        let (Some(reported), Some(used)) = (reported, frame.report.and_then(|report| report.situation)) else {
             *methods.entry("none").or_default() += 1;
             continue;
         };
-        let name = match told.order {
+        let name = match reported.order {
             2 => "second",
             3 => "third",
             _ => "straight",
         };
         *methods.entry(name).or_default() += 1;
-        rejected_samples += usize::from(told.samples[2]);
-        let sigma = f64::from(told.sigma[0]);
+        rejected_samples += usize::from(reported.samples[2]);
+        let sigma = f64::from(reported.sigma[0]);
         for (used, truth) in [(used[2], frame.truth.pitch_rad), (used[3], frame.truth.roll_rad)] {
             let error = wrapped(f64::from(used) - truth);
             squares.push(error.to_degrees().powi(2));

@@ -1,7 +1,7 @@
 //! What the stamps are worth: mid-exposure as the firmware tells it against the true one.
 
 use super::statistics::mean;
-use crate::fly::FrameRecord;
+use crate::run::FrameRecord;
 use plumbline_core::stamp::StampSource;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -23,11 +23,11 @@ pub struct Stamps {
 
 /// The stamp's error in microseconds, its sigma and its source; `None` for a frame without a stamp.
 pub fn error(record: &FrameRecord) -> Option<(f64, f64, StampSource)> {
-    let told = record.instant?.stamp?;
+    let reported = record.instant?.stamp?;
     // The difference is taken in integers: instants of a long flight have more digits than it.
-    let off_us = told.mid_us as i64 - record.exposure.open_us as i64;
+    let off_us = reported.mid_us as i64 - record.exposure.open_us as i64;
     let error_us = off_us as f64 - (record.exposure.mid_exact_us() - record.exposure.open_us as f64);
-    Some((error_us, f64::from(told.sigma_us), told.source()?))
+    Some((error_us, f64::from(reported.sigma_us), reported.source()?))
 }
 
 /// The figures of a flight.

@@ -3,16 +3,17 @@
 use super::grid::{Bounds, Grid};
 use super::surface::Surface;
 use std::fmt;
+use std::sync::Arc;
 
 /// A piece of land: an orthophoto (grey albedo, 0 to 255) on a height surface.
 ///
 /// Between albedo pixels the value is Catmull-Rom, clamped to 0..255: a smooth function, so it does not matter whether the
 /// pixel of the orthophoto is finer or coarser than the frame's ground sample distance. Heights are bilinear; without a
-/// surface the ground is flat at height 0.
+/// surface the ground is flat at height 0. A clone shares its rasters.
 #[derive(Clone, Debug)]
 pub struct Ground {
-    albedo: Grid,
-    surface: Option<Surface>,
+    albedo: Arc<Grid>,
+    surface: Option<Arc<Surface>>,
     epsg: u32,
 }
 
@@ -86,15 +87,15 @@ impl Ground {
     /// NaN in the albedo means "not photographed"; the surface must be known everywhere.
     pub fn new(albedo: Grid, surface: Option<Grid>, epsg: u32) -> Result<Self, GroundError> {
         check(&albedo, "albedo")?;
-        Ground { albedo, surface: None, epsg }.with_surface(surface)
+        Ground { albedo: Arc::new(albedo), surface: None, epsg }.with_surface(surface)
     }
 
     /// For rasters made here, whose sizes and heights are right by construction.
     pub(super) fn from_checked(albedo: Grid, surface: Grid, epsg: u32) -> Self {
-        Ground { albedo, surface: Some(Surface::new(surface)), epsg }
+        Ground { albedo: Arc::new(albedo), surface: Some(Arc::new(Surface::new(surface))), epsg }
     }
 
-    /// The same picture on another surface, or flat at height 0.
+    /// This picture on another surface, or flat at height 0.
     pub fn with_surface(mut self, surface: Option<Grid>) -> Result<Self, GroundError> {
         self.surface = match surface {
             None => None,
@@ -103,7 +104,7 @@ impl Ground {
                 if let Some(i) = grid.data.iter().position(|h| !h.is_finite()) {
                     return Err(GroundError::HeightNotFinite { col: i % grid.cols, row: i / grid.cols });
                 }
-                Some(Surface::new(grid))
+                Some(Arc::new(Surface::new(grid)))
             }
         };
         Ok(self)
@@ -121,7 +122,7 @@ impl Ground {
 
     /// The surface raster, if the ground is not flat.
     pub fn surface_grid(&self) -> Option<&Grid> {
-        self.surface.as_ref().map(Surface::grid)
+        self.surface.as_ref().map(|surface| surface.grid())
     }
 
     /// Where the albedo is defined: the rectangle between the outermost pixel centres.

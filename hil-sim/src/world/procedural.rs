@@ -16,6 +16,7 @@ mod polygon;
 mod trees;
 
 use super::{Bounds, Grid, Ground, GroundError};
+use std::sync::{Mutex, PoisonError};
 
 /// Pixels a side.
 const SIDE: usize = 3600;
@@ -26,6 +27,11 @@ const CENTRE_NORTH_M: f64 = 5_330_000.0;
 const EPSG: u32 = 32633;
 /// Stretch of the finished picture about its middle grey.
 const CONTRAST: f32 = 1.2;
+
+/// Landscapes that stay in memory, 100 MB each: a program flies over one, tests of flights over a few in turn.
+const KEPT: usize = 3;
+/// The last landscapes and their seeds, newest at the end. Painting one takes seconds of all cores.
+static PAINTED: Mutex<Vec<(u64, Ground)>> = Mutex::new(Vec::new());
 
 /// Streams of the seed, one an ingredient. Fractals use up to 16 numbers from theirs on.
 mod streams {
@@ -58,6 +64,21 @@ fn clipped(low: f64, high: f64) -> std::ops::Range<usize> {
 /// Flat at height 0 but for the houses (roofs 4 to 15 m high, in the surface); trees are painted, not raised. The same
 /// seed gives the same bytes. About 100 MB.
 pub fn procedural(seed: u64) -> Ground {
+    let painted = || PAINTED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, ground)) = painted().iter().find(|(of, _)| *of == seed) {
+        return ground.clone();
+    }
+    // Not locked: painting waits for other threads, and these may want a landscape too.
+    let ground = painted_anew(seed);
+    let mut kept = painted();
+    if kept.len() == KEPT {
+        kept.remove(0);
+    }
+    kept.push((seed, ground.clone()));
+    ground
+}
+
+fn painted_anew(seed: u64) -> Ground {
     let layout = layout::Layout::new(seed);
     let grain = fractal::fractal(seed, streams::GRAIN, SIDE, 9);
     let mut albedo = paint::paint(&layout, &grain);
@@ -80,7 +101,7 @@ pub fn procedural(seed: u64) -> Ground {
     Ground::from_checked(grid(albedo), grid(surface), EPSG)
 }
 
-/// The same landscape as a texture over another `surface`: its picture, without the houses' heights, stretched over all of
+/// The landscape of [`procedural`] as a texture over another `surface`: its picture, without the houses' heights, stretched over all of
 /// `bounds`, which is finer than needed where they are smaller than the landscape. Both are in the system `epsg`.
 ///
 /// # Errors
@@ -128,7 +149,7 @@ mod tests {
 
     #[test]
     fn same_seed_same_bytes_texture_everywhere_and_houses_with_heights() {
-        let lands = [1, 1, 7].map(procedural);
+        let lands = [1, 1, 7].map(painted_anew);
         let bytes = |grid: &Grid| grid.data.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
         let [one, again, other] = lands.each_ref().map(|land| bytes(land.albedo_grid()));
         assert!(one == again, "albedo of the same seed");

@@ -10,7 +10,7 @@
 
 use super::model::{At, Link, Model, Row, Structure};
 use crate::error::InputError;
-use crate::table::text_of;
+use crate::io::table::text_of;
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 

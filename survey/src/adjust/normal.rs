@@ -4,9 +4,9 @@
 //! never formed. Points are worked on in a fixed number of pieces by rayon; the sums are the same whatever the cores.
 
 use super::error::SolveError;
+use super::loss::Loss;
 use super::model::{At, Model, Place, Row, Structure};
 use super::pattern::{Groups, Pattern};
-use super::solve::Loss;
 use rayon::prelude::*;
 
 /// Runs of points, each with sums of its own.
@@ -284,7 +284,7 @@ impl<M: Model> Equations<'_, M> {
         if !at.linearise(observation, row) {
             return false;
         }
-        let weight = self.loss.weight(row.residual);
+        let weight = self.loss.weight(row.residual[0].hypot(row.residual[1]));
         if weight < 1.0 {
             row.scale(weight.sqrt());
         }

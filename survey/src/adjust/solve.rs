@@ -1,57 +1,12 @@
 //! From start values to the least squares: Gauss-Newton, damped (Levenberg-Marquardt) where a step does not help.
 
 use super::error::SolveError;
+use super::loss::Loss;
 use super::model::Model;
 use super::normal::{Equations, Layout, Reduced};
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::{Mat, Side};
-
-/// How large residuals count.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Loss {
-    /// By their squares.
-    Squares,
-    /// Huber's: by their length beyond so many standard deviations.
-    Huber(f64),
-}
-
-impl Loss {
-    /// What turns the weighted sum of squares of so many residuals with so much redundancy into a variance: Huber's (Robust
-    /// Statistics, section 7.6), s^2 = sum(psi^2) / r w / m^2, with psi the residuals cut at the limit, w the mean weight
-    /// (the normal equations are weighted) and m the mean slope of psi. One for squares.
-    #[must_use]
-    pub fn variance(self, residuals: &[[f64; 2]], of_priors: f64, redundancy: f64) -> f64 {
-        let count = residuals.len().max(1) as f64;
-        let (mut squares, mut weights, mut slopes) = (of_priors, 0.0, 0.0);
-        for &[a, b] in residuals {
-            let (length, weight) = (a.hypot(b), self.weight([a, b]));
-            squares += (weight * length).powi(2);
-            weights += weight;
-            // Beyond the limit psi has its length for ever: no slope along the residual, the weight across.
-            slopes += if weight < 1.0 { 0.5 * weight } else { 1.0 };
-        }
-        squares / redundancy * (weights / count) / (slopes / count).powi(2)
-    }
-
-    /// An observation's part of the cost.
-    #[must_use]
-    pub fn of(self, [a, b]: [f64; 2]) -> f64 {
-        let squares = a * a + b * b;
-        match self {
-            Loss::Huber(limit) if squares > limit * limit => limit * (squares.sqrt() - 0.5 * limit),
-            _ => 0.5 * squares,
-        }
-    }
-
-    /// The weight under which squares have the same slope.
-    pub(super) fn weight(self, [a, b]: [f64; 2]) -> f64 {
-        match self {
-            Loss::Huber(limit) => (limit / a.hypot(b)).min(1.0),
-            Loss::Squares => 1.0,
-        }
-    }
-}
 
 /// How to iterate.
 #[derive(Clone, Copy, Debug, PartialEq)]

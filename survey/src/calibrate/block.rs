@@ -26,7 +26,7 @@ use crate::adjust::{INTERIOR_NAMES, Interior, Loss};
 use crate::camera_file::SIDE_MAX_PX;
 use crate::camera_file::heads::{HEADS_MAX, VIRTUAL_SIDE_MAX_PX};
 use crate::error::InputError;
-use crate::table::text_of;
+use crate::io::table::text_of;
 use serde_json::Value;
 use std::path::Path;
 

@@ -3,8 +3,8 @@
 //!
 //! Where positions are independently known, the fixes' errors show how the camera really sits: see `boresight/model.rs` for what a
 //! boresight does to a fix. It is estimated by least squares with Huber's loss: Gauss-Newton steps with the weights of the
-//! residuals before, whose scale is their median's, held after some steps so that they converge. The covariance is Huber's (Robust Statistics, section 7.6), s² (A'PA)⁻¹
-//! with s² = Σψ² / (2n − u) / m², ψ the residuals cut at the limit and m the mean of its derivative, over both components.
+//! residuals before, whose scale is their median's, held after some steps so that they converge. The covariance is Huber's,
+//! s² (A'A)⁻¹ with s² = Σψ² / (2n − u) / m² ([`Moments`]).
 //!
 //! Neighbouring fixes see the same ground and share its errors, so the covariance is also taken from the sums of the gradients
 //! over stretches of the flight (a sandwich estimator), and the larger of both stands.
@@ -25,13 +25,15 @@ pub use files::{Joined, join, read};
 pub use model::{Footprint, Sighting};
 
 use super::OUTLIER_SIGMAS;
+use crate::adjust::{Loss, Moments};
 use model::Rays;
 use nalgebra::{SMatrix, SVector};
 use std::fmt;
 
 /// Fewest fixes that are adjusted: twenty equations for three or five unknowns.
 pub const FIXES_MIN: usize = 10;
-/// An angle of a larger standard deviation is not determined, and the value that the board was told is kept: 0.2 degrees.
+/// An angle of a larger standard deviation, all of it, is not determined, and the value that the board was told is kept: 0.2
+/// degrees. By its model's share a correction of kappa beyond 0.4 degrees is never determined.
 pub const SD_MAX_RAD: f64 = 0.2 / 180.0 * std::f64::consts::PI;
 /// How many times the variance of phi or omega may grow when an offset is estimated too. 25 is a correlation of 0.98, and
 /// headings that span no more than 20 degrees either way.
@@ -66,7 +68,7 @@ pub struct Boresight {
     /// Their standard deviations, radians; of those that are not determined what it would have been, infinite where nothing
     /// shows the angle.
     pub sd_rad: [f64; 3],
-    /// The part of them that comes from the fixes' errors; what determines an angle or not.
+    /// The part of them that comes from the fixes' errors.
     pub random_sd_rad: [f64; 3],
     /// Which of them are determined.
     pub determined: [bool; 3],
@@ -128,14 +130,17 @@ pub fn estimate(
     let rays = |(index, sighting)| Rays::new(sighting, footprint, told_rad).ok_or(BoresightError::Sky(index));
     let rays = sightings.iter().enumerate().map(rays).collect::<Result<Vec<_>, _>>()?;
     let mut adjustment = Adjustment { sightings, rays, told_rad, free: [true, true, true, with_offset, with_offset] };
-    let mut sd_rad = [f64::INFINITY; 3];
+    let (mut sd_rad, mut random_sd_rad) = ([f64::INFINITY; 3], [f64::INFINITY; 3]);
     loop {
         let solved = adjustment.solve()?;
-        if let Some(Solved { sd, inflation, .. }) = &solved {
+        if let Some(Solved { sd, inflation, unknowns, .. }) = &solved {
             if with_offset && *inflation > INFLATION_MAX {
                 return Err(BoresightError::Inseparable(*inflation));
             }
-            (0..3).filter(|k| adjustment.free[*k]).for_each(|k| sd_rad[k] = sd[k]);
+            for k in (0..3).filter(|k| adjustment.free[*k]) {
+                random_sd_rad[k] = sd[k];
+                sd_rad[k] = sd[k].hypot(MODEL_SHARES[k] * (unknowns[k] - told_rad[k]));
+            }
         }
         // What a fix shows least goes first.
         let worst = match &solved {
@@ -143,7 +148,9 @@ pub fn estimate(
             None => Some(2).filter(|k| adjustment.free[*k]),
         };
         match (worst, solved) {
-            (Some(k), Some(solved)) if sd_rad[k] <= SD_MAX_RAD => return Ok(adjustment.told(&solved, sd_rad)),
+            (Some(k), Some(solved)) if sd_rad[k] <= SD_MAX_RAD => {
+                return Ok(adjustment.boresight(&solved, sd_rad, random_sd_rad));
+            }
             (Some(k), _) => adjustment.free[k] = false,
             (None, None) if with_offset => return Err(BoresightError::Inseparable(f64::INFINITY)),
             (None, _) => return Err(BoresightError::Undetermined),
@@ -206,11 +213,10 @@ impl Adjustment<'_> {
             if iteration < SCALED {
                 scale_now = scale(&rows);
             }
-            let limit = HUBER_SIGMAS * scale_now;
+            let loss = Loss::Huber(HUBER_SIGMAS * scale_now);
             let (mut normal, mut right) = (Normal::zeros(), Vector::zeros());
             for row in &rows {
-                let length = row.residual.norm();
-                let weight = if length > limit { limit / length } else { 1.0 };
+                let weight = loss.weight(row.residual.norm());
                 normal += weight * row.by.transpose() * row.by;
                 right += weight * row.by.transpose() * row.residual;
             }
@@ -221,30 +227,25 @@ impl Adjustment<'_> {
                 return Err(BoresightError::Diverged);
             }
             if step.fixed_rows::<3>(0).amax() < STEP_RAD && step.fixed_rows::<2>(3).amax() < STEP_M {
-                return self.judge(unknowns, scale_now);
+                return self.solved(unknowns, scale_now);
             }
         }
         Err(BoresightError::Diverged)
     }
 
-    fn judge(&self, unknowns: Vector, scale: f64) -> Result<Option<Solved>, BoresightError> {
+    fn solved(&self, unknowns: Vector, scale: f64) -> Result<Option<Solved>, BoresightError> {
         let rows = self.rows(&unknowns)?;
-        let limit = HUBER_SIGMAS * scale;
+        let loss = Loss::Huber(HUBER_SIGMAS * scale);
         let lengths: Vec<f64> = rows.iter().map(|row| row.residual.norm()).collect();
-        let squares: f64 = lengths.iter().map(|length| length.min(limit).powi(2)).sum();
-        // Beyond the limit the derivative along the residual is 0 and across it limit / length.
-        let slopes = lengths.iter().map(|&length| if length > limit { 0.5 * limit / length } else { 1.0 });
-        let slope = slopes.sum::<f64>() / rows.len() as f64;
+        let Moments { squares, slope, .. } = loss.moments(lengths.iter().copied());
         let count = self.free.iter().filter(|free| **free).count();
         let sigma0 = (squares / (2 * rows.len() - count) as f64).sqrt() / slope;
         let normal: Normal = rows.iter().map(|row| row.by.transpose() * row.by).sum();
         let Some(inverse) = self.inverse(&normal) else { return Ok(None) };
         let mut middle = Normal::zeros();
         for stretch in rows.chunks(rows.len().div_ceil(STRETCHES)) {
-            let gradient: Vector = stretch
-                .iter()
-                .map(|row| row.by.transpose() * row.residual * (limit / row.residual.norm()).min(1.0))
-                .sum();
+            let gradient: Vector =
+                stretch.iter().map(|row| row.by.transpose() * row.residual * loss.weight(row.residual.norm())).sum();
             middle += gradient * gradient.transpose();
         }
         let sandwich = inverse * middle * inverse / (slope * slope);
@@ -283,10 +284,8 @@ impl Adjustment<'_> {
         ))
     }
 
-    fn told(&self, solved: &Solved, random_sd_rad: [f64; 3]) -> Boresight {
+    fn boresight(&self, solved: &Solved, sd_rad: [f64; 3], random_sd_rad: [f64; 3]) -> Boresight {
         let x = &solved.unknowns;
-        let model_rad = |k: usize| MODEL_SHARES[k] * (x[k] - self.told_rad[k]);
-        let sd_rad = std::array::from_fn(|k| random_sd_rad[k].hypot(model_rad(k)));
         Boresight {
             angles_rad: [x[0], x[1], x[2]],
             sd_rad,

@@ -10,7 +10,7 @@ use super::symmetrise::picture;
 use crate::adjust::rig::{Head, Observation, Rig, Station};
 use crate::adjust::rotation;
 use crate::error::InputError;
-use crate::table::text_of;
+use crate::io::table::{Table, text_of};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::path::Path;
 
@@ -48,13 +48,13 @@ pub struct Mount {
 /// # Errors
 /// Fewer than two exposures, or lists of different lengths.
 pub fn mounts(first: &[Exterior], others: &[Vec<Exterior>]) -> Result<Vec<Mount>, InputError> {
-    others.iter().enumerate().map(|(index, other)| mount(first, other, index + 1)).collect()
+    others.iter().enumerate().map(|(index, other)| mount(first, other, index + 2)).collect()
 }
 
 fn mount(first: &[Exterior], other: &[Exterior], number: usize) -> Result<Mount, InputError> {
     if first.len() != other.len() {
         return Err(InputError::new(format!(
-            "head 0 has {} exposures, head {number} {}: row i of each has to be the same exposure",
+            "head 1 has {} exposures, head {number} {}: row i of each has to be the same exposure",
             first.len(),
             other.len()
         )));
@@ -158,7 +158,7 @@ pub fn resected(block: &Block, observations: &Observations) -> Result<Vec<Vec<Ex
             );
             let picture = format!("{name}, head {number} at station {station}");
             let adjusted = Calibration::of_rig(&rig, &options(block), &mut |_, _| {}).map_err(|_| {
-                InputError::new(format!("{picture}: the resection does not come to an end from these start values"))
+                InputError::failed(format!("{picture}: the resection does not come to an end from these start values"))
             })?;
             let adjusted = adjusted.plausible(&picture)?;
             let [phi, omega, kappa, east, north, up] = adjusted.stations[0];
@@ -179,29 +179,15 @@ pub fn resected(block: &Block, observations: &Observations) -> Result<Vec<Vec<Ex
 /// The file cannot be read, a column is missing, a field is not a finite number.
 pub fn read_exterior(path: &Path) -> Result<Vec<Exterior>, InputError> {
     let (text, name) = text_of(path)?;
-    let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    let (_, header) = lines.next().ok_or_else(|| InputError::new(format!("{name} is empty")))?;
-    let plain = |name: &str| name.split('[').next().unwrap_or_default().trim().to_lowercase();
-    let header: Vec<String> = header.split(',').map(plain).collect();
+    let table = Table::parse(&text, name)?;
     let mut places = [0; 6];
     for (place, wanted) in places.iter_mut().zip(["easting", "northing", "height", "omega", "phi", "kappa"]) {
-        *place = header
-            .iter()
-            .position(|column| column == wanted)
-            .ok_or_else(|| InputError::new(format!("{name} has no column {wanted}, only {}", header.join(", "))))?;
+        let plain = |name: &str| name.split('[').next().is_some_and(|name| name.trim().eq_ignore_ascii_case(wanted));
+        *place = table.column_that(wanted, plain)?;
     }
     let mut pictures = Vec::new();
-    for (index, line) in lines {
-        let fields: Vec<&str> = line.split(',').map(str::trim).collect();
-        let mut numbers = [0.0; 6];
-        for (number, place) in numbers.iter_mut().zip(places) {
-            let field = fields.get(place).copied().unwrap_or_default();
-            *number = field.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| {
-                let column = &header[place];
-                InputError::new(format!("{name}, line {}: {column} = \"{field}\" is not a finite number", index + 1))
-            })?;
-        }
-        let [east, north, up, omega, phi, kappa] = numbers;
+    for row in 0..table.rows.len() {
+        let [east, north, up, omega, phi, kappa] = table.numbers_of(row, places)?;
         pictures.push(Exterior {
             rotation: omega_phi_kappa([omega, phi, kappa].map(f64::to_radians)),
             centre_m: Vector3::new(east, north, up),

@@ -3,7 +3,7 @@
 use super::block::Block;
 use crate::adjust::rig::Observation;
 use crate::error::InputError;
-use crate::table::text_of;
+use crate::io::table::{Table, text_of};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -39,42 +39,27 @@ impl Observations {
     /// Another header; a row with too few or too many fields, with what is no index of the block or no finite number, or
     /// one that stands there a second time.
     pub fn parse(text: &str, name: &str, block: &Block) -> Result<Self, InputError> {
-        let mut lines =
-            text.trim_start_matches('\u{feff}').lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let refuse = |sentence: String| Err(InputError::new(format!("{name}{sentence}")));
-        let header = lines.next().map(|(_, line)| line.split(',').map(str::trim).collect::<Vec<_>>());
-        if header.as_deref() != Some(&HEADER[..]) {
+        let table = Table::parse(text, name.to_owned())?;
+        if table.header != HEADER {
             return refuse(format!(": the first line is not {}", HEADER.join(",")));
         }
         let mut observations = Observations { seen: Vec::new(), lines: Vec::new(), name: name.to_owned() };
         let mut first: HashMap<(usize, usize, usize), usize> = HashMap::new();
-        for (index, text) in lines {
-            let line = index + 1;
-            let fields: Vec<&str> = text.split(',').map(str::trim).collect();
-            if fields.len() != HEADER.len() {
-                return refuse(format!(", line {line}: {} fields, not {}", fields.len(), HEADER.len()));
-            }
+        for (row, (line, fields)) in table.rows.iter().enumerate() {
+            let line = *line;
             let place = |k: usize, count: usize, what: &str| -> Result<usize, InputError> {
-                let number: usize = fields[k].parse().map_err(|_| {
-                    InputError::new(format!(
-                        "{name}, line {line}: {} = \"{}\" is no index from 0",
-                        HEADER[k], fields[k]
-                    ))
-                })?;
-                if number < count {
-                    return Ok(number);
+                match fields[k].parse::<usize>() {
+                    Ok(number) if number < count => Ok(number),
+                    Ok(number) => Err(InputError::new(format!(
+                        "{name}, line {line}: {what} {number}, but the block has {count}, counted from 0"
+                    ))),
+                    Err(_) => Err(table.wrong(row, k, "no index from 0")),
                 }
-                let sentence =
-                    format!("{name}, line {line}: {what} {number}, but the block has {count}, counted from 0");
-                Err(InputError::new(sentence))
             };
             let image = |k: usize| -> Result<f64, InputError> {
                 let value = fields[k].parse::<f64>().ok().filter(|value| value.abs() <= IMAGE_MAX_PX);
-                value.ok_or_else(|| {
-                    let sentence =
-                        format!("{name}, line {line}: {} = \"{}\" is no image coordinate", HEADER[k], fields[k]);
-                    InputError::new(sentence)
-                })
+                value.ok_or_else(|| table.wrong(row, k, "no image coordinate"))
             };
             let seen = Observation {
                 station: place(0, block.stations.len(), "station")?,

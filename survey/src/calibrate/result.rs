@@ -253,7 +253,8 @@ pub(super) fn options(block: &Block) -> Options {
 /// What the solver says, in the words of the files.
 fn refused(error: &SolveError, rig: &Rig, observations: &Observations) -> InputError {
     let name = &observations.name;
-    InputError::new(match error {
+    let has_failed = matches!(error, SolveError::NotConverged { .. } | SolveError::Stuck { .. } | SolveError::TooLarge);
+    let sentence = match error {
         SolveError::Behind { observation } => {
             let seen = &rig.observations[*observation];
             format!(
@@ -283,11 +284,12 @@ fn refused(error: &SolveError, rig: &Rig, observations: &Observations) -> InputE
         ),
         SolveError::NotFinite => format!("{name}: the start values lead to numbers that are not finite"),
         SolveError::TooLarge => format!("{name}: there is no memory for the equations of this block"),
-    })
+    };
+    if has_failed { InputError::failed(sentence) } else { InputError::new(sentence) }
 }
 
-/// Name of an unknown of a head, with the head.
+/// Name of an unknown of a head, with the head, counted from 1.
 #[must_use]
 pub fn unknown_name(unknown: &HeadUnknown) -> String {
-    format!("{} of head {}", head_name(unknown.number), unknown.head)
+    format!("{} of head {}", head_name(unknown.number), unknown.head + 1)
 }

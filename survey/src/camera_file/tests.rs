@@ -203,7 +203,7 @@ fn heads_that_are_none_are_named_with_their_number() {
 
 #[test]
 fn what_could_not_be_read_again_is_not_written() {
-    let folder = crate::output::tests::scratch("camera-file");
+    let folder = crate::io::output::tests::scratch("camera-file");
     let (path, mut camera) = (folder.join("cam.toml"), four());
     write(&path, &camera).expect("written");
     let mut again = CameraFile::read(&path).expect("read");

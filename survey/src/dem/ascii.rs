@@ -6,8 +6,8 @@
 
 use std::io::BufRead;
 
-use crate::raster::{GeoTransform, is_known};
-use crate::tiff_image::{Part, Put};
+use crate::io::raster::{GeoTransform, is_known};
+use crate::io::tiff::{Part, Put};
 
 use super::tokens::Tokens;
 

@@ -6,8 +6,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::error::InputError;
-use crate::raster::{GeoTransform, Georeference, is_known};
-use crate::tiff_image::{Part, SAMPLES_MAX, TiffFile, is_tiff};
+use crate::io::input::{open, unreadable};
+use crate::io::raster::{GeoTransform, Georeference, is_known};
+use crate::io::tiff::{Part, SAMPLES_MAX, TiffFile, is_tiff};
 
 use super::ascii::{Header, is_ascii_grid};
 use super::tokens::Tokens;
@@ -18,7 +19,7 @@ const START_BYTES: u64 = 64;
 
 /// An elevation model on disk, of which only the header is in memory: a GeoTIFF (its first band) or an ESRI ASCII grid.
 ///
-/// Heights are taken as metres; a vertical datum is not interpreted.
+/// Heights become metres; a vertical datum is not interpreted.
 #[derive(Debug, Clone)]
 pub struct DemFile {
     path: PathBuf,
@@ -26,6 +27,7 @@ pub struct DemFile {
     rows: usize,
     geo: GeoTransform,
     epsg: Option<u32>,
+    height_unit_m: f64,
     kind: Kind,
 }
 
@@ -40,7 +42,7 @@ impl DemFile {
     /// Reads the header of a file.
     ///
     /// Which kind it is, its bytes say, not its name. The reference system of an ASCII grid is that of the `.prj` file beside
-    /// it, if there is one. A file without a reference system is in local metres.
+    /// it, if there is one; that says the unit of heights too. A file without a reference system is in local metres.
     ///
     /// # Errors
     /// The file is missing, neither of the two kinds, broken; it has no georeference, one with a rotation or south up;
@@ -48,17 +50,29 @@ impl DemFile {
     pub fn open(path: &Path) -> Result<Self, InputError> {
         let mut start = Vec::new();
         let (mut file, _) = open(path)?;
-        file.by_ref().take(START_BYTES).read_to_end(&mut start).map_err(|error| unreadable(path, &error))?;
+        file.by_ref().take(START_BYTES).read_to_end(&mut start).map_err(|error| unreadable(path, error))?;
         let refuse = |why: String| refusal(path, &why);
         let model = if is_tiff(&start) {
             let tiff = open_tiff(path)?;
-            let Georeference { geo, crs, nodata } = Georeference::read(&tiff.geo).map_err(refuse)?;
+            let Georeference { geo, crs: epsg, nodata, height_unit_m } =
+                Georeference::read(&tiff.geo).map_err(refuse)?;
             let kind = Kind::GeoTiff { nodata };
-            Self { path: path.into(), cols: tiff.cols as usize, rows: tiff.rows as usize, geo, epsg: crs, kind }
+            Self {
+                path: path.into(),
+                cols: tiff.cols as usize,
+                rows: tiff.rows as usize,
+                geo,
+                epsg,
+                height_unit_m,
+                kind,
+            }
         } else if is_ascii_grid(&start) {
             let (header, _) = open_ascii(path)?;
             let Header { cols, rows, geo, .. } = header;
-            Self { path: path.into(), cols, rows, geo, epsg: prj::epsg_beside(path)?, kind: Kind::Ascii(header) }
+            let system = prj::beside(path)?;
+            let (epsg, height_unit_m) =
+                (system.map(|system| system.epsg), system.map_or(1.0, |system| system.height_unit_m));
+            Self { path: path.into(), cols, rows, geo, epsg, height_unit_m, kind: Kind::Ascii(header) }
         } else {
             return Err(refuse("it is neither a GeoTIFF nor an ESRI ASCII grid".into()));
         };
@@ -127,7 +141,7 @@ impl DemFile {
         let mut put = |row: usize, col: usize, heights: &[f64], is_known: &dyn Fn(f64) -> bool| {
             let first = (part.rows.end - 1 - row) * cols + (col - part.cols.start);
             for (post, &height) in dem.heights[first..].iter_mut().zip(heights) {
-                *post = if is_known(height) { height } else { f64::NAN };
+                *post = if is_known(height) { height * self.height_unit_m } else { f64::NAN };
             }
             if col + heights.len() == part.cols.end {
                 done += 1;
@@ -210,17 +224,6 @@ fn posts(first: f64, last: f64, count: usize) -> Option<Range<usize>> {
 
 fn refusal(path: &Path, why: &str) -> InputError {
     InputError::new(format!("cannot use elevation model {}: {why}", path.display()))
-}
-
-fn unreadable(path: &Path, error: &std::io::Error) -> InputError {
-    InputError::new(format!("cannot read {}: {error}", path.display()))
-}
-
-/// A file and its length.
-fn open(path: &Path) -> Result<(File, u64), InputError> {
-    let file = File::open(path).map_err(|error| unreadable(path, &error))?;
-    let length = file.metadata().map_err(|error| unreadable(path, &error))?.len();
-    Ok((file, length))
 }
 
 fn open_tiff(path: &Path) -> Result<TiffFile<impl Read + Seek>, InputError> {

@@ -57,14 +57,27 @@ const PARAMETERS: [(&str, &str); 7] = [
 const NEEDED: [(&str, &[&str]); 2] =
     [("tmerc", &["x_0", "y_0", "lon_0", "lat_0", "k"]), ("lcc", &["x_0", "y_0", "lon_0", "lat_0", "lat_1", "lat_2"])];
 
+/// Keywords of compound and of vertical systems, in WKT 1, ESRI's and WKT 2.
+const COMPOUND: [(&str, ()); 2] = [("COMPD_CS", ()), ("COMPOUNDCRS", ())];
+const VERTICAL: [(&str, ()); 4] = [("VERT_CS", ()), ("VERTCS", ()), ("VERTCRS", ()), ("VERTICALCRS", ())];
+
 /// Radians a degree, as precisely as files print it.
 const DEGREE_RAD: f64 = 0.017_453_292_519_943_3;
 
-/// EPSG code by the `.prj` file beside a grid; `None` where there is no such file.
+/// What a `.prj` file says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct System {
+    /// EPSG code of the horizontal system.
+    pub epsg: u32,
+    /// Metres of a unit of height; 1 where it names no vertical system.
+    pub height_unit_m: f64,
+}
+
+/// The system by the `.prj` file beside a grid; `None` where there is no such file.
 ///
 /// # Errors
 /// The file cannot be read, or is not understood.
-pub(super) fn epsg_beside(grid: &Path) -> Result<Option<u32>, InputError> {
+pub(super) fn beside(grid: &Path) -> Result<Option<System>, InputError> {
     let mut beside = ["prj", "PRJ"].map(|extension| grid.with_extension(extension)).into_iter();
     let Some(path) = beside.find(|path| path.is_file()) else {
         return Ok(None);
@@ -74,27 +87,57 @@ pub(super) fn epsg_beside(grid: &Path) -> Result<Option<u32>, InputError> {
         return Err(refuse(&format!("it has more than {BYTES_MAX} bytes")));
     }
     let bytes = fs::read(&path).map_err(|error| refuse(&error.to_string()))?;
-    epsg(&String::from_utf8_lossy(&bytes)).map(Some).map_err(|why| refuse(&why))
+    system(&String::from_utf8_lossy(&bytes)).map(Some).map_err(|why| refuse(&why))
 }
 
-/// The EPSG code of a well-known text, or why there is none.
-fn epsg(text: &str) -> Result<u32, String> {
-    let root = Node::read(text).ok_or("it is not well-known text")?;
-    if let Some(code) = authority(&root) {
+/// The system of a well-known text, or why there is none. A vertical system stands beside the horizontal one in a compound, as
+/// GDAL writes it, or behind it, as ESRI does.
+fn system(text: &str) -> Result<System, String> {
+    let nodes = Node::read(text).ok_or("it is not well-known text")?;
+    let parts: Vec<&Node> = match nodes.as_slice() {
+        [compound] if listed(&COMPOUND, compound.keyword).is_some() => compound.nodes().collect(),
+        nodes => nodes.iter().collect(),
+    };
+    let (vertical, horizontal): (Vec<&Node>, Vec<&Node>) = parts
+        .into_iter()
+        .filter(|part| !is_authority(part))
+        .partition(|part| listed(&VERTICAL, part.keyword).is_some());
+    match (horizontal.as_slice(), vertical.as_slice()) {
+        ([one], _) if listed(&COMPOUND, one.keyword).is_some() => Err("it has a system beside a compound one".into()),
+        ([one], []) => Ok(System { epsg: epsg(one)?, height_unit_m: 1.0 }),
+        ([one], [vertical]) => Ok(System { epsg: epsg(one)?, height_unit_m: height_unit_m(vertical)? }),
+        _ => Err("it is not one horizontal and at most one vertical system".into()),
+    }
+}
+
+/// Metres of a vertical system's unit; in WKT 2 its axis may have it.
+fn height_unit_m(vertical: &Node) -> Result<f64, String> {
+    let unit = |node: &Node| ["UNIT", "LENGTHUNIT"].iter().find_map(|unit| node.child(unit)?.number(1));
+    let unit_m = unit(vertical).or_else(|| vertical.child("AXIS").and_then(unit));
+    unit_m.filter(|unit_m| *unit_m > 0.0 && unit_m.is_finite()).ok_or_else(|| "its vertical system has no unit".into())
+}
+
+/// The EPSG code of a horizontal system, or why there is none.
+fn epsg(root: &Node) -> Result<u32, String> {
+    if let Some(code) = authority(root) {
         return Ok(code);
     }
     match root.keyword.to_ascii_uppercase().as_str() {
-        "GEOGCS" => geographic(&root),
-        "PROJCS" => projected(&root),
+        "GEOGCS" => geographic(root),
+        "PROJCS" => projected(root),
         other => Err(format!("it is a {other} without an EPSG code")),
     }
 }
 
 /// The code a node has of its own, as WKT 1 or WKT 2 writes it.
 fn authority(node: &Node) -> Option<u32> {
-    let mut named = node.children("AUTHORITY").chain(node.children("ID"));
+    let mut named = node.nodes().filter(|node| is_authority(node));
     let code = named.find(|authority| authority.text(0).is_some_and(|name| name.eq_ignore_ascii_case("EPSG")))?;
     code.text(1)?.parse().ok()
+}
+
+fn is_authority(node: &Node) -> bool {
+    node.keyword.eq_ignore_ascii_case("AUTHORITY") || node.keyword.eq_ignore_ascii_case("ID")
 }
 
 fn geographic(node: &Node) -> Result<u32, String> {
@@ -142,6 +185,10 @@ fn listed<T: Copy>(list: &[(&str, T)], name: &str) -> Option<T> {
 mod tests {
     use super::*;
 
+    fn epsg(text: &str) -> Result<u32, String> {
+        system(text).map(|system| system.epsg)
+    }
+
     const BASE: &str = "GEOGCS[\"GCS_MGI\",DATUM[\"D_MGI\",SPHEROID[\"Bessel_1841\",6377397.155,299.1528128]],\
         PRIMEM[\"Greenwich\",0.0],UNIT[\"Degree\",0.0174532925199433]]";
     const LAMBERT: &str = "PROJECTION[\"Lambert_Conformal_Conic\"],PARAMETER[\"False_Easting\",400000.0],\
@@ -178,6 +225,24 @@ mod tests {
         assert_eq!(epsg("PROJCRS[\"any\",BASEGEOGCRS[\"x\",ID[\"EPSG\",4326]],ID[\"EPSG\",32633]]"), Ok(32633));
         let esri = lambert().replace("UNIT[\"Meter\",1.0]", "UNIT[\"Meter\",1.0],AUTHORITY[\"ESRI\",\"102008\"]");
         assert_eq!(epsg(&esri), Ok(31287));
+    }
+
+    /// The vertical systems as pyproj 3.7's `CRS.from_epsg(6360).to_wkt(...)` writes them.
+    #[test]
+    fn heights_in_feet_are_told_by_the_vertical_system() {
+        const GDAL: &str = "VERT_CS[\"NAVD88 height (ftUS)\",VERT_DATUM[\"North American Vertical Datum 1988\",2005],\
+            UNIT[\"US survey foot\",0.304800609601219],AXIS[\"Up\",UP],AUTHORITY[\"EPSG\",\"6360\"]]";
+        const ESRI: &str = "VERTCS[\"NAVD_1988_Foot_US\",VDATUM[\"North_American_Vertical_Datum_1988\"],\
+            PARAMETER[\"Vertical_Shift\",0.0],PARAMETER[\"Direction\",1.0],UNIT[\"Foot_US\",0.3048006096012192]]";
+        let wanted = |height_unit_m| Ok(System { epsg: 32733, height_unit_m });
+        assert_eq!(system(&utm_33_south()), wanted(1.0));
+        assert_eq!(system(&format!("{},{ESRI}", utm_33_south())), wanted(0.304_800_609_601_219_2));
+        let compound = format!("COMPD_CS[\"x\",{},{GDAL},AUTHORITY[\"EPSG\",\"9999\"]]", utm_33_south());
+        assert_eq!(system(&compound), wanted(0.304_800_609_601_219));
+        let metres = compound.replace("\"US survey foot\",0.304800609601219", "\"metre\",1");
+        assert_eq!(system(&metres), wanted(1.0));
+        assert!(system(&compound.replace("UNIT[\"US survey foot\",0.304800609601219],", "")).is_err());
+        assert!(system(&format!("{compound},{ESRI}")).is_err());
     }
 
     #[test]

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use super::*;
 use crate::error::InputError;
-use crate::raster::Raster;
-use crate::shared_data;
+use crate::io::data;
+use crate::io::raster::Raster;
 
 /// Posts of a file in its own x and y, as far as a window with these first and last columns and rows (from the north).
 fn bounds_of(file: &DemFile, [left, top, right, bottom]: [usize; 4]) -> [f64; 4] {
@@ -98,11 +98,7 @@ fn compare_with_raster(path: &Path) -> DemFile {
 
 /// A shared elevation model, or one visible line and `None`.
 fn real(name: &str) -> Option<PathBuf> {
-    let path = shared_data().map(|folder| folder.join("dem").join(name)).filter(|path| path.is_file());
-    if path.is_none() {
-        println!("skipped: dem/{name} is not there");
-    }
-    path
+    data::for_test("elevation models", &format!("dem/{name}"))
 }
 
 #[test]

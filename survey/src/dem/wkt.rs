@@ -21,12 +21,18 @@ pub(super) enum Value<'a> {
 }
 
 impl<'a> Node<'a> {
-    /// Reads a text that is one node; `None` where it is not.
-    pub fn read(text: &'a str) -> Option<Self> {
+    /// Reads a text that is one node, or several with commas between them; `None` where it is not.
+    pub fn read(text: &'a str) -> Option<Vec<Self>> {
         let mut rest = text.trim_start_matches('\u{feff}');
-        match value(&mut rest, 0)? {
-            Value::Node(node) if rest.trim().is_empty() => Some(node),
-            _ => None,
+        let mut nodes = Vec::new();
+        loop {
+            let Value::Node(node) = value(&mut rest, 0)? else { return None };
+            nodes.push(node);
+            rest = rest.trim_start();
+            if rest.is_empty() {
+                return Some(nodes);
+            }
+            rest = rest.strip_prefix(',')?;
         }
     }
 
@@ -35,12 +41,14 @@ impl<'a> Node<'a> {
         self.children(keyword).next()
     }
 
+    /// Its children that are nodes.
+    pub fn nodes(&self) -> impl Iterator<Item = &Self> {
+        self.values.iter().filter_map(|value| if let Value::Node(node) = value { Some(node) } else { None })
+    }
+
     /// Its children with this keyword, whatever the case.
     pub fn children(&self, keyword: &str) -> impl Iterator<Item = &Self> {
-        self.values.iter().filter_map(move |value| match value {
-            Value::Node(node) if node.keyword.eq_ignore_ascii_case(keyword) => Some(node),
-            _ => None,
-        })
+        self.nodes().filter(move |node| node.keyword.eq_ignore_ascii_case(keyword))
     }
 
     /// The text or word at a place.
@@ -95,7 +103,8 @@ mod tests {
 
     #[test]
     fn trees_are_read() {
-        let root = Node::read("A[\"x, [y]\",\n B(1.5, east), C[\"z\"], b[\"2\"]]\n").expect("well-formed");
+        let roots = Node::read("A[\"x, [y]\",\n B(1.5, east), C[\"z\"], b[\"2\"]]\n, D[3]").expect("well-formed");
+        let [root, Node { keyword: "D", .. }] = &roots[..] else { panic!("{roots:?}") };
         assert_eq!((root.keyword, root.text(0)), ("A", Some("x, [y]")));
         let b: Vec<_> = root.children("B").map(|node| (node.number(0), node.text(1))).collect();
         assert_eq!(b, [(Some(1.5), Some("east")), (Some(2.0), None)]);
@@ -108,9 +117,23 @@ mod tests {
     #[test]
     fn what_is_no_tree_is_refused() {
         let deep = "A[".repeat(100_000);
-        for text in
-            ["", "A", "\"a\"", "A[", "A[]", "A[1", "A[\"1]", "A[1]]", "A[1] B", "A[1,]", "[1]", "A[1 B[2]]]", &deep]
-        {
+        for text in [
+            "",
+            "A",
+            "\"a\"",
+            "A[",
+            "A[]",
+            "A[1",
+            "A[\"1]",
+            "A[1]]",
+            "A[1] B",
+            "A[1], B",
+            "A[1],",
+            "A[1,]",
+            "[1]",
+            "A[1 B[2]]]",
+            &deep,
+        ] {
             assert_eq!(Node::read(text), None, "{}", &text[..text.len().min(20)]);
         }
     }

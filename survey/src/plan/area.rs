@@ -1,6 +1,9 @@
 //! The area to be photographed: one polygon, convex or not.
 
+use crate::dem::Frame;
 use crate::error::InputError;
+use crate::io::geojson;
+use std::path::Path;
 
 /// A simple polygon without holes, working metres (x east, y north).
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +42,14 @@ impl Area {
             return refuse("encloses nothing".to_owned());
         }
         Ok(area)
+    }
+
+    /// An area in the working metres of a frame, from corners in the elevation model's x and y.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn in_frame(corners: &[[f64; 2]], frame: &Frame) -> Result<Self, InputError> {
+        Self::new(&corners.iter().map(|corner| frame.metres(*corner)).collect::<Vec<_>>())
     }
 
     /// Corners in their order, the first not repeated.
@@ -105,6 +116,19 @@ impl Area {
 
     fn sides(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2])> {
         self.corners.iter().zip(self.corners.iter().cycle().skip(1)).map(|(a, b)| (*a, *b))
+    }
+}
+
+/// The corners of the one polygon of a GeoJSON file, in x and y of an elevation model's reference system.
+///
+/// # Errors
+/// As [`geojson::polygons`]; also several polygons, or holes.
+pub fn read_corners(path: &Path, epsg: Option<u32>) -> Result<Vec<[f64; 2]>, InputError> {
+    let refuse = |why: String| Err(InputError::new(format!("{}: {why}", path.display())));
+    match geojson::polygons(path, epsg)?.as_slice() {
+        [one] if one.holes == 0 => Ok(one.outer.clone()),
+        [one] => refuse(format!("the polygon has {} holes, which are not planned around", one.holes)),
+        several => refuse(format!("it has {} polygons, one is planned at a time", several.len())),
     }
 }
 

@@ -3,8 +3,8 @@
 use super::file::Checks;
 use super::flown::{Leg, flown};
 use super::lines::{Layout, Strip};
-use super::planner::Request;
 use super::relief::{Relief, Zone};
+use super::request::Request;
 use crate::dem::Dem;
 use crate::error::InputError;
 
@@ -57,10 +57,24 @@ impl Turns {
 }
 
 impl Checks {
+    /// Why the flight is not safe, if it is not: the clearance that was asked for is not there.
+    #[must_use]
+    pub fn unsafe_because(&self) -> Option<String> {
+        let (least_m, wanted_m) = (self.clearance_min_m, self.clearance_wanted_m);
+        (least_m < wanted_m).then(|| {
+            let least = if least_m > 0.0 {
+                format!("the flight passes {least_m:.1} m above the terrain")
+            } else {
+                format!("the terrain rises {:.1} m above the flying height", -least_m)
+            };
+            format!("{least} beside the strips or under the turns, less than --min-clearance-m {wanted_m}; --force accepts it")
+        })
+    }
+
     /// Of strips.
     ///
     /// # Errors
-    /// The terrain reaches the flying height on the way.
+    /// The terrain reaches the flying height within sight of the strips.
     pub(super) fn new(layout: &Layout<'_>, strips: &[Strip], request: &Request) -> Result<Self, InputError> {
         let view = &layout.view;
         let altitude_m = view.base_height_m + view.height_m;
@@ -68,11 +82,6 @@ impl Checks {
         let length_m = turns.length_m(strips);
         let base_m = view.base_height_m;
         let on_the_way_m = highest_of(layout, on_the_way(strips, turns.radius_m)).unwrap_or(base_m);
-        if on_the_way_m >= altitude_m {
-            return Err(InputError::new(format!(
-                "the terrain rises to {on_the_way_m:.1} m beside the strips or under the turns, above the flying height of {altitude_m:.1} m"
-            )));
-        }
         let [half_along, half_across] = view.footprint_m.map(|side| 0.5 * side);
         let seen = strips.iter().map(|strip| around(strip, half_along, half_across));
         let nearest_m = altitude_m - highest_of(layout, seen).unwrap_or(base_m).max(base_m);
@@ -92,6 +101,7 @@ impl Checks {
             flight_time_s: length_m / request.limits.speed_m_s,
             turn_radius_m: turns.radius_m,
             photos_beyond_dem: beyond_dem(layout, strips),
+            clearance_wanted_m: request.min_clearance_m,
         })
     }
 }

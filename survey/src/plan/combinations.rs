@@ -4,11 +4,13 @@ use super::cells::{Cells, Known, Summary};
 use super::file::{Combination, Limit};
 use super::intersect::Sigmas;
 use super::lines::{Layout, Overlaps, Strip, line_count, photo_count, too_many};
-use super::planner::Progress;
 use super::sight::Photos;
 use crate::error::InputError;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// What a plan is told of its progress: steps done, and all of them.
+pub type Progress<'p> = &'p (dyn Fn(usize, usize) + Sync);
 
 /// What a plan has to keep.
 #[derive(Debug, Clone, Copy, PartialEq)]

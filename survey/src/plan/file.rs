@@ -3,10 +3,10 @@
 //! Coordinates `x`, `y` are those of the elevation model's reference system (degrees, longitude first, where it is
 //! geographic; local metres where it has none), `z` metres above its height datum.
 
-use crate::error::InputError;
-use crate::table::text_of;
+mod check;
+
+use crate::camera_file::{CameraFile, Distortion};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// Version of the file that is written, and the only one that is read.
 pub const VERSION: u32 = 1;
@@ -38,7 +38,7 @@ pub struct PlanFile {
     pub min_interval_s: f64,
     /// Overlap that was asked for, shares of 1.
     pub overlap_wanted: Overlap,
-    /// Smallest overlap on the ground of any pair; `None` where there is no pair.
+    /// Smallest overlap of any pair on commonly seen ground; `None` where there is no pair.
     pub overlap_min: OverlapMin,
     /// Photos of all strips.
     pub photo_count: usize,
@@ -60,6 +60,18 @@ pub struct PlanFile {
     pub constant_base: Option<ConstantBase>,
     /// All combinations that were looked at, side overlap before forward overlap, ascending; empty without `--optimise`.
     pub combinations: Vec<Combination>,
+    /// The exposures in the order of flight: index of the strip, and of the photo within it. Empty in files of older versions.
+    #[serde(default)]
+    pub flight_order: Vec<[usize; 2]>,
+    /// Smallest width that neighbouring strips truly see in common.
+    #[serde(default)]
+    pub swath_min: SwathMin,
+    /// The elevation model's absolute path and the SHA-256 of its file; `None` in files of older versions.
+    #[serde(default)]
+    pub dem_path: Option<String>,
+    #[serde(default)]
+    #[expect(missing_docs, reason = "told with the path")]
+    pub dem_sha256: Option<String>,
 }
 
 /// The camera of a plan.
@@ -83,6 +95,33 @@ pub struct Camera {
     pub distortion: Option<[f64; 5]>,
 }
 
+impl From<&CameraFile> for Camera {
+    fn from(camera: &CameraFile) -> Self {
+        Camera {
+            cols: camera.cols,
+            rows: camera.rows,
+            fov_h_deg: camera.fov_h_deg,
+            fov_v_deg: camera.fov_v_deg,
+            offset_m_px: camera.offset_m_px,
+            offset_n_px: camera.offset_n_px,
+            pixel_mm: camera.pixel_mm,
+            distortion: camera.distortion.map(|d| [d.k1, d.k2, d.k3, d.p1, d.p2]),
+        }
+    }
+}
+
+impl From<&Camera> for CameraFile {
+    fn from(camera: &Camera) -> Self {
+        CameraFile {
+            offset_m_px: camera.offset_m_px,
+            offset_n_px: camera.offset_n_px,
+            pixel_mm: camera.pixel_mm,
+            distortion: camera.distortion.map(|[k1, k2, k3, p1, p2]| Distortion { k1, k2, k3, p1, p2 }),
+            ..CameraFile::new((camera.cols, camera.rows), (camera.fov_h_deg, camera.fov_v_deg))
+        }
+    }
+}
+
 /// Shares of a footprint, 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Overlap {
@@ -92,12 +131,21 @@ pub struct Overlap {
     pub side: f64,
 }
 
-/// Smallest overlaps; `None` where there is no pair to have one.
+/// Smallest overlaps on commonly seen ground: the share of a photo whose ground its neighbour sees too, at the highest
+/// terrain that both see. `None` where there is no pair to have one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct OverlapMin {
     /// Along the strip.
     pub forward: Option<f64>,
     /// Between strips.
+    pub side: Option<f64>,
+}
+
+/// Smallest width of ground that neighbouring strips truly see in common, along rays to the terrain, as a share of the wider
+/// of their swaths there. Terrain that falls away towards the neighbour makes it smaller than the overlap.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct SwathMin {
+    /// Between strips; `None` where there is one line alone.
     pub side: Option<f64>,
 }
 
@@ -182,6 +230,9 @@ pub struct Checks {
     pub turn_radius_m: f64,
     /// Photos whose frames look beyond the elevation model, where nothing is known.
     pub photos_beyond_dem: usize,
+    /// Clearance that was asked for; 0 in files of older versions.
+    #[serde(default)]
+    pub clearance_wanted_m: f64,
 }
 
 /// What constant bases would cost.
@@ -238,55 +289,5 @@ pub enum Limit {
     Photos,
 }
 
-impl PlanFile {
-    /// Reads and checks a plan.
-    ///
-    /// # Errors
-    /// The file cannot be read, is no plan of this version, has a coordinate that is not finite, a strip without photos
-    /// or a count that does not agree.
-    pub fn read(path: &Path) -> Result<Self, InputError> {
-        let (text, name) = text_of(path)?;
-        let refuse = |why: String| InputError::new(format!("{name}: {why}"));
-        let value: serde_json::Value =
-            serde_json::from_str(&text).map_err(|error| refuse(format!("it is no JSON: {error}")))?;
-        match value.get("version").and_then(serde_json::Value::as_u64) {
-            Some(version) if version == u64::from(VERSION) => {}
-            Some(version) => return Err(refuse(format!("plan version {version} is not read, only {VERSION} is"))),
-            None => return Err(refuse("it has no version, so it is no plan".to_owned())),
-        }
-        let plan: PlanFile =
-            serde_json::from_value(value).map_err(|error| refuse(format!("it is no plan: {error}")))?;
-        plan.check().map_err(refuse)?;
-        Ok(plan)
-    }
-
-    /// Lines that the strips lie on.
-    #[must_use]
-    pub fn lines(&self) -> usize {
-        self.strips.iter().map(|strip| strip.line + 1).max().unwrap_or(0)
-    }
-
-    fn check(&self) -> Result<(), String> {
-        let photos = || self.strips.iter().flat_map(|strip| &strip.photos);
-        if let Some(empty) = self.strips.iter().position(|strip| strip.photos.is_empty()) {
-            return Err(format!("strips[{empty}] has no photos"));
-        }
-        if self.strips.is_empty() || photos().count() != self.photo_count {
-            return Err(format!("photo_count is {}, but the strips have {}", self.photo_count, photos().count()));
-        }
-        if photos().any(|photo| ![photo.x, photo.y, photo.z].iter().all(|value| value.is_finite())) {
-            return Err("a photo's coordinate is not finite".to_owned());
-        }
-        for (key, value) in [
-            ("height_m", self.height_m),
-            ("speed_m_s", self.speed_m_s),
-            ("camera.fov_h_deg", self.camera.fov_h_deg),
-            ("camera.fov_v_deg", self.camera.fov_v_deg),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(format!("{key} is {value}, which is not above 0"));
-            }
-        }
-        Ok(())
-    }
-}
+#[cfg(test)]
+pub(super) mod tests;

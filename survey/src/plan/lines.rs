@@ -169,7 +169,7 @@ impl Layout<'_> {
             }
             distance_m = suits_m;
         }
-        Err(InputError::new("the bases over this terrain do not settle"))
+        Err(InputError::failed("the bases over this terrain do not settle"))
     }
 
     /// First and last value across of the area.

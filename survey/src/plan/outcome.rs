@@ -1,16 +1,18 @@
 //! What was planned, as `plan.json` has it.
 
 use super::combinations::Limits;
-use super::file::{Accuracy, Camera, ConstantBase, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, VERSION};
-use super::flown::flown;
+use super::file::{Accuracy, ConstantBase, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, SwathMin, VERSION};
+use super::flown::{Leg, flown};
 use super::lines::{line_count, photo_count};
+use super::model_file::ModelFile;
 use super::place::Place;
-use super::planner::{Planned, Request};
+use super::planner::Planned;
+use super::request::Request;
 use crate::camera_file::CameraFile;
 use crate::error::InputError;
 
 impl Planned<'_> {
-    /// The plan's file. `dem` is the elevation model's name, `noise` what the request's sigmas were made of.
+    /// The plan's file. `dem` is the elevation model's file, `noise` what the request's sigmas were made of.
     ///
     /// # Errors
     /// A photo lies where its reference system has no latitude.
@@ -20,7 +22,7 @@ impl Planned<'_> {
         place: &Place,
         camera: &CameraFile,
         noise: Noise,
-        dem: &str,
+        dem: &ModelFile,
     ) -> Result<PlanFile, InputError> {
         let (layout, view) = (&self.layout, &self.layout.view);
         let world = |metres: [f64; 2]| place.frame().world(metres);
@@ -43,10 +45,10 @@ impl Planned<'_> {
         let Limits { speed_m_s, min_interval_s, .. } = request.limits;
         Ok(PlanFile {
             version: VERSION,
-            dem: dem.to_owned(),
+            dem: dem.name.clone(),
             epsg: place.frame().epsg(),
             origin_deg: place.origin_deg(),
-            camera: camera_of(camera),
+            camera: camera.into(),
             height_m: view.height_m,
             base_height_m: view.base_height_m,
             gsd_m: view.height_m * request.tangent_per_px[1],
@@ -74,7 +76,20 @@ impl Planned<'_> {
                 }
             }),
             combinations: self.combinations.clone(),
+            flight_order: self.flight_order(),
+            swath_min: SwathMin { side: layout.swath_min(&self.strips) },
+            dem_path: Some(dem.path.clone()),
+            dem_sha256: Some(dem.sha256.clone()),
         })
+    }
+
+    /// Every strip from the end at which it is entered.
+    fn flight_order(&self) -> Vec<[usize; 2]> {
+        let of_leg = |(strip, leg): (usize, Leg<'_>)| {
+            let count = leg.strip.along_m.len();
+            (0..count).map(move |k| [strip, if leg.is_back { count - 1 - k } else { k }])
+        };
+        flown(&self.strips).enumerate().flat_map(of_leg).collect()
     }
 
     fn accuracy(&self, seed: u64) -> Option<Accuracy> {
@@ -90,18 +105,5 @@ impl Planned<'_> {
             gaps: summary.gaps,
             seed,
         })
-    }
-}
-
-fn camera_of(camera: &CameraFile) -> Camera {
-    Camera {
-        cols: camera.cols,
-        rows: camera.rows,
-        fov_h_deg: camera.fov_h_deg,
-        fov_v_deg: camera.fov_v_deg,
-        offset_m_px: camera.offset_m_px,
-        offset_n_px: camera.offset_n_px,
-        pixel_mm: camera.pixel_mm,
-        distortion: camera.distortion.map(|d| [d.k1, d.k2, d.k3, d.p1, d.p2]),
     }
 }

@@ -1,17 +1,16 @@
 //! A whole plan: from terrain, area and camera to strips, what they achieve and what they cost.
 
-use super::area::Area;
 use super::axes::Axes;
 use super::base_height::base_height_m;
 use super::cells::{Cells, Known, Summary};
 use super::checks::Turns;
-use super::combinations::{Limits, base_min_m, nothing_left};
+use super::combinations::{Progress, base_min_m, nothing_left};
 use super::constant::Constant;
 use super::file::{Checks, Combination, Limit};
-use super::intersect::Sigmas;
 use super::lines::{Layout, Overlaps, Strip, View};
 use super::overlap::Achieved;
 use super::relief::Relief;
+use super::request::Request;
 use super::sight::Photos;
 use crate::error::InputError;
 
@@ -29,31 +28,6 @@ const HEADING_STEP_DEG: f64 = 15.0;
 const SIDES_MOST: usize = 12;
 /// Overlap that is missing by rounding alone.
 const ROUNDING: f64 = 1e-9;
-
-/// What is to be planned.
-#[derive(Debug, Clone)]
-pub struct Request {
-    /// Working metres.
-    pub area: Area,
-    /// Height above the base plane.
-    pub height_m: f64,
-    /// Tangents of half of what every photo sees, along and across ([`super::visible`]).
-    pub half_tangent: [f64; 2],
-    /// Tangent of a pixel, along and across.
-    pub tangent_per_px: [f64; 2],
-    /// The overlaps; `None` has them chosen.
-    pub overlaps: Option<Overlaps>,
-    /// The strips' heading, degrees; `None` has it chosen by the time of flight.
-    pub heading_deg: Option<f64>,
-    /// Speed, interval, accuracy.
-    pub limits: Limits,
-    /// Noise of measuring; its image part in tangents.
-    pub sigmas: Sigmas,
-    /// Length of an exposure.
-    pub exposure_s: f64,
-    /// What made-up noise comes from.
-    pub seed: u64,
-}
 
 /// What was planned.
 #[derive(Debug)]
@@ -81,9 +55,6 @@ pub struct Planned<'r> {
     /// Clearance, blur, time.
     pub checks: Checks,
 }
-
-/// What a plan is told of its progress: steps done, and all of them.
-pub type Progress<'p> = &'p (dyn Fn(usize, usize) + Sync);
 
 impl Request {
     /// The view from the flying height.

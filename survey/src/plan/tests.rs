@@ -101,7 +101,7 @@ fn golden_level_ground() {
 fn with_peak(corners: &[[f64; 2]], [x, y]: [f64; 2], peak_m: f64, speed_m_s: f64) -> Result<f64, String> {
     use super::combinations::Limits;
     use super::intersect::Sigmas;
-    use super::planner::Request;
+    use super::request::Request;
     let dem =
         Dem::from_fn((201, 201), [0.0; 2], [50.0; 2], |at_x, at_y| if [at_x, at_y] == [x, y] { peak_m } else { 0.0 });
     let request = Request {
@@ -114,6 +114,7 @@ fn with_peak(corners: &[[f64; 2]], [x, y]: [f64; 2], peak_m: f64, speed_m_s: f64
         limits: Limits { speed_m_s, min_interval_s: 0.038, accuracy_m: None },
         sigmas: Sigmas { image: [1e-4; 2], position_m: 0.015, attitude_rad: 1e-4 },
         exposure_s: 0.002,
+        min_clearance_m: 50.0,
         seed: 1,
     };
     let relief = Relief::new(&dem);
@@ -138,8 +139,8 @@ fn terrain_on_the_way_between_strips_counts() {
         [7000.0, 5200.0],
         [2000.0, 5200.0],
     ];
-    let refused = with_peak(&u, [4500.0, 4000.0], 900.0, 15.0).expect_err("terrain on the way");
-    assert!(refused.contains("900.0 m"), "{refused}");
+    // 500 m up and 900 m high: the flight would go 400 m below the top.
+    assert_eq!(with_peak(&u, [4500.0, 4000.0], 900.0, 15.0), Ok(-400.0));
     assert_eq!(with_peak(&u, [4500.0, 2000.0], 900.0, 15.0), Ok(500.0));
     // The swing of a turn at 60 m/s, beyond the strip's end.
     let block = [[3000.0, 4000.0], [5000.0, 4000.0], [5000.0, 4400.0], [3000.0, 4400.0]];

@@ -1,10 +1,6 @@
 //! Angles without jumps.
 
-use super::error::SmoothError;
-
-/// Largest turn from one sample to the next, degrees. With a third of a circle a wrong sample between two good ones, which
-/// are less than that apart, cannot leave whole turns behind: the two steps beside it add up to 240 degrees at most.
-pub const TURN_MAX_DEG: f64 = 120.0;
+use super::error::{SmoothError, TURN_MAX_DEG};
 
 /// Adds whole turns, so that no value is more than half a turn from the one before. Values that are not finite (no
 /// sample) stay and are passed over. Degrees.

@@ -1,6 +1,10 @@
 //! Why samples cannot be smoothed.
 
-use super::{Order, TURN_MAX_DEG};
+use super::Order;
+
+/// Largest turn from one sample to the next, degrees. With a third of a circle a wrong sample between two good ones, which
+/// are less than that apart, cannot leave whole turns behind: the two steps beside it add up to 240 degrees at most.
+pub const TURN_MAX_DEG: f64 = 120.0;
 
 /// A gap between two samples that count.
 #[derive(Clone, Copy, Debug, PartialEq)]

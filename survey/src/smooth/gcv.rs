@@ -5,13 +5,6 @@ use super::problem::Problem;
 
 /// Smallest alpha that is tried, for unit weights: the curve passes through the samples.
 pub const ALPHA_MIN: f64 = 1e-6;
-/// Smallest alpha that may be given, for unit weights: residuals and the degrees of freedom that they have, both some six
-/// times alpha, still have six digits.
-pub const ALPHA_LEAST: f64 = 1e-10;
-/// Condition number of the equations at the largest alpha, tried or given. For unit weights and uniform epochs it is
-/// 1 + 16 alpha (order 2) or 1 + 64 alpha (order 3), so alpha ends at 6.2e11 or 1.6e11.
-pub const ALPHA_MAX_CONDITION: f64 = 1e13;
-
 /// Places that are tried in each power of ten.
 const PER_DECADE: f64 = 4.0;
 /// The search ends when the decimal logarithm of alpha is known to this.
@@ -19,7 +12,7 @@ const PRECISE: f64 = 1e-4;
 
 /// Alpha at the smallest n V'PV / (n - tr H)², and whether it lies at an end of the range.
 ///
-/// The range from [`ALPHA_MIN`] to [`ALPHA_MAX_CONDITION`] is scanned in quarters of a power of ten, since the score may
+/// The range from [`ALPHA_MIN`] to the largest that the equations bear is scanned in quarters of a power of ten, since the score may
 /// have several minima; the golden section takes over between the neighbours of the lowest place.
 pub fn minimum(problem: &Problem) -> Result<(f64, bool), SmoothError> {
     let order = problem.order;

@@ -2,8 +2,14 @@
 
 use super::band::{Band, Factors};
 use super::error::SmoothError;
-use super::gcv::{ALPHA_LEAST, ALPHA_MAX_CONDITION};
 use super::{Epochs, Order};
+
+/// Smallest alpha that may be given, for unit weights: residuals and the degrees of freedom that they have, both some six
+/// times alpha, still have six digits.
+pub const ALPHA_LEAST: f64 = 1e-10;
+/// Condition number of the equations at the largest alpha, tried or given. For unit weights and uniform epochs it is
+/// 1 + 16 alpha (order 2) or 1 + 64 alpha (order 3), so alpha ends at 6.2e11 or 1.6e11.
+pub const ALPHA_MAX_CONDITION: f64 = 1e13;
 
 /// Samples that are a polynomial but for their own rounding are nearer to it than this share of the largest: some tens of
 /// 2^-53.

@@ -2,7 +2,7 @@
 
 use super::SmoothError;
 use crate::error::InputError;
-use crate::table::{Table, text_of};
+use crate::io::table::{Table, text_of};
 use std::path::Path;
 
 /// Channels over time.

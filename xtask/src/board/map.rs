@@ -16,7 +16,7 @@ pub const BACKUP: Range<u32> = 0x3880_0000..0x3880_1000;
 pub const BANK_1: u32 = 0x0800_0000;
 /// Where that bootloader starts the application.
 pub const APPLICATION: u32 = 0x0804_0000;
-/// Start of the mission and the tiles.
+/// Start of the configuration and the tiles.
 pub const BANK_2: u32 = 0x0810_0000;
 /// What the image may take of flash, bytes.
 pub const FLASH_LIMIT: u32 = 256 * 1024;
@@ -36,7 +36,7 @@ pub const SECTIONS: [(&str, Range<u32>); 8] = [
 /// Buffers that must be there, by the end of their mangled names' paths, and where. DMA1 and DMA2 do not reach DTCM, the
 /// card's DMA reaches AXI SRAM alone; what the pipeline works in must not wait for a bus.
 pub const BUFFERS: [(&str, Range<u32>); 20] = [
-    ("6camera4RING", AXI),
+    ("9front_end4RING", AXI),
     ("4card6BLOCKS", AXI),
     ("7logging4RING", SRAM123),
     ("7logging3LOG", DTCM),
@@ -48,7 +48,7 @@ pub const BUFFERS: [(&str, Range<u32>); 20] = [
     ("9simulator5WIRES", SRAM123),
     ("9simulator7SESSION", SRAM123),
     ("9simulator9ROOM_ROWS", SRAM123),
-    ("9simulator12ROOM_MISSION", SRAM123),
+    ("9simulator18ROOM_CONFIGURATION", SRAM123),
     ("9simulator9ROOM_PLAN", SRAM123),
     ("9simulator10ROOM_TILES", AXI),
     ("4boot12FRAME_MEMORY", DTCM),
@@ -60,13 +60,14 @@ pub const BUFFERS: [(&str, Range<u32>); 20] = [
 
 /// Statics that the emulated board has too: what the budget of 25 KiB is about. The rest is drivers', and what is kept of
 /// a frame.
-pub const COMPARABLE: [&str; 8] = [
+pub const COMPARABLE: [&str; 9] = [
     "4boot3APP",
     "4boot7BUFFERS",
-    "12receive_task4POOL",
-    "11camera_task4POOL",
-    "13transmit_task4POOL",
-    "9beat_task4POOL",
-    "12latches_task4POOL",
+    "5tasks7receive4POOL",
+    "5tasks6camera4POOL",
+    "5tasks8transmit4POOL",
+    "5tasks4beat4POOL",
+    "5tasks6pulses4POOL",
+    "5tasks5edges4POOL",
     "5start8EXECUTOR",
 ];

@@ -1,12 +1,14 @@
-//! That memory.x agrees, region by region, with what the debug probe's software knows of the chip.
+//! The regions of memory.x, and that they agree with what the debug probe's software knows of the chip.
 
-use crate::Failure;
+use crate::{Failure, places};
+use std::fs;
+use std::ops::Range;
 
 /// Name, first address and end of the chip's own memories in probe-rs 0.32.0: the addresses as `probe-rs chip info
 /// STM32H743VITx` prints them, the names, which it does not print, from its target description `STM32H7_Series.yaml`,
 /// variant STM32H743VI. It also prints three windows of external flash (0x6000_0000, 0x9000_0000, 0xa000_0000), which this
 /// board has not.
-pub const PROBE_RS: [(&str, u32, u32); 9] = [
+const PROBE_RS: [Region<'static>; 9] = [
     ("ITCM", 0x0000_0000, 0x0001_0000),
     ("BANK_1", 0x0800_0000, 0x0810_0000),
     ("BANK_2", 0x0810_0000, 0x0820_0000),
@@ -18,66 +20,78 @@ pub const PROBE_RS: [(&str, u32, u32); 9] = [
     ("SRAM4", 0x3800_0000, 0x3801_0000),
 ];
 
-/// Our names for them: one of ours may be several of theirs. The backup SRAM is ours alone: probe-rs has no name for it.
-const NAMES: [(&str, &[&str]); 7] = [
-    ("ITCM", &["ITCM"]),
-    ("RAM", &["DTCM"]),
-    ("AXISRAM", &["AXISRAM"]),
-    ("SRAM123", &["SRAM1", "SRAM2", "SRAM3"]),
-    ("SRAM4", &["SRAM4"]),
-    ("FLASH", &["BANK_1"]),
-    ("MISSION", &["BANK_2"]),
+/// Our names for them, and theirs, in the order of addresses. The backup SRAM is ours alone: probe-rs has no name for it.
+const NAMES: [(&[&str], &[&str]); 7] = [
+    (&["ITCM"], &["ITCM"]),
+    (&["RAM"], &["DTCM"]),
+    (&["AXISRAM"], &["AXISRAM"]),
+    (&["SRAM123"], &["SRAM1", "SRAM2", "SRAM3"]),
+    (&["SRAM4"], &["SRAM4"]),
+    (&["FLASH"], &["BANK_1"]),
+    (&["CONFIGURATION", "PLAN", "TILES"], &["BANK_2"]),
 ];
 const UNKNOWN_TO_PROBE_RS: &str = "BACKUP";
 
-/// Compares the text of memory.x. Flash begins at `_flash_origin`, which the bare profile sets to the bank's start.
+/// A region's name, first address and end.
+type Region<'a> = (&'a str, u32, u32);
+
+/// Where memory.x has a region.
+///
+/// # Errors
+/// That it has none, or cannot be read.
+pub fn region(name: &str) -> Result<Range<u32>, Failure> {
+    let memory_x = fs::read_to_string(places::root().join("memory.x")).map_err(|error| format!("memory.x: {error}"))?;
+    span(&regions(&memory_x)?, &[name])
+}
+
+/// Compares the text of memory.x.
 ///
 /// # Errors
 /// The region that differs.
 pub fn agrees(memory_x: &str) -> Result<(), Failure> {
     let ours = regions(memory_x)?;
-    for (name, theirs) in NAMES {
-        let ours = ours.iter().find(|(n, ..)| n == name).ok_or_else(|| format!("memory.x has no region {name}"))?;
-        let (start, end) = (ours.1, ours.2);
-        let known = |n: &&str| PROBE_RS.iter().find(|(known, ..)| known == n);
-        let first = theirs.first().and_then(known).map_or(0, |(_, start, _)| *start);
-        let last = theirs.last().and_then(known).map_or(0, |(_, _, end)| *end);
-        if (start, end) != (first, last) {
-            return Err(format!(
-                "memory.x has {name} at {start:#010x}..{end:#010x}, probe-rs at {first:#010x}..{last:#010x}"
-            ));
+    for (names, theirs) in NAMES {
+        let (ours, theirs) = (span(&ours, names)?, span(&PROBE_RS, theirs)?);
+        if ours != theirs {
+            return Err(format!("memory.x has {} at {ours:#010x?}, probe-rs at {theirs:#010x?}", names.join(", ")));
         }
     }
-    let stranger = |name: &str| name != UNKNOWN_TO_PROBE_RS && !NAMES.iter().any(|(known, _)| *known == name);
+    let stranger = |name: &str| name != UNKNOWN_TO_PROBE_RS && !NAMES.iter().any(|(known, _)| known.contains(&name));
     match ours.iter().find(|(name, ..)| stranger(name)) {
         Some((name, ..)) => Err(format!("memory.x has a region {name} that probe-rs does not know")),
         None => Ok(()),
     }
 }
 
-/// Name, start and end of each region.
-fn regions(memory_x: &str) -> Result<Vec<(String, u32, u32)>, Failure> {
+/// What regions take together, each of which begins where the one before ends.
+fn span(regions: &[Region<'_>], names: &[&str]) -> Result<Range<u32>, Failure> {
+    let mut all: Option<Range<u32>> = None;
+    for name in names {
+        let found = regions.iter().find(|(known, ..)| known == name);
+        let (_, start, end) = *found.ok_or_else(|| format!("memory.x has no region {name}"))?;
+        if all.as_ref().is_some_and(|all| all.end != start) {
+            return Err(format!("memory.x has a gap, or two regions at one address, before {name}"));
+        }
+        all = Some(all.map_or(start, |all| all.start)..end);
+    }
+    all.ok_or_else(|| "no region was named".into())
+}
+
+/// The regions of an image that does not lie behind the camera's bootloader.
+fn regions(memory_x: &str) -> Result<Vec<Region<'_>>, Failure> {
     let mut regions = Vec::new();
     for line in memory_x.lines() {
         let Some((name, rest)) = line.split_once(" : ORIGIN = ") else { continue };
-        let wrong = || format!("memory.x has a region that is not understood: {line}");
-        let (origin, length) = rest.split_once(", LENGTH = ").ok_or_else(wrong)?;
-        let start = value(origin).ok_or_else(wrong)?;
-        let length = match length.split_once(" - ") {
-            Some((end, origin)) => value(end).zip(value(origin)).map(|(end, origin)| end - origin),
-            None => value(length),
-        };
-        regions.push((name.trim().to_owned(), start, start + length.ok_or_else(wrong)?));
+        let bounds = rest.split_once(", LENGTH = ").and_then(|(start, length)| value(start).zip(value(length)));
+        let (start, length) = bounds.ok_or_else(|| format!("memory.x has a region that is not understood: {line}"))?;
+        regions.push((name.trim(), start, start + length));
     }
     Ok(regions)
 }
 
-/// A number of a linker script.
+/// A number of a linker script, without what lying behind the bootloader adds to it or takes away.
 fn value(text: &str) -> Option<u32> {
-    let text = text.trim();
-    if text == "_flash_origin" {
-        return Some(super::map::BANK_1);
-    }
+    let text = text.split(['+', '-']).next()?.trim();
     let scaled = |digits: &str, by: u32| digits.parse().ok().and_then(|n: u32| n.checked_mul(by));
     match (text.strip_prefix("0x"), text.strip_suffix('K'), text.strip_suffix('M')) {
         (Some(hex), ..) => u32::from_str_radix(hex, 16).ok(),
@@ -101,7 +115,9 @@ mod tests {
             ("0x24000000", "0x24010000"),
             ("288K", "280K"),
             ("1M", "2M"),
-            ("0x08100000 -", "0x08120000 -"),
+            ("0x08110000", "0x08118000"),
+            ("896K", "900K"),
+            ("0x08000000 +", "0x08020000 +"),
             ("  SRAM4 :", "  SRAM5 :"),
         ] {
             let changed = ours.replace(from, to);

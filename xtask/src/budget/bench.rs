@@ -1,7 +1,7 @@
 //! Runs the bench image in QEMU with the plugin that counts, and joins what both tell.
 
 use crate::process::{cargo, run};
-use crate::set_up::{Compiler, QEMU};
+use crate::set_up::{self, Compiler};
 use crate::{Failure, build, places};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -50,13 +50,12 @@ pub fn of(root: &Path, target: &Path, compiler: &Compiler) -> Result<Vec<Region>
     image.args(["--profile", places::PROFILE]);
     compiler.apply(&mut image);
     run(&mut image)?;
-    run(cargo().args(["build", "--release", "--package", "plumbline-cost"]))?;
     count(&target.join(places::THUMB).join(places::PROFILE).join("bench"))
 }
 
 /// The plugin, as cargo leaves it.
 fn plugin() -> Result<PathBuf, Failure> {
-    let library = places::target().join("release").join("libplumbline_cost.so");
+    let library = places::target().join("debug").join("libplumbline_cost.so");
     if library.is_file() { Ok(library) } else { Err(format!("there is no plugin at {}", library.display())) }
 }
 
@@ -72,13 +71,13 @@ fn count(image: &Path) -> Result<Vec<Region>, Failure> {
 /// One run to its end. What the firmware prints goes to a file, since nobody reads while it runs.
 fn emulate(image: &Path, records: &Path, told: &Path) -> Result<(), Failure> {
     let standard_error = fs::File::create(told).map_err(|error| format!("{}: {error}", told.display()))?;
-    let mut command = Command::new(QEMU);
+    let mut command = Command::new(set_up::emulator()?);
     command.args(["-M", "mps2-an500", "-nodefaults", "-display", "none", "-net", "none"]);
     command.args(["-icount", "shift=1,sleep=off", "-semihosting-config", "enable=on,target=native"]);
     let (plugin, out) = (plugin()?, records.display());
     command.arg("-plugin").arg(format!("{},image={},out={out}", plugin.display(), image.display()));
     command.arg("-kernel").arg(image).stdin(Stdio::null()).stdout(Stdio::null()).stderr(standard_error);
-    let mut process = command.spawn().map_err(|error| format!("{QEMU} could not be started: {error}"))?;
+    let mut process = command.spawn().map_err(|error| format!("QEMU could not be started: {error}"))?;
     let begin = Instant::now();
     loop {
         match process.try_wait() {

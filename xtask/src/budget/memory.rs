@@ -39,7 +39,7 @@ fn image(name: &str) -> Result<Vec<u8>, Failure> {
 /// Modules of the core whose functions and constants belong to the stage, and the bench's two functions that the compiler
 /// inlines them into. Both ways of mangling put a name's length before it.
 const MODULES: [(&str, &[&str]); 2] = [
-    ("14plumbline_core", &["6reduce", "7rectify", "10homography", "3dsp", MAP]),
+    ("14plumbline_core", &["6reduce", "7rectify", "10homography", MAP]),
     ("18plumbline_firmware", &["5bench7rectify6reduce", "5bench7rectify8resample"]),
 ];
 
@@ -66,7 +66,7 @@ mod tests {
         assert!(is("_RNvNtCs1_14plumbline_core7rectify12rectify_into"));
         assert!(is("_ZN18plumbline_firmware5bench7rectify8resample17h0123456789abcdefE"));
         assert!(is("_ZN14plumbline_core8pipeline9situation9Situation10homography17h0123456789abcdefE"));
-        assert!(!is("_ZN14plumbline_core8matching6locate17h0123456789abcdefE"));
+        assert!(!is("_ZN14plumbline_core8matching11correlation6locate17h0123456789abcdefE"));
         assert!(!is("_ZN18plumbline_firmware5bench7rectify3run17h0123456789abcdefE"));
         assert!(!is("memset"));
     }

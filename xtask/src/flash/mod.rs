@@ -1,4 +1,4 @@
-//! `cargo xtask flash`: puts image, mission, plan and tiles onto the flight computer, and never erases its bootloader unasked.
+//! `cargo xtask flash`: puts image, configuration, plan and tiles onto the flight computer, and never erases its bootloader unasked.
 //!
 //! By default a DFU file for the camera's own bootloader, which listens for a second and a half after power-up and keeps
 //! its own sector read-only (37c5:9204; the partition FIRMWARE is 0x08040000 to 0x081e0000). With `--probe` the same image
@@ -7,6 +7,7 @@
 mod dfu;
 mod store;
 
+use super::board::probe::region;
 use super::board::{self, Image, map};
 use super::process::{output, run, succeeds};
 use super::{Failure, build, places, set_up};
@@ -17,19 +18,14 @@ use store::{Blob, PLAN, TILES};
 
 /// The chip, as probe-rs calls it.
 const CHIP: &str = "STM32H743VITx";
-/// Where the plan begins: in the second half of the mission's sector.
-const PLAN_AT: u32 = map::BANK_2 + 0x0001_0000;
-/// Where the tiles begin: behind the mission's sector.
-const TILES_AT: u32 = map::BANK_2 + 0x0002_0000;
-/// End of flash, and of what the camera's bootloader writes.
-const FLASH_END: u32 = 0x0820_0000;
+/// End of what the camera's bootloader writes.
 const DFU_END: u32 = 0x081e_0000;
 
 /// What was asked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Asked {
     way: Way,
-    mission: Option<PathBuf>,
+    configuration: Option<PathBuf>,
     settings: Option<PathBuf>,
     tiles: Option<PathBuf>,
     plan: Option<PathBuf>,
@@ -53,24 +49,25 @@ enum Way {
 /// Arguments that cannot be meant, and stores that the board would refuse.
 pub fn flash(args: &[String]) -> Result<ExitCode, Failure> {
     let asked = asked(args)?;
-    let end = if asked.way == Way::Dfu { DFU_END } else { FLASH_END };
     let mut blobs = Vec::new();
     if let Some(path) = &asked.tiles {
-        blobs.push(store::read(path, TILES, TILES_AT..end)?);
+        let all = region("TILES")?;
+        let end = if asked.way == Way::Dfu { DFU_END } else { all.end };
+        blobs.push(store::read(path, TILES, all.start..end)?);
     }
     let settings = asked.settings.as_deref();
-    let mission = match asked.mission {
+    let configuration = match asked.configuration {
         Some(camera) if store::is_camera_file(&camera) => match build::command() {
             Ok(()) => Some(store::made(&camera, settings)?),
             Err(sentence) => return Ok(super::failed(sentence)),
         },
         other => other,
     };
-    if let Some(path) = mission {
-        blobs.push(store::read(&path, store::MISSION, map::BANK_2..PLAN_AT)?);
+    if let Some(path) = configuration {
+        blobs.push(store::read(&path, store::CONFIGURATION, region("CONFIGURATION")?)?);
     }
     if let Some(path) = &asked.plan {
-        blobs.push(store::read(path, PLAN, PLAN_AT..TILES_AT)?);
+        blobs.push(store::read(path, PLAN, region("PLAN")?)?);
         // By a probe each piece is written by its own call, which erases its sector.
         blobs = store::joined(blobs)?;
     }
@@ -86,29 +83,29 @@ fn asked(args: &[String]) -> Result<Asked, Failure> {
             "--bare" => asked.way = Way::Bare,
             "--probe" if asked.way == Way::Dfu => asked.way = Way::Probe,
             "--probe" => {}
-            // One store: the camera file's content is part of the mission's.
-            "--mission" | "--camera" if asked.mission.is_some() => {
-                return Err("flash writes one mission: give --camera or --mission, once".into());
+            // One store: the camera file's content is part of the configuration's.
+            "--configuration" | "--mission" | "--camera" if asked.configuration.is_some() => {
+                return Err("flash writes one configuration: give --camera or --configuration, once".into());
             }
-            "--mission" | "--camera" => asked.mission = Some(file()?),
+            "--configuration" | "--mission" | "--camera" => asked.configuration = Some(file()?),
             "--settings" => asked.settings = Some(file()?),
             "--tiles" => asked.tiles = Some(file()?),
             "--plan" => asked.plan = Some(file()?),
             other => {
                 return Err(format!(
-                    "flash knows --bare, --probe, --camera, --settings, --mission, --plan and --tiles, but not {other:?}"
+                    "flash knows --bare, --probe, --camera, --settings, --configuration, --plan and --tiles, but not {other:?}"
                 ));
             }
         }
     }
-    let is_camera_file = asked.mission.as_deref().is_some_and(store::is_camera_file);
+    let is_camera_file = asked.configuration.as_deref().is_some_and(store::is_camera_file);
     match asked.settings {
         Some(_) if !is_camera_file => Err("--settings goes with a camera file: --camera FILE.toml".into()),
-        _ if asked.plan.is_some() && asked.mission.is_none() => {
-            Err("the plan goes with the mission, whose sector it shares and which is erased: give --camera or --mission too".into())
+        _ if asked.plan.is_some() && asked.configuration.is_none() => {
+            Err("the plan goes with the configuration, whose sector it shares and which is erased: give --camera or --configuration too".into())
         }
-        _ if asked.way == Way::Dfu && asked.tiles.is_some() && asked.mission.is_none() => Err(
-            "by DFU the tiles go with the mission, whose sector lies before them and is erased: give --camera or --mission too"
+        _ if asked.way == Way::Dfu && asked.tiles.is_some() && asked.configuration.is_none() => Err(
+            "by DFU the tiles go with the configuration, whose sector lies before them and is erased: give --camera or --configuration too"
                 .into(),
         ),
         _ => Ok(asked),
@@ -201,13 +198,13 @@ mod tests {
     }
 
     #[test]
-    fn settings_go_with_a_camera_file_and_there_is_one_mission() {
+    fn settings_go_with_a_camera_file_and_there_is_one_configuration() {
         let asked = asked_for("--settings s.toml --camera c.toml").unwrap();
-        assert_eq!((asked.mission, asked.settings), (Some("c.toml".into()), Some("s.toml".into())));
+        assert_eq!((asked.configuration, asked.settings), (Some("c.toml".into()), Some("s.toml".into())));
         assert!(asked_for("--settings s.toml").unwrap_err().contains("camera file"));
-        assert!(asked_for("--plan p.bin").unwrap_err().contains("mission"));
-        assert_eq!(asked_for("--probe --plan p.bin --mission m.bin").unwrap().plan, Some("p.bin".into()));
+        assert!(asked_for("--plan p.bin").unwrap_err().contains("configuration"));
+        assert_eq!(asked_for("--probe --plan p.bin --configuration m.bin").unwrap().plan, Some("p.bin".into()));
         assert!(asked_for("--settings s.toml --mission m.bin").unwrap_err().contains("camera file"));
-        assert!(asked_for("--camera c.toml --mission m.bin").unwrap_err().contains("one mission"));
+        assert!(asked_for("--camera c.toml --mission m.bin").unwrap_err().contains("one configuration"));
     }
 }

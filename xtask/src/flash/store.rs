@@ -18,7 +18,8 @@ pub struct Kind {
 }
 
 /// Camera, calibration and settings.
-pub const MISSION: Kind = Kind { magic: *b"PLBM", version: 3, name: "mission store", verb: "plumbline mission" };
+pub const CONFIGURATION: Kind =
+    Kind { magic: *b"PLBM", version: 3, name: "configuration store", verb: "plumbline mission" };
 /// The reference tile.
 pub const TILES: Kind = Kind { magic: *b"PLBT", version: 1, name: "tile store", verb: "plumbline tiles" };
 
@@ -71,7 +72,7 @@ pub fn joined(mut blobs: Vec<Blob>) -> Result<Vec<Blob>, Failure> {
             Some(last) => {
                 last.bytes.resize((blob.address - last.address) as usize, 0xff);
                 last.bytes.extend(&blob.bytes);
-                last.path = places::scratch().join("mission-and-plan.bin");
+                last.path = places::scratch().join("configuration-and-plan.bin");
                 fs::create_dir_all(places::scratch())
                     .and_then(|()| fs::write(&last.path, &last.bytes))
                     .map_err(|error| format!("{}: {error}", last.path.display()))?;
@@ -103,17 +104,17 @@ fn check(bytes: &[u8], kind: Kind) -> Result<(), Failure> {
     }
 }
 
-/// Whether a file is a camera file, from which a mission store is made.
+/// Whether a file is a camera file, from which a configuration store is made.
 pub fn is_camera_file(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
-/// The mission store that `plumbline mission` makes of a camera file, in the scratch folder.
+/// The configuration store that `plumbline mission` makes of a camera file, in the scratch folder.
 ///
 /// # Errors
 /// The command's own sentence.
 pub fn made(camera: &Path, settings: Option<&Path>) -> Result<PathBuf, Failure> {
-    let out = places::scratch().join("mission.bin");
+    let out = places::scratch().join("configuration.bin");
     fs::create_dir_all(places::scratch()).map_err(|error| format!("{}: {error}", places::scratch().display()))?;
     let mut command = Command::new(places::plumbline());
     command.args(["mission", "--camera"]).arg(camera).arg("--out").arg(&out);
@@ -135,7 +136,7 @@ mod tests {
     fn store(magic: &[u8; 4], payload: &[u8]) -> Vec<u8> {
         let mut bytes = vec![0; HEADER];
         bytes[..4].copy_from_slice(magic);
-        bytes[4] = [MISSION, TILES, PLAN].iter().find(|kind| kind.magic == *magic).unwrap().version as u8;
+        bytes[4] = [CONFIGURATION, TILES, PLAN].iter().find(|kind| kind.magic == *magic).unwrap().version as u8;
         bytes[8..12].copy_from_slice(&(payload.len() as u32).to_le_bytes());
         bytes[12..16].copy_from_slice(&(!crc(payload)).to_le_bytes());
         let sum = !crc(&bytes[..28]);
@@ -153,22 +154,22 @@ mod tests {
     #[test]
     fn a_whole_store_is_taken_and_any_changed_bit_is_not() {
         let good = store(b"PLBM", b"a camera");
-        assert_eq!(check(&good, MISSION), Ok(()));
+        assert_eq!(check(&good, CONFIGURATION), Ok(()));
         for bit in 0..good.len() * 8 {
             let mut bad = good.clone();
             bad[bit / 8] ^= 1 << (bit % 8);
-            assert!(check(&bad, MISSION).is_err(), "bit {bit}");
+            assert!(check(&bad, CONFIGURATION).is_err(), "bit {bit}");
         }
         for length in 0..good.len() {
-            assert!(check(&good[..length], MISSION).is_err(), "{length} bytes");
+            assert!(check(&good[..length], CONFIGURATION).is_err(), "{length} bytes");
         }
-        assert!(check(&[&good[..], &[0]].concat(), MISSION).is_err(), "one byte too many");
+        assert!(check(&[&good[..], &[0]].concat(), CONFIGURATION).is_err(), "one byte too many");
     }
 
     /// The firmware's own figures, read from its source: this crate does not link it.
     #[test]
     fn formats_are_those_that_the_firmware_reads() {
-        for (kind, file) in [(MISSION, "mission"), (TILES, "tiles"), (PLAN, "plan")] {
+        for (kind, file) in [(CONFIGURATION, "configuration"), (TILES, "tiles"), (PLAN, "plan")] {
             let path = places::root().join(format!("firmware/src/stores/{file}.rs"));
             let text = fs::read_to_string(path).unwrap();
             let line = text.lines().find(|line| line.contains("pub const KIND")).unwrap();
@@ -178,16 +179,16 @@ mod tests {
         let old = [&b"PLBM"[..], &[2], &[0; 27]].concat();
         let sum = !crc(&old[..28]);
         let old = [&old[..28], &sum.to_le_bytes()].concat();
-        assert!(check(&old, MISSION).unwrap_err().contains("format 2"));
+        assert!(check(&old, CONFIGURATION).unwrap_err().contains("format 2"));
     }
 
     #[test]
     fn stores_are_not_taken_for_each_other() {
-        let said = check(&store(b"PLBT", b"tiles"), MISSION).unwrap_err();
-        assert_eq!(said, "this is no mission store; `plumbline mission` makes one");
-        assert!(check(&store(b"PLBM", b"mission"), TILES).unwrap_err().contains("plumbline tiles"));
+        let said = check(&store(b"PLBT", b"tiles"), CONFIGURATION).unwrap_err();
+        assert_eq!(said, "this is no configuration store; `plumbline mission` makes one");
+        assert!(check(&store(b"PLBM", b"configuration"), TILES).unwrap_err().contains("plumbline tiles"));
         assert!(check(&store(b"PLBM", b"mission"), PLAN).unwrap_err().contains("plumbline mission --plan"));
-        assert!(check(b"exposure_us = 2000\n", MISSION).is_err());
+        assert!(check(b"exposure_us = 2000\n", CONFIGURATION).is_err());
     }
 
     #[test]
@@ -217,6 +218,6 @@ mod tests {
     #[test]
     fn camera_files_are_told_by_their_ending() {
         assert!(is_camera_file(Path::new("a/camera.toml")) && is_camera_file(Path::new("C.TOML")));
-        assert!(!is_camera_file(Path::new("mission.bin")) && !is_camera_file(Path::new("toml")));
+        assert!(!is_camera_file(Path::new("configuration.bin")) && !is_camera_file(Path::new("toml")));
     }
 }

@@ -4,7 +4,6 @@ use crate::app::App;
 use crate::boot::{self, BootError};
 use crate::h743::mt9v034::{SensorError, Setting, Wanted};
 use crate::journal::Journal;
-use crate::stores::tiles::BOARD_BYTES;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::motion::{Moving, Rates, Velocity, image_motion};
 use plumbline_core::pipeline::Buffers;
@@ -13,12 +12,15 @@ use plumbline_core::tilt::Attitude;
 use plumbline_core::units::Radians;
 use static_cell::{ConstStaticCell, StaticCell};
 
-/// Bank 2 of the flash: the mission store and the plan store in the halves of its first sector, the tile store in the others.
-const MISSION: usize = 0x0810_0000;
-const MISSION_BYTES: usize = 64 * 1024;
-const PLAN: usize = MISSION + MISSION_BYTES;
-const PLAN_BYTES: usize = 64 * 1024;
-const TILES: usize = PLAN + PLAN_BYTES;
+// First address and end of each store in flash; memory.x says where they are.
+unsafe extern "C" {
+    static _configuration: u8;
+    static _configuration_end: u8;
+    static _plan: u8;
+    static _plan_end: u8;
+    static _tiles: u8;
+    static _tiles_end: u8;
+}
 
 static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
 static FRAME_MEMORY: ConstStaticCell<[u8; FRAME_MEMORY_BYTES]> = ConstStaticCell::new([0; FRAME_MEMORY_BYTES]);
@@ -32,9 +34,9 @@ pub enum Grounded {
     /// Reading flash has ended in faults: a write that lost its power leaves words that no longer are what their check bits
     /// say.
     Unreadable,
-    /// The mission wants edges that this board does not have: it knows when it opens the shutter, no more.
+    /// The configuration wants edges that this board does not have: it knows when it opens the shutter, no more.
     Edges,
-    /// The sensor cannot do what the mission wants of it.
+    /// The sensor cannot do what the configuration wants of it.
     Sensor(SensorError),
 }
 
@@ -43,8 +45,8 @@ impl Grounded {
     pub fn words(self) -> [&'static str; 2] {
         match self {
             Grounded::Stores(error) => error.words(),
-            Grounded::Unreadable => ["mission store: ", "flash cannot be read"],
-            Grounded::Edges => ["mission store: ", "no edge, or no exposure"],
+            Grounded::Unreadable => ["configuration: ", "flash cannot be read"],
+            Grounded::Edges => ["configuration: ", "no edge, or no exposure"],
             Grounded::Sensor(SensorError::Window) => ["sensor: ", "frame does not fit it"],
             Grounded::Sensor(SensorError::Exposure) => ["sensor: ", "exposure does not fit it"],
         }
@@ -61,17 +63,22 @@ pub struct Booted {
     pub frame: (u16, u16),
     /// The sensor's setting.
     pub setting: Setting,
-    /// What the mission takes for the opening edge.
+    /// What the configuration takes for the opening edge.
     pub opens_on: Polarity,
     /// Whether the exposure blurs by more than half a pixel in what counts as ordinary flight.
     pub blurs: bool,
 }
 
-/// The regions of flash: mission, tiles, plan.
+/// The regions of flash: configuration, tiles, plan.
 pub fn stores() -> [&'static [u8]; 3] {
-    [(MISSION, MISSION_BYTES), (TILES, BOARD_BYTES), (PLAN, PLAN_BYTES)].map(|(start, bytes)| {
+    let regions = [
+        (&raw const _configuration, &raw const _configuration_end),
+        (&raw const _tiles, &raw const _tiles_end),
+        (&raw const _plan, &raw const _plan_end),
+    ];
+    regions.map(|(start, end)| {
         // SAFETY: all are flash, which nobody writes while this image runs.
-        unsafe { core::slice::from_raw_parts(start as *const u8, bytes) }
+        unsafe { core::slice::from_raw_parts(start.addr() as *const u8, end.addr() - start.addr()) }
     })
 }
 
@@ -94,8 +101,8 @@ pub fn place(app: App<'static>) -> &'static App<'static> {
 /// [`Grounded`].
 #[inline(never)]
 pub fn boot(clock_hz: u32, journal: &'static dyn Journal) -> Result<Booted, Grounded> {
-    let [mission, tiles, plan] = stores();
-    let flight = boot::read(mission, tiles, plan).map_err(Grounded::Stores)?;
+    let [configuration, tiles, plan] = stores();
+    let flight = boot::read(configuration, tiles, plan).map_err(Grounded::Stores)?;
     let (camera, shutter) = (flight.settings.camera, flight.stamps.shutter);
     let exposure = shutter.exposure.filter(|_| shutter.wired == Wired::Opening).ok_or(Grounded::Edges)?;
     let frame = (camera.cols(), camera.rows());

@@ -1,13 +1,10 @@
 //! The capture timer: TIM2 counts microseconds in 32 bits and latches pulses per second; TIM3 counts the lower half with
-//! it and triggers the exposures.
+//! it for the trigger ([`trigger`](super::trigger)).
 //!
-//! TIM3 starts by TIM2's start (its ITR1, RM0433 table 331), with the same divider and clock, so it always shows TIM2's
+//! TIM3 starts by TIM2's start (its ITR1), with the same divider and clock, so it always shows TIM2's
 //! lower half, off by the few timer clocks that the trigger takes. Nothing sets either afterwards.
 
-use crate::app::App;
 use crate::board::Timer;
-use crate::h743::trigger::{Due, PULSE_US, due, widen};
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::InterruptExt;
 use embassy_stm32::pac::timer::vals::{CcmrInputCcs, FilterValue, Mms, OcmGp, Sms, Ts};
@@ -18,17 +15,11 @@ use embassy_stm32::{Peri, interrupt, peripherals, rcc};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
-use plumbline_core::stamp::{Edge, Polarity};
+use plumbline_core::stamp::Edge;
 use plumbline_core::units::Ticks;
 
 static PULSE: Signal<CriticalSectionRawMutex, Ticks> = Signal::new();
 static EDGES: Channel<CriticalSectionRawMutex, Edge, 4> = Channel::new();
-/// Whether the trigger's line is high.
-static IS_HIGH: AtomicBool = AtomicBool::new(false);
-/// Triggers so far: the frames' numbers.
-static TRIGGERS: AtomicU32 = AtomicU32::new(0);
-/// Whether the opening edge counts as rising in the mission's settings.
-static OPENS_RISING: AtomicBool = AtomicBool::new(true);
 
 /// The pins keep their function for ever.
 #[allow(missing_debug_implementations, reason = "pins")]
@@ -96,36 +87,13 @@ pub fn now() -> Ticks {
     Ticks(TIM2.cnt().read())
 }
 
-/// Exposures triggered since start.
-pub fn triggers() -> u32 {
-    TRIGGERS.load(Ordering::Relaxed)
+/// Takes an edge of the trigger's line. A full queue means that the application stands still: it will find the edge missing.
+pub(super) fn latch(edge: Edge) {
+    let _ = EDGES.try_send(edge);
 }
 
-/// Triggers exposures for ever: those that the application commits to where it has a plan, `interval_us` apart otherwise.
-/// `opens_on`: what the mission takes for the opening edge.
-pub async fn trigger(app: &App<'_>, interval_us: u32, opens_on: Polarity) -> ! {
-    OPENS_RISING.store(opens_on == Polarity::Rising, Ordering::Relaxed);
-    TIM3.dier().write(|w| w.set_ccie(0, true));
-    let is_planned = app.has_plan();
-    let mut at = if is_planned { app.exposure().await } else { Ticks(now().0.wrapping_add(interval_us)) };
-    loop {
-        match due(now(), at, interval_us) {
-            Due::Later(look) => until(look).await,
-            // A planned one has its own place: it is missed, not made up for.
-            Due::Missed(_) if is_planned => at = app.exposure().await,
-            Due::Missed(next) => at = next,
-            Due::Arm(compare) => {
-                TIM3.ccr(0).write(|w| w.set_ccr(compare));
-                TIM3.ccmr_output(0).write(|w| w.set_ocm(0, OcmGp::ACTIVE_ON_MATCH));
-                let past = Ticks(at.0.wrapping_add(u32::from(PULSE_US) + 1000));
-                until(past).await;
-                at = if is_planned { app.exposure().await } else { Ticks(at.0.wrapping_add(interval_us)) };
-            }
-        }
-    }
-}
-
-async fn until(at: Ticks) {
+/// Waits until the timer has passed `at`.
+pub(super) async fn until(at: Ticks) {
     loop {
         let left = at.since(now());
         if left <= 0 {
@@ -140,32 +108,6 @@ unsafe fn TIM2() {
     // Reading CCR1 takes the flag back.
     if TIM2.sr().read().ccif(0) {
         PULSE.signal(Ticks(TIM2.ccr(0).read()));
-    }
-}
-
-#[interrupt]
-unsafe fn TIM3() {
-    TIM3.sr().write(|w| {
-        // Zero takes a flag back, one leaves it: all but ours.
-        w.0 = !0;
-        w.set_ccif(0, false);
-    });
-    let compare = TIM3.ccr(0).read().ccr();
-    if IS_HIGH.swap(false, Ordering::Relaxed) {
-        TIM3.ccmr_output(0).write(|w| w.set_ocm(0, OcmGp::FORCE_INACTIVE));
-    } else if TIM3.ccmr_output(0).read().ocm(0) == OcmGp::ACTIVE_ON_MATCH {
-        // A match of an earlier compare, while the new one is still ahead.
-        if (now().0 as u16).wrapping_sub(compare) > 0x8000 {
-            return;
-        }
-        TIM3.ccr(0).write(|w| w.set_ccr(compare.wrapping_add(PULSE_US)));
-        TIM3.ccmr_output(0).write(|w| w.set_ocm(0, OcmGp::INACTIVE_ON_MATCH));
-        IS_HIGH.store(true, Ordering::Relaxed);
-        let sequence = TRIGGERS.fetch_add(1, Ordering::Relaxed);
-        super::camera::arm(sequence);
-        let polarity = if OPENS_RISING.load(Ordering::Relaxed) { Polarity::Rising } else { Polarity::Falling };
-        // A full queue means that the application stands still: it will find the edge missing.
-        let _ = EDGES.try_send(Edge { at: widen(now(), compare), polarity });
     }
 }
 

@@ -31,7 +31,7 @@ const FAST: u16 = 1;
 /// From question to question, microseconds, and how many there are: 0.6 s. A card may take a quarter, an SDXC card half.
 const PAUSE_US: u64 = 250;
 const QUESTIONS: u32 = 2400;
-/// The same for a card that gets ready after power-up, which may take a second.
+/// From question to question of a card that gets ready after power-up, microseconds, and how many: it may take a second.
 const READY_PAUSE_US: u64 = 10_000;
 const READY_QUESTIONS: u32 = 150;
 /// Periods of the card's clock that it may be busy, in hardware: 0.5 s.

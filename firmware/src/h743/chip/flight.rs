@@ -1,14 +1,15 @@
-//! A flight's tasks, from what lies in flash to the open eye.
+//! A flight's tasks, from what lies in flash to frames.
 
 use super::boot::{Booted, Grounded, boot};
-use super::camera::{Camera, Staging};
-use super::gauge::Figures;
-use super::port::{self, Clock, Eye};
+use super::counters::ChipCounters;
+use super::front_end::{DcmiFrontEnd, Staging};
+use super::port::{self, BoardFrontEnd, BoardReader, BoardTimer, BoardWriter, Mode};
 use super::sensor::{self, NoSensor, Sensor};
 use super::tasks::{self, Notices};
 use super::{card, link, logging, usb};
 use crate::app::Line;
-use crate::h743::led::State;
+use crate::board::Parts;
+use crate::h743::led::Indication;
 use crate::h743::mt9v034;
 use crate::h743::record::{Reason, Record};
 use crate::h743::timing::Square;
@@ -28,9 +29,9 @@ static STAGING: ConstStaticCell<Staging> = ConstStaticCell::new([0; size_of::<St
 #[allow(missing_debug_implementations, reason = "drivers")]
 pub struct Vehicle {
     /// The autopilot's link.
-    pub line: (link::Receiver, link::Sender),
+    pub line: (link::LinkReader, link::LinkWriter),
     /// Where the simulator's hello may come from.
-    pub usb_in: usb::Receiver,
+    pub usb_in: usb::UsbReader,
     /// Red, green, blue.
     pub lamps: [Output<'static>; 3],
     /// The servo's pulses.
@@ -48,7 +49,7 @@ pub struct Vehicle {
 /// The tasks of a flight, or of a board that stays on the ground since its stores were refused.
 pub fn start_flight(spawner: Spawner, vehicle: Vehicle, mut notices: Notices, record: Option<Record>) {
     let Vehicle { line: (line_in, line_out), usb_in, lamps, pwm, card, sensor, dma, wave } = vehicle;
-    let (receiver, sender) = (port::Receiver::Link(line_in), port::Sender::Link(line_out));
+    let (reader, writer) = (BoardReader::Link(line_in), BoardWriter::Link(line_out));
     let is_safe_state = record.as_ref().is_some_and(Record::is_safe_state);
     // The safe state leaves the card alone; and the stores, where reading them has led there.
     let log = if is_safe_state { None } else { logging::log() };
@@ -57,24 +58,23 @@ pub fn start_flight(spawner: Spawner, vehicle: Vehicle, mut notices: Notices, re
     let booted = match if is_unreadable { Err(Grounded::Unreadable) } else { boot(wave.hz, journal) } {
         Ok(booted) => booted,
         Err(grounded) => {
-            tasks::show(State::Grounded);
+            tasks::show(Indication::Grounded);
             spawn(spawner, tasks::lamps_task(None, lamps));
-            spawn(spawner, tasks::grounded_task(receiver, sender, grounded.words(), notices));
+            spawn(spawner, tasks::grounded_task(reader, writer, grounded.words(), notices));
             spawn(spawner, tasks::hello_task(None, usb_in));
             return;
         }
     };
     let app = booted.app;
     if booted.blurs {
-        note(&mut notices, MavSeverity::MAV_SEVERITY_WARNING, "camera: exposure blurs beyond 0.5 px");
+        notice(&mut notices, MavSeverity::MAV_SEVERITY_WARNING, "camera: exposure blurs beyond 0.5 px");
     }
     if is_safe_state {
-        tasks::show(State::Safe);
+        tasks::show(Indication::Safe);
     }
-    spawn(spawner, tasks::receive_task(app, receiver, Clock::Chip));
-    spawn(spawner, tasks::transmit_task(app, sender, Clock::Chip, Figures(None)));
-    spawn(spawner, tasks::beat_task(app, Clock::Chip));
-    spawn(spawner, tasks::latches_task(app, Clock::Chip));
+    let (timer, counters) = (BoardTimer::Chip, ChipCounters(None));
+    let parts = Parts { board: Mode::Flight, front_end: BoardFrontEnd::Chip(None), reader, writer, timer, counters };
+    tasks::spawn_application(spawner, app, parts);
     spawn(spawner, tasks::servo_task(app, pwm));
     spawn(spawner, tasks::lamps_task(Some(app), lamps));
     spawn(spawner, tasks::notices_task(app, notices));
@@ -82,7 +82,7 @@ pub fn start_flight(spawner: Spawner, vehicle: Vehicle, mut notices: Notices, re
         spawn(spawner, logging::card_task(app, log, card));
     }
     spawn(spawner, tasks::hello_task(Some(app), usb_in));
-    spawn(spawner, eyes_task(spawner, booted, sensor, wave, dma, is_safe_state));
+    spawn(spawner, front_end_task(spawner, booted, sensor, wave, dma, is_safe_state));
 }
 
 /// Each task is spawned once, at boot: none can be refused.
@@ -93,13 +93,13 @@ pub fn spawn<S>(spawner: Spawner, task: Result<embassy_executor::SpawnToken<S>, 
 }
 
 /// Adds a line to be told.
-pub fn note(notices: &mut Notices, severity: MavSeverity, text: &str) {
+pub fn notice(notices: &mut Notices, severity: MavSeverity, text: &str) {
     let _ = notices.push((severity, Line::new(text)));
 }
 
 /// Wakes the sensor, then lets it see.
 #[embassy_executor::task]
-async fn eyes_task(
+async fn front_end_task(
     spawner: Spawner,
     booted: Booted,
     parts: sensor::Parts,
@@ -113,16 +113,16 @@ async fn eyes_task(
         Ok(sensor)
     }
     .await;
-    let camera = Camera::new(dma, booted.frame, STAGING.take());
-    match (woken, camera) {
-        (Ok(sensor), Some(camera)) => {
+    let front_end = DcmiFrontEnd::new(dma, booted.frame, STAGING.take());
+    match (woken, front_end) {
+        (Ok(sensor), Some(front_end)) => {
             // Its pins keep their levels for ever.
             core::mem::forget(sensor);
-            spawn(spawner, tasks::camera_task(booted.app, Eye::Chip(camera), Clock::Chip, Figures(None)));
+            port::awake(front_end);
             spawn(spawner, tasks::trigger_task(booted, is_safe_state));
         }
         (woken, _) => {
-            tasks::show(State::NoSensor);
+            tasks::show(Indication::NoSensor);
             let mut text = heapless::String::<50>::new();
             let _ = match woken.err() {
                 Some(NoSensor::Bus) => write!(text, "no fixes: the sensor does not answer"),

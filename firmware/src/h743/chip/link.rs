@@ -50,7 +50,7 @@ pub struct Parts {
 }
 
 /// Receiving and sending side; `None` where they were taken before.
-pub fn start(parts: Parts) -> Option<(Receiver, Sender)> {
+pub fn start(parts: Parts) -> Option<(LinkReader, LinkWriter)> {
     let mut config = Config::default();
     config.baudrate = BAUD;
     // A line that nobody drives is quiet.
@@ -60,7 +60,7 @@ pub fn start(parts: Parts) -> Option<(Receiver, Sender)> {
     let (tx, rx) = uart.split();
     let ring = RECEIVE.take(&RECEIVE_TAKEN)?;
     let buffer = SEND.take(&SEND_TAKEN)?;
-    Some((Receiver(rx.into_ring_buffered(ring)), Sender { tx, buffer }))
+    Some((LinkReader(rx.into_ring_buffered(ring)), LinkWriter { tx, buffer }))
 }
 
 /// Times that bytes were lost on the way in.
@@ -70,9 +70,9 @@ pub fn disturbed() -> u32 {
 
 /// Receiving side.
 #[allow(missing_debug_implementations, reason = "a driver")]
-pub struct Receiver(RingBufferedUartRx<'static>);
+pub struct LinkReader(RingBufferedUartRx<'static>);
 
-impl Reader for Receiver {
+impl Reader for LinkReader {
     async fn read(&mut self, buffer: &mut [u8]) -> usize {
         loop {
             match self.0.read(buffer).await {
@@ -89,12 +89,12 @@ impl Reader for Receiver {
 
 /// Sending side.
 #[allow(missing_debug_implementations, reason = "a driver")]
-pub struct Sender {
+pub struct LinkWriter {
     tx: UartTx<'static, Async>,
     buffer: &'static mut [u8; SENT],
 }
 
-impl Writer for Sender {
+impl Writer for LinkWriter {
     async fn write(&mut self, bytes: &[u8]) {
         for piece in bytes.chunks(SENT) {
             let Some(room) = self.buffer.get_mut(..piece.len()) else { return };

@@ -8,7 +8,7 @@ use crate::log::block::BLOCK;
 use crate::log::card::{NoPlace, place};
 use crate::log::journal::LogJournal;
 use crate::log::writer::{LogEnd, write_out};
-use crate::stores::{framing::extent, mission, tiles};
+use crate::stores::{configuration, framing::extent, tiles};
 use core::sync::atomic::AtomicBool;
 use mavlink::dialects::common::MavSeverity;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
@@ -28,11 +28,11 @@ static LOG: StaticCell<Log> = StaticCell::new();
 /// A log of what is about to boot from flash; none where flash holds no stores, or the ring is taken.
 #[inline(never)]
 pub fn log() -> Option<&'static Log> {
-    let [mission_region, tiles_region, _] = boot::stores();
-    let mission = mission_region.get(..extent(mission::KIND, mission_region)?)?;
+    let [configuration_region, tiles_region, _] = boot::stores();
+    let configuration = configuration_region.get(..extent(configuration::KIND, configuration_region)?)?;
     let tiles = tiles_region.get(..extent(tiles::KIND, tiles_region)?)?;
     let ring = RING.take(&RING_TAKEN)?;
-    Some(LOG.uninit().write(LogJournal::new(random::number(), mission, tiles, FRAME_MEMORY_BYTES, ring)))
+    Some(LOG.uninit().write(LogJournal::new(random::number(), configuration, tiles, FRAME_MEMORY_BYTES, ring)))
 }
 
 /// Finds the card and a place on it, then writes for ever. What keeps it from that is told once; the ring then fills up and

@@ -2,9 +2,9 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | [`start`](mod@start), [`boot`], [`flight`], [`tasks`] | from reset to flight |
-//! | [`clocks`], [`memory`], [`fault`], [`supply`], [`gauge`] | the chip itself |
-//! | [`capture`], [`sensor`], [`camera`] | the eye |
+//! | [`start`](mod@start), [`boot`], [`flight`], [`tasks`], [`watchdog`] | from reset to flight |
+//! | [`clocks`], [`memory`], [`fault`], [`supply`], [`counters`] | the chip itself |
+//! | [`capture`], [`trigger`], [`sensor`], [`front_end`] | the camera front end |
 //! | [`link`], [`usb`], [`port`], [`card`] | what it talks to |
 //! | [`simulator`] | the flight that comes over USB instead |
 //! | [`logging`], [`random`] | the flight's log onto the card |
@@ -12,13 +12,13 @@
 #[macro_use]
 mod pins;
 pub mod boot;
-pub mod camera;
+pub mod front_end;
 pub mod capture;
 pub mod card;
 pub mod clocks;
 pub mod fault;
 pub mod flight;
-pub mod gauge;
+pub mod counters;
 pub mod link;
 pub mod logging;
 pub mod memory;
@@ -29,7 +29,9 @@ pub mod simulator;
 pub mod start;
 pub mod supply;
 pub mod tasks;
+pub mod trigger;
 pub mod usb;
+pub mod watchdog;
 
 use defmt_rtt as _;
 pub use start::start;

@@ -5,7 +5,7 @@ use embassy_stm32::pac;
 /// Tries before the generator is given up; it takes about 40 cycles of its 48 MHz clock.
 const TRIES: u32 = 10_000;
 
-/// From the chip's random generator (RM0433, 33), on the 48 MHz oscillator that USB has too. Should it not answer, or find
+/// From the chip's random generator on the 48 MHz oscillator that USB has too. Should it not answer, or find
 /// fault with itself: the chip's identity and the cycles since reset, which the crystal's start makes uneven.
 pub fn number() -> u32 {
     pac::RCC.ahb2enr().modify(|w| w.set_rngen(true));

@@ -5,14 +5,17 @@
 //! need beside the application lies in RAM that a flight uses for its DMA, or not at all. A reset ends the mode, unless the
 //! simulator asked for it.
 
+use super::counters::ChipCounters;
 use super::fault;
-use super::gauge::Figures;
 use super::memory::Buffer;
-use super::port::{Clock, Eye, Receiver, Sender};
+use super::port::{BoardFrontEnd, BoardReader, BoardTimer, BoardWriter, Mode};
+use super::watchdog::watched;
 use super::{boot, tasks, usb};
+use crate::board::Parts;
+use crate::h743::life::BoardTask;
 use crate::run::{self, Pending};
 use crate::serial::boot::{Memory, application};
-use crate::serial::camera::Camera;
+use crate::serial::front_end::LineFrontEnd;
 use crate::serial::message::Counts;
 use crate::serial::serve::{End, serve};
 use crate::serial::session::{Identity, Machine, Session};
@@ -23,9 +26,9 @@ use cortex_m::peripheral::DWT;
 use embassy_executor::raw::Executor;
 use static_cell::StaticCell;
 
-/// Rooms, bytes: the mission store; the plan store; the tile store, 384 KiB; rows, the largest boxes there are, 64 rows of the sensor's 752
+/// Rooms, bytes: the configuration store; the plan store; the tile store, 384 KiB; rows, the largest boxes there are, 64 rows of the sensor's 752
 /// pixels, and a piece.
-const MISSION: usize = 4096;
+const CONFIGURATION: usize = 4096;
 const PLAN: usize = 16 * 1024;
 const TILES: usize = 384 * 1024;
 const ROWS: usize = 64 * 752 + 4096;
@@ -36,8 +39,8 @@ static WIRES: Buffer<Wires> = Buffer::new();
 static SESSION: Buffer<Session<Board>> = Buffer::new();
 #[unsafe(link_section = ".sram123.simulator_rows")]
 static ROOM_ROWS: Buffer<[u8; ROWS]> = Buffer::new();
-#[unsafe(link_section = ".sram123.simulator_mission")]
-static ROOM_MISSION: Buffer<[u8; MISSION]> = Buffer::new();
+#[unsafe(link_section = ".sram123.simulator_configuration")]
+static ROOM_CONFIGURATION: Buffer<[u8; CONFIGURATION]> = Buffer::new();
 #[unsafe(link_section = ".sram123.simulator_plan")]
 static ROOM_PLAN: Buffer<[u8; PLAN]> = Buffer::new();
 #[unsafe(link_section = ".axisram.simulator_tiles")]
@@ -64,17 +67,17 @@ impl Machine for Board {
         let rows = ROOM_ROWS.take(&TAKEN[2]).ok_or(["the board: ", "its rows are taken"])?;
         let (buffers, frame) = boot::memory();
         let app = boot::place(application(uploaded, Memory { buffers, frame })?);
-        let (port, spawner) = (Port(wires), self.executor.spawner());
-        let (clock, figures) = (Clock::Serial(port), Figures(Some(wires)));
-        let tasks = [
-            tasks::receive_task(app, Receiver::Serial(port), clock).map(|task| spawner.spawn(task)),
-            tasks::camera_task(app, Eye::Serial(Camera::new(wires, rows)), clock, figures)
-                .map(|task| spawner.spawn(task)),
-            tasks::transmit_task(app, Sender::Serial(port), clock, figures).map(|task| spawner.spawn(task)),
-            tasks::beat_task(app, clock).map(|task| spawner.spawn(task)),
-            tasks::latches_task(app, clock).map(|task| spawner.spawn(task)),
-        ];
-        if tasks.iter().all(Result::is_ok) { Ok(()) } else { Err(["the board: ", "no room for a task"]) }
+        let port = Port(wires);
+        let parts = Parts {
+            board: Mode::Simulator,
+            front_end: BoardFrontEnd::Serial(LineFrontEnd::new(wires, rows)),
+            reader: BoardReader::Serial(port),
+            writer: BoardWriter::Serial(port),
+            timer: BoardTimer::Serial(port),
+            counters: ChipCounters(Some(wires)),
+        };
+        let is_spawned = tasks::spawn_application(self.executor.spawner(), app, parts);
+        if is_spawned { Ok(()) } else { Err(["the board: ", "no room for a task"]) }
     }
 
     fn run(&mut self) {
@@ -88,14 +91,14 @@ impl Machine for Board {
 
 /// The simulator's line.
 #[embassy_executor::task]
-pub async fn line_task(clock_hz: u32, mut line_in: usb::Receiver, mut line_out: usb::Sender) {
-    let rooms = ROOM_MISSION.take(&TAKEN[3]).zip(ROOM_TILES.take(&TAKEN[4]));
+pub async fn line_task(clock_hz: u32, mut line_in: usb::UsbReader, mut line_out: usb::UsbWriter) {
+    let rooms = ROOM_CONFIGURATION.take(&TAKEN[3]).zip(ROOM_TILES.take(&TAKEN[4]));
     let wires = WIRES.put(&TAKEN[0], Wires::new);
     let plan = ROOM_PLAN.take(&TAKEN[5]);
-    let (Some((mission, tiles)), Some(plan), Some(wires)) = (rooms, plan, wires) else { return };
+    let (Some((configuration, tiles)), Some(plan), Some(wires)) = (rooms, plan, wires) else { return };
     let wires: &'static Wires = wires;
     let board = Board { clock_hz, boot: fault::boots(), executor: EXECUTOR.init(run::executor(&PENDING)) };
-    let session = SESSION.put(&TAKEN[1], || Session::new(board, wires, Stores::new(mission, tiles, plan)));
+    let session = SESSION.put(&TAKEN[1], || Session::new(board, wires, Stores::new(configuration, tiles, plan)));
     let Some(session) = session else { return };
     let work = async {
         // An unplugged line is waited for by its receiver.
@@ -104,5 +107,5 @@ pub async fn line_task(clock_hz: u32, mut line_in: usb::Receiver, mut line_out: 
         embassy_time::Timer::after_millis(50).await;
         fault::restart_as_simulator()
     };
-    tasks::alive(0, work).await
+    watched(BoardTask::Line, work).await
 }

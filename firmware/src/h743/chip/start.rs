@@ -1,9 +1,10 @@
 //! From reset to flight.
 
-use super::flight::{Vehicle, note, spawn, start_flight};
-use super::tasks::{self, LIFE, Notices};
-use super::{capture, card, clocks, fault, gauge, link, memory, sensor, simulator, supply, usb};
-use crate::h743::led::State;
+use super::flight::{Vehicle, notice, spawn, start_flight};
+use super::tasks::{self, Notices};
+use super::watchdog::LIFE;
+use super::{capture, card, clocks, counters, fault, link, memory, sensor, simulator, supply, usb};
+use crate::h743::led::Indication;
 use crate::h743::life::TIMEOUT_US;
 use crate::h743::record::Record;
 use crate::h743::servo;
@@ -26,7 +27,7 @@ use static_cell::StaticCell;
 static PENDING: Pending = Pending::new();
 static EXECUTOR: StaticCell<Executor> = StaticCell::new();
 
-/// Starts the chip, reads the mission and flies for ever.
+/// Starts the chip, reads the configuration and flies for ever.
 pub fn start() -> ! {
     // A bootloader may have left interrupts on; nothing of ours is ready for them.
     cortex_m::interrupt::disable();
@@ -44,7 +45,7 @@ pub fn start() -> ! {
             pend.write(u32::MAX);
         }
     }
-    gauge::start(&mut core.DCB, &mut core.DWT);
+    counters::start(&mut core.DCB, &mut core.DWT);
     supply::watch_boot();
     // SAFETY: every handler is in place.
     unsafe { cortex_m::interrupt::enable() };
@@ -92,7 +93,7 @@ fn start_tasks(
     let pins = prescaler(timer_hz).map(|prescaler| capture::start(board.PA5, board.PB4, prescaler));
     core::mem::forget(pins);
     if !capture::agree() {
-        note(&mut notices, MavSeverity::MAV_SEVERITY_CRITICAL, "camera: TIM3 does not follow TIM2");
+        notice(&mut notices, MavSeverity::MAV_SEVERITY_CRITICAL, "camera: TIM3 does not follow TIM2");
     }
     let lamps = [
         Output::new(board.PC0, Level::High, Speed::Low),
@@ -136,12 +137,12 @@ fn start_tasks(
     );
     core::mem::forget(dcmi);
 
-    // Without an exact divider there is no camera either: the mission is refused, not flown.
+    // Without an exact divider there is no camera either: the configuration is refused, not flown.
     let wave = square(timer_hz, CAMERA_CLOCK_HZ).unwrap_or(Square { period: 2, high: 1, hz: 0 });
     if let Some((line, (device, usb_in, usb_out))) = line.zip(serial) {
         spawn(spawner, tasks::usb_task(device));
         if is_simulator {
-            tasks::show(State::Simulator);
+            tasks::show(Indication::Simulator);
             spawn(spawner, tasks::lamps_task(None, lamps));
             spawn(spawner, simulator::line_task(core_hz, usb_in, usb_out));
         } else {
@@ -160,16 +161,16 @@ fn notices(record: Option<&Record>, cause: supply::ResetCause) -> Notices {
     if let Some(record) = record {
         let mut text = heapless::String::<50>::new();
         let _ = write!(text, "{record}");
-        note(&mut notices, MavSeverity::MAV_SEVERITY_CRITICAL, &text);
+        notice(&mut notices, MavSeverity::MAV_SEVERITY_CRITICAL, &text);
     }
     if record.is_some_and(Record::is_safe_state) {
-        note(&mut notices, MavSeverity::MAV_SEVERITY_CRITICAL, "safe state: no fixes for 30 s");
+        notice(&mut notices, MavSeverity::MAV_SEVERITY_CRITICAL, "safe state: no fixes for 30 s");
     }
     if cause.brown_out {
-        note(&mut notices, MavSeverity::MAV_SEVERITY_WARNING, "camera: restarted after a brown-out");
+        notice(&mut notices, MavSeverity::MAV_SEVERITY_WARNING, "camera: restarted after a brown-out");
     }
     if supply::brown_out_level() != supply::BROWN_OUT_WANTED {
-        note(&mut notices, MavSeverity::MAV_SEVERITY_NOTICE, "camera: brown-out level is not 2.4 V");
+        notice(&mut notices, MavSeverity::MAV_SEVERITY_NOTICE, "camera: brown-out level is not 2.4 V");
     }
     notices
 }

@@ -4,17 +4,17 @@
 
 use super::boot::Booted;
 use super::capture::{self, CaptureTimer};
-use super::gauge::Figures;
-use super::port::{self, Clock, Eye};
-use super::{camera as eye, fault, supply, usb};
-use crate::app::{App, Line, beat, camera, edges, grounded, receive, transmit};
+use super::port::{BoardReader, BoardWriter, Mode};
+use super::watchdog::watched;
+use super::{fault, front_end, supply, trigger, usb};
+use crate::app::{App, Line, grounded};
 use crate::board::Reader;
 use crate::h743::hello::{Listener, may_leave};
-use crate::h743::led::{State, lamps};
-use crate::h743::life::{Life, MARK_MS};
+use crate::h743::led::{Indication, lamps};
+use crate::h743::life::BoardTask;
 use crate::h743::record::{GOOD_S, SAFE_S};
 use crate::h743::servo::pulse_us;
-use crate::h743::silence::{Change, Silence};
+use crate::h743::silence::{Change, Counts, Silence};
 use core::cell::Cell;
 use embassy_futures::join::join;
 use embassy_stm32::gpio::Output;
@@ -26,10 +26,8 @@ use embassy_time::Timer;
 use heapless::Vec;
 use mavlink::dialects::common::MavSeverity;
 
-/// Who lives.
-pub static LIFE: Life = Life::new();
 /// What the lamps say.
-static STATE: Mutex<CriticalSectionRawMutex, Cell<State>> = Mutex::new(Cell::new(State::Searching));
+static STATE: Mutex<CriticalSectionRawMutex, Cell<Indication>> = Mutex::new(Cell::new(Indication::Searching));
 
 /// Lines that are told when somebody listens.
 pub type Notices = Vec<(MavSeverity, Line), 6>;
@@ -37,62 +35,7 @@ pub type Notices = Vec<(MavSeverity, Line), 6>;
 /// From exposure to exposure, microseconds.
 const INTERVAL_US: u32 = 50_000;
 
-/// Runs a task with its mark.
-pub fn alive<T>(task: u8, work: impl Future<Output = T>) -> impl Future<Output = T> {
-    marked(task, true, work)
-}
-
-/// The same for the application's tasks, but for the simulator's mode: there they work when they are told to, and the line
-/// shows life.
-fn living<T>(task: u8, clock: Clock, work: impl Future<Output = T>) -> impl Future<Output = T> {
-    marked(task, matches!(clock, Clock::Chip), work)
-}
-
-async fn marked<T>(task: u8, is_expected: bool, work: impl Future<Output = T>) -> T {
-    if is_expected {
-        LIFE.expect(task);
-    }
-    let marks = async {
-        if is_expected {
-            loop {
-                LIFE.mark(task);
-                Timer::after_millis(MARK_MS).await;
-            }
-        }
-    };
-    join(work, marks).await.0
-}
-
-/// Bytes in.
-#[embassy_executor::task]
-pub async fn receive_task(app: &'static App<'static>, mut line: port::Receiver, clock: Clock) -> ! {
-    living(0, clock, receive::receive(app, &mut line, &clock)).await
-}
-
-/// Frames.
-#[embassy_executor::task]
-pub async fn camera_task(app: &'static App<'static>, mut front_end: Eye, clock: Clock, figures: Figures) -> ! {
-    living(1, clock, camera::camera(app, &mut front_end, &clock, &figures)).await
-}
-
-/// Bytes out.
-#[embassy_executor::task]
-pub async fn transmit_task(app: &'static App<'static>, mut line: port::Sender, clock: Clock, figures: Figures) -> ! {
-    living(2, clock, transmit::transmit(app, &mut line, &clock, &figures)).await
-}
-
-/// What happens by the clock.
-#[embassy_executor::task]
-pub async fn beat_task(app: &'static App<'static>, mut clock: Clock) -> ! {
-    living(3, clock, beat::beat(app, &mut clock)).await
-}
-
-/// Pulses and edges.
-#[embassy_executor::task]
-pub async fn latches_task(app: &'static App<'static>, clock: Clock) -> ! {
-    let (mut pulse_timer, mut edge_timer) = (clock, clock);
-    living(4, clock, join(edges::pulses(app, &mut pulse_timer), edges::edges(app, &mut edge_timer))).await.0
-}
+crate::application_tasks!(crate::embassy_tasks, Mode);
 
 /// Exposures, by the plan if there is one; after faults in a row only when the safe state has passed.
 #[embassy_executor::task]
@@ -100,11 +43,11 @@ pub async fn trigger_task(booted: Booted, is_safe_state: bool) -> ! {
     let work = async {
         if is_safe_state {
             Timer::after_secs(SAFE_S.into()).await;
-            show(State::Searching);
+            show(Indication::Searching);
         }
-        capture::trigger(booted.app, INTERVAL_US, booted.opens_on).await
+        trigger::trigger(booted.app, INTERVAL_US, booted.opens_on).await
     };
-    alive(5, work).await
+    watched(BoardTask::Trigger, work).await
 }
 
 /// The follow-up axis, as often as its servo takes a pulse.
@@ -119,7 +62,7 @@ pub async fn servo_task(app: &'static App<'static>, mut pwm: SimplePwm<'static, 
             Timer::after_micros(period_us.into()).await;
         }
     };
-    alive(6, work).await
+    watched(BoardTask::Servo, work).await
 }
 
 /// The lamps; and after good running, what went before is forgiven.
@@ -133,8 +76,8 @@ pub async fn lamps_task(app: Option<&'static App<'static>>, mut pins: [Output<'s
                 fixes = app.fixes();
             }
             let state = match (STATE.lock(Cell::get), app) {
-                (State::Searching, Some(app)) if !app.is_tied(capture::now()) => State::NoClock,
-                (State::Searching, Some(_)) if since_fix < 40 => State::Fixing,
+                (Indication::Searching, Some(app)) if !app.is_tied(capture::now()) => Indication::NoClock,
+                (Indication::Searching, Some(_)) if since_fix < 40 => Indication::Fixing,
                 (state, _) => state,
             };
             // The lamps are on when their pins are low.
@@ -148,23 +91,23 @@ pub async fn lamps_task(app: Option<&'static App<'static>>, mut pins: [Output<'s
             Timer::after_millis(25).await;
         }
     };
-    alive(7, work).await
+    watched(BoardTask::Lamps, work).await
 }
 
 /// What the lamps show from now on.
-pub fn show(state: State) {
-    STATE.lock(|cell| cell.set(state));
+pub fn show(indication: Indication) {
+    STATE.lock(|cell| cell.set(indication));
 }
 
 /// The USB device.
 #[embassy_executor::task]
 pub async fn usb_task(mut device: usb::Device) -> ! {
-    alive(8, device.run()).await
+    watched(BoardTask::Usb, device.run()).await
 }
 
 /// Listens for the simulator.
 #[embassy_executor::task]
-pub async fn hello_task(app: Option<&'static App<'static>>, mut line: usb::Receiver) -> ! {
+pub async fn hello_task(app: Option<&'static App<'static>>, mut line: usb::UsbReader) -> ! {
     let work = async {
         let mut listener = Listener::default();
         let mut buffer = [0; usb::PACKET];
@@ -176,7 +119,7 @@ pub async fn hello_task(app: Option<&'static App<'static>>, mut line: usb::Recei
             }
         }
     };
-    alive(9, work).await
+    watched(BoardTask::Hello, work).await
 }
 
 /// Tells what there is to tell once the autopilot is heard, or after ten seconds; then a supply that runs low, and a sensor
@@ -195,13 +138,15 @@ pub async fn notices_task(app: &'static App<'static>, notices: Notices) -> ! {
         }
         let (mut silence, mut is_low_told) = (Silence::default(), false);
         loop {
-            match silence.look(capture::triggers(), eye::frames()) {
+            let (triggers, frames) = (trigger::triggers(), front_end::frames());
+            let counts = Counts { triggers, frames, answered: front_end::answered() };
+            match silence.look(capture::now(), counts) {
                 Some(Change::Silent) => {
-                    show(State::NoSensor);
+                    show(Indication::NoSensor);
                     app.say(MavSeverity::MAV_SEVERITY_CRITICAL, Line::new("no fixes: no frames from the sensor")).await;
                 }
                 Some(Change::Back) => {
-                    show(State::Searching);
+                    show(Indication::Searching);
                     app.say(MavSeverity::MAV_SEVERITY_NOTICE, Line::new("camera: the sensor delivers again")).await;
                 }
                 None => {}
@@ -213,18 +158,18 @@ pub async fn notices_task(app: &'static App<'static>, notices: Notices) -> ! {
             Timer::after_millis(250).await;
         }
     };
-    alive(10, work).await
+    watched(BoardTask::Notices, work).await
 }
 
 /// No application: heartbeats, and why.
 #[embassy_executor::task]
 pub async fn grounded_task(
-    mut line_in: port::Receiver,
-    mut line_out: port::Sender,
+    mut line_in: BoardReader,
+    mut line_out: BoardWriter,
     reason: [&'static str; 2],
     notices: Notices,
 ) -> ! {
     let mut timer = CaptureTimer;
     let telling = grounded::tell(reason, &notices, &mut line_out, &mut timer);
-    alive(11, join(grounded::drain(&mut line_in), telling)).await.0
+    watched(BoardTask::Grounded, join(grounded::drain(&mut line_in), telling)).await.0
 }

@@ -37,7 +37,7 @@ pub fn start(
     port: Peri<'static, USB_OTG_FS>,
     plus: Peri<'static, PA12>,
     minus: Peri<'static, PA11>,
-) -> Option<(Device, Receiver, Sender)> {
+) -> Option<(Device, UsbReader, UsbWriter)> {
     if TAKEN.swap(true, Ordering::AcqRel) {
         return None;
     }
@@ -52,18 +52,18 @@ pub fn start(
     let mut builder = Builder::new(driver, config, CONFIG.take(), BOS.take(), &mut [], CONTROL.take());
     let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16);
     let (sender, receiver) = class.split();
-    Some((builder.build(), Receiver { class: receiver, packet: [0; PACKET], left: (0, 0) }, Sender(sender)))
+    Some((builder.build(), UsbReader { class: receiver, packet: [0; PACKET], left: (0, 0) }, UsbWriter(sender)))
 }
 
 /// Receiving side. Bytes of a packet that the caller has no room for are kept for the next call.
 #[allow(missing_debug_implementations, reason = "a driver")]
-pub struct Receiver {
+pub struct UsbReader {
     class: Class<'static, Driver>,
     packet: [u8; PACKET],
     left: (usize, usize),
 }
 
-impl Reader for Receiver {
+impl Reader for UsbReader {
     async fn read(&mut self, buffer: &mut [u8]) -> usize {
         while self.left.0 >= self.left.1 {
             match self.class.read_packet(&mut self.packet).await {
@@ -82,9 +82,9 @@ impl Reader for Receiver {
 
 /// Sending side. What is sent while nobody listens is lost.
 #[allow(missing_debug_implementations, reason = "a driver")]
-pub struct Sender(ClassSender<'static, Driver>);
+pub struct UsbWriter(ClassSender<'static, Driver>);
 
-impl Writer for Sender {
+impl Writer for UsbWriter {
     async fn write(&mut self, bytes: &[u8]) {
         for piece in bytes.chunks(PACKET) {
             if self.0.write_packet(piece).await.is_err() {

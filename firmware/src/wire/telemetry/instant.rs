@@ -12,11 +12,11 @@ pub struct InstantReport {
     /// Number of the frame.
     pub sequence: u32,
     /// Its stamp; the frame's report says why there is none.
-    pub stamp: Option<StampTold>,
+    pub stamp: Option<StampReport>,
     /// How attitude and position at that instant were found.
-    pub pose: Option<PoseTold>,
+    pub pose: Option<PoseReport>,
     /// How far the picture moved while the shutter was open.
-    pub motion: Option<MotionTold>,
+    pub motion: Option<MotionReport>,
 }
 
 impl InstantReport {
@@ -28,7 +28,7 @@ impl InstantReport {
 
 /// A stamp as it is told.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StampTold {
+pub struct StampReport {
     /// Mid-exposure on the autopilot's clock, microseconds.
     pub mid_us: u64,
     /// From the opening to the middle, and from there to the closing.
@@ -45,10 +45,10 @@ pub struct StampTold {
     pub free_wheeling_s: u32,
 }
 
-impl StampTold {
+impl StampReport {
     /// A stamp, and the clock when the frame arrived.
     pub fn new(stamp: &Stamp, clock: &ClockState) -> Self {
-        StampTold {
+        StampReport {
             mid_us: stamp.mid.0,
             halves_us: (stamp.mid.since(stamp.open).max(0) as u32, stamp.close.since(stamp.mid).max(0) as u32),
             sigma_us: stamp.sigma_us,
@@ -67,7 +67,7 @@ impl StampTold {
 
 /// How a pose was found, as it is told.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PoseTold {
+pub struct PoseReport {
     /// How the attitude was: 0 on the straight way between two samples, 2 or 3 by a fit of that order.
     pub order: u8,
     /// α of the fit; 0 without one.
@@ -87,11 +87,11 @@ pub struct PoseTold {
     pub position_sigma_m: f32,
 }
 
-impl PoseTold {
+impl PoseReport {
     /// Of a situation.
     pub fn new(situation: &Situation) -> Self {
         let rates = &situation.rates;
-        let told = PoseTold {
+        let told = PoseReport {
             order: 0,
             alpha: 0.0,
             samples: [0; 3],
@@ -103,16 +103,16 @@ impl PoseTold {
         };
         match situation.attitude_method {
             Method::Fitted { order, alpha, lag, count, rejected, scale } => {
-                PoseTold { order: order.number() as u8, alpha, samples: [lag, count, rejected], noise: scale, ..told }
+                PoseReport { order: order.number() as u8, alpha, samples: [lag, count, rejected], noise: scale, ..told }
             }
-            Method::Straight | Method::Carried => told,
+            Method::Linear | Method::Propagated => told,
         }
     }
 }
 
 /// Image motion as it is told.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MotionTold {
+pub struct MotionReport {
     /// Longest displacement in the frame, pixels of the frame: the blur.
     pub max_px: f32,
     /// Displacement at the frame's centre, right and forward.
@@ -123,10 +123,10 @@ pub struct MotionTold {
     pub warnings: [bool; 2],
 }
 
-impl MotionTold {
+impl MotionReport {
     /// Of a motion.
     pub fn new(motion: &ImageMotion) -> Self {
-        MotionTold {
+        MotionReport {
             max_px: motion.max_px,
             centre_px: motion.centre_px.into(),
             exposure_max_us: motion.exposure_max_us,
@@ -160,7 +160,7 @@ impl StampHealth {
             edges_bad: counters.edges_bad,
             edges_missing: counters.edges_missing,
             pulses_ignored: counters.pulses_ignored,
-            ties: counters.ties,
+            ties: counters.clock_epochs,
             free_wheeling_s: clock.free_wheeling_s,
         }
     }

@@ -5,16 +5,16 @@ use embassy_executor::raw::Executor;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_firmware::run::{self, Pending};
 use plumbline_firmware::serial::boot::{Memory, application};
-use plumbline_firmware::serial::camera::Camera;
+use plumbline_firmware::serial::front_end::LineFrontEnd;
 use plumbline_firmware::serial::message::Counts;
 use plumbline_firmware::serial::session::{Identity, Machine, Session};
 use plumbline_firmware::serial::stores::{Stores, Uploaded};
 use plumbline_firmware::serial::wires::{Port, Wires};
 
 /// Room for the tile, bytes: a square of 2,850 pixels.
-const TILE_ROOM: usize = plumbline_firmware::window::TILES_BYTES;
-/// Room for the mission, bytes.
-const MISSION_ROOM: usize = 4096;
+const TILE_ROOM: usize = plumbline_firmware::shared_memory::TILES_BYTES;
+/// Room for the configuration, bytes.
+const CONFIGURATION_ROOM: usize = 4096;
 /// Room for the plan, bytes: 8,000 photos.
 const PLAN_ROOM: usize = 64 * 1024;
 /// Room for rows: the largest boxes there are, 64 rows, of the widest frame there is room for.
@@ -26,7 +26,7 @@ pub fn power_on(boot: u32) -> Session<Host> {
     let pending: &'static Pending = Box::leak(Box::default());
     let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
     // Zeroed pages cost nothing until they are used.
-    let stores = Stores::new(vec![0; MISSION_ROOM].leak(), vec![0; TILE_ROOM].leak(), vec![0; PLAN_ROOM].leak());
+    let stores = Stores::new(vec![0; CONFIGURATION_ROOM].leak(), vec![0; TILE_ROOM].leak(), vec![0; PLAN_ROOM].leak());
     Session::new(Host { boot, executor, pending }, wires, stores)
 }
 
@@ -45,8 +45,8 @@ impl Machine for Host {
     fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]> {
         let memory = Memory { buffers: Box::leak(Box::default()), frame: vec![0; FRAME_MEMORY_BYTES].leak() };
         let app = Box::leak(Box::new(application(uploaded, memory)?));
-        let front_end = Camera::new(wires, vec![0; ROWS_ROOM].leak());
-        tasks::spawn(self.executor, app, || Port(wires), front_end);
+        let front_end = LineFrontEnd::new(wires, vec![0; ROWS_ROOM].leak());
+        tasks::spawn(self.executor, app, Port(wires), front_end);
         Ok(())
     }
 

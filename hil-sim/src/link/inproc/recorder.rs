@@ -71,6 +71,6 @@ impl BlockDevice for Card {
 
 /// A log of an application that boots from `stores`, whose tiles stay at `tiles`. Its number follows from them.
 pub fn log(stores: &Stores, tiles: &'static [u8]) -> Log {
-    let number = checksum(&stores.mission) ^ checksum(tiles).rotate_left(1);
-    LogJournal::new(number, &stores.mission, tiles, FRAME_MEMORY_BYTES, Box::leak(Box::new([[0; BLOCK]; RING])))
+    let number = checksum(&stores.configuration) ^ checksum(tiles).rotate_left(1);
+    LogJournal::new(number, &stores.configuration, tiles, FRAME_MEMORY_BYTES, Box::leak(Box::new([[0; BLOCK]; RING])))
 }

@@ -1,7 +1,7 @@
 //! The beginning of a flight, and its beginning anew after a reboot: who is there, what it has room for, the upload.
 
 use super::said::{Failed, Refusal, Said, Welcomed};
-use super::{REBOOTS_MAX, Serial, told};
+use super::{REBOOTS_MAX, Serial, sentence};
 use plumbline_firmware::serial::PIECE_MAX;
 use plumbline_firmware::serial::message::Request;
 use plumbline_firmware::stores::framing::checksum;
@@ -9,31 +9,34 @@ use plumbline_firmware::stores::framing::checksum;
 impl Serial {
     /// A session with a board that has just booted, flash uploaded, the application started. Why not, otherwise.
     pub(super) fn begin(&mut self) -> Result<(), String> {
-        let mut welcomed = self.talk.hello(self.talk.patience.hello).map_err(told)?;
+        let mut welcomed = self.talk.hello(self.talk.patience.hello).map_err(sentence)?;
         for _ in 0..REBOOTS_MAX {
             self.check(&welcomed)?;
             self.board = welcomed;
             self.talk.next_session(self.board.boot);
             match self.load() {
                 Ok(Said::Done) => return Ok(()),
-                Ok(Said::Refused(Refusal::Busy)) => welcomed = self.talk.reset(self.board.boot).map_err(told)?,
+                Ok(Said::Refused(Refusal::Busy)) => welcomed = self.talk.reset(self.board.boot).map_err(sentence)?,
                 Ok(Said::Refused(Refusal::Because(why))) => {
-                    return Err(format!("the firmware refuses this mission: {why}"));
+                    return Err(format!("the firmware refuses this configuration: {why}"));
                 }
                 Ok(Said::Refused(Refusal::TooLarge(room))) => {
                     return Err(format!("the board has room for {room} bytes only"));
                 }
                 Ok(Said::Stepped { .. }) => return Err("an answer to another request".to_owned()),
-                Err(Failed::Rebooted) => welcomed = self.talk.hello(self.talk.patience.absence).map_err(told)?,
-                Err(failed) => return Err(told(failed)),
+                Err(Failed::Rebooted) => welcomed = self.talk.hello(self.talk.patience.absence).map_err(sentence)?,
+                Err(failed) => return Err(sentence(failed)),
             }
         }
-        Err(format!("the board booted {REBOOTS_MAX} times and did not take the mission"))
+        Err(format!("the board booted {REBOOTS_MAX} times and did not take the configuration"))
     }
 
     fn check(&self, welcomed: &Welcomed) -> Result<(), String> {
-        let rooms =
-            [("mission", welcomed.mission_room), ("reference tile", welcomed.tile_room), ("plan", welcomed.plan_room)];
+        let rooms = [
+            ("configuration", welcomed.configuration_room),
+            ("reference tile", welcomed.tile_room),
+            ("plan", welcomed.plan_room),
+        ];
         for ((_, bytes), (name, room)) in self.stores.iter().zip(rooms) {
             if bytes.len() > room {
                 let length = bytes.len();

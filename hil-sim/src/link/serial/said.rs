@@ -38,7 +38,7 @@ pub struct Welcomed {
     pub core_clock_hz: u32,
     pub counts: Counts,
     pub piece_max: usize,
-    pub mission_room: usize,
+    pub configuration_room: usize,
     pub tile_room: usize,
     pub plan_room: usize,
     /// Name of the board and version of its firmware.
@@ -52,7 +52,7 @@ impl From<Welcome<'_>> for Welcomed {
             core_clock_hz: welcome.core_clock_hz,
             counts: welcome.counts,
             piece_max: welcome.piece_max.into(),
-            mission_room: welcome.mission_room as usize,
+            configuration_room: welcome.configuration_room as usize,
             tile_room: welcome.tile_room as usize,
             plan_room: welcome.plan_room as usize,
             board: format!("{} {}", welcome.board, welcome.firmware),
@@ -74,7 +74,9 @@ pub fn matches(envelope: &Envelope<Answer<'_>>, session: u32, id: u32) -> Option
         Answer::Refused(refused) => Ok(Said::Refused(match refused {
             Refused::Busy => Refusal::Busy,
             Refused::TooLarge { room } => Refusal::TooLarge(room),
-            Refused::Damaged(Store::Mission) => Refusal::Because("the mission did not arrive whole".to_owned()),
+            Refused::Damaged(Store::Configuration) => {
+                Refusal::Because("the configuration did not arrive whole".to_owned())
+            }
             Refused::Damaged(Store::Plan) => Refusal::Because("the plan did not arrive whole".to_owned()),
             Refused::Damaged(Store::Tile) => Refusal::Because("the tile did not arrive whole".to_owned()),
             Refused::Boot(why) => Refusal::Because(why.concat()),

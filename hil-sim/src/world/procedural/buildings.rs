@@ -3,7 +3,7 @@
 use super::layout::Layout;
 use super::parcels::Use;
 use super::{SIDE, STEP_M, clipped, local_m, pixel_of, streams};
-use crate::world::random::{stream, uniform, unit};
+use crate::noise::pixels::{stream, uniform, unit};
 
 /// Direction to the sun, east, north, up: from the south-south-east, 48 deg high.
 pub(super) const SUN: [f64; 3] = [0.2863, -0.6045, 0.7431];
@@ -69,7 +69,7 @@ pub(super) fn place(seed: u64, layout: &Layout) -> Vec<House> {
         }
         let side = if unit(&mut rng) < 0.5 { 1.0 } else { -1.0 };
         let across = [-parcel.along[1] * side, parcel.along[0] * side];
-        let room = parcel.area_m2.min(2_000.0).sqrt();
+        let side_m = parcel.area_m2.min(2_000.0).sqrt();
         // The house, then a shed or garage; on a farm two barns about a yard.
         let plans: &[[f64; 5]] = if farm {
             &[[0.0, 0.0, 9.0, 5.0, 5.5], [30.0, 8.0, 15.0, 7.0, 6.0], [4.0, 30.0, 18.0, 6.5, 5.5]]
@@ -83,7 +83,7 @@ pub(super) fn place(seed: u64, layout: &Layout) -> Vec<House> {
             if index > 0 && (!built || !farm && unit(&mut rng) < 0.35) {
                 continue;
             }
-            let unit_m = if farm { 1.0 } else { room };
+            let unit_m = if farm { 1.0 } else { side_m };
             let shift = [shift_u * unit_m, shift_v * unit_m];
             let straight: [f64; 2] = std::array::from_fn(|i| {
                 parcel.centroid[i] + shift[0] * parcel.along[i] + shift[1] * across[i] + uniform(&mut rng, -1.5, 1.5)

@@ -1,6 +1,6 @@
 //! 1/f texture: every octave of size carries the same variance.
 
-use crate::world::random::stream;
+use crate::noise::pixels::stream;
 use rand_chacha::rand_core::Rng;
 use rayon::prelude::*;
 

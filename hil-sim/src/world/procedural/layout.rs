@@ -3,7 +3,7 @@
 use super::fractal::fractal;
 use super::parcels::{Parcels, Spot, Village};
 use super::streams;
-use crate::world::random::{stream, uniform};
+use crate::noise::pixels::{stream, uniform};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
@@ -91,7 +91,7 @@ impl Coarse {
         across(row) * (1.0 - v) + across(row + 1) * v
     }
 
-    /// The same along a row of the land, at less cost.
+    /// As above along a row of the land, at less cost.
     fn along_row(&self, y: f64) -> impl Fn(f64) -> f64 + '_ {
         let (row, v) = self.place(y);
         let lines = self.values[row * self.cells..][..2 * self.cells].split_at(self.cells);
@@ -133,9 +133,9 @@ impl Layout {
             let mut x = along + uniform(&mut rng, -80.0, 80.0);
             let y = road.at(x).0 + uniform(&mut rng, -30.0, 30.0);
             let gap = river.crossing(y, 0.0).offset(x);
-            let room = radius + 60.0;
-            if gap.abs() < room {
-                x += (room - gap.abs()).copysign(along);
+            let clearance = radius + 60.0;
+            if gap.abs() < clearance {
+                x += (clearance - gap.abs()).copysign(along);
             }
             villages.push(([x, road.at(x).0], radius));
         }

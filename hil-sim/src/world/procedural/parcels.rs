@@ -2,7 +2,7 @@
 //! into fields, villages into plots. The cuts form a binary tree, so the parcel of a point takes a dozen sign tests.
 
 use super::polygon::{area_and_centroid, clip, dot, extent, longest_side};
-use crate::world::random::{uniform, unit};
+use crate::noise::pixels::{uniform, unit};
 use rand_chacha::ChaCha8Rng;
 
 /// What runs along a cut.

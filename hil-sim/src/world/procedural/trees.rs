@@ -4,7 +4,7 @@ use super::buildings::{House, SUN};
 use super::layout::Layout;
 use super::parcels::{Edge, Use};
 use super::{SIDE, STEP_M, clipped, local_m, pixel_of, streams};
-use crate::world::random::{stream, uniform, unit};
+use crate::noise::pixels::{stream, uniform, unit};
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tree {

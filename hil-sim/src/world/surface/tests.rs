@@ -1,7 +1,7 @@
 //! Exact crossings against a slow and obvious march.
 
 use super::*;
-use crate::world::random::{stream, uniform};
+use crate::noise::pixels::{stream, uniform};
 
 /// Rolling ground of +-6 m with blocks of 4 to 15 m on it, 0.5 m pixels, 100 m x 80 m, at large coordinates.
 fn town() -> Surface {

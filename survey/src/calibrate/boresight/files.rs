@@ -7,7 +7,7 @@
 
 use super::Sighting;
 use crate::error::InputError;
-use crate::table::{Table, text_of};
+use crate::io::table::{Table, text_of};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -49,7 +49,7 @@ pub fn join(
     let fixes = Table::parse(fixes, fixes_name.to_owned())?;
     let (accepted, instant) = (fixes.column("accepted")?, fixes.column("mid_exposure_us")?);
     let [east, north, sigma_east, sigma_north] =
-        columns(&fixes, ["east_m", "north_m", "sigma_east_m", "sigma_north_m"])?;
+        fixes.columns(["east_m", "north_m", "sigma_east_m", "sigma_north_m"])?;
     let mut poses = Poses::parse(Table::parse(poses, poses_name.to_owned())?, follow_up)?;
     let mut seen: HashMap<u64, usize> = HashMap::new();
     let tells_follow_up = poses.tells_follow_up;
@@ -60,7 +60,7 @@ pub fn join(
         match fields[accepted] {
             "1" => {}
             "0" => continue,
-            other => return Err(wrong(&fixes, row, accepted, other, "neither 0 nor 1")),
+            _ => return Err(fixes.wrong(row, accepted, "neither 0 nor 1")),
         }
         let at_us = microseconds(&fixes, row, instant, &mut seen)?;
         let fix_m = [fixes.number(row, east)?, fixes.number(row, north)?];
@@ -96,8 +96,8 @@ struct Poses {
 
 impl Poses {
     fn parse(table: Table<'_>, follow_up: &dyn Fn([f64; 3]) -> f64) -> Result<Self, InputError> {
-        let [instant, east, north, height] = columns(&table, ["mid_exposure_us", "east_m", "north_m", "height_m"])?;
-        let angles = columns(&table, ["heading_deg", "pitch_deg", "roll_deg"])?;
+        let [instant, east, north, height] = table.columns(["mid_exposure_us", "east_m", "north_m", "height_m"])?;
+        let angles = table.columns(["heading_deg", "pitch_deg", "roll_deg"])?;
         let turn = match table.header.contains(&"follow_up_deg") {
             true => Some(table.column("follow_up_deg")?),
             false => None,
@@ -109,7 +109,7 @@ impl Poses {
             let attitude_rad = [angle(angles[0])?, angle(angles[1])?, angle(angles[2])?];
             for (place, angle) in angles.into_iter().zip(attitude_rad).skip(1) {
                 if angle.cos() <= 0.0 {
-                    return Err(wrong(&table, row, place, table.rows[row].1[place], "not within -90 and 90 degrees"));
+                    return Err(table.wrong(row, place, "not within -90 and 90 degrees"));
                 }
             }
             let pose = Sighting {
@@ -129,22 +129,9 @@ impl Poses {
     }
 }
 
-fn columns<const N: usize>(table: &Table<'_>, names: [&str; N]) -> Result<[usize; N], InputError> {
-    let mut places = [0; N];
-    for (place, name) in places.iter_mut().zip(names) {
-        *place = table.column(name)?;
-    }
-    Ok(places)
-}
-
-fn wrong(table: &Table<'_>, row: usize, place: usize, field: &str, what: &str) -> InputError {
-    let (name, line, key) = (&table.name, table.rows[row].0, table.header[place]);
-    InputError::new(format!("{name}, line {line}: {key} = \"{field}\" is {what}"))
-}
-
 fn above_0(table: &Table<'_>, row: usize, place: usize) -> Result<f64, InputError> {
     let value = table.number(row, place)?;
-    if value > 0.0 { Ok(value) } else { Err(wrong(table, row, place, table.rows[row].1[place], "not above 0")) }
+    if value > 0.0 { Ok(value) } else { Err(table.wrong(row, place, "not above 0")) }
 }
 
 /// An instant that has not been there before.
@@ -156,11 +143,11 @@ fn microseconds(
 ) -> Result<u64, InputError> {
     let (line, fields) = &table.rows[row];
     let whole = fields[place].parse::<u64>();
-    let at_us = whole.map_err(|_| wrong(table, row, place, fields[place], "not a whole number of microseconds"))?;
+    let at_us = whole.map_err(|_| table.wrong(row, place, "not a whole number of microseconds"))?;
     match seen.insert(at_us, *line) {
         Some(before) => {
             let what = format!("that of line {before} already");
-            Err(wrong(table, row, place, fields[place], &what))
+            Err(table.wrong(row, place, &what))
         }
         None => Ok(at_us),
     }

@@ -1,7 +1,7 @@
 //! ESRI ASCII grids: every form of the header, the same heights as a GeoTIFF's, and what is refused.
 
 use super::*;
-use crate::output::tests::scratch;
+use crate::io::output::tests::scratch;
 
 /// Three columns of two rows.
 const SMALL: &str = "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -1\n1 2 3\n4 -1 6.5\n";
@@ -74,6 +74,12 @@ fn the_system_is_that_of_the_file_beside() {
     let named = "PROJCS[\"x\",UNIT[\"metre\",1],AUTHORITY[\"EPSG\",\"31256\"]]";
     assert_eq!(open("asc-prj", SMALL, Some(named)).expect("readable").epsg(), Some(31256));
     assert_eq!(open("asc-prj", SMALL, None).expect("readable").epsg(), None);
+    let heights = |prj: &str| {
+        let file = open("asc-feet", SMALL, Some(prj)).expect("readable");
+        file.window(&frame_of(&file), file.bounds(), &mut |_, _| {}).expect("a window").at(2, 0)
+    };
+    let feet = format!("{named},VERTCS[\"x\",VDATUM[\"y\"],UNIT[\"Foot\",0.3048]]");
+    assert_eq!((heights(named), heights(&feet)), (6.5, 6.5 * 0.3048));
     for prj in ["", "Projection UTM", "LOCAL_CS[\"x\"]", &" ".repeat(100_000)] {
         let error = open("asc-prj", SMALL, Some(prj)).expect_err("refused").to_string();
         assert!(error.contains("a.prj") && error.contains("reference system"), "{error}");

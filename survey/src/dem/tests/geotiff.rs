@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::made_up::{Layout, PLAIN, geotiff};
 use super::*;
-use crate::output::tests::scratch;
-use crate::tiff_image::{Part, TiffFile};
+use crate::io::output::tests::scratch;
+use crate::io::tiff::{Part, TiffFile};
 
 /// Made-up heights, none a whole number, and different everywhere.
 fn height(col: usize, row: usize, band: usize) -> f32 {
@@ -59,6 +59,20 @@ fn every_sample_type_is_read() {
     let file = DemFile::open(&path).expect("its header is in order");
     let error = file.window(&frame_of(&file), file.bounds(), &mut |_, _| {}).expect_err("signed bytes").to_string();
     assert!(error.contains("sample type"), "{error}");
+}
+
+#[test]
+fn heights_in_feet_become_metres() {
+    let path = scratch("dem-feet").join("a.tif");
+    for compression in [1, 8] {
+        let layout = Layout { compression, height_unit: Some(9002), nodata: Some("300.25"), ..PLAIN };
+        std::fs::write(&path, geotiff(&layout, float)).expect("written");
+        let file = DemFile::open(&path).expect("a model");
+        let dem = file.window(&frame_of(&file), file.bounds(), &mut |_, _| {}).expect("a window");
+        assert!(dem.at(0, 28).is_nan(), "the no-data value is in the file's unit");
+        let (found, feet) = (dem.at(5, 27), f64::from(height(5, 1, 0)));
+        assert!((found - 0.3048 * feet).abs() < 1e-9, "{found} m are not {feet} ft");
+    }
 }
 
 #[test]

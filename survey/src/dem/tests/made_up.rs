@@ -22,6 +22,8 @@ pub(super) struct Layout {
     pub sample: (u16, usize),
     pub nodata: Option<&'static str>,
     pub epsg: Option<u16>,
+    /// EPSG code of the unit of heights.
+    pub height_unit: Option<u16>,
 }
 
 pub(super) const PLAIN: Layout = Layout {
@@ -33,6 +35,7 @@ pub(super) const PLAIN: Layout = Layout {
     sample: (3, 4),
     nodata: None,
     epsg: Some(32633),
+    height_unit: None,
 };
 
 /// A GeoTIFF whose north-western post is at (1000, 2000), posts every 2 m east and 3 m north. `sample` gives the bytes of
@@ -71,11 +74,7 @@ pub(super) fn geotiff(layout: &Layout, sample: impl Fn(usize, usize, usize) -> V
     tag(Tag::ImageLength, &[rows as u16]);
     tag(Tag::BitsPerSample, &vec![8 * layout.sample.1 as u16; bands]);
     tag(Tag::SampleFormat, &vec![layout.sample.0; bands]);
-    match layout.epsg {
-        Some(4326) => tag(Tag::GeoKeyDirectoryTag, &[1, 1, 0, 3, 1024, 0, 1, 2, 1025, 0, 1, 2, 2048, 0, 1, 4326]),
-        Some(code) => tag(Tag::GeoKeyDirectoryTag, &[1, 1, 0, 3, 1024, 0, 1, 1, 1025, 0, 1, 2, 3072, 0, 1, code]),
-        None => tag(Tag::GeoKeyDirectoryTag, &[1, 1, 0, 1, 1025, 0, 1, 2]),
-    }
+    tag(Tag::GeoKeyDirectoryTag, &geo_keys(layout));
     if tiled {
         tag(Tag::TileWidth, &[width as u16]);
         tag(Tag::TileLength, &[height as u16]);
@@ -93,6 +92,20 @@ pub(super) fn geotiff(layout: &Layout, sample: impl Fn(usize, usize, usize) -> V
     }
     directory.finish().expect("directory");
     file.into_inner()
+}
+
+/// GeoTIFF's directory of keys: kind of the model, pixels are areas, the reference system, the unit of heights.
+fn geo_keys(layout: &Layout) -> Vec<u16> {
+    let mut keys = match layout.epsg {
+        Some(4326) => vec![1, 1, 0, 3, 1024, 0, 1, 2, 1025, 0, 1, 2, 2048, 0, 1, 4326],
+        Some(code) => vec![1, 1, 0, 3, 1024, 0, 1, 1, 1025, 0, 1, 2, 3072, 0, 1, code],
+        None => vec![1, 1, 0, 1, 1025, 0, 1, 2],
+    };
+    if let Some(unit) = layout.height_unit {
+        keys[3] += 1;
+        keys.extend([4099, 0, 1, unit]);
+    }
+    keys
 }
 
 fn compressed(method: u16, bytes: &[u8]) -> Vec<u8> {

@@ -5,7 +5,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::made_up::{Layout, PLAIN, geotiff};
 use super::*;
-use crate::output::tests::scratch;
+use crate::io::output::tests::scratch;
 
 const SEED: u64 = 20_240;
 const FILES: usize = 20_000;

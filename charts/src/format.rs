@@ -1,0 +1,95 @@
+//! Numbers for people: fixed digits, a narrow space before the unit, a dash for what is not there.
+
+/// What stands where no number is.
+pub const NONE: &str = "–";
+/// What stands where the link cannot measure.
+pub const NOT_MEASURED: &str = "not measured on this link";
+/// Narrow and unbreakable.
+const SPACE: char = '\u{202f}';
+
+/// A number of `digits` decimals and its unit.
+pub fn number(value: f64, digits: usize, unit: &str) -> String {
+    if !value.is_finite() {
+        return NONE.to_owned();
+    }
+    let mut text = format!("{value:.digits$}").replace('-', "−");
+    if !unit.is_empty() {
+        text.push(SPACE);
+        text.push_str(unit);
+    }
+    text
+}
+
+/// A number that may be missing; [`NONE`] where it is.
+pub fn maybe(value: Option<f64>, digits: usize, unit: &str) -> String {
+    value.map_or_else(|| NONE.to_owned(), |value| number(value, digits, unit))
+}
+
+/// A share of 1, as percent.
+pub fn percent(share: f64) -> String {
+    number(100.0 * share, 1, "%")
+}
+
+/// A whole number in groups of three.
+pub fn whole(value: u64) -> String {
+    let digits = value.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(SPACE);
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Bytes, in KB of 1024 and as they are.
+pub fn bytes(value: u64) -> String {
+    format!("{} ({} bytes)", number(value as f64 / 1024.0, 1, "KB"), whole(value))
+}
+
+/// The next smaller number of 1, 2, 5 times a power of ten; 1 where there is none.
+pub fn nice(value: f64) -> f64 {
+    if !(value.is_finite() && value > 0.0) {
+        return 1.0;
+    }
+    let exponent = value.log10().floor() as i32;
+    let lead = value / 10f64.powi(exponent);
+    let digit = if lead >= 5.0 {
+        5.0
+    } else if lead >= 2.0 {
+        2.0
+    } else {
+        1.0
+    };
+    // Divided, since tenths as powers are not the shortest numbers.
+    if exponent < 0 { digit / 10f64.powi(-exponent) } else { digit * 10f64.powi(exponent) }
+}
+
+/// Decimals of a nice number.
+pub fn decimals(value: f64) -> usize {
+    (-value.log10().floor()).max(0.0) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_groups_units_and_a_true_minus() {
+        assert_eq!(whole(0), "0");
+        assert_eq!(whole(999), "999");
+        assert_eq!(whole(1_234_567), "1\u{202f}234\u{202f}567");
+        assert_eq!(number(-0.256, 2, "m"), "−0.26\u{202f}m");
+        assert_eq!(number(f64::NAN, 2, "m"), NONE);
+        assert_eq!(maybe(None, 1, "px"), NONE);
+        assert_eq!(percent(0.5), "50.0\u{202f}%");
+    }
+
+    #[test]
+    fn scales_are_one_two_or_five() {
+        assert_eq!([nice(1.0), nice(4.99), nice(730.0), nice(0.03)], [1.0, 2.0, 500.0, 0.02]);
+        assert_eq!([nice(f64::INFINITY), nice(0.0), nice(f64::NAN)], [1.0; 3]);
+        assert_eq!([decimals(0.02), decimals(0.5), decimals(1.0), decimals(50.0)], [2, 1, 0, 0]);
+    }
+}

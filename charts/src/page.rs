@@ -1,0 +1,25 @@
+//! The shell of a page that needs nothing but itself: its style stands in it, and nothing is requested.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+/// A page with its style and nothing from outside.
+pub fn page(title: &str, body: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body { main { (body) } }
+        }
+    };
+    page.into_string()
+}
+
+/// A figure of the strip below the verdict: its value, and what it is.
+pub fn key(value: &str, name: &str) -> Markup {
+    html! { div { b { (value) } span { (name) } } }
+}

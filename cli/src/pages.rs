@@ -1,0 +1,5 @@
+//! The pages and files that commands leave behind for people to look at.
+
+pub mod calibration;
+pub mod flight;
+pub mod plan;

@@ -1,0 +1,72 @@
+//! `report.html`: a flight on one page that needs nothing but itself.
+//!
+//! Everything on it is computed from the flight; given are the paper's figures alone, in `paper`. There is no script
+//! and no request: pictures are data URIs, plots are inline SVG, the style stands in the page. The same flight gives
+//! the same bytes, so no date stands on it.
+
+mod board;
+mod errors;
+mod head;
+mod instants;
+mod overlay;
+mod paper;
+mod parameters;
+mod plan;
+mod plots;
+mod provenance;
+mod strip;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use maud::html;
+use plumbline_charts::page::page;
+use plumbline_charts::plot::PlotError;
+use plumbline_sim::run::Flight;
+use plumbline_sim::score::{Scored, Summary, length};
+use plumbline_sim::setup::Setup;
+
+/// Distance from the truth at which a match counts as right, pixels: that of `match_rate`.
+const RIGHT_PX: f64 = 1.5;
+
+/// What a report is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// What was flown over, and with what.
+    pub setup: &'a Setup,
+    /// What came of it.
+    pub flight: &'a Flight,
+    /// Every frame against the truth, in the flight's order.
+    pub scored: &'a [Scored],
+    /// The figures of `report.json`.
+    pub summary: &'a Summary,
+}
+
+impl Report<'_> {
+    /// Whether a frame became a fix that is wrong.
+    fn is_wrong(scored: &Scored) -> bool {
+        scored.accepted && scored.error_px.is_none_or(|error| length(error) > RIGHT_PX)
+    }
+
+    /// The page.
+    ///
+    /// # Errors
+    /// [`PlotError`].
+    pub fn html(&self) -> Result<String, PlotError> {
+        let title = format!("Plumbline flight: {}", self.summary.scenario);
+        let plots = self.plots()?;
+        let plan = self.plan()?;
+        let body = html! {
+            (self.head())
+            (self.against_the_paper())
+            (plots)
+            (self.error_parts())
+            (self.instants())
+            (plan)
+            (self.strip())
+            (self.board())
+            (self.parameters())
+            (self.provenance())
+        };
+        Ok(page(&title, &body))
+    }
+}

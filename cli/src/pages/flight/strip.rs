@@ -1,0 +1,110 @@
+//! Frame, patch, reference and overlay of a few frames.
+
+use super::{Report, overlay};
+use crate::dump::{Views, views};
+use maud::{Markup, html};
+use plumbline_charts::format::number;
+use plumbline_sim::run::FrameRecord;
+use plumbline_sim::score::{Scored, length, reason};
+
+/// Frames shown.
+const FRAMES_MAX: usize = 6;
+
+impl Report<'_> {
+    pub(super) fn strip(&self) -> Markup {
+        let kept: Vec<(&FrameRecord, &Scored)> =
+            self.flight.frames.iter().zip(self.scored).filter(|(record, _)| record.frame.is_some()).collect();
+        let shown = spread(kept.len()).filter_map(|index| {
+            let (record, scored) = kept.get(index)?;
+            Some((*record, *scored, views(self.setup, record)?))
+        });
+        html! {
+            section {
+                h2 { "Pictures" }
+                p class="note" {
+                    "Frame: row 0 forward. Patch: rectified on board, grid north up, " (self.setup.scenario.resolution_m)
+                    " m a pixel. Reference: where the patch was matched, to the nearest whole pixel. Overlay: patch red, reference cyan, both brought to one contrast; where they agree it is grey."
+                }
+                div class="cards" {
+                    @for (record, scored, views) in shown { (self.card(record, scored, &views)) }
+                }
+            }
+        }
+    }
+
+    fn card(&self, record: &FrameRecord, scored: &Scored, views: &Views) -> Markup {
+        let frame = scored.frame;
+        let picture = |name: &str, uri: Option<String>| {
+            html! {
+                div {
+                    @if let Some(uri) = uri { img class=(name) src=(uri) alt=(format!("{name} of frame {frame}")); }
+                    @else { div class="missing" { "none" } }
+                    span { (name) }
+                }
+            }
+        };
+        let rectified = views.rectified.as_ref();
+        let reference = rectified.and_then(|r| r.reference.as_ref());
+        html! {
+            figure class="card" {
+                div class="four" {
+                    (picture("frame", Some(overlay::frame(&views.frame))))
+                    (picture("patch", rectified.map(overlay::patch)))
+                    (picture("reference", reference.map(overlay::reference)))
+                    (picture("overlay", rectified.zip(reference).map(|(r, reference)| overlay::overlay(r, reference))))
+                }
+                figcaption { b { "Frame " (frame) } " · " (self.attitude(record)) " · " (outcome(record, scored)) }
+            }
+        }
+    }
+
+    /// The truth at mid-exposure.
+    fn attitude(&self, record: &FrameRecord) -> String {
+        let truth = &record.truth;
+        let degrees = |angle_rad: f64, digits| format!("{}°", number(angle_rad.to_degrees(), digits, ""));
+        format!(
+            "heading {}, pitch {}, roll {}, {} above ground",
+            degrees(truth.heading_rad.rem_euclid(std::f64::consts::TAU), 0),
+            degrees(truth.pitch_rad, 1),
+            degrees(truth.roll_rad, 1),
+            number(truth.up_m - self.setup.ground.height(truth.east_m, truth.north_m), 0, "m"),
+        )
+    }
+}
+
+/// What became of the frame.
+fn outcome(record: &FrameRecord, scored: &Scored) -> Markup {
+    let error = scored.error_px.map(|px| number(length(px), 2, "px"));
+    match (reason(record), scored.error_m) {
+        (None, Some(error_m)) => html! {
+            @if Report::is_wrong(scored) { span class="bad" { "accepted, but wrong" } }
+            @else { span class="good" { "accepted" } }
+            ", " (error.unwrap_or_default()) " or " (number(length(error_m), 2, "m")) " off"
+        },
+        (reason, _) => html! {
+            span class="bad" { "refused: " (reason.unwrap_or("no fix").replace('_', " ")) }
+            @if let Some(error) = error { ", the match would have been " (error) " off" }
+        },
+    }
+}
+
+/// Up to [`FRAMES_MAX`] of `count` places, evenly from the first to the last.
+fn spread(count: usize) -> impl Iterator<Item = usize> {
+    let shown = count.min(FRAMES_MAX);
+    (0..shown).map(move |place| place * count.saturating_sub(1) / shown.saturating_sub(1).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_frames_shown_reach_from_first_to_last() {
+        let of = |count| spread(count).collect::<Vec<_>>();
+        assert!(of(0).is_empty());
+        assert_eq!(of(1), [0]);
+        assert_eq!(of(3), [0, 1, 2]);
+        assert_eq!(of(6), [0, 1, 2, 3, 4, 5]);
+        assert_eq!(of(11), [0, 2, 4, 6, 8, 10]);
+    }
+}

@@ -1,0 +1,41 @@
+//! `report.html` of a plan: where to fly, what it gives and what it rests on, on one page that needs nothing but itself.
+//!
+//! Everything on it is computed from the plan. Style and plots are those of a flight's [page](super::flight). The same plan gives the same
+//! bytes. However large the plan, the page stays small: the relief has at most some 600,000 pixels, the cells are as many as the
+//! planner looks at, and photos are thinned out.
+
+mod accuracy;
+mod combinations;
+mod head;
+mod map;
+mod notes;
+mod relief;
+mod tables;
+
+use map::Map;
+use maud::html;
+use plumbline_survey::plan::export::Outputs;
+
+/// What the page's sections share.
+struct Page<'a> {
+    outputs: &'a Outputs<'a>,
+    map: Map,
+}
+
+/// The page.
+pub fn page(outputs: &Outputs<'_>) -> String {
+    let page = Page { outputs, map: Map::new(outputs) };
+    let body = html! {
+        (page.head())
+        (page.plan())
+        (page.coverage())
+        (page.overlaps())
+        (page.combinations())
+        (page.constant())
+        (page.checks())
+        (page.noise())
+        (page.files())
+        (page.notes())
+    };
+    plumbline_charts::page::page("Plumbline flight plan", &body)
+}

@@ -1,0 +1,160 @@
+//! Overlap and accuracy of each cell, over the map.
+
+use super::Page;
+use maud::{Markup, html};
+use plumbline_charts::format::{number, whole};
+use plumbline_charts::png::{Colour, encode, uri};
+use plumbline_survey::plan::cells::Known;
+
+/// From few to many, from coarse to fine.
+const COLOURS: [[u8; 3]; 5] = [[211, 227, 240], [159, 195, 223], [99, 154, 198], [47, 108, 163], [18, 63, 102]];
+/// No stereo pair, or not determined.
+const GAP: [u8; 3] = [179, 38, 30];
+/// How much of the terrain the cells hide.
+const OPACITY: u8 = 215;
+
+/// Classes of a quantity: upper limits, ascending, and what each class is called.
+struct Classes {
+    limits: Vec<f64>,
+    names: Vec<String>,
+    /// Whether small values are the good ones, and dark.
+    is_small_good: bool,
+}
+
+impl Classes {
+    /// Of counts from 2 on.
+    fn counts(most: u32) -> Self {
+        let most = most.max(2);
+        let width = (most - 1).div_ceil(COLOURS.len() as u32);
+        let lows: Vec<u32> = (2..=most).step_by(width as usize).collect();
+        let name = |low: u32| {
+            let high = (low + width - 1).min(most);
+            if high == low {
+                whole(u64::from(low))
+            } else {
+                format!("{} to {}", whole(u64::from(low)), whole(u64::from(high)))
+            }
+        };
+        Classes {
+            limits: lows.iter().map(|low| f64::from(low + width - 1)).collect(),
+            names: lows.iter().map(|low| name(*low)).collect(),
+            is_small_good: false,
+        }
+    }
+
+    /// Equal ones between the smallest and the largest of standard deviations.
+    fn lengths(values: impl Iterator<Item = f64> + Clone) -> Self {
+        let (low, high) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max));
+        let count = if high > low { COLOURS.len() } else { usize::from(high == low) };
+        let edge = |k: usize| low + (high - low) * k as f64 / count as f64;
+        Classes {
+            limits: (1..=count).map(|k| if k == count { high } else { edge(k) }).collect(),
+            names: (0..count).map(|k| format!("{:.3} to {}", edge(k), number(edge(k + 1), 3, "m"))).collect(),
+            is_small_good: true,
+        }
+    }
+
+    fn colour(&self, class: usize) -> [u8; 3] {
+        let last = self.limits.len().saturating_sub(1);
+        let class = class.min(last);
+        let place = if self.is_small_good { last - class } else { class };
+        // Few classes take colours from the whole ramp.
+        COLOURS[(place * (COLOURS.len() - 1)).checked_div(last).unwrap_or(COLOURS.len() - 1)]
+    }
+
+    fn of(&self, value: f64) -> [u8; 3] {
+        self.colour(self.limits.iter().take_while(|limit| value > **limit).count())
+    }
+
+    fn legend(&self, gap: &str) -> Markup {
+        let key = |[r, g, b]: [u8; 3], name: &str| {
+            html! { span class="class" { span class="key box" style=(format!("--c:#{r:02x}{g:02x}{b:02x}")) {} (name) } " " }
+        };
+        html! {
+            @for (class, name) in self.names.iter().enumerate() { (key(self.colour(class), name)) }
+            (key(GAP, gap))
+        }
+    }
+}
+
+impl Page<'_> {
+    pub(super) fn coverage(&self) -> Markup {
+        let known = &self.outputs.planned.known;
+        let most = known.iter().map(|cell| cell.photos).max().unwrap_or(0);
+        let counts = Classes::counts(most);
+        let sd = |axis: usize| Classes::lengths(known.iter().filter_map(move |cell| cell.sd_m.map(|sd| sd[axis])));
+        let [plan, height] = [sd(0), sd(1)];
+        let of_sd = |classes: &Classes, axis: usize| {
+            self.cells("standard deviation", &|cell| cell.sd_m.map_or(GAP, |sd| classes.of(sd[axis])))
+        };
+        let overlap =
+            self.cells("photos a cell", &|cell| if cell.is_gap() { GAP } else { counts.of(f64::from(cell.photos)) });
+        html! {
+            section {
+                h2 { "Coverage and accuracy" }
+                div class="plots" {
+                    figure { (overlap) figcaption {
+                        b { "Photos that see a cell. " } (counts.legend("fewer than two of one strip"))
+                    } }
+                    figure { (of_sd(&plan, 0)) figcaption {
+                        b { "Horizontal standard deviation, " } "√(σ²" sub { "E" } " + σ²" sub { "N" } "). " (plan.legend("not determined"))
+                    } }
+                    figure { (of_sd(&height, 1)) figcaption {
+                        b { "Height standard deviation. " } (height.legend("not determined"))
+                    } }
+                }
+                p class="note" {
+                    (whole(known.len() as u64)) " cells of " (number(self.outputs.planned.cells.step_m, 1, "m"))
+                    ", at their centres: photos that see it with no terrain between, and the covariance of the point that they all intersect."
+                }
+            }
+        }
+    }
+
+    /// Cells over the map in their colours.
+    fn cells(&self, label: &str, colour: &dyn Fn(&Known) -> [u8; 3]) -> Markup {
+        let (planned, map) = (self.outputs.planned, &self.map);
+        let cells = &planned.cells;
+        let mut pixels = vec![0; 4 * cells.cols * cells.rows];
+        for (cell, known) in cells.inside.iter().zip(&planned.known) {
+            let index = 4 * ((cells.rows - 1 - cell.row) * cells.cols + cell.col);
+            let [r, g, b] = colour(known);
+            pixels[index..index + 4].copy_from_slice(&[r, g, b, OPACITY]);
+        }
+        let half_m = 0.5 * cells.step_m;
+        let [west_m, north_m] = cells.centre(0, cells.rows - 1);
+        let [left, top] = map.at([west_m - half_m, north_m + half_m]);
+        let [wide, high] = [cells.cols, cells.rows].map(|count| map.units(count as f64 * cells.step_m));
+        let part = map.part([left, top], [left + wide, top + high]);
+        let over = html! {
+            image href=(uri(&encode(cells.cols, cells.rows, Colour::Rgba, &pixels))) x=(format!("{left:.1}")) y=(format!("{top:.1}"))
+                width=(format!("{wide:.1}")) height=(format!("{high:.1}")) preserveAspectRatio="none" style="image-rendering:pixelated" {}
+            (map.outline(self.outputs, part))
+        };
+        map.svg(&format!("Map of the cells: {label}"), false, part, &over)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_fall_into_classes_of_equal_width() {
+        let few = Classes::counts(4);
+        assert_eq!(few.names, ["2", "3", "4"]);
+        assert_eq!([few.of(2.0), few.of(3.0), few.of(4.0)], [COLOURS[0], COLOURS[2], COLOURS[4]]);
+        let many = Classes::counts(14);
+        assert_eq!(many.names, ["2 to 4", "5 to 7", "8 to 10", "11 to 13", "14"]);
+        assert_eq!([many.of(4.0), many.of(5.0), many.of(14.0)], [COLOURS[0], COLOURS[1], COLOURS[4]]);
+    }
+
+    #[test]
+    fn the_finest_are_the_darkest() {
+        let classes = Classes::lengths([0.1, 0.6, 0.35].into_iter());
+        assert_eq!((classes.names.len(), classes.names[0].as_str()), (5, "0.100 to 0.200\u{202f}m"));
+        assert_eq!([classes.of(0.1), classes.of(0.35), classes.of(0.6)], [COLOURS[4], COLOURS[2], COLOURS[0]]);
+        assert_eq!(Classes::lengths([0.2].into_iter()).of(0.2), COLOURS[4]);
+        assert!(Classes::lengths([].into_iter()).names.is_empty());
+    }
+}

@@ -1,0 +1,85 @@
+//! Title, verdict and the figures that matter.
+
+use super::Page;
+use maud::{Markup, html};
+use plumbline_charts::format::{NONE, maybe, number, whole};
+use plumbline_charts::page::key;
+
+impl Page<'_> {
+    pub(super) fn head(&self) -> Markup {
+        let file = self.outputs.file;
+        let accuracy = file.accuracy.as_ref();
+        let least = |share: Option<f64>| share.map_or_else(|| NONE.to_owned(), |share| number(100.0 * share, 1, ""));
+        let system = file.epsg.map_or_else(|| "local metres".to_owned(), |epsg| format!("EPSG:{epsg}"));
+        html! {
+            header {
+                p class="kicker" { "Plumbline " (env!("CARGO_PKG_VERSION")) " · flight plan" }
+                h1 { (photos(file.photo_count)) " on " (lines(self.lines())) }
+                p class="note" {
+                    (self.outputs.dem_name()) " (" (system) ") · " (number(self.area_km2(), 2, "km²")) " · strips heading "
+                    (number(file.strip_heading_deg, 1, "")) "° of grid north · " (number(file.height_m, 1, "m")) " above the base plane at "
+                    (number(file.base_height_m, 1, "m")) " · seed " (accuracy.map_or(0, |accuracy| accuracy.seed))
+                }
+                p class="verdict" { (self.verdict()) }
+                @if let Some(gaps) = self.gaps() {
+                    p class="verdict bad" { (whole(gaps as u64)) " cells are seen by fewer than two photos of one strip." }
+                }
+                div class="keys" {
+                    (key(&whole(file.photo_count as u64), "photos"))
+                    (key(&number(file.gsd_m, 3, "m"), "ground sample distance, base plane"))
+                    (key(&format!("{} / {}", least(file.overlap_min.forward), number(100.0 * file.overlap_min.side.unwrap_or(f64::NAN), 1, "%")), "least overlap on the ground, forward / side"))
+                    (key(&maybe(accuracy.map(|accuracy| accuracy.plan_m), 3, "m"), "predicted horizontal error, RMS"))
+                    (key(&maybe(accuracy.map(|accuracy| accuracy.height_m), 3, "m"), "predicted height error, RMS"))
+                    (key(&number(file.checks.flight_time_s / 60.0, 1, "min"), "flight, strips and turns"))
+                }
+            }
+        }
+    }
+
+    /// One line: what was asked for, what comes of it, what the terrain was worth.
+    fn verdict(&self) -> String {
+        let file = self.outputs.file;
+        let share = |share: f64| number(100.0 * share, 0, "");
+        let wanted =
+            format!("{}/{}", share(file.overlap_wanted.forward), number(100.0 * file.overlap_wanted.side, 0, "%"));
+        let chosen = if file.combinations.is_empty() { "asked for" } else { "chosen" };
+        let saved = match file.constant_base.map_or(0, |constant| constant.photos_saved) {
+            _ if file.constant_base.is_none() => {
+                "where no constant bases of fewer than half a million give the same guarantee".to_owned()
+            }
+            0 => "as many as constant bases with the same guarantee need".to_owned(),
+            saved if saved > 0 => {
+                format!("{} fewer than constant bases with the same guarantee need", whole(saved as u64))
+            }
+            more => format!("{} more than constant bases with the same guarantee need", whole(more.unsigned_abs())),
+        };
+        let known = if file.checks.photos_beyond_dem > 0 { " that the elevation model knows" } else { "" };
+        format!(
+            "Overlap {wanted}, {chosen}, is kept everywhere on the ground{known} by bases that follow the terrain: {}, {saved}.",
+            photos(file.photo_count)
+        )
+    }
+
+    /// Lines of the plan.
+    pub(super) fn lines(&self) -> usize {
+        self.outputs.file.lines()
+    }
+
+    /// Cells without a stereo pair, where there are any.
+    fn gaps(&self) -> Option<usize> {
+        let gaps = self.outputs.planned.known.iter().filter(|known| known.is_gap()).count();
+        (gaps > 0).then_some(gaps)
+    }
+
+    fn area_km2(&self) -> f64 {
+        self.outputs.planned.layout.area.size_m2() * 1e-6
+    }
+}
+
+fn photos(count: usize) -> String {
+    format!("{} {}", whole(count as u64), if count == 1 { "photo" } else { "photos" })
+}
+
+fn lines(count: usize) -> String {
+    format!("{} {}", whole(count as u64), if count == 1 { "line" } else { "lines" })
+}

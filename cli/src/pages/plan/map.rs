@@ -1,0 +1,224 @@
+//! The map: terrain, area, strips with their directions, photos and a few footprints; and the frame that other maps share.
+
+use super::Page;
+use super::relief;
+use maud::{Markup, html};
+use plumbline_charts::format::{decimals, nice, number};
+use plumbline_survey::plan::export::Outputs;
+use plumbline_survey::plan::flown::Leg;
+use plumbline_survey::plan::footprint::Sight;
+use std::fmt::Write;
+
+/// Drawing units across.
+const WIDTH: f64 = 1000.0;
+/// Tallest map, drawing units.
+const HEIGHT_MAX: f64 = 1100.0;
+/// Room around what is drawn, as a share of its longer side.
+const MARGIN: f64 = 0.03;
+/// Margin around a part, and a part's shorter side as a share of the longer at least.
+const PART_MARGIN: f64 = 0.06;
+const NARROW: f64 = 0.4;
+/// Most lines that are drawn, and about how many photos on them: more would cover the ground.
+const LINES_MAX: usize = 60;
+const PHOTOS_MAX: usize = 4000;
+/// Length of the scale bar as a share of the width.
+const BAR: f64 = 0.25;
+
+/// Working metres on drawing units.
+#[derive(Debug)]
+pub struct Map {
+    west_m: f64,
+    north_m: f64,
+    units_per_m: f64,
+    /// Drawing units, down.
+    height: f64,
+    /// The terrain's picture.
+    relief: String,
+}
+
+impl Map {
+    /// Shows the area, the strips with their leads and the footprints of all photos.
+    pub fn new(outputs: &Outputs<'_>) -> Self {
+        let layout = &outputs.planned.layout;
+        let aside_m = 0.5 * layout.view.footprint_m[1];
+        let ends = outputs.legs().flat_map(|leg| {
+            outputs
+                .led(&leg)
+                .map(|along| [[along, leg.strip.across_m - aside_m], [along, leg.strip.across_m + aside_m]])
+        });
+        let places = ends.flatten().map(|at| layout.axes.point(at)).chain(outputs.area());
+        let [x0, y0, x1, y1] = places
+            .fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, [x, y]| {
+                [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)]
+            });
+        let margin_m = MARGIN * (x1 - x0).max(y1 - y0);
+        let [mut x0, y0, mut x1, y1] = [x0 - margin_m, y0 - margin_m, x1 + margin_m, y1 + margin_m];
+        // A tall map is made wider rather than higher than a screen.
+        let lacking_m = ((y1 - y0) * WIDTH / HEIGHT_MAX - (x1 - x0)).max(0.0);
+        (x0, x1) = (x0 - 0.5 * lacking_m, x1 + 0.5 * lacking_m);
+        let units_per_m = WIDTH / (x1 - x0);
+        Map {
+            west_m: x0,
+            north_m: y1,
+            units_per_m,
+            height: (y1 - y0) * units_per_m,
+            relief: relief::picture(layout.relief.dem(), [x0, y0, x1, y1]),
+        }
+    }
+
+    /// Drawing units, to the right and down.
+    pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [(x - self.west_m) * self.units_per_m, (self.north_m - y) * self.units_per_m]
+    }
+
+    /// Drawing units of a length.
+    pub fn units(&self, metres: f64) -> f64 {
+        metres * self.units_per_m
+    }
+
+    /// A line through places.
+    pub fn path(&self, places: &[[f64; 2]]) -> String {
+        let mut path = String::new();
+        for (index, place) in places.iter().enumerate() {
+            let [right, down] = self.at(*place);
+            // Writing to a string cannot fail.
+            let _ = write!(path, "{}{right:.1} {down:.1}", if index == 0 { 'M' } else { 'L' });
+        }
+        path
+    }
+
+    /// Everything there is: left, top, width and height in drawing units.
+    pub fn whole(&self) -> [f64; 4] {
+        [0.0, 0.0, WIDTH, self.height]
+    }
+
+    /// A part, given by its corners, with room around it and not too narrow either way.
+    pub fn part(&self, [left, top]: [f64; 2], [right, foot]: [f64; 2]) -> [f64; 4] {
+        let (width, height) = (right - left, foot - top);
+        let room = 2.0 * PART_MARGIN * width.max(height);
+        let (wide, high) = (width + room, height + room);
+        let (wide, high) = (wide.max(NARROW * high), high.max(NARROW * wide));
+        [0.5 * (left + right - wide), 0.5 * (top + foot - high), wide, high]
+    }
+
+    /// A map of a part, with `over` drawn on the terrain. The first has the terrain's picture in it, the others refer to it.
+    pub fn svg(&self, label: &str, is_first: bool, part: [f64; 4], over: &Markup) -> Markup {
+        let [left, top, width, height] = part;
+        // Bar and arrow have the same size whatever the part.
+        let scale = width / WIDTH;
+        let bar_m = nice(BAR * width / self.units_per_m);
+        let foot = height / scale - 24.0;
+        let bar = format!("M24 {foot:.1}v-12M24 {foot:.1}h{:.1}v-12", self.units(bar_m) / scale);
+        let text = if bar_m >= 1000.0 { number(bar_m / 1000.0, 0, "km") } else { number(bar_m, decimals(bar_m), "m") };
+        let arrow = format!("M{} 20l11 34l-11 -8l-11 8z", WIDTH - 34.0);
+        html! {
+            svg viewBox=(format!("{left:.1} {top:.1} {width:.1} {height:.1}")) role="img" aria-label=(label) {
+                @if is_first {
+                    image id="relief" href=(self.relief) width=(WIDTH) height=(format!("{:.1}", self.height)) preserveAspectRatio="none" {}
+                } @else { use href="#relief" {} }
+                (over)
+                g transform=(format!("translate({left:.1} {top:.1}) scale({scale:.4})")) font-size="26" fill="#1d1d1b" stroke="#fdfcf9" stroke-width="5" paint-order="stroke" {
+                    path d=(bar) fill="none" stroke-width="9" {}
+                    path d=(bar) fill="none" stroke="#1d1d1b" stroke-width="4" {}
+                    text x="28" y=(format!("{:.1}", foot - 22.0)) { (text) }
+                    path d=(arrow) {}
+                    text x=(WIDTH - 34.0) y="82" text-anchor="middle" { "N" }
+                }
+            }
+        }
+    }
+
+    /// The area's outline on a part.
+    pub fn outline(&self, outputs: &Outputs<'_>, part: [f64; 4]) -> Markup {
+        let path = format!("{}Z", self.path(&outputs.area()));
+        let wide = |units: f64| format!("{:.2}", units * part[2] / WIDTH);
+        html! {
+            path d=(path) fill="none" stroke="#fdfcf9" stroke-width=(wide(7.0)) stroke-linejoin="round" {}
+            path d=(path) fill="none" stroke="#1d1d1b" stroke-width=(wide(3.0)) stroke-linejoin="round" {}
+        }
+    }
+}
+
+impl Page<'_> {
+    pub(super) fn plan(&self) -> Markup {
+        let (outputs, map) = (self.outputs, &self.map);
+        let point = |along_m: f64, across_m: f64| outputs.planned.layout.axes.point([along_m, across_m]);
+        // An odd step shows lines of both directions.
+        let every_line = self.lines().div_ceil(LINES_MAX) | 1;
+        let shown: Vec<Leg<'_>> = outputs.legs().filter(|leg| leg.strip.line.is_multiple_of(every_line)).collect();
+        let every_photo = shown.iter().map(|leg| leg.strip.along_m.len()).sum::<usize>().div_ceil(PHOTOS_MAX).max(1);
+        let (mut strips, mut dots, mut arrows, mut way) = (String::new(), String::new(), String::new(), Vec::new());
+        for leg in &shown {
+            let across_m = leg.strip.across_m;
+            let ends = [leg.from_m(), leg.to_m()].map(|along_m| point(along_m, across_m));
+            strips.push_str(&map.path(&ends));
+            let leads = outputs.led(leg).map(|along_m| point(along_m, across_m));
+            arrows.push_str(&arrow(map.at(ends[0]), map.at(leads[1])));
+            way.extend(leads);
+            for along_m in leg.strip.along_m.iter().step_by(every_photo) {
+                let [right, down] = map.at(point(*along_m, across_m));
+                let _ = write!(dots, "M{right:.1} {down:.1}h0");
+            }
+        }
+        if every_line > 1 {
+            way.clear();
+        }
+        let over = html! {
+            (map.outline(outputs, map.whole()))
+            path d=(self.footprints()) fill="#b06a00" fill-opacity="0.12" stroke="#b06a00" stroke-width="3" stroke-linejoin="round" {}
+            path d=(map.path(&way)) fill="none" stroke="#1f5a8c" stroke-width="2" stroke-dasharray="3 7" stroke-linejoin="round" {}
+            path d=(strips) fill="none" stroke="#1f5a8c" stroke-width="3" {}
+            path d=(arrows) fill="#1f5a8c" {}
+            path d=(dots) fill="none" stroke="#b3261e" stroke-width="8" stroke-linecap="round" {}
+        };
+        html! {
+            section {
+                h2 { "The plan" }
+                figure {
+                    (map.svg("Map of the terrain with area, strips, photos and footprints", true, map.whole(), &over))
+                    figcaption {
+                        span class="key line" style="--c:#1d1d1b" {} "Area; "
+                        span class="key line" style="--c:#1f5a8c" {} "strips, "
+                        @if every_line > 1 { "one line of " (every_line) ", arrows in the direction of flight; " }
+                        @else { "arrows in the direction of flight, dashed from each end point to the next lead-in; " }
+                        span class="key dot" style="--c:#b3261e" {} "photos"
+                        @if every_photo > 1 { ", one of " (every_photo) }
+                        "; " span class="key box" style="--c:#b06a00" {} "footprints of three photos of a strip and one of the next, on the terrain. "
+                        "Grid north up, light from the north-west; where the elevation model ends the ground is plain."
+                    }
+                }
+            }
+        }
+    }
+
+    /// Three photos in the middle of the middle strip, and the nearest of the next line.
+    fn footprints(&self) -> String {
+        let strips = &self.outputs.planned.strips;
+        let Some(middle) = strips.get(strips.len().saturating_sub(1) / 2) else { return String::new() };
+        let sight = Sight::new(&self.outputs.planned.layout);
+        let first = (middle.along_m.len() / 2).saturating_sub(1);
+        let mut photos: Vec<[f64; 2]> =
+            middle.along_m.iter().skip(first).take(3).map(|along_m| [*along_m, middle.across_m]).collect();
+        if let (Some(next), Some([along_m, _])) =
+            (strips.iter().find(|strip| strip.line == middle.line + 1), photos.get(1))
+        {
+            let nearest = next.along_m.iter().min_by(|a, b| (*a - along_m).abs().total_cmp(&(*b - along_m).abs()));
+            photos.extend(nearest.map(|nearest| [*nearest, next.across_m]));
+        }
+        let closed = |[along_m, across_m]: [f64; 2]| format!("{}Z", self.map.path(&sight.corners(along_m, across_m)));
+        photos.into_iter().map(closed).collect()
+    }
+}
+
+/// An arrow's head at the end of a line, drawing units.
+fn arrow(from: [f64; 2], to: [f64; 2]) -> String {
+    let (right, down) = (to[0] - from[0], to[1] - from[1]);
+    let length = right.hypot(down);
+    if length == 0.0 {
+        return String::new();
+    }
+    let (u, v) = (right / length, down / length);
+    let back = |along: f64, aside: f64| [to[0] - along * u - aside * v, to[1] - along * v + aside * u];
+    let ([a, b], [c, d]) = (back(20.0, 9.0), back(20.0, -9.0));
+    format!("M{:.1} {:.1}L{a:.1} {b:.1}L{c:.1} {d:.1}Z", to[0], to[1])
+}

@@ -1,0 +1,66 @@
+//! Files, how to fly the plan, and what it takes for granted.
+
+use super::Page;
+use maud::{Markup, html};
+use plumbline_charts::format::whole;
+use plumbline_survey::plan::export::ITEMS_MAX;
+
+impl Page<'_> {
+    pub(super) fn files(&self) -> Markup {
+        let outputs = self.outputs;
+        let items = outputs.mission_items();
+        let row = |name: &str, what: Markup| html! { tr { th class="hash" { (name) } td { (what) } } };
+        html! {
+            section {
+                h2 { "Files, and how to fly it" }
+                pre { "plumbline fly --plan plan.json --out flight" }
+                table {
+                    tbody {
+                        (row("plan.json", html! { "the plan, for the flight, the simulator and other programs" }))
+                        @if outputs.place.is_known() {
+                            (row("plan.plan", html! {
+                                "mission for QGroundControl: " (whole(items as u64)) " items, "
+                                @if outputs.trigger_items { "each photo a waypoint with a camera trigger" } @else { "two waypoints a strip; the photos are triggered on board" }
+                                @if items > ITEMS_MAX { ". " span class="bad" { "Common autopilots take " (ITEMS_MAX) " items" } }
+                            }))
+                            (row("plan.kml", html! { "area, strips and photos for a virtual globe" }))
+                        }
+                        (row("plan.geojson", html! { "area, strips, photos and footprints for geographic information systems" }))
+                        (row("coverage.tif", html! { "photos a cell, most of one strip, horizontal and height standard deviation" }))
+                    }
+                }
+                @if !outputs.place.is_known() {
+                    p class="note" { "The elevation model has no reference system and no origin was given, so there is no plan for an autopilot and no KML." }
+                }
+            }
+        }
+    }
+
+    pub(super) fn notes(&self) -> Markup {
+        let file = self.outputs.file;
+        html! {
+            section {
+                h2 { "What it takes for granted" }
+                ul {
+                    li { "Photos are level, turned into the strip’s heading, and taken where they are planned. There is no wind. What tilt, drift and "
+                        "navigation take off the overlap has to be asked for beforehand." }
+                    li { "Heights are those of the elevation model, bilinear between its posts. Trees, houses and masts are in it or not; what stands "
+                        "above it lessens overlap and clearance." }
+                    li { "Flying heights are above the elevation model’s height datum. plan.plan and plan.kml take that for mean sea level." }
+                    @match file.epsg {
+                        None => li { "The grid is local metres, taken at their face value"
+                            @if file.origin_deg.is_some() { " and laid on the ellipsoid at the given origin, its north true north" }
+                            "." },
+                        Some(_) => li { "Lengths are those of the grid: its scale is not taken off. A model in degrees is worked on in metres about the area’s "
+                            "centre, where parallels away from the centre are 0.1 to 0.2 % off within 10 km." },
+                    }
+                    @if file.checks.photos_beyond_dem > 0 {
+                        li { (whole(file.checks.photos_beyond_dem as u64)) " photos look beyond the elevation model. What is there is not known: neither "
+                            "overlap nor clearance is guaranteed." }
+                    }
+                    li { "Turns are flown level with 30° of bank in still air; take-off, climb and landing are not part of the plan." }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! One file a verb: parses, checks, dispatches.
+
+mod adjust;
+mod attitude;
+mod boresight;
+mod calibrate;
+mod configuration;
+mod exterior;
+mod fly;
+mod intersect;
+mod map;
+mod markdown;
+mod match_;
+mod motion;
+mod mounts;
+mod plan;
+mod rectify;
+mod replay;
+mod reproduce;
+mod serve;
+mod smooth;
+mod stitch;
+mod tiles;
+
+use crate::outcome::{Failure, Outcome};
+use clap::{CommandFactory, Parser, Subcommand};
+
+/// Real-time rectification and scene matching: simulated flights of the firmware, and its algorithms on single
+/// pictures.
+#[derive(Debug, Parser)]
+#[command(name = "plumbline", version, disable_help_subcommand = false, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Fly the firmware over real or procedural ground and judge its fixes
+    Fly(fly::Args),
+    /// Run the application again on a flight's log and compare, bit for bit
+    Replay(replay::Args),
+    /// Act as a board for `fly --link serial:PATH`: the application behind a socket or a pseudo-terminal, until it is
+    /// interrupted
+    Serve(serve::Args),
+    /// Make a reference tile for the board's flash from an orthophoto
+    Tiles(tiles::Args),
+    /// Make the configuration store for the board's flash: camera, calibration, settings; or the store of a plan
+    #[command(alias = "mission")]
+    Configuration(configuration::Args),
+    /// Map undistorted pixels to frame pixels (eq. 3 and 7)
+    Map(map::Args),
+    /// Rectify one frame onto the ground plane
+    Rectify(rectify::Args),
+    /// Make the virtual image of a camera of several heads from one frame of each (paper 002)
+    ///
+    /// The frames, taken at one instant, become what the virtual camera of the file would have seen: an image of its size, 8
+    /// bits, grey or RGB as the frames are, 0 where no head sees anything. It is made in pieces and held in memory, a byte a
+    /// pixel and band; frames have at most 8192 pixels a side, the image 65,535. How far neighbouring heads are off each other
+    /// is measured by matching windows of both where they overlap.
+    Stitch(stitch::Args),
+    /// Find a rectified patch in a reference
+    Match(match_::Args),
+    /// Image motion during an exposure: exact, to first order (eq. 21), and the centroid of its track
+    Motion(motion::Args),
+    /// Intersect points of two photos on the ground, with the exterior orientation at a stamp
+    Intersect(intersect::Args),
+    /// Smooth the columns of a log: value, rate and sigma at its times or at others (paper 001)
+    Smooth(smooth::Args),
+    /// Calibrate a camera of several heads by constrained bundle adjustment (paper 002)
+    Calibrate(calibrate::Args),
+    /// How heads sit to each other, from exterior orientations of their pictures or from resections on a test field
+    Mounts(mounts::Args),
+    /// Estimate how a camera of one head sits in its vehicle, from a flight's fixes and an independent navigation
+    ///
+    /// The fixes of a board that was configured with the boresight of --camera are held against positions that are known otherwise, GNSS
+    /// while it lasts. An angle that they show worse than to 0.2 degrees keeps its value; kappa shows by tilts alone. The file
+    /// that is written has [boresight] replaced and all else kept but comments.
+    Boresight(boresight::Args),
+    /// Plan flight lines over terrain, so that the overlap on the ground holds everywhere (paper 004)
+    ///
+    /// Bases and the distances of strips follow the terrain; overlaps are given or chosen among 77 by simulated adjustment. The
+    /// plan is flown by `plumbline fly --plan`.
+    Plan(plan::Args),
+    /// Adjust a problem of Bundle Adjustment in the Large
+    Adjust(adjust::Args),
+    /// Reproduce a paper's tables and say where and why they differ
+    Reproduce(reproduce::Args),
+    /// This command's verbs and options as Markdown, for docs/command-line.md
+    #[command(hide = true)]
+    Markdown,
+}
+
+/// Runs the verb.
+pub fn run(cli: Cli) -> Result<Outcome, Failure> {
+    match cli.verb {
+        Verb::Fly(args) => fly::run(&args),
+        Verb::Replay(args) => replay::run(&args),
+        Verb::Serve(args) => serve::run(&args),
+        Verb::Tiles(args) => tiles::run(&args),
+        Verb::Configuration(args) => configuration::run(&args),
+        Verb::Map(args) => map::run(&args),
+        Verb::Rectify(args) => rectify::run(&args),
+        Verb::Stitch(args) => stitch::run(&args),
+        Verb::Match(args) => match_::run(&args),
+        Verb::Motion(args) => motion::run(&args),
+        Verb::Intersect(args) => intersect::run(&args),
+        Verb::Smooth(args) => smooth::run(&args),
+        Verb::Calibrate(args) => calibrate::run(&args),
+        Verb::Mounts(args) => mounts::run(&args),
+        Verb::Boresight(args) => boresight::run(&args),
+        Verb::Plan(args) => plan::run(&args),
+        Verb::Adjust(args) => adjust::run(&args),
+        Verb::Reproduce(args) => reproduce::run(&args),
+        Verb::Markdown => Outcome::new(false, &(), || markdown::page(Cli::command())),
+    }
+}
+
+/// clap's complaint without its usage lines: what is wrong and where, in one sentence.
+pub fn one_sentence(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    let lines = text.lines().map(str::trim).take_while(|line| !line.is_empty() && !line.starts_with("Usage"));
+    let sentence = lines.collect::<Vec<_>>().join(" ");
+    format!("plumbline: {}", sentence.strip_prefix("error: ").unwrap_or(&sentence))
+}
+
+/// A finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err("not a finite number".to_owned()),
+        Err(_) => Err("not a number".to_owned()),
+    }
+}
+
+/// A finite number above zero.
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("must be above 0".to_owned()) })
+}

@@ -1,0 +1,136 @@
+//! `plumbline configuration`: camera, calibration and settings for the board's flash; or where photos are to be taken.
+
+use crate::files::Files;
+use crate::outcome::{Failure, Outcome};
+use plumbline_firmware::boot::BootError;
+use plumbline_firmware::stores::configuration::{KIND, STORE_MAX};
+use plumbline_firmware::stores::framing::checksum;
+use plumbline_firmware::stores::plan;
+use plumbline_sim::configuration::settings::configuration;
+use plumbline_sim::link::why;
+use plumbline_sim::setup::planned::limits;
+use plumbline_sim::setup::planned::store::of_file;
+use plumbline_survey::error::InputError;
+use plumbline_survey::io::output::write_file;
+use plumbline_survey::plan::PlanFile;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Camera file (TOML)
+    #[arg(long, value_name = "FILE", required_unless_present = "plan")]
+    camera: Option<PathBuf>,
+    /// Plan (plan.json) of which the plan store is made, instead of a configuration store
+    #[arg(long, value_name = "PLAN", conflicts_with_all = ["camera", "head", "settings"])]
+    plan: Option<PathBuf>,
+    /// Which head of the camera file flies, counted from 1; a file of several needs it, here or in the settings
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..), allow_negative_numbers = true)]
+    head: Option<u8>,
+    /// Settings file (TOML): mount, sensors, shutter, search, with the keys of a scenario; the default scene's unless given
+    #[arg(long, value_name = "FILE")]
+    settings: Option<PathBuf>,
+    /// The store to write
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Print what it is as one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Summary {
+    cols: u16,
+    rows: u16,
+    search_px: u16,
+    version: u16,
+    bytes: usize,
+    crc32: String,
+}
+
+#[derive(Serialize)]
+struct PlanSummary {
+    strips: usize,
+    photos: usize,
+    interval_s: f64,
+    across_m: f64,
+    version: u16,
+    bytes: usize,
+    crc32: String,
+}
+
+/// The plan store.
+fn plan(path: &Path, args: &Args) -> Result<Outcome, Failure> {
+    let file = PlanFile::read(path)?;
+    let store = of_file(&file).map_err(|error| InputError::new(format!("{}: {error}", path.display())))?;
+    write_file(&args.out, &store)?;
+    let limits = limits(&file);
+    let summary = PlanSummary {
+        strips: file.strips.len(),
+        photos: file.photo_count,
+        interval_s: f64::from(limits.interval_us) * 1e-6,
+        across_m: limits.across_m.into(),
+        version: plan::KIND.version,
+        bytes: store.len(),
+        crc32: format!("{:08x}", checksum(&store)),
+    };
+    let text = || {
+        let out = args.out.display();
+        format!(
+            "{:<14}{} photos in {} strips\n{:<14}{} s between photos, {:.1} m off the line at most\n{:<14}{out}, {} bytes, CRC-32 {}\n",
+            "plan",
+            summary.photos,
+            summary.strips,
+            "limits",
+            summary.interval_s,
+            summary.across_m,
+            "store",
+            summary.bytes,
+            summary.crc32
+        )
+    };
+    Outcome::new(args.json, &summary, text)
+}
+
+pub fn run(args: &Args) -> Result<Outcome, Failure> {
+    Files::default()
+        .may_read("--camera", args.camera.as_ref())
+        .may_read("--settings", args.settings.as_ref())
+        .may_read("--plan", args.plan.as_ref())
+        .writes("--out", &args.out)
+        .check()?;
+    let camera = match (&args.camera, &args.plan) {
+        (_, Some(path)) => return plan(path, args),
+        (Some(camera), None) => camera,
+        (None, None) => return Err(Failure::Input(InputError::new("--camera or --plan is missing"))),
+    };
+    let name = args.settings.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
+    let text = args.settings.as_ref().map(std::fs::read_to_string).transpose();
+    let text = text.map_err(|error| InputError::new(format!("cannot read {name}: {error}")))?;
+    let configuration = configuration(camera, args.head, text.as_deref().map(|text| (text, name.as_str())))?;
+    let refuse = |error| {
+        let why = why(BootError::Configuration(error), &configuration);
+        InputError::new(format!("the firmware would refuse it: {why}"))
+    };
+    configuration.settings().map_err(refuse)?;
+    configuration.stamp_settings().map_err(refuse)?;
+    let mut buffer = [0; STORE_MAX];
+    let store = configuration.store(&mut buffer).map_err(refuse)?;
+    write_file(&args.out, store)?;
+    let summary = Summary {
+        cols: configuration.frame.0,
+        rows: configuration.frame.1,
+        search_px: configuration.search_px,
+        version: KIND.version,
+        bytes: store.len(),
+        crc32: format!("{:08x}", checksum(store)),
+    };
+    let text = || {
+        let out = args.out.display();
+        format!(
+            "{:<14}{} x {} pixels\n{:<14}{} px\n{:<14}{out}, {} bytes, CRC-32 {}\n",
+            "camera", summary.cols, summary.rows, "search", summary.search_px, "store", summary.bytes, summary.crc32
+        )
+    };
+    Outcome::new(args.json, &summary, text)
+}

@@ -1,0 +1,229 @@
+//! `plumbline fly`: a flight of the firmware.
+
+mod output;
+mod setting;
+mod text;
+
+use crate::outcome::{self, Failure, Outcome};
+use crate::pages::flight::Report;
+use crate::progress;
+use indicatif::ProgressBar;
+use output::Output;
+use plumbline_charts::plot::PlotError;
+use plumbline_sim::link::inproc::InProcess;
+use plumbline_sim::link::pace::Patience;
+use plumbline_sim::link::qemu::{Qemu, default_image};
+use plumbline_sim::link::serial::Serial;
+use plumbline_sim::link::{Account, Link, LinkError};
+use plumbline_sim::run::{FrameRecord, Keep, Observer, fly};
+use plumbline_sim::score::unrectified::Unrectified;
+use plumbline_sim::score::{self, Linked};
+use plumbline_sim::setup::Setup;
+use plumbline_survey::error::InputError;
+use plumbline_survey::io::output::write_file;
+use sha2::{Digest, Sha256};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Frames shown in the report, spread over the flight.
+const PICTURED: u32 = 6;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Scenario file (TOML) or the name of a built-in one; the default scene unless given
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// Where the firmware runs: inproc, qemu or serial:PATH
+    ///
+    /// serial:PATH is a board on a serial port (set to 921600 baud where it has a rate), or whatever serves a UNIX socket
+    /// or a pseudo-terminal, as `plumbline serve` does. Configuration and reference tile are uploaded first. Requests that are
+    /// not answered are sent again; a line may be unplugged for ten seconds, and a board that boots in mid-flight is
+    /// loaded anew: report.json counts all of it under link_faults, and the frames a reboot took as lost.
+    #[arg(long, default_value = "inproc", value_parser = reach)]
+    link: Reach,
+    /// Firmware image for --link qemu; the one `cargo xtask build` makes unless given
+    #[arg(long, value_name = "ELF")]
+    firmware: Option<PathBuf>,
+    /// Frames to take
+    #[arg(long, allow_negative_numbers = true)]
+    frames: Option<u32>,
+    /// What every random number comes from
+    #[arg(long, allow_negative_numbers = true)]
+    seed: Option<u64>,
+    /// Orthophoto to fly over (GeoTIFF)
+    #[arg(long, value_name = "ORTHO")]
+    ground: Option<PathBuf>,
+    /// Surface or terrain model under it; flat at height 0 unless given
+    #[arg(long)]
+    dem: Option<PathBuf>,
+    /// Orthophoto that the reference is made of; the one flown over unless given
+    #[arg(long, value_name = "ORTHO2")]
+    reference: Option<PathBuf>,
+    /// Attitude log to fly (CSV with t_s, roll_deg, pitch_deg, yaw_deg), from its first row
+    #[arg(long, value_name = "CSV")]
+    replay: Option<PathBuf>,
+    /// Plan to fly: plan.json, as `plumbline plan` writes it
+    ///
+    /// Its strips are flown one after the other over its elevation model (or --dem), with its camera; the firmware has the plan
+    /// in flash and decides when a photo is due. The scenario's keys apply as far as the plan leaves them open; without one the
+    /// platform is calm and the camera fixed to it. --frames N ends after N photos.
+    #[arg(long, value_name = "PLAN", conflicts_with = "replay")]
+    plan: Option<PathBuf>,
+    /// Folder for fixes.csv, poses.csv, report.json and report.html; nothing is written unless given
+    ///
+    /// poses.csv is the truth: where the antenna was on the grid of fixes.csv, how high the camera above the ground, heading
+    /// from grid north, pitch, roll and follow-up angle at each stamp, as a navigation without error would log them for
+    /// `plumbline boresight`.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Write the flight's log, for `plumbline replay`; with --link inproc
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
+    /// Write frame, patch, mask and reference of the first N frames as PNG
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    dump: Option<u32>,
+    /// Print report.json on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+/// Where the firmware runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Reach {
+    InProcess,
+    Qemu,
+    Serial(PathBuf),
+}
+
+fn reach(text: &str) -> Result<Reach, String> {
+    match text {
+        "inproc" => Ok(Reach::InProcess),
+        "qemu" => Ok(Reach::Qemu),
+        _ => match text.strip_prefix("serial:") {
+            Some("") => Err("serial: lacks the path of a serial port or a socket".to_owned()),
+            Some(path) => Ok(Reach::Serial(PathBuf::from(path))),
+            None => Err("not one of inproc, qemu and serial:PATH".to_owned()),
+        },
+    }
+}
+
+pub fn run(args: &Args) -> Result<Outcome, Failure> {
+    let scenario = setting::scenario(args)?;
+    let output = Output::check(args)?;
+    if args.firmware.is_some() && args.link != Reach::Qemu {
+        return Err(Failure::Input(InputError::new("--firmware is an image for --link qemu, which is not given")));
+    }
+    if args.log.is_some() && args.link != Reach::InProcess {
+        return Err(Failure::Input(InputError::new("--log is for --link inproc; a board keeps its log itself")));
+    }
+    let setup = Setup::prepare(scenario)?;
+    let frames = setup.scenario.frames;
+    for note in setup.plan.iter().flat_map(|plan| &plan.notes) {
+        outcome::note(note);
+    }
+    let (mut link, mut linked) = link(args, &setup)?;
+    let keep = Keep { first: args.dump.unwrap_or(0), every: frames.div_ceil(PICTURED).max(1) };
+    let mut watch = Watch::new(frames)?;
+    let (flight, aborted) = match fly(&setup, link.as_mut(), keep, &mut watch) {
+        Ok(flight) => (flight, None),
+        Err(aborted) => (aborted.flight, Some(aborted.why)),
+    };
+    watch.bar.finish_and_clear();
+    // A flight that was cut short is the one whose log is wanted.
+    if let Some(path) = &args.log {
+        write_file(path, &link.close_log())?;
+    }
+    linked.account = link.account();
+    // A board on a line is free for the next one.
+    drop(link);
+    let failure =
+        aborted.as_ref().map(|why| format!("{why}; {} of {frames} frames were finished", flight.frames.len()));
+    if let Some(why) = aborted.as_ref().filter(|_| flight.frames.is_empty()) {
+        return Err(Failure::Work(why.to_string()));
+    }
+    let scored = score::score(&setup, &flight, &watch.unrectified);
+    let mut summary = score::summarise(&setup, &flight, &scored, &linked);
+    summary.aborted = aborted.map(|why| why.to_string());
+    let report = Report { setup: &setup, flight: &flight, scored: &scored, summary: &summary };
+    if let Some(output) = &output {
+        output.write(&report)?;
+    }
+    Ok(Outcome::new(args.json, &summary, || text::table(&summary, args.out.as_deref()))?.failed(failure))
+}
+
+/// Shows how far the flight is, matches its raw frames, and ends it at an interrupt.
+struct Watch {
+    bar: ProgressBar,
+    unrectified: Unrectified,
+    interrupted: Arc<AtomicBool>,
+}
+
+impl Watch {
+    /// From now on the first interrupt ends the flight, and a second one the process.
+    fn new(frames: u32) -> Result<Self, Failure> {
+        let interrupted = Arc::new(AtomicBool::new(false));
+        for signal in [SIGINT, SIGTERM] {
+            flag::register_conditional_shutdown(signal, 1, Arc::clone(&interrupted))
+                .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
+                .map_err(|error| Failure::Work(format!("cannot listen for interrupts: {error}")))?;
+        }
+        Ok(Watch { bar: progress::bar(frames.into(), "frame"), unrectified: Unrectified::default(), interrupted })
+    }
+}
+
+impl Observer for Watch {
+    fn exposed(&mut self, frame: u32) {
+        self.bar.set_position(u64::from(frame) + 1);
+    }
+
+    fn finished(&mut self, setup: &Setup, record: &FrameRecord) {
+        self.unrectified.finished(setup, record);
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
+    }
+}
+
+impl From<LinkError> for Failure {
+    fn from(error: LinkError) -> Self {
+        match error {
+            LinkError::Input(error) => Failure::Input(error),
+            lost => Failure::Work(lost.to_string()),
+        }
+    }
+}
+
+impl From<PlotError> for Failure {
+    fn from(error: PlotError) -> Self {
+        Failure::Work(error.to_string())
+    }
+}
+
+/// The firmware, booted, and what the report calls it.
+fn link(args: &Args, setup: &Setup) -> Result<(Box<dyn Link>, Linked), Failure> {
+    let linked =
+        |name: &str, firmware_sha256| Linked { name: name.to_owned(), firmware_sha256, account: Account::default() };
+    match &args.link {
+        Reach::InProcess => {
+            let link =
+                if args.log.is_some() { InProcess::logged(&setup.flash)? } else { InProcess::new(&setup.flash)? };
+            Ok((Box::new(link), linked("inproc", None)))
+        }
+        Reach::Serial(path) => {
+            let link = Serial::open(&setup.flash, path, Patience::default())?;
+            Ok((Box::new(link), linked("serial", None)))
+        }
+        Reach::Qemu => {
+            let image = args.firmware.clone().unwrap_or_else(default_image);
+            let link = Qemu::launch(&setup.flash, &image)?;
+            let bytes = std::fs::read(&image)
+                .map_err(|error| InputError::new(format!("cannot read {}: {error}", image.display())))?;
+            let digest = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+            Ok((Box::new(link), linked("qemu", Some(digest))))
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! `--out` and `--dump`: what a flight leaves behind.
+
+use super::Args;
+use crate::dump;
+use crate::files::{Files, create_folder};
+use crate::outcome::Failure;
+use crate::pages::flight::Report;
+use plumbline_sim::score;
+use plumbline_survey::error::InputError;
+use plumbline_survey::io::output::write_file;
+use std::path::PathBuf;
+
+/// A folder that can be written to once the flight is over.
+pub struct Output {
+    folder: PathBuf,
+    dump: u32,
+}
+
+impl Output {
+    /// Refuses before the flight what could not be written after it. Nothing is created yet: a flight that fails
+    /// leaves nothing behind.
+    pub fn check(args: &Args) -> Result<Option<Self>, Failure> {
+        let refuse = |sentence: String| Err(Failure::Input(InputError::new(sentence)));
+        if args.dump.is_some() && args.out.is_none() {
+            return refuse("--dump needs --out, the folder for its pictures".to_owned());
+        }
+        Files::default()
+            .may_read("--scenario", args.scenario.as_ref())
+            .may_read("--firmware", args.firmware.as_ref())
+            .may_read("--ground", args.ground.as_ref())
+            .may_read("--dem", args.dem.as_ref())
+            .may_read("--reference", args.reference.as_ref())
+            .may_read("--replay", args.replay.as_ref())
+            .may_read("--plan", args.plan.as_ref())
+            .may_write_into("--out", args.out.as_ref(), &["fixes.csv", "poses.csv", "report.json", "report.html"])
+            .may_write("--log", args.log.as_ref())
+            .check()?;
+        Ok(args.out.as_ref().map(|folder| Output { folder: folder.clone(), dump: args.dump.unwrap_or(0) }))
+    }
+
+    /// Creates the folder if need be, and replaces the flight's own files in it.
+    pub fn write(&self, report: &Report<'_>) -> Result<(), Failure> {
+        let page = report.html()?;
+        create_folder(&self.folder)?;
+        dump::write(&self.folder, report.setup, report.flight, self.dump)?;
+        score::write(&self.folder, report.setup, report.flight, report.scored, report.summary)?;
+        write_file(&self.folder.join("report.html"), page.as_bytes())?;
+        Ok(())
+    }
+}

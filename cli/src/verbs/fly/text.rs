@@ -1,0 +1,210 @@
+//! The flight in thirteen lines, for a person at a terminal; three more of a plan, one more where a serial line was in between.
+
+use plumbline_sim::score::Summary;
+use plumbline_sim::score::plan::{Flown, Pair};
+use std::path::Path;
+
+/// The figures of a flight.
+pub fn table(summary: &Summary, out: Option<&Path>) -> String {
+    let (matching, ground) = (&summary.matching_error_px, &summary.ground_error_m);
+    let plain = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
+    let refused: Vec<String> = summary.refused.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
+    // Hundredths of a degree matter.
+    let tilt = summary.poses.tilt_rms_deg.map_or_else(|| "-".to_owned(), |rms| format!("{rms:.4} deg"));
+    let share = 100.0 * summary.accepted as f64 / summary.frames.max(1) as f64;
+    let mut rows = vec![
+        ("frames", format!("{} over {}, seed {}", summary.frames, summary.link, summary.seed)),
+        ("accepted", format!("{} ({share:.1} %)", summary.accepted)),
+        ("unrectified", format!("{} mean matching error", number(matching.unrectified_mean, "px"))),
+        (
+            "rectified",
+            format!(
+                "{} mean, {} p95, {} largest; whole-pixel peak {}",
+                number(matching.rectified_mean, "px"),
+                number(matching.rectified_p95, "px"),
+                number(matching.accepted_max, "px"),
+                number(matching.rectified_integer_mean, "px")
+            ),
+        ),
+        ("ground error", format!("{} mean, {} p95", number(ground.mean, "m"), number(ground.p95, "m"))),
+        ("NEES", format!("{} (2 expected)", plain(summary.nees_mean))),
+        (
+            "stamps",
+            format!(
+                "{} RMS, NEES {} (1 expected)",
+                number(summary.stamps.rms_us, "us"),
+                plain(summary.stamps.nees_mean)
+            ),
+        ),
+        ("pose", format!("{tilt} RMS of pitch and roll, NEES {} (1 expected)", plain(summary.poses.nees_mean))),
+        ("blur", blur(summary)),
+        ("cost", cost(summary)),
+        ("RAM", summary.ram_bytes.map_or_else(unmeasured, |bytes| format!("{bytes} bytes"))),
+        ("refused", if refused.is_empty() { "none".to_owned() } else { refused.join(", ") }),
+        (
+            "report",
+            out.map_or_else(
+                || "not written, --out DIR".to_owned(),
+                |out| out.join("report.html").display().to_string(),
+            ),
+        ),
+    ];
+    if let Some(plan) = &summary.plan {
+        let at = rows.len() - 1;
+        rows.splice(at..at, plan_rows(plan));
+    }
+    if let Some(trouble) = summary.link_faults {
+        rows.insert(rows.len() - 1, ("line", trouble.to_string()));
+    }
+    if let Some(why) = &summary.aborted {
+        rows.insert(1, ("ended early", why.clone()));
+    }
+    rows.iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect()
+}
+
+/// To hundredths, with its unit.
+fn number(value: Option<f64>, unit: &str) -> String {
+    value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2} {unit}"))
+}
+
+fn unmeasured() -> String {
+    "not measured on this link".to_owned()
+}
+
+fn blur(summary: &Summary) -> String {
+    let blur = &summary.blur;
+    let longest = blur.exposure_max_us.map_or_else(|| "-".to_owned(), |us| format!("{:.1} ms", f64::from(us) * 1e-3));
+    format!("{} mean, {} largest; half a pixel at {longest}", number(blur.mean_px, "px"), number(blur.max_px, "px"))
+}
+
+/// What a frame costs the board, in its own unit.
+fn cost(summary: &Summary) -> String {
+    summary.cost().map_or_else(unmeasured, |(mean, max, _, name)| {
+        let time = summary.core_clock_hz.filter(|_| name == "cycles").map(f64::from);
+        let time =
+            time.map_or_else(String::new, |hz| format!("; {:.2} ms, {:.2} ms", 1e3 * mean / hz, 1e3 * max as f64 / hz));
+        format!("{mean:.0} {name} a frame, at most {max}{time}")
+    })
+}
+
+/// A plan in three lines: photos, overlap and coverage, accuracy; planned figures in brackets.
+fn plan_rows(plan: &Flown) -> [(&'static str, String); 3] {
+    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share));
+    let metres = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3} m"));
+    let missed = &plan.missed;
+    let off = plan.position_error_m.map_or_else(String::new, |[along, across]| {
+        format!("; off by {:.2} m along, {:.2} m across at most", along.max, across.max)
+    });
+    let photos = format!(
+        "{} of {} photos; missed: {} passed by, {} off the line, {} too soon, {} too late, {} not reached{off}",
+        plan.exposed, plan.photos, missed.passed, missed.off_line, missed.too_soon, missed.late, missed.not_reached
+    );
+    let of = |pair: Option<Pair>, pick: fn(&Pair) -> Option<f64>| percent(pair.as_ref().and_then(pick));
+    let (planned, achieved) = (plan.overlap.planned, plan.overlap.achieved);
+    let overlap = format!(
+        "forward {} ({}), side {} ({}), seen twice {} ({})",
+        of(achieved, |pair| pair.forward),
+        of(planned, |pair| pair.forward),
+        of(achieved, |pair| pair.side),
+        of(planned, |pair| pair.side),
+        percent(plan.coverage.achieved),
+        percent(plan.coverage.planned)
+    );
+    let (from_noise, promised) = (plan.simulated_m.achieved, plan.simulated_m.planned);
+    let accuracy = format!(
+        "{} in plan ({}), {} in height ({})",
+        metres(from_noise.map(|a| a[0])),
+        metres(promised.map(|a| a[0])),
+        metres(from_noise.map(|a| a[1])),
+        metres(promised.map(|a| a[1]))
+    );
+    [("plan", photos), ("overlap", overlap), ("accuracy", accuracy)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumbline_firmware::wire::telemetry::{STAGES, StampHealth};
+    use plumbline_sim::link::LinkTrouble;
+    use plumbline_sim::score::blur::blur;
+    use plumbline_sim::score::pose::poses;
+    use plumbline_sim::score::stamps::stamps;
+    use plumbline_sim::score::{Cost, LinkHealth, MatchRate, MatchingError, Spread, Stages};
+
+    /// A flight of which nothing was measured.
+    fn nothing_measured() -> Summary {
+        let nothing = MatchingError {
+            unrectified_mean: None,
+            rectified_integer_mean: None,
+            rectified_mean: None,
+            rectified_p95: None,
+            accepted_max: None,
+            attitude_mean: None,
+            matching_mean: None,
+        };
+        Summary {
+            schema: 1,
+            scenario: "s".to_owned(),
+            seed: 1,
+            link: "inproc".to_owned(),
+            firmware_sha256: None,
+            board: None,
+            frames: 3,
+            accepted: 0,
+            match_rate: MatchRate { unrectified: 0.0, rectified: 0.0 },
+            matching_error_px: nothing,
+            ground_error_m: Spread { mean: None, p95: None },
+            nees_mean: None,
+            stamps: stamps(&[]),
+            poses: poses(&[]),
+            blur: blur(&[]),
+            instructions_per_frame: Cost { mean: None, max: None },
+            instructions_by_stage: None,
+            cycles_per_frame: Cost { mean: None, max: None },
+            cycles_by_stage: None,
+            work_per_step: None,
+            core_clock_hz: None,
+            ram_bytes: None,
+            refused: [("lost".to_owned(), 3)].into(),
+            overruns: 0,
+            link_faults: None,
+            link_health: LinkHealth {
+                messages: 0,
+                bad_checksum: 0,
+                unknown_id: 0,
+                skipped_bytes: 0,
+                backwards: 0,
+                invalid: 0,
+            },
+            stamp_health: StampHealth::default(),
+            servo_rms_deg: 0.0,
+            plan: None,
+            aborted: None,
+        }
+    }
+
+    #[test]
+    fn thirteen_lines_whatever_is_missing() {
+        let summary = nothing_measured();
+        let text = table(&summary, None);
+        assert_eq!(text.lines().count(), 13, "{text}");
+        assert!(text.contains("lost 3") && !text.contains("NaN"), "{text}");
+        assert!(text.contains("not measured"), "{text}");
+        assert!(text.contains("NEES          - (2 expected)"), "{text}");
+        let cut = Summary { aborted: Some("the firmware was lost: gone".to_owned()), ..summary.clone() };
+        let text = table(&cut, None);
+        assert!(text.lines().count() == 14 && text.contains("ended early"), "{text}");
+        let stages = Some(Stages([1.0; STAGES.len()]));
+        let on_a_board = Summary {
+            cycles_per_frame: Cost { mean: Some(4e6), max: Some(6_000_000) },
+            cycles_by_stage: stages,
+            core_clock_hz: Some(400_000_000),
+            link_faults: Some(LinkTrouble { resends: 7, ..LinkTrouble::default() }),
+            ..summary
+        };
+        let text = table(&on_a_board, None);
+        assert_eq!(text.lines().count(), 14, "{text}");
+        assert!(text.contains("4000000 cycles a frame, at most 6000000; 10.00 ms, 15.00 ms"), "{text}");
+        assert!(text.contains("7 resends") && !text.contains("instructions"), "{text}");
+    }
+}

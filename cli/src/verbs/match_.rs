@@ -1,0 +1,91 @@
+//! `plumbline match`: where a rectified patch lies in a reference.
+
+use crate::outcome::{Failure, Outcome};
+use plumbline_sim::camera::still::{PATCH_MAX_PX, runs_of};
+use plumbline_sim::camera::still_match::{Place, find};
+use plumbline_survey::error::InputError;
+use plumbline_survey::io::picture::{Picture, read_grey};
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The patch, row 0 north
+    #[arg(long)]
+    patch: PathBuf,
+    /// Its mask, 0 invalid; everything valid unless given
+    #[arg(long)]
+    mask: Option<PathBuf>,
+    /// The reference, row 0 north, same resolution
+    #[arg(long)]
+    reference: PathBuf,
+    /// Search radius, pixels, 1 to 256
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256), allow_negative_numbers = true)]
+    search_px: u16,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(args: &Args) -> Result<Outcome, Failure> {
+    let patch = sized(&args.patch)?;
+    let mask = match &args.mask {
+        Some(path) => {
+            let mask = read_grey(path)?;
+            if (mask.cols, mask.rows) != (patch.cols, patch.rows) {
+                return Err(Failure::Input(InputError::new(format!(
+                    "{} has {} x {} pixels, the patch {} x {}",
+                    path.display(),
+                    mask.cols,
+                    mask.rows,
+                    patch.cols,
+                    patch.rows
+                ))));
+            }
+            mask
+        }
+        None => Picture { pixels: vec![255; patch.pixels.len()], ..patch },
+    };
+    let reference = read_grey(&args.reference)?;
+    let margin = 2 * args.search_px as usize;
+    if reference.cols < patch.cols + margin || reference.rows < patch.rows + margin {
+        return Err(Failure::Input(InputError::new(format!(
+            "{} has {} x {} pixels, a patch of {} x {} and a search of {} need {} x {}",
+            args.reference.display(),
+            reference.cols,
+            reference.rows,
+            patch.cols,
+            patch.rows,
+            args.search_px,
+            patch.cols + margin,
+            patch.rows + margin
+        ))));
+    }
+    let named = |error: InputError| {
+        let mask = args.mask.as_ref().map(|mask| format!(" under {}", mask.display())).unwrap_or_default();
+        InputError::new(format!("{}{mask} in {}: {error}", args.patch.display(), args.reference.display()))
+    };
+    let place = find(&patch, &runs_of(&mask), &reference, args.search_px).map_err(named)?;
+    Outcome::new(args.json, &place, || text_of(&place))
+}
+
+/// A picture that sixteen bits can address.
+fn sized(path: &Path) -> Result<Picture, Failure> {
+    let picture = read_grey(path)?;
+    if picture.cols > PATCH_MAX_PX || picture.rows > PATCH_MAX_PX {
+        return Err(Failure::Input(InputError::new(format!(
+            "{} has {} x {} pixels, a patch has at most {PATCH_MAX_PX} x {PATCH_MAX_PX}",
+            path.display(),
+            picture.cols,
+            picture.rows
+        ))));
+    }
+    Ok(picture)
+}
+
+fn text_of(place: &Place) -> String {
+    let verdict = place.reason.unwrap_or("accepted");
+    format!(
+        "d_col {} d_row {} score {} second {} {verdict}\n",
+        place.d_col, place.d_row, place.score, place.second_peak
+    )
+}

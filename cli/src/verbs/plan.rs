@@ -1,0 +1,141 @@
+//! `plumbline plan`: flight lines over terrain (paper 004).
+
+mod request;
+mod text;
+
+use crate::files::{Files, create_folder};
+use crate::outcome::{Failure, Outcome, note};
+use crate::pages;
+use crate::progress;
+use plumbline_survey::plan::relief::Relief;
+use plumbline_survey::plan::{ModelFile, export};
+use request::Prepared;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Elevation model: GeoTIFF or ESRI ASCII grid
+    ///
+    /// Only the part around the area is read. A model without a reference system is local metres: the plan for an autopilot and
+    /// KML are left out unless --origin says where it lies. A model in degrees is worked on in metres about the area's centre.
+    #[arg(long, value_name = "DEM")]
+    dem: PathBuf,
+    /// Area: X0,Y0,X1,Y1 in the elevation model's x and y, or a GeoJSON file with one polygon
+    #[arg(long, value_name = "X0,Y0,X1,Y1|FILE", allow_hyphen_values = true)]
+    area: String,
+    /// Camera file (TOML)
+    #[arg(long)]
+    camera: PathBuf,
+    #[command(flatten)]
+    height: Height,
+    /// Overlap along the strips and between them, percent: 60/30
+    #[arg(long, value_name = "F/S", value_parser = request::overlaps, required_unless_present = "optimise", conflicts_with = "optimise")]
+    overlap: Option<plumbline_survey::plan::lines::Overlaps>,
+    /// Choose the overlap: of forward 60 to 90 % and side 30 to 80 % in steps of 5 % the first, side before forward, that leaves
+    /// no gap, no interval below --min-interval-s and keeps --limits-m
+    #[arg(long)]
+    optimise: bool,
+    /// Direction of the strips, degrees from grid north, or auto for the shortest flight
+    #[arg(long, value_name = "DEG|auto", default_value = "90", value_parser = request::heading, allow_hyphen_values = true)]
+    strip_heading_deg: request::Heading,
+    /// Ground speed
+    #[arg(long, default_value_t = 35.0, value_parser = super::positive, allow_negative_numbers = true)]
+    speed_m_s: f64,
+    /// Least time from one exposure to the next; not below the 38 ms that a frame takes on board
+    #[arg(long, default_value_t = request::FRAME_S, value_parser = super::positive, allow_negative_numbers = true)]
+    min_interval_s: f64,
+    /// Largest horizontal and height error (root mean squares), for --optimise
+    #[arg(long, value_name = "PLAN,HEIGHT", value_parser = request::limits, conflicts_with = "overlap", allow_hyphen_values = true)]
+    limits_m: Option<[f64; 2]>,
+    /// Latitude and longitude of x = 0, y = 0 of a grid without reference system, degrees
+    #[arg(long, value_name = "LAT,LON", value_parser = super::exterior::point, allow_hyphen_values = true)]
+    origin: Option<[f64; 2]>,
+    /// Length of an exposure, for the smear
+    #[arg(long, default_value_t = 2.0, value_parser = super::positive, allow_negative_numbers = true)]
+    exposure_ms: f64,
+    /// Noise of image coordinates, pixels; 2 um where the camera file has pixel_mm, else 0.3 px
+    #[arg(long, value_parser = super::positive, allow_negative_numbers = true)]
+    image_sigma_px: Option<f64>,
+    /// Noise of each coordinate of a projection centre
+    #[arg(long, default_value_t = 0.015, value_parser = request::not_negative, allow_negative_numbers = true)]
+    position_sigma_m: f64,
+    /// Noise of each attitude angle; 1e-4 rad unless given
+    #[arg(long, default_value_t = request::ATTITUDE_SIGMA_DEG, value_parser = request::not_negative, allow_negative_numbers = true)]
+    attitude_sigma_deg: f64,
+    /// What simulated noise comes from
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    seed: u64,
+    /// Put every photo into the autopilot's mission, as a camera trigger, instead of the turns alone
+    #[arg(long)]
+    trigger_items: bool,
+    /// Least height above the terrain along strips and turns; a plan below it is written, but the command fails
+    #[arg(long, default_value_t = 50.0, value_parser = request::not_negative, allow_negative_numbers = true)]
+    min_clearance_m: f64,
+    /// Accept a plan that keeps less clearance
+    #[arg(long)]
+    force: bool,
+    /// Folder for plan.json, plan.plan, plan.geojson, plan.kml, coverage.tif and report.html
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Print plan.json on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+/// How high to fly: one of three.
+#[derive(Debug, clap::Args)]
+#[group(required = true, multiple = false)]
+struct Height {
+    /// Denominator of the image scale; needs pixel_mm in the camera file
+    #[arg(long, value_name = "M", value_parser = super::positive, allow_negative_numbers = true)]
+    scale: Option<f64>,
+    /// Height above the base plane
+    #[arg(long, value_name = "H", value_parser = super::positive, allow_negative_numbers = true)]
+    height_m: Option<f64>,
+    /// Ground sample distance on the base plane, across the strips
+    #[arg(long, value_name = "G", value_parser = super::positive, allow_negative_numbers = true)]
+    gsd_m: Option<f64>,
+}
+
+pub fn run(args: &Args) -> Result<Outcome, Failure> {
+    Files::default()
+        .reads("--dem", &args.dem)
+        .reads("--camera", &args.camera)
+        .writes_into("--out", &args.out, &export::FILES)
+        .check()?;
+    let bar = progress::bar(0, "");
+    let stage = |what: &'static str, done: u64, all: u64| {
+        bar.set_message(what);
+        bar.set_length(all);
+        bar.set_position(done);
+    };
+    let prepared = Prepared::new(args, &|done, all| stage("reading the terrain", done, all))?;
+    let relief = Relief::new(&prepared.dem);
+    let progress = |done: usize, all: usize| stage("combinations", done as u64, all as u64);
+    let planned = prepared.request.plan(&relief, &progress)?;
+    let dem = ModelFile::of(&args.dem)?;
+    let file = planned.file(&prepared.request, &prepared.place, &prepared.camera, prepared.noise, &dem)?;
+    bar.set_message("writing");
+    let outputs =
+        export::Outputs { planned: &planned, file: &file, place: &prepared.place, trigger_items: args.trigger_items };
+    let mut files = outputs.files()?;
+    files.push(("report.html", pages::plan::page(&outputs).into_bytes()));
+    create_folder(&args.out)?;
+    export::write(&args.out, &files)?;
+    bar.finish_and_clear();
+    if !prepared.place.is_known() {
+        note(
+            "plan.plan and plan.kml are left out, and plan.geojson has local metres alone: the elevation model has no \
+             reference system, and --origin is not given",
+        );
+    }
+    if prepared.place.is_known() && outputs.mission_items() > export::ITEMS_MAX {
+        note(&format!(
+            "plan.plan has {} items; autopilots on common boards take {}",
+            outputs.mission_items(),
+            export::ITEMS_MAX
+        ));
+    }
+    let outcome = Outcome::new(args.json, &file, || text::text_of(&file, &args.out))?;
+    Ok(outcome.failed(file.checks.unsafe_because().filter(|_| !args.force)))
+}

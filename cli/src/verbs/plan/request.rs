@@ -1,0 +1,228 @@
+//! From options to what is planned.
+
+use super::Args;
+use crate::verbs::exterior::point;
+use crate::verbs::finite;
+use plumbline_core::budget::PAPER_TIME_MS;
+use plumbline_survey::camera_file::CameraFile;
+use plumbline_survey::dem::{Dem, DemFile, Frame};
+use plumbline_survey::error::InputError;
+use plumbline_survey::plan::Request;
+use plumbline_survey::plan::area::{Area, bounds, read_corners};
+use plumbline_survey::plan::checks::Turns;
+use plumbline_survey::plan::combinations::Limits;
+use plumbline_survey::plan::file::Noise;
+use plumbline_survey::plan::intersect::Sigmas;
+use plumbline_survey::plan::lines::Overlaps;
+use plumbline_survey::plan::place::Place;
+use plumbline_survey::plan::planner::LEAST;
+use plumbline_survey::plan::visible::{half_tangents, tangent_per_px};
+use std::path::Path;
+
+/// What a frame takes on board at most, seconds.
+pub const FRAME_S: f64 = PAPER_TIME_MS as f64 * 1e-3;
+/// The paper's 1e-4 rad.
+pub const ATTITUDE_SIGMA_DEG: f64 = 1e-4 * 180.0 / std::f64::consts::PI;
+/// Image noise where nothing is known of the pixels' size: what a good matching leaves.
+const IMAGE_SIGMA_PX: f64 = 0.3;
+/// The paper's image noise.
+const IMAGE_SIGMA_MM: f64 = 0.002;
+
+/// `--strip-heading-deg`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Heading {
+    Given(f64),
+    Auto,
+}
+
+/// Everything that planning needs.
+pub struct Prepared {
+    pub request: Request,
+    pub dem: Dem,
+    pub place: Place,
+    pub camera: CameraFile,
+    pub noise: Noise,
+}
+
+impl Prepared {
+    pub fn new(args: &Args, progress: &dyn Fn(u64, u64)) -> Result<Self, InputError> {
+        if args.min_interval_s < FRAME_S {
+            return Err(InputError::new(format!(
+                "--min-interval-s {} is less than the {FRAME_S} s that a frame takes on board",
+                args.min_interval_s
+            )));
+        }
+        let camera = CameraFile::read(&args.camera)?;
+        let height_m = height_m(args, &camera)?;
+        let file = DemFile::open(&args.dem)?;
+        let corners = corners(&args.area, file.epsg())?;
+        let world = bounds(&corners);
+        within(&file, &world)?;
+        let half_tangent =
+            half_tangents(&camera).map_err(|error| InputError::new(format!("{}: {error}", args.camera.display())))?;
+        let far_m = far_m(half_tangent, height_m, args.speed_m_s);
+        let place = Place::new(frame(file.epsg(), world, far_m)?, args.origin)?;
+        let area = Area::in_frame(&corners, place.frame())?;
+        let per_px = tangent_per_px(&camera);
+        let noise = noise(args, &camera);
+        let request = Request {
+            height_m,
+            half_tangent,
+            tangent_per_px: per_px,
+            overlaps: args.overlap,
+            heading_deg: match args.strip_heading_deg {
+                Heading::Given(heading_deg) => Some(heading_deg),
+                Heading::Auto => None,
+            },
+            limits: Limits {
+                speed_m_s: args.speed_m_s,
+                min_interval_s: args.min_interval_s,
+                accuracy_m: args.limits_m,
+            },
+            sigmas: Sigmas {
+                image: per_px.map(|tangent| noise.image_px * tangent),
+                position_m: noise.position_m,
+                attitude_rad: noise.attitude_deg.to_radians(),
+            },
+            exposure_s: 1e-3 * args.exposure_ms,
+            min_clearance_m: args.min_clearance_m,
+            seed: args.seed,
+            area,
+        };
+        too_fast(&request)?;
+        let dem =
+            file.window(place.frame(), reach(place.frame(), world, far_m), &mut |done, all| progress(done, all))?;
+        if dem.cols < 2 || dem.rows < 2 {
+            return Err(InputError::new(format!(
+                "{}: an elevation model of {} x {} posts is no terrain",
+                args.dem.display(),
+                dem.cols,
+                dem.rows
+            )));
+        }
+        Ok(Prepared { request, dem, place, camera, noise })
+    }
+}
+
+/// Height above the base plane, by whichever option says it.
+fn height_m(args: &Args, camera: &CameraFile) -> Result<f64, InputError> {
+    let [_, per_px] = tangent_per_px(camera);
+    let focal_px = 1.0 / per_px;
+    if let Some(gsd_m) = args.height.gsd_m {
+        return Ok(gsd_m * focal_px);
+    }
+    let Some(scale) = args.height.scale else {
+        return args.height.height_m.ok_or_else(|| InputError::new("one of --scale, --height-m and --gsd-m is needed"));
+    };
+    let pixel_mm = camera.pixel_mm.ok_or_else(|| {
+        InputError::new(format!(
+            "--scale needs pixel_mm, the side of a pixel, which {} does not have",
+            args.camera.display()
+        ))
+    })?;
+    Ok(scale * focal_px * pixel_mm * 1e-3)
+}
+
+/// Noise as it is written into the plan.
+fn noise(args: &Args, camera: &CameraFile) -> Noise {
+    let usual_px = camera.pixel_mm.map_or(IMAGE_SIGMA_PX, |pixel_mm| IMAGE_SIGMA_MM / pixel_mm);
+    Noise {
+        image_px: args.image_sigma_px.unwrap_or(usual_px),
+        position_m: args.position_sigma_m,
+        attitude_deg: args.attitude_sigma_deg,
+    }
+}
+
+/// Corners of the area in the elevation model's x and y.
+fn corners(area: &str, epsg: Option<u32>) -> Result<Vec<[f64; 2]>, InputError> {
+    let numbers: Result<Vec<f64>, String> = area.split(',').map(|part| finite(part.trim())).collect();
+    let refuse = |why: &str| Err(InputError::new(format!("--area {area}: {why}")));
+    match numbers.as_deref() {
+        Ok([x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok(vec![[*x0, *y0], [*x1, *y0], [*x1, *y1], [*x0, *y1]]),
+        Ok([_, _, _, _]) => refuse("X0 has to be below X1 and Y0 below Y1"),
+        Ok(_) => refuse("four numbers X0,Y0,X1,Y1 or a GeoJSON file are needed"),
+        Err(_) if Path::new(area).exists() => read_corners(Path::new(area), epsg),
+        Err(_) => refuse("it is neither four numbers X0,Y0,X1,Y1 nor a file"),
+    }
+}
+
+/// The area has to lie on the model's posts, or within half a step around them: a cell's height is that of its post.
+fn within(file: &DemFile, [x0, y0, x1, y1]: &[f64; 4]) -> Result<(), InputError> {
+    let [west, south, east, north] = file.bounds();
+    let (cols, rows) = file.size();
+    let half = |from: f64, to: f64, posts: usize| 0.5 * (to - from) / posts.saturating_sub(1).max(1) as f64;
+    let (dx, dy) = (half(west, east, cols), half(south, north, rows));
+    // Sums of steps do not come out exactly.
+    let (near_x, near_y) = (dx * (1.0 + 1e-9), dy * (1.0 + 1e-9));
+    if *x0 < west - near_x || *x1 > east + near_x || *y0 < south - near_y || *y1 > north + near_y {
+        return Err(InputError::new(format!(
+            "the area {x0},{y0},{x1},{y1} lies outside the elevation model {}, which covers {},{},{},{}",
+            file.path().display(),
+            west - dx,
+            south - dy,
+            east + dx,
+            north + dy
+        )));
+    }
+    Ok(())
+}
+
+/// A speed at which not even level ground leaves the interval is refused before any terrain is read.
+fn too_fast(request: &Request) -> Result<(), InputError> {
+    let Limits { speed_m_s, min_interval_s, .. } = request.limits;
+    let overlaps = request.overlaps.unwrap_or(LEAST);
+    let base_m = (1.0 - overlaps.forward) * 2.0 * request.half_tangent[0] * request.height_m;
+    if base_m < speed_m_s * min_interval_s {
+        return Err(InputError::new(format!(
+            "at {speed_m_s} m/s even the nominal base of {base_m} m leaves less than {min_interval_s} s between exposures"
+        )));
+    }
+    Ok(())
+}
+
+/// How far from the area photos on the way may see and turns may pass.
+fn far_m(half_tangent: [f64; 2], height_m: f64, speed_m_s: f64) -> f64 {
+    let [along_m, across_m] = half_tangent.map(|tangent| 2.0 * tangent * height_m);
+    2.5 * along_m + 1.5 * across_m + 4.0 * Turns::new(speed_m_s).radius_m
+}
+
+/// The frame over all of that, so that a model in degrees is nowhere taken for shorter than it is.
+fn frame(epsg: Option<u32>, world: [f64; 4], far_m: f64) -> Result<Frame, InputError> {
+    let frame = Frame::over(epsg, world)?;
+    if !matches!(frame, Frame::Degrees { .. }) {
+        return Ok(frame);
+    }
+    let [x0, y0, x1, y1] = reach(&frame, world, far_m);
+    let ([x0, y0], [x1, y1]) = (frame.world([x0, y0]), frame.world([x1, y1]));
+    Frame::over(epsg, [x0, y0.max(-90.0), x1, y1.min(90.0)])
+}
+
+/// Bounds of all terrain that a plan may need, working metres.
+fn reach(frame: &Frame, [x0, y0, x1, y1]: [f64; 4], far_m: f64) -> [f64; 4] {
+    let ([x0, y0], [x1, y1]) = (frame.metres([x0, y0]), frame.metres([x1, y1]));
+    [x0 - far_m, y0 - far_m, x1 + far_m, y1 + far_m]
+}
+
+/// Percent along and across, such as 60/30.
+pub fn overlaps(text: &str) -> Result<Overlaps, String> {
+    let share = |part: &str| match finite(part.trim()) {
+        Ok(percent) if (0.0..=95.0).contains(&percent) => Ok(percent / 100.0),
+        Ok(_) => Err(format!("{part} is not between 0 and 95 percent")),
+        Err(why) => Err(format!("{part}: {why}")),
+    };
+    let (forward, side) = text.split_once('/').ok_or("forward and side overlap such as 60/30 are needed")?;
+    Ok(Overlaps { forward: share(forward)?, side: share(side)? })
+}
+
+pub fn heading(text: &str) -> Result<Heading, String> {
+    if text == "auto" { Ok(Heading::Auto) } else { finite(text).map(Heading::Given) }
+}
+
+pub fn limits(text: &str) -> Result<[f64; 2], String> {
+    let limits = point(text)?;
+    if limits.iter().all(|limit| *limit > 0.0) { Ok(limits) } else { Err("limits must be above 0".to_owned()) }
+}
+
+pub fn not_negative(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|value| if value >= 0.0 { Ok(value) } else { Err("must not be below 0".to_owned()) })
+}

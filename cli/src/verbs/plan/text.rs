@@ -1,0 +1,70 @@
+//! A plan in some lines, for a person at a terminal.
+
+use plumbline_survey::plan::checks::SHARP_PX;
+use plumbline_survey::plan::file::PlanFile;
+use std::path::Path;
+
+pub fn text_of(plan: &PlanFile, out: &Path) -> String {
+    let percent = |share: Option<f64>| share.map_or("none".to_owned(), |share| format!("{:.2} %", 100.0 * share));
+    let checks = &plan.checks;
+    let lines = plan.lines();
+    let mut text = format!(
+        "{} photos on {lines} lines, heading {} degrees, {:.1} m above the base plane at {:.1} m, {:.3} m a pixel\n\
+         overlap wanted {}/{} %, least on the ground {} forward, {} side\n",
+        plan.photo_count,
+        plan.strip_heading_deg,
+        plan.height_m,
+        plan.base_height_m,
+        plan.gsd_m,
+        short(plan.overlap_wanted.forward),
+        short(plan.overlap_wanted.side),
+        percent(plan.overlap_min.forward),
+        percent(plan.overlap_min.side)
+    );
+    if let Some(accuracy) = &plan.accuracy {
+        text.push_str(&format!(
+            "predicted {:.3} m in plan, {:.3} m in height (simulated noise: {:.3}, {:.3}); {} of {} cells without a stereo pair\n",
+            accuracy.plan_m,
+            accuracy.height_m,
+            accuracy.simulated_plan_m,
+            accuracy.simulated_height_m,
+            accuracy.gaps,
+            accuracy.cells
+        ));
+    }
+    if let Some(constant) = &plan.constant_base {
+        text.push_str(&format!(
+            "constant bases with the same guarantee: {} photos on {} lines; {} saved\n",
+            constant.photos, constant.lines, constant.photos_saved
+        ));
+    }
+    text.push_str(&format!(
+        "shortest interval {:.2} s at {} m/s; flight {:.1} km, {:.1} min; clearance {:.0} m; smear {:.2} px in {} ms\n",
+        plan.interval_min_s,
+        plan.speed_m_s,
+        checks.length_m / 1000.0,
+        checks.flight_time_s / 60.0,
+        checks.clearance_min_m,
+        checks.smear_px,
+        1000.0 * checks.exposure_s
+    ));
+    if checks.smear_px > SHARP_PX {
+        text.push_str(&format!(
+            "the smear is beyond half a pixel: expose {:.2} ms at most\n",
+            1000.0 * checks.exposure_max_s
+        ));
+    }
+    if checks.photos_beyond_dem > 0 {
+        text.push_str(&format!(
+            "{} photos look beyond the elevation model, where overlap is not guaranteed\n",
+            checks.photos_beyond_dem
+        ));
+    }
+    text.push_str(&format!("written to {}\n", out.display()));
+    text
+}
+
+/// A share as percent, with a decimal where it has one.
+fn short(share: f64) -> f64 {
+    (1000.0 * share).round() / 10.0
+}

@@ -1,0 +1,162 @@
+//! `plumbline tiles`: a reference tile for the board's flash from an orthophoto.
+
+use super::positive;
+use crate::files::Files;
+use crate::outcome::{Failure, Outcome};
+use plumbline_firmware::boot::BootError;
+use plumbline_firmware::stores::framing::checksum;
+use plumbline_firmware::stores::tiles::{BEFORE_PIXELS, BOARD_BYTES, DFU_BYTES};
+use plumbline_sim::link::tile_store;
+use plumbline_sim::setup::orthophoto;
+use plumbline_sim::world::reference::Radiometry;
+use plumbline_sim::world::tile::area::area;
+use plumbline_sim::world::tile::{Frame, SIDE_MAX, Tile};
+use plumbline_survey::crs::Crs;
+use plumbline_survey::error::InputError;
+use plumbline_survey::io::output::write_file;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Orthophoto (GeoTIFF on a grid in metres)
+    #[arg(long, value_name = "FILE")]
+    ortho: PathBuf,
+    /// Side of a tile's pixel, grid metres: the resolution at which is matched
+    #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
+    resolution_m: f64,
+    /// What it covers: X0,Y0,X1,Y1 in the orthophoto's metres, or a GeoJSON file (longitude, latitude) whose polygons'
+    /// bounding box is taken; the whole orthophoto unless given
+    #[arg(long, value_name = "AREA", allow_hyphen_values = true)]
+    area: Option<String>,
+    /// The tile store to write
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Print what it is as one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Where nothing is known of more than this share of a tile, it is refused.
+const UNKNOWN_MAX: f64 = 0.05;
+
+#[derive(Serialize)]
+struct Summary {
+    cols: usize,
+    rows: usize,
+    resolution_m: f64,
+    epsg: u32,
+    centre_lat: f64,
+    centre_lon: f64,
+    convergence_deg: f64,
+    point_scale: f64,
+    bytes: usize,
+    km2: f64,
+    km2_max: f64,
+    km2_max_dfu: f64,
+    unknown_cells: usize,
+    crc32: String,
+}
+
+pub fn run(args: &Args) -> Result<Outcome, Failure> {
+    check_files(args)?;
+    let name = args.ortho.display();
+    let refuse = |why: String| InputError::new(format!("{name}: {why}"));
+    let ground = orthophoto(&args.ortho)?;
+    let crs = Crs::from_epsg(ground.epsg()).map_err(|error| refuse(error.to_string()))?;
+    if crs.is_geographic() {
+        return Err(refuse(format!("it is in degrees (EPSG:{}); a grid in metres is needed", crs.epsg())).into());
+    }
+    let r = args.resolution_m;
+    let bounds = ground.bounds();
+    let wanted = args.area.as_deref().map_or(Ok(bounds), |text| area(text, &crs))?;
+    // What ends at the picture's outer border is meant to be covered: less than a cell is cut off.
+    let beyond = [
+        bounds.west_m - wanted.west_m,
+        wanted.east_m - bounds.east_m,
+        bounds.south_m - wanted.south_m,
+        wanted.north_m - bounds.north_m,
+    ];
+    if beyond.iter().any(|&metres| metres > r) {
+        return Err(refuse(format!(
+            "the area reaches beyond it: it ends at {:.1}, {:.1}, {:.1}, {:.1}",
+            bounds.west_m, bounds.south_m, bounds.east_m, bounds.north_m
+        ))
+        .into());
+    }
+    let frame = Frame::within(&ground, &wanted, r);
+    let cells_max = BOARD_BYTES - BEFORE_PIXELS;
+    let km2 = |cells: f64, scale: f64| cells * (r / scale).powi(2) * 1e-6;
+    if frame.cols < 1.0 || frame.rows < 1.0 {
+        return Err(refuse(format!("the area has not one whole pixel of {r} m")).into());
+    }
+    if frame.area() > cells_max as f64 || frame.cols > SIDE_MAX || frame.rows > SIDE_MAX {
+        return Err(refuse(format!(
+            "{} x {} pixels are {:.3} km2, and the board's flash holds {:.3} km2 at {r} m",
+            frame.cols,
+            frame.rows,
+            km2(frame.area(), 1.0),
+            km2(cells_max as f64, 1.0)
+        ))
+        .into());
+    }
+    let tile = Tile::lay(&ground, &frame, &Radiometry::SAME);
+    if tile.unknown as f64 > UNKNOWN_MAX * frame.area() {
+        return Err(refuse(format!(
+            "nothing is known of {} of the area's {} pixels",
+            tile.unknown,
+            tile.cols * tile.rows
+        ))
+        .into());
+    }
+    let head = tile.head(&crs).map_err(|error| refuse(error.to_string()))?;
+    let store = tile_store(&head, &tile.pixels).map_err(|error| refuse(BootError::Tiles(error).to_string()))?;
+    write_file(&args.out, &store)?;
+    let g = head.georeference;
+    let scale = f64::from(g.point_scale);
+    let summary = Summary {
+        cols: tile.cols,
+        rows: tile.rows,
+        resolution_m: r,
+        epsg: g.epsg,
+        centre_lat: f64::from(g.centre.lat_e7) * 1e-7,
+        centre_lon: f64::from(g.centre.lon_e7) * 1e-7,
+        convergence_deg: f64::from(g.convergence.0).to_degrees(),
+        point_scale: scale,
+        bytes: store.len(),
+        km2: km2(frame.area(), scale),
+        km2_max: km2(cells_max as f64, scale),
+        km2_max_dfu: km2((DFU_BYTES - BEFORE_PIXELS) as f64, scale),
+        unknown_cells: tile.unknown,
+        crc32: format!("{:08x}", checksum(&store)),
+    };
+    Outcome::new(args.json, &summary, || table(&summary, &args.out.display().to_string()))
+}
+
+fn check_files(args: &Args) -> Result<(), InputError> {
+    let files = Files::default().reads("--ortho", &args.ortho).writes("--out", &args.out);
+    // Four numbers, or a file.
+    let area = args.area.as_deref().filter(|area| area.split(',').count() != 4).map(Path::new);
+    area.into_iter().fold(files, |files, area| files.reads("--area", area)).check()
+}
+
+fn table(summary: &Summary, out: &str) -> String {
+    let rows = [
+        (
+            "tile",
+            format!("{} x {} pixels of {} m, EPSG:{}", summary.cols, summary.rows, summary.resolution_m, summary.epsg),
+        ),
+        ("centre", format!("{:.7}, {:.7}", summary.centre_lat, summary.centre_lon)),
+        ("grid", format!("convergence {:.6} deg, scale {:.7}", summary.convergence_deg, summary.point_scale)),
+        (
+            "area",
+            format!(
+                "{:.3} km2 of the {:.3} km2 that fit on the board, {:.3} km2 by DFU",
+                summary.km2, summary.km2_max, summary.km2_max_dfu
+            ),
+        ),
+        ("unknown", format!("{} pixels, black", summary.unknown_cells)),
+        ("store", format!("{out}, {} bytes, CRC-32 {}", summary.bytes, summary.crc32)),
+    ];
+    rows.iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect()
+}

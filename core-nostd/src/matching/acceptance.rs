@@ -1,0 +1,80 @@
+//! The acceptance test: whether a match deserves to become a fix. A wrong fix is worse than none.
+
+use super::Rejection;
+use super::refine::SubPixel;
+use super::search::Peak;
+use crate::budget::SEARCH_MAX_PX;
+use crate::math::{ln, sqrt};
+
+/// What a match must reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AcceptRule {
+    /// Valid pixels at least.
+    pub valid_min: u32,
+    /// Correlation of the details at the peak, in its own standard deviations were there nothing to see: the highest of
+    /// some hundred chance values reaches 3.5.
+    pub score_min: f32,
+    /// Lead over the second summit, in its own standard deviations.
+    pub lead_min: f32,
+    /// Share of the picture that must agree with the sub-pixel solution.
+    pub agreement_min: f32,
+    /// Largest sigma of the shift along either axis, pixels.
+    pub sigma_max_px: f32,
+}
+
+impl Default for AcceptRule {
+    fn default() -> Self {
+        AcceptRule { valid_min: 100, score_min: 4.5, lead_min: 2.0, agreement_min: 0.5, sigma_max_px: 0.25 }
+    }
+}
+
+/// Independent details per valid pixel.
+const INDEPENDENT: f32 = 0.5;
+
+impl AcceptRule {
+    /// The rule for a search of ±`radius`.
+    ///
+    /// The highest of M chance values of one deviation is expected at √(2 ln M): 3.49 over the shifts of the largest
+    /// search around the prediction, which the rule itself is for, 4.41 over those of ±64. Score and lead are asked for as
+    /// much more as that, which leaves the margin over chance as it is.
+    pub fn among(&self, radius: u16) -> AcceptRule {
+        let highest = |radius: f32| sqrt(4.0 * ln(2.0 * radius + 1.0));
+        let more = (highest(radius as f32) - highest(SEARCH_MAX_PX as f32)).max(0.0);
+        AcceptRule { score_min: self.score_min + more, lead_min: self.lead_min + more, ..*self }
+    }
+
+    /// Accepts a peak over `valid` pixels by itself.
+    ///
+    /// A correlation of chance values spreads by 1/√n. Fisher's transformation, by which that of true ones would spread
+    /// as little, is left out on purpose: near 1 it would make a clear lead of what differing surroundings of two equal
+    /// places make of it.
+    ///
+    /// # Errors
+    /// [`Rejection`].
+    pub fn peak(&self, peak: &Peak, valid: u32) -> Result<(), Rejection> {
+        let deviations = sqrt(INDEPENDENT * valid as f32);
+        let (score, lead) = (deviations * peak.score, deviations * (peak.score - peak.second));
+        if valid < self.valid_min {
+            Err(Rejection::FewPixels)
+        } else if peak.on_border {
+            Err(Rejection::OnBorder)
+        } else if score.is_nan() || score < self.score_min {
+            Err(Rejection::LowScore)
+        } else if lead < self.lead_min {
+            Err(Rejection::Ambiguous)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Accepts a sub-pixel solution by itself.
+    ///
+    /// # Errors
+    /// [`Rejection::Imprecise`].
+    pub fn solution(&self, solution: &SubPixel) -> Result<(), Rejection> {
+        let variance = solution.covariance[(0, 0)].max(solution.covariance[(1, 1)]);
+        let precise = variance <= self.sigma_max_px * self.sigma_max_px;
+        if precise && solution.agreement >= self.agreement_min { Ok(()) } else { Err(Rejection::Imprecise) }
+    }
+}

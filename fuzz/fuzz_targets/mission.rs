@@ -1,5 +1,0 @@
-#![no_main]
-
-mod search;
-
-libfuzzer_sys::fuzz_target!(|input: &[u8]| search::read("mission", input));

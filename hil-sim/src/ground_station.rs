@@ -1,0 +1,137 @@
+//! The ground station: what the firmware sent, decoded and kept.
+
+use mavlink::dialects::common::{
+    DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA, GIMBAL_DEVICE_SET_ATTITUDE_DATA,
+    GLOBAL_POSITION_SENSOR_DATA, TIMESYNC_DATA, TUNNEL_DATA,
+};
+use mavlink::{MavlinkVersion, MessageData};
+use plumbline_firmware::wire::decoder::{Decoder, Packet};
+use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, PhotoReport, PlanReport, Telemetry};
+use std::collections::BTreeMap;
+
+/// A rectified patch as it was received.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ReceivedPatch {
+    /// (cols, rows).
+    pub size: (u16, u16),
+    /// Row-major, filled piece by piece.
+    pub pixels: Vec<u8>,
+}
+
+/// Everything received so far.
+#[derive(Debug, Default)]
+pub struct GroundStation {
+    decoder: Decoder,
+    /// Reports by frame.
+    pub reports: BTreeMap<u32, FrameReport>,
+    /// What belongs to the instants of their exposures, by frame.
+    pub instants: BTreeMap<u32, InstantReport>,
+    /// Patches by frame.
+    pub patches: BTreeMap<u32, ReceivedPatch>,
+    /// Position fixes as an autopilot would get them, in order.
+    pub fixes: Vec<GLOBAL_POSITION_SENSOR_DATA>,
+    /// Servo commands since last asked: follow-up angles, radians.
+    pub servo: Vec<f64>,
+    /// TIMESYNC requests since last asked: stamp, system, component.
+    pub timesync: Vec<(i64, u8, u8)>,
+    /// The newest health.
+    pub health: Health,
+    /// Planned exposures reported since last asked.
+    pub due: Vec<PhotoReport>,
+    /// Numbers of the planned photos, by frame.
+    pub photos: BTreeMap<u32, u32>,
+    /// How far the plan has been flown, as it was reported last.
+    pub plan: Option<PlanReport>,
+    /// Messages by id.
+    pub messages: BTreeMap<u32, u64>,
+    /// The frame whose patch is being received.
+    current: Option<u32>,
+    /// The frame whose patch is being received, piece by piece among other messages.
+    announced: Option<u32>,
+}
+
+impl GroundStation {
+    /// Takes bytes.
+    pub fn take(&mut self, bytes: &[u8]) {
+        let mut rest = bytes;
+        let mut decoder = std::mem::take(&mut self.decoder);
+        while !rest.is_empty() {
+            let room = decoder.room();
+            let count = room.len().min(rest.len());
+            room[..count].copy_from_slice(&rest[..count]);
+            decoder.filled(count);
+            rest = &rest[count..];
+            while let Some(packet) = decoder.next() {
+                self.packet(&packet);
+            }
+        }
+        self.decoder = decoder;
+    }
+
+    fn packet(&mut self, packet: &Packet<'_>) {
+        *self.messages.entry(packet.id).or_default() += 1;
+        match packet.id {
+            TUNNEL_DATA::ID => {
+                let Some(tunnel) = payload::<TUNNEL_DATA>(packet) else { return };
+                let used = tunnel.payload.get(..tunnel.payload_length as usize).unwrap_or(&[]);
+                match Telemetry::decode(used) {
+                    Some(Telemetry::Frame(report)) => {
+                        self.current = Some(report.sequence);
+                        // The first word stands: a board that has booted anew calls all earlier frames lost.
+                        self.reports.entry(report.sequence).or_insert(report);
+                    }
+                    Some(Telemetry::Instant(report)) => {
+                        self.instants.entry(report.sequence).or_insert(report);
+                    }
+                    Some(Telemetry::Health(health)) => self.health = health,
+                    Some(Telemetry::Photo(report)) => match report.frame {
+                        Some(frame) => {
+                            self.photos.entry(frame).or_insert(report.photo);
+                        }
+                        None => self.due.push(report),
+                    },
+                    Some(Telemetry::Plan(report)) => self.plan = Some(report),
+                    None => {}
+                }
+            }
+            GLOBAL_POSITION_SENSOR_DATA::ID => self.fixes.extend(payload::<GLOBAL_POSITION_SENSOR_DATA>(packet)),
+            GIMBAL_DEVICE_SET_ATTITUDE_DATA::ID => {
+                let Some(command) = payload::<GIMBAL_DEVICE_SET_ATTITUDE_DATA>(packet) else { return };
+                let [w, x, y, z] = command.q.map(f64::from);
+                self.servo.push(-(2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z)));
+            }
+            TIMESYNC_DATA::ID => {
+                let Some(sync) = payload::<TIMESYNC_DATA>(packet) else { return };
+                if sync.tc1 == 0 {
+                    self.timesync.push((sync.ts1, packet.system, packet.component));
+                }
+            }
+            DATA_TRANSMISSION_HANDSHAKE_DATA::ID => {
+                let Some(announced) = payload::<DATA_TRANSMISSION_HANDSHAKE_DATA>(packet) else { return };
+                let Some(frame) = self.current else { return };
+                self.announced = Some(frame);
+                let size = (announced.width, announced.height);
+                let pixels = vec![0; size.0 as usize * size.1 as usize];
+                self.patches.insert(frame, ReceivedPatch { size, pixels });
+            }
+            ENCAPSULATED_DATA_DATA::ID => {
+                let Some(piece) = payload::<ENCAPSULATED_DATA_DATA>(packet) else { return };
+                let Some(patch) = self.announced.and_then(|frame| self.patches.get_mut(&frame)) else { return };
+                let from = piece.seqnr as usize * piece.data.len();
+                for (to, pixel) in patch.pixels.iter_mut().skip(from).zip(piece.data) {
+                    *to = pixel;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Messages of a kind.
+    pub fn count(&self, id: u32) -> u64 {
+        self.messages.get(&id).copied().unwrap_or(0)
+    }
+}
+
+fn payload<D: MessageData>(packet: &Packet<'_>) -> Option<D> {
+    D::deser(MavlinkVersion::V2, packet.payload).ok()
+}

@@ -1,0 +1,222 @@
+//! A flight: events in the order in which they reach the board, each a step of the link, and the result of every frame.
+
+mod cockpit;
+
+use crate::camera::render::Rendered;
+use crate::fault::FaultCounts;
+use crate::ground_station::ReceivedPatch;
+use crate::link::{Link, LinkError, annotation};
+use crate::scenario::COOL_DOWN_US;
+use crate::setup::Setup;
+use crate::vehicle::motion::TrueState;
+use crate::vehicle::sensors::{Exposure, exposures, lost_frames};
+use cockpit::Cockpit;
+use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, PhotoReport, PlanReport};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// What happened to one frame.
+#[derive(Clone, Debug)]
+pub struct FrameRecord {
+    /// When it was exposed.
+    pub exposure: Exposure,
+    /// The truth at mid-exposure.
+    pub truth: TrueState,
+    /// What the firmware said; `None` when it said nothing.
+    pub report: Option<FrameReport>,
+    /// What it said of the instant of its exposure.
+    pub instant: Option<InstantReport>,
+    /// The picture, kept for the first frames and a few others.
+    pub frame: Option<Vec<u8>>,
+    /// The patch that the firmware sent.
+    pub patch: Option<ReceivedPatch>,
+    /// The planned photo that it is, as the firmware called it when it committed to the exposure.
+    pub photo: Option<PhotoReport>,
+}
+
+/// A finished flight.
+#[derive(Clone, Debug)]
+pub struct Flight {
+    /// A record a frame, in order.
+    pub frames: Vec<FrameRecord>,
+    /// The firmware's last word on its own state.
+    pub health: Health,
+    /// Messages received from the firmware, by id.
+    pub messages: BTreeMap<u32, u64>,
+    /// Servo commands: how many, and their root mean square off the exact angle at the time they arrived, radians.
+    pub servo: (usize, f64),
+    /// What was done to the link.
+    pub faults: FaultCounts,
+    /// Steps of the link.
+    pub steps: u64,
+    /// Numbers of the planned photos by frame, as the firmware reported them with the stamped frames.
+    pub photos: BTreeMap<u32, u32>,
+    /// How far it says that the plan has been flown.
+    pub plan: Option<PlanReport>,
+    /// Planned exposures that the firmware committed to when their shutter would have had to be open already.
+    pub late: u32,
+}
+
+/// A flight that ended early: what there is of it, and why.
+#[derive(Debug)]
+pub struct Aborted {
+    /// Its frames are those up to the last one that was reported.
+    pub flight: Flight,
+    /// What ended it.
+    pub why: LinkError,
+}
+
+impl fmt::Display for Aborted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.why.fmt(f)
+    }
+}
+
+impl std::error::Error for Aborted {}
+
+impl From<Box<Aborted>> for LinkError {
+    fn from(aborted: Box<Aborted>) -> Self {
+        aborted.why
+    }
+}
+
+/// Who watches a flight. `()` does not look.
+pub trait Observer {
+    /// Frame `frame` was exposed.
+    fn exposed(&mut self, _frame: u32) {}
+
+    /// All that the firmware says of a frame is in, and its picture is still there.
+    fn finished(&mut self, _setup: &Setup, _record: &FrameRecord) {}
+
+    /// Whether the flight is to end now.
+    fn is_interrupted(&self) -> bool {
+        false
+    }
+}
+
+impl Observer for () {}
+
+/// What is to be kept of the pictures.
+#[derive(Clone, Copy, Debug)]
+pub struct Keep {
+    /// Frames from the first whose pictures are kept.
+    pub first: u32,
+    /// And every so many after that; 0 for none.
+    pub every: u32,
+}
+
+impl Keep {
+    fn keeps(&self, frame: u32) -> bool {
+        frame < self.first || (self.every > 0 && frame.is_multiple_of(self.every))
+    }
+}
+
+/// Flies `setup` over `link` while `observer` watches.
+///
+/// # Errors
+/// [`Aborted`] with the frames so far when the firmware is lost, a position cannot be converted or the observer ends it.
+pub fn fly(
+    setup: &Setup,
+    link: &mut dyn Link,
+    keep: Keep,
+    observer: &mut dyn Observer,
+) -> Result<Flight, Box<Aborted>> {
+    link.annotate(&annotation::scene(setup.tile_centre, setup.scenario.resolution_m));
+    let frames = Vec::with_capacity(setup.scenario.frames as usize);
+    let mut roll = Roll { cockpit: Cockpit::new(setup, link), observer, frames, closed: 0, keep };
+    let end = if setup.plan.is_some() { roll.along_plan() } else { roll.at_intervals() };
+    roll.close();
+    let Roll { cockpit, mut frames, .. } = roll;
+    let Err(why) = end else { return Ok(cockpit.finish(frames)) };
+    let reported = frames.iter().rposition(|record| record.report.is_some()).map_or(0, |last| last + 1);
+    frames.truncate(reported);
+    Err(Box::new(Aborted { flight: cockpit.finish(frames), why }))
+}
+
+/// The frames of a flight as they are taken.
+struct Roll<'s> {
+    cockpit: Cockpit<'s>,
+    observer: &'s mut dyn Observer,
+    frames: Vec<FrameRecord>,
+    /// Those before this one have their reports.
+    closed: usize,
+    keep: Keep,
+}
+
+impl Roll<'_> {
+    /// A frame at each interval.
+    fn at_intervals(&mut self) -> Result<(), LinkError> {
+        let scenario = &self.cockpit.setup.scenario;
+        for (exposure, is_lost) in exposures(scenario).zip(lost_frames(scenario)) {
+            self.cockpit.until(exposure.readout_start_us, self.observer)?;
+            self.take(&exposure, None, is_lost)?;
+        }
+        self.cockpit.until(scenario.duration_us(), self.observer)
+    }
+
+    /// Exposures come as the firmware commits to them.
+    fn along_plan(&mut self) -> Result<(), LinkError> {
+        let scenario = &self.cockpit.setup.scenario;
+        let (mut end_us, mut lost) = (scenario.duration_us(), lost_frames(scenario));
+        while self.frames.len() < scenario.frames as usize {
+            let Some((exposure, photo)) = self.cockpit.exposed(end_us, self.observer)? else { break };
+            self.take(&exposure, Some(photo), lost.next() == Some(true))?;
+            if self.frames.len() == scenario.frames as usize {
+                end_us = end_us.min(exposure.readout_start_us + COOL_DOWN_US);
+                self.cockpit.stop_exposing();
+            }
+        }
+        self.cockpit.until(end_us, self.observer)
+    }
+
+    /// Takes the frame of an exposure whose first row arrives now.
+    fn take(&mut self, exposure: &Exposure, photo: Option<PhotoReport>, is_lost: bool) -> Result<(), LinkError> {
+        let (setup, exposure) = (self.cockpit.setup, *exposure);
+        let truth = setup.motion.state(exposure.mid_us());
+        self.cockpit.link.annotate(&annotation::frame(exposure.frame, [truth.east_m, truth.north_m]));
+        let (report, instant) = (None, None);
+        let mut record = FrameRecord { exposure, truth, report, instant, frame: None, patch: None, photo };
+        self.observer.exposed(exposure.frame);
+        if !is_lost {
+            let rendered = picture(setup, &exposure);
+            self.cockpit.frame(&exposure, &rendered.pixels)?;
+            record.frame = Some(rendered.pixels);
+            // The frames before have their poses by now, and their reports.
+            self.close();
+        }
+        self.frames.push(record);
+        Ok(())
+    }
+
+    /// Ends the frames that are not closed yet: they get what the firmware said of them, the observer sees them, and pictures
+    /// that nobody wants are dropped.
+    fn close(&mut self) {
+        for record in self.frames.get_mut(self.closed..).unwrap_or_default() {
+            self.cockpit.report(record);
+            self.observer.finished(self.cockpit.setup, record);
+            if !self.keep.keeps(record.exposure.frame) {
+                (record.frame, record.patch) = (None, None);
+            }
+        }
+        self.closed = self.frames.len();
+    }
+}
+
+/// The picture of an exposure: each row the mean of so many instants of its own exposure as the scenario says, by the
+/// midpoint rule. Frame and truth belong to mid-exposure of the middle row.
+fn picture(setup: &Setup, exposure: &Exposure) -> Rendered {
+    let scenario = &setup.scenario;
+    let station = |offset_us: f64| {
+        let at_us = exposure.mid_us().saturating_add_signed(offset_us.round() as i64);
+        setup.station(&setup.motion.state(at_us))
+    };
+    let offsets_us = |row: usize| scenario.sample_offsets_us(row);
+    let (noise_dn, seed, index) = (scenario.noise_dn, scenario.seed, exposure.frame.into());
+    if scenario.rolling_shutter_ms == 0.0 {
+        // All rows share their instants.
+        let stations: Vec<_> = offsets_us(0).map(station).collect();
+        return setup.renderer.render_rows(&setup.ground, &|_| stations.clone(), noise_dn, seed, index);
+    }
+    let stations = |row: usize| offsets_us(row).map(station).collect();
+    setup.renderer.render_rows(&setup.ground, &stations, noise_dn, seed, index)
+}

@@ -1,0 +1,219 @@
+//! The simulator at its end of the link: what reaches the board when, and what comes back.
+
+use super::{Flight, FrameRecord, Observer};
+use crate::fault::FaultInjector;
+use crate::ground_station::GroundStation;
+use crate::link::{Event, FrameEvent, Link, LinkError};
+use crate::noise::White;
+use crate::setup::Setup;
+use crate::vehicle::autopilot::Autopilot;
+use crate::vehicle::motion::TrueState;
+use crate::vehicle::sensors::{
+    Exposure, LineEdge, Reading, Sample, Shutter, ShutterLine, Streams, TimerModel, line_edges,
+};
+use crate::vehicle::servo::{follow_up_exact, wrapped};
+use plumbline_firmware::wire::telemetry::PhotoReport;
+use std::collections::VecDeque;
+
+/// One way over the link to the autopilot, microseconds: what a TIMESYNC exchange takes each way.
+const LINK_DELAY_US: u64 = 1500;
+/// Longest time without a step: the firmware's own timers run by the steps.
+const STEP_MAX_US: u64 = 50_000;
+
+/// The simulator's side of the link.
+pub(super) struct Cockpit<'s> {
+    pub(super) setup: &'s Setup,
+    pub(super) link: &'s mut dyn Link,
+    streams: Streams,
+    timer: TimerModel,
+    pulse_jitter: White,
+    /// Edges still to come.
+    edges: VecDeque<LineEdge>,
+    shutter: Shutter,
+    line: ShutterLine,
+    /// Planned exposures whose frames are still to come, and how many there were; none are made any more without.
+    planned: VecDeque<(Exposure, PhotoReport)>,
+    exposures: Option<u32>,
+    autopilot: Autopilot,
+    injector: FaultInjector,
+    station: GroundStation,
+    /// TIMESYNC answers under way: when they arrive, their bytes.
+    answers: Vec<(u64, Vec<u8>)>,
+    now_us: u64,
+    servo: (usize, f64),
+    steps: u64,
+    late: u32,
+}
+
+impl<'s> Cockpit<'s> {
+    pub(super) fn new(setup: &'s Setup, link: &'s mut dyn Link) -> Self {
+        Cockpit {
+            setup,
+            link,
+            streams: Streams::new(&setup.scenario, setup.convergence_rad),
+            timer: TimerModel::new(&setup.scenario),
+            pulse_jitter: White::new(setup.scenario.timer.pps_jitter_us, setup.scenario.seed, "pps"),
+            edges: if setup.plan.is_some() { VecDeque::new() } else { line_edges(&setup.scenario).into() },
+            shutter: Shutter::new(&setup.scenario),
+            line: ShutterLine::new(&setup.scenario),
+            planned: VecDeque::new(),
+            exposures: setup.plan.as_ref().map(|_| 0),
+            autopilot: Autopilot::default(),
+            injector: FaultInjector::new(&setup.scenario, "to_firmware"),
+            station: GroundStation::default(),
+            answers: Vec::new(),
+            now_us: 0,
+            servo: (0, 0.0),
+            steps: 0,
+            late: 0,
+        }
+    }
+
+    /// Lets everything happen until the first row of the next planned exposure arrives, which is returned, or until `end_us`.
+    pub(super) fn exposed(
+        &mut self,
+        end_us: u64,
+        observer: &dyn Observer,
+    ) -> Result<Option<(Exposure, PhotoReport)>, LinkError> {
+        self.until(end_us, observer)?;
+        Ok(self.planned.pop_front().filter(|(exposure, _)| exposure.readout_start_us <= end_us))
+    }
+
+    /// Opens the shutter no more, and hands over no frame that was under way.
+    pub(super) fn stop_exposing(&mut self) {
+        self.exposures = None;
+        self.planned.clear();
+    }
+
+    /// The firmware has committed to an exposure: the shutter will open, where it still can, so that its middle is then.
+    fn commit(&mut self, photo: PhotoReport) {
+        let Some(count) = self.exposures else { return };
+        let half_us = u64::from(self.setup.scenario.exposure_us) / 2;
+        let open_us = photo.mid_exposure_us.saturating_sub(half_us);
+        if open_us <= self.now_us {
+            self.late += 1;
+            return;
+        }
+        let exposure = self.shutter.expose(count, open_us);
+        self.exposures = Some(count + 1);
+        let mut edges: Vec<_> = self.edges.drain(..).collect();
+        edges.extend(self.line.edges(&self.setup.scenario, &exposure));
+        edges.sort_by(|a, b| a.at_us.total_cmp(&b.at_us));
+        self.edges = edges.into();
+        self.planned.push_back((exposure, photo));
+    }
+
+    /// Lets everything happen that reaches the board before `end_us`, or before the frame of a planned exposure.
+    pub(super) fn until(&mut self, end_us: u64, observer: &dyn Observer) -> Result<(), LinkError> {
+        while !observer.is_interrupted() {
+            // It may have been committed to just now.
+            let frame_us = self.planned.front().map_or(u64::MAX, |(exposure, _)| exposure.readout_start_us);
+            let end_us = end_us.min(frame_us);
+            let answer_us = self.answers.first().map_or(u64::MAX, |(at, _)| *at);
+            let edge_us = self.edges.front().map_or(u64::MAX, LineEdge::seen_us);
+            let horizon = end_us.min(answer_us).min(edge_us).min(self.now_us + STEP_MAX_US);
+            let slant = |state: &TrueState| self.setup.slant_m(state);
+            if let Some(sample) = self.streams.next_before(horizon, &self.setup.motion, &slant) {
+                self.sample(&sample)?;
+            } else if edge_us <= horizon {
+                self.edge()?;
+            } else if answer_us == horizon {
+                let (at_us, bytes) = self.answers.remove(0);
+                self.bytes(at_us, &bytes)?;
+            } else if horizon < end_us {
+                self.step(horizon, Event::Nothing)?;
+            } else {
+                return Ok(());
+            }
+        }
+        Err(LinkError::Interrupted)
+    }
+
+    fn sample(&mut self, sample: &Sample) -> Result<(), LinkError> {
+        if let Reading::Pps { .. } = sample.reading {
+            let tick = self.timer.latch(sample.sampled_at_us as f64 + self.pulse_jitter.draw());
+            return self.step(sample.arrived_at_us, Event::Pulse(tick));
+        }
+        match self.autopilot.message(sample, &self.setup.crs)? {
+            Some(message) => self.bytes(sample.arrived_at_us, &message),
+            None => Ok(()),
+        }
+    }
+
+    fn edge(&mut self) -> Result<(), LinkError> {
+        let Some(edge) = self.edges.pop_front() else { return Ok(()) };
+        let tick = self.timer.latch(edge.at_us);
+        self.step(edge.seen_us(), Event::Edge { tick, rising: edge.rising })
+    }
+
+    /// A message, through whatever goes wrong on the link.
+    fn bytes(&mut self, at_us: u64, message: &[u8]) -> Result<(), LinkError> {
+        let mut passed = Vec::with_capacity(message.len());
+        self.injector.pass(message, &mut passed);
+        self.step(at_us, Event::Bytes(&passed))
+    }
+
+    pub(super) fn frame(&mut self, exposure: &Exposure, pixels: &[u8]) -> Result<(), LinkError> {
+        let camera = &self.setup.scenario.camera;
+        self.step(
+            exposure.readout_start_us,
+            Event::Frame(FrameEvent {
+                sequence: exposure.frame,
+                arrival: self.timer.ticks(exposure.readout_start_us),
+                size: (camera.cols, camera.rows),
+                pixels,
+            }),
+        )
+    }
+
+    fn step(&mut self, at_us: u64, event: Event<'_>) -> Result<(), LinkError> {
+        self.now_us = at_us.max(self.now_us);
+        self.steps += 1;
+        let sent = self.link.step(self.timer.ticks(self.now_us), event)?;
+        self.station.take(&sent);
+        let mut asked = std::mem::take(&mut self.station.timesync);
+        asked.retain(|_| self.setup.scenario.timer.timesync);
+        for (stamp, system, component) in asked {
+            let at_autopilot = self.now_us + LINK_DELAY_US;
+            let answer = self.autopilot.timesync_answer(stamp, at_autopilot, (system, component));
+            self.answers.push((at_autopilot + LINK_DELAY_US, answer));
+        }
+        for photo in std::mem::take(&mut self.station.due) {
+            self.commit(photo);
+        }
+        let servo = std::mem::take(&mut self.station.servo);
+        if !servo.is_empty() {
+            let state = self.setup.motion.state(self.now_us);
+            let exact = follow_up_exact(state.heading_rad, state.pitch_rad, state.roll_rad);
+            for command in servo {
+                let off = wrapped(command - exact);
+                self.servo.0 += 1;
+                self.servo.1 += off * off;
+            }
+        }
+        Ok(())
+    }
+
+    /// What the firmware said of a frame.
+    pub(super) fn report(&mut self, record: &mut FrameRecord) {
+        let frame = record.exposure.frame;
+        record.report = self.station.reports.get(&frame).copied();
+        record.instant = self.station.instants.get(&frame).copied();
+        record.patch = self.station.patches.remove(&frame);
+    }
+
+    pub(super) fn finish(self, frames: Vec<FrameRecord>) -> Flight {
+        let (count, squares) = self.servo;
+        Flight {
+            frames,
+            health: self.station.health,
+            messages: self.station.messages,
+            servo: (count, (squares / count.max(1) as f64).sqrt()),
+            faults: self.injector.counts(),
+            steps: self.steps,
+            photos: self.station.photos,
+            plan: self.station.plan,
+            late: self.late,
+        }
+    }
+}

@@ -1,0 +1,332 @@
+//! A scenario made ready to fly: ground, motion, camera, reference tile and what lies in the firmware's flash.
+
+mod along_plan;
+pub mod planned;
+
+use crate::camera::render::{Renderer, Station};
+use crate::camera::render_camera;
+use crate::configuration::configuration_of;
+use crate::link::Flash;
+use crate::scenario::footprint::{footprint_margin_at_m, footprint_margin_m};
+use crate::scenario::{self, Scenario};
+use crate::vehicle::motion::{Area, AttitudeLog, Motion, TrueState};
+use crate::vehicle::mount::{axis_station, camera_of};
+use crate::world::reference::Radiometry;
+use crate::world::tile::{Frame, SIDE_MAX, Tile};
+use crate::world::{Bounds, Grid, Ground, procedural};
+use planned::Planned;
+use plumbline_survey::camera_file::CameraFile;
+use plumbline_survey::crs::Crs;
+use plumbline_survey::error::InputError;
+use plumbline_survey::io::raster::Raster;
+use std::path::Path;
+
+/// How far from the centre a flight goes at most, metres: larger grounds are not used to their borders, so that the
+/// tile stays small.
+const HALF_EXTENT_MAX_M: f64 = 500.0;
+/// Reference kept around what patches and searches need, pixels.
+const TILE_SLACK_PX: f64 = 12.0;
+/// Largest patch on board, pixels.
+const PATCH_PX: f64 = plumbline_core::budget::PATCH_MAX_PX as f64;
+/// What two epochs of one land differ by in the default scene: a scanned picture's tone curve, sensor noise, a tenth of the land
+/// ploughed or built upon. Chosen, not measured.
+const MADE_UP: Radiometry =
+    Radiometry { gamma: 0.8, gain: 1.0, offset: 0.0, noise_dn: 3.0, changed_fraction: 0.1, seed: 0 };
+/// Rays along each side of a pixel.
+const RENDER_SAMPLES: usize = 2;
+
+/// Everything a flight needs.
+#[derive(Debug)]
+pub struct Setup {
+    /// What was asked for.
+    pub scenario: Scenario,
+    /// The camera, as its file would say.
+    pub camera: CameraFile,
+    /// What is flown over.
+    pub ground: Ground,
+    /// How the reference differs from it.
+    pub radiometry: Radiometry,
+    /// Its reference system.
+    pub crs: Crs,
+    /// Where the vehicle really is.
+    pub motion: Motion,
+    /// What its camera really sees.
+    pub renderer: Renderer,
+    /// What lies in flash.
+    pub flash: Flash,
+    /// Grid coordinates of the tile's centre: what fixes are relative to.
+    pub tile_centre: [f64; 2],
+    /// Grid convergence there.
+    pub convergence_rad: f64,
+    /// The plan that is flown.
+    pub plan: Option<Planned>,
+}
+
+impl Setup {
+    /// Prepares a scenario.
+    ///
+    /// # Errors
+    /// One sentence for files that are missing or broken, a ground without a usable reference system or smaller than
+    /// the footprint, a replay that does not cover the flight.
+    pub fn prepare(scenario: Scenario) -> Result<Self, InputError> {
+        if let Some(path) = scenario.plan.file.clone() {
+            return along_plan::prepare(scenario, &path);
+        }
+        let mut scenario = scenario;
+        let camera = camera_of(&mut scenario)?;
+        let (ground, reference) = grounds_of(&scenario)?;
+        let crs = Crs::from_epsg(ground.epsg()).map_err(|error| of_ground(&scenario, &error.to_string()))?;
+        if crs.is_geographic() {
+            let why = format!("it is in degrees (EPSG:{}); a projected grid in metres is needed", ground.epsg());
+            return Err(of_ground(&scenario, &why));
+        }
+        let log = scenario.replay.as_ref().map(|replay| AttitudeLog::load(&replay.att)).transpose().map_err(refuse)?;
+        let margin_m = match &log {
+            Some(log) => footprint_margin_at_m(&scenario, log.largest_tilt_rad(&scenario).map_err(refuse)?),
+            None => footprint_margin_m(&scenario),
+        };
+        if !margin_m.is_finite() {
+            return Err(InputError::new(match &scenario.replay {
+                Some(replay) => format!("{}: tilted that far, frames see the horizon", replay.att.display()),
+                None => "the horizon comes into the frame: field of view or tilt are too large".to_owned(),
+            }));
+        }
+        let height_m = scenario.flight.height_m[1];
+        let area = match (area_of(&ground, margin_m, height_m), &log) {
+            // The log's largest tilt may lean another way than a frame's corner: what its frames really show is less.
+            (Err(_), Some(log)) => area_of(&ground, height_m * log.reach(&scenario).map_err(refuse)?, height_m),
+            (area, _) => area,
+        };
+        let area = area.map_err(|error| of_ground(&scenario, &error.to_string()))?;
+        let motion = match log {
+            Some(log) => Motion::replay(&scenario, &area, log).map_err(refuse)?,
+            None => Motion::synthetic(&scenario, &area).map_err(refuse)?,
+        };
+        let wanted = wanted_of(&scenario, &area);
+        Setup::finish(scenario, camera, (ground, reference), crs, motion, &wanted, Vec::new())
+    }
+
+    /// The rest of it: the tile over `wanted`, made of the other picture where there is one, and what lies in flash.
+    fn finish(
+        scenario: Scenario,
+        camera: CameraFile,
+        (ground, reference): (Ground, Option<Ground>),
+        crs: Crs,
+        motion: Motion,
+        wanted: &Bounds,
+        plan: Vec<u8>,
+    ) -> Result<Self, InputError> {
+        let radiometry = radiometry_of(&scenario);
+        let tile = lay(&scenario, &radiometry, wanted, reference.as_ref().unwrap_or(&ground))?;
+        let tile_centre = tile.centre();
+        let head = tile.head(&crs)?;
+        let convergence_rad = crs.convergence_rad(tile_centre[0], tile_centre[1])?;
+        let flash = Flash { configuration: configuration_of(&scenario, &camera), head, tile: tile.pixels, plan };
+        flash.stores()?;
+        let renderer = Renderer::new(render_camera(&camera), RENDER_SAMPLES);
+        Ok(Setup {
+            scenario,
+            camera,
+            ground,
+            radiometry,
+            crs,
+            motion,
+            renderer,
+            flash,
+            tile_centre,
+            convergence_rad,
+            plan: None,
+        })
+    }
+
+    /// Where the camera is in `state`, and where it looks.
+    pub fn station(&self, state: &TrueState) -> Station {
+        Station { boresight_rad: self.scenario.mount.true_boresight_rad(), ..axis_station(state) }
+    }
+
+    /// The laser's slant range in `state`: along the follow-up axis, to which it is strapped beside the camera, to where it
+    /// really hits the ground.
+    pub fn slant_m(&self, state: &TrueState) -> Option<f64> {
+        let station = axis_station(state);
+        let origin = [state.east_m, state.north_m, state.up_m];
+        let hit = self.ground.intersect(origin, station.axes().down)?;
+        Some(hit.iter().zip(origin).map(|(h, o)| (h - o) * (h - o)).sum::<f64>().sqrt())
+    }
+}
+
+fn refuse(error: scenario::ScenarioError) -> InputError {
+    InputError::new(error.to_string())
+}
+
+/// What is flown over, and what the reference is made of where that is another picture.
+fn grounds_of(scenario: &Scenario) -> Result<(Ground, Option<Ground>), InputError> {
+    let scenario::Ground::Ortho { ortho, dem, reference } = &scenario.ground else {
+        return Ok((procedural(scenario.seed), None));
+    };
+    let surface = dem.as_ref().map(|path| surface(path)).transpose()?;
+    let ground = picture(ortho, surface, false)?;
+    let reference = reference.as_ref().map(|path| picture(path, None, false)).transpose()?;
+    if let (Some(other), Some(path)) = (&reference, scenario_reference(scenario))
+        && other.epsg() != ground.epsg()
+    {
+        return Err(InputError::new(format!(
+            "{}: the reference is in EPSG:{}, the ground in EPSG:{}",
+            path.display(),
+            other.epsg(),
+            ground.epsg()
+        )));
+    }
+    Ok((ground, reference))
+}
+
+/// A sentence about the ground, with its file's name.
+fn of_ground(scenario: &Scenario, why: &str) -> InputError {
+    match &scenario.ground {
+        scenario::Ground::Ortho { ortho, .. } => InputError::new(format!("{}: {why}", ortho.display())),
+        scenario::Ground::Procedural => InputError::new(why),
+    }
+}
+
+/// An orthophoto to make a reference of, unknown (NaN) where it says that it knows nothing.
+///
+/// # Errors
+/// One sentence for a file that is missing, broken, without a reference system or of pixels that are not square.
+pub fn orthophoto(path: &Path) -> Result<Ground, InputError> {
+    picture(path, None, true)
+}
+
+/// Whether a sample, counted row by row, says something.
+fn is_known(raster: &Raster, index: usize, band: usize) -> bool {
+    raster.sample(index % raster.cols, index / raster.cols, band).is_some()
+}
+
+fn scenario_reference(scenario: &Scenario) -> Option<&Path> {
+    match &scenario.ground {
+        scenario::Ground::Ortho { reference, .. } => reference.as_deref(),
+        scenario::Ground::Procedural => None,
+    }
+}
+
+fn picture(path: &Path, surface: Option<(Grid, Option<u32>)>, knows_nodata: bool) -> Result<Ground, InputError> {
+    let raster = Raster::read(path)?;
+    let epsg = raster.crs.ok_or_else(|| {
+        InputError::new(format!("{}: the orthophoto names no reference system (EPSG)", path.display()))
+    })?;
+    let surface = match surface {
+        Some((_, Some(other))) if other != epsg => {
+            return Err(InputError::new(format!(
+                "{} is in EPSG:{epsg}, but the elevation model in EPSG:{other}",
+                path.display()
+            )));
+        }
+        surface => surface.map(|(grid, _)| grid),
+    };
+    let mut grey = raster.grey();
+    if knows_nodata {
+        let known = |index: usize| (0..raster.bands.min(3)).any(|band| is_known(&raster, index, band));
+        grey.iter_mut().enumerate().filter(|(index, _)| !known(*index)).for_each(|(_, grey)| *grey = f32::NAN);
+    }
+    let grid = grid(&raster, grey, path)?;
+    Ground::new(grid, surface, epsg).map_err(|error| InputError::new(format!("{}: {error}", path.display())))
+}
+
+fn surface(path: &Path) -> Result<(Grid, Option<u32>), InputError> {
+    let raster = Raster::read(path)?;
+    let heights = (0..raster.rows * raster.cols)
+        .map(|index| raster.sample(index % raster.cols, index / raster.cols, 0).unwrap_or(f32::NAN))
+        .map(|height| (f64::from(height) * raster.height_unit_m) as f32)
+        .collect();
+    Ok((grid(&raster, heights, path)?, raster.crs))
+}
+
+fn grid(raster: &Raster, data: Vec<f32>, path: &Path) -> Result<Grid, InputError> {
+    let geo = &raster.geo;
+    if (geo.step_x - geo.step_y).abs() > 1e-6 * geo.step_x {
+        return Err(InputError::new(format!(
+            "{}: pixels of {} x {} m are not square",
+            path.display(),
+            geo.step_x,
+            geo.step_y
+        )));
+    }
+    Ok(Grid { cols: raster.cols, rows: raster.rows, west_m: geo.x0, north_m: geo.y0, step_m: geo.step_x, data })
+}
+
+/// Where the vehicle may fly so that no frame looks over the ground's border; `margin_m` is how far frames see from
+/// `height_m` above level ground.
+fn area_of(ground: &Ground, margin_m: f64, height_m: f64) -> Result<Area, InputError> {
+    let bounds = ground.bounds();
+    let [centre_east_m, centre_north_m] = bounds.centre();
+    let half_m = 0.5 * (bounds.east_m - bounds.west_m).min(bounds.north_m - bounds.south_m);
+    let (mean_m, low_m) = heights(ground, half_m);
+    // Terrain below its mean height is seen farther out.
+    let sight_m = margin_m * (1.0 + (mean_m - low_m) / height_m);
+    let half_extent_m = (half_m - sight_m).min(HALF_EXTENT_MAX_M);
+    if half_extent_m.is_nan() || half_extent_m < 1.0 {
+        return Err(InputError::new(format!(
+            "the orthophoto is smaller than the footprint: frames see {sight_m:.0} m far, and it ends {half_m:.0} m from its centre"
+        )));
+    }
+    let (base_up_m, _) = heights(ground, half_extent_m);
+    Ok(Area { centre_east_m, centre_north_m, half_extent_m, base_up_m })
+}
+
+/// Mean and lowest height of the ground within ±`half_m` of its centre, from a fixed grid of points.
+fn heights(ground: &Ground, half_m: f64) -> (f64, f64) {
+    const SIDE: usize = 41;
+    let [east, north] = ground.bounds().centre();
+    let at = |i: usize| half_m * (2.0 * i as f64 / (SIDE - 1) as f64 - 1.0);
+    let points = (0..SIDE * SIDE).map(|i| ground.height(east + at(i % SIDE), north + at(i / SIDE)));
+    let (sum, low) = points.fold((0.0, f64::INFINITY), |(sum, low), height| (sum + height, height.min(low)));
+    (sum / (SIDE * SIDE) as f64, low)
+}
+
+/// Where the vehicle flies, what a patch shows around it, and the search.
+fn wanted_of(scenario: &Scenario, area: &Area) -> Bounds {
+    let r = scenario.resolution_m;
+    let reach_m = area.half_extent_m + r * (0.5 * PATCH_PX + f64::from(scenario.search_px) + TILE_SLACK_PX);
+    let (east, north) = (area.centre_east_m, area.centre_north_m);
+    Bounds { west_m: east - reach_m, east_m: east + reach_m, south_m: north - reach_m, north_m: north + reach_m }
+}
+
+/// How the reference differs from the ground: as the scenario says, and where it says nothing by what is made up over procedural
+/// ground; nothing is added to a picture of the world.
+fn radiometry_of(scenario: &Scenario) -> Radiometry {
+    let default = match scenario.ground {
+        scenario::Ground::Procedural => MADE_UP,
+        scenario::Ground::Ortho { .. } => Radiometry::SAME,
+    };
+    let given = &scenario.reference;
+    Radiometry {
+        gamma: given.gamma.unwrap_or(default.gamma),
+        gain: given.gain.unwrap_or(default.gain),
+        offset: given.offset_dn.unwrap_or(default.offset),
+        noise_dn: given.noise_dn.unwrap_or(default.noise_dn),
+        changed_fraction: given.changed_fraction.unwrap_or(default.changed_fraction),
+        seed: scenario.seed,
+    }
+}
+
+/// The tile over `wanted`.
+fn lay(scenario: &Scenario, radiometry: &Radiometry, wanted: &Bounds, reference: &Ground) -> Result<Tile, InputError> {
+    let r = scenario.resolution_m;
+    let frame = Frame::within(reference, wanted, r);
+    let needed = PATCH_PX.min(16.0) + 2.0 * f64::from(scenario.search_px);
+    if !(frame.cols >= needed && frame.rows >= needed) {
+        let (cols, rows) = (frame.cols, frame.rows);
+        return Err(InputError::new(format!(
+            "the reference has {cols} x {rows} pixels of {r} m over the flight, at least {needed} x {needed} are needed"
+        )));
+    }
+    if frame.area() > plumbline_firmware::shared_memory::AREA_MAX as f64
+        || frame.cols > SIDE_MAX
+        || frame.rows > SIDE_MAX
+    {
+        let (cols, rows) = (frame.cols, frame.rows);
+        return Err(InputError::new(format!("a reference of {cols} x {rows} pixels does not fit the board's flash")));
+    }
+    Ok(Tile::lay(reference, &frame, radiometry))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,176 @@
+//! A plan made ready to fly.
+
+use super::planned::terrain::Terrain;
+use super::planned::{Planned, camera, store};
+use super::{Setup, TILE_SLACK_PX, grounds_of, refuse};
+use crate::scenario::footprint::footprint_margin_m;
+use crate::scenario::{Ground as GroundOf, Scenario};
+use crate::vehicle::motion::{Motion, PlannedTrack};
+use crate::vehicle::mount::camera_of;
+use crate::world::{Bounds, Ground, draped};
+use plumbline_core::budget::PATCH_MAX_PX;
+use plumbline_survey::crs::Crs;
+use plumbline_survey::error::InputError;
+use std::path::Path;
+
+/// Standard deviations that the deviations from the track are taken to stay within.
+const SIGMAS: f64 = 4.0;
+/// Slant ranges end here: what a DISTANCE_SENSOR message can carry, metres.
+const RANGE_MAX_M: f64 = 655.0;
+/// Least height above the ground that anything is made ready for, metres.
+const HEIGHT_MIN_M: f64 = 1.0;
+
+/// Setup for the plan in `path`.
+///
+/// # Errors
+/// One sentence for a plan, elevation model or orthophoto that cannot be flown over.
+pub(super) fn prepare(mut scenario: Scenario, path: &Path) -> Result<Setup, InputError> {
+    let of_plan = |why: String| InputError::new(format!("{}: {why}", path.display()));
+    if scenario.replay.is_some() {
+        return Err(of_plan(
+            "a plan is flown along its own courses; a recorded attitude cannot be replayed on it".into(),
+        ));
+    }
+    let mut planned = Planned::read(path)?;
+    outfit(&mut scenario, &mut planned);
+    let track = planned.track(scenario.plan.deviation_m, scenario.seed);
+    let flown = bounds_of(&track, scenario.plan.deviation_m[0]);
+    let photos = planned.photos.len();
+    scenario.frames = scenario.frames.min(photos as u32);
+    // So that the flight ends behind the track; nothing is exposed at intervals.
+    let between_ms = (track.duration_s() * 1000.0 / f64::from(scenario.frames)).ceil();
+    scenario.frame_interval_ms = (between_ms as u32).clamp(scenario.frame_interval_ms, 3_600_000);
+
+    let (terrain, sight_m) = terrain(&mut scenario, path, &planned, &flown)?;
+    scenario.check(&path.display().to_string()).map_err(refuse)?;
+    let [height_m, _] = scenario.flight.height_m;
+    let extent_m = [flown.east_m - flown.west_m, flown.north_m - flown.south_m];
+    if !scenario.plan.has_resolution {
+        scenario.resolution_m = camera::resolution_m(&scenario.camera, planned.file.height_m, extent_m);
+        planned.notes.push(format!(
+            "the reference's resolution is {} m, so that the footprint from {:.0} m fits a patch and the flight the reference",
+            scenario.resolution_m, planned.file.height_m
+        ));
+    }
+    let highest_m = scenario.flight.height_m[1];
+    if highest_m > RANGE_MAX_M {
+        planned.notes.push(format!(
+            "the ground lies up to {highest_m:.0} m below, and range messages end at {RANGE_MAX_M} m: photos beyond are stamped and get no fix"
+        ));
+    }
+    debug_assert!(height_m >= HEIGHT_MIN_M);
+    let wanted = grown(
+        &flown,
+        scenario.resolution_m * (0.5 * PATCH_MAX_PX as f64 + f64::from(scenario.search_px) + TILE_SLACK_PX),
+    );
+    let seen = grown(&wanted, (sight_m - (wanted.east_m - flown.east_m)).max(0.0));
+    let (ground, reference) = ground(&scenario, &planned, &terrain, &seen)?;
+    let motion = Motion::planned(&scenario, track);
+    let camera = camera_of(&mut scenario)?;
+    let crs = Crs::from_epsg(ground.epsg())?;
+    let plan = store::of_flight(&planned)?;
+    let mut setup = Setup::finish(scenario, camera, (ground, reference), crs, motion, &wanted, plan)?;
+    setup.plan = Some(planned);
+    Ok(setup)
+}
+
+/// What the plan says of camera, speed and navigation.
+fn outfit(scenario: &mut Scenario, planned: &mut Planned) {
+    let file = &planned.file;
+    let (camera, factor) = camera::binned(file);
+    if factor > 1 {
+        planned.notes.push(format!(
+            "the camera's {} x {} pixels are binned {factor} x {factor} to {} x {}, which the board's memory takes",
+            file.camera.cols, file.camera.rows, camera.cols, camera.rows
+        ));
+    }
+    scenario.camera = camera;
+    scenario.camera_file = None;
+    scenario.head = None;
+    scenario.flight.speed_m_s = file.speed_m_s;
+    scenario.position.sigma_m.get_or_insert(file.noise.position_m);
+}
+
+/// The elevation model as far as frames see, and how far that is; heights above ground go into the scenario.
+fn terrain(
+    scenario: &mut Scenario,
+    path: &Path,
+    planned: &Planned,
+    flown: &Bounds,
+) -> Result<(Terrain, f64), InputError> {
+    let up = |pick: fn(f64, f64) -> f64, start: f64| planned.lines.iter().map(|line| line.up_m).fold(start, pick);
+    let off_m = SIGMAS * scenario.plan.deviation_m[1];
+    let (lowest_m, highest_m) = (up(f64::min, f64::MAX) - off_m, up(f64::max, f64::MIN) + off_m);
+    let dem = scenario.plan.dem.clone();
+    scenario.flight.height_m = [planned.file.height_m + off_m; 2];
+    let mut sight_m = footprint_margin_m(scenario);
+    loop {
+        if !sight_m.is_finite() {
+            return Err(InputError::new("the horizon comes into the frame: field of view or tilt are too large"));
+        }
+        let terrain = Terrain::read(&planned.file, path, dem.as_deref(), &planned.place, &grown(flown, sight_m))?;
+        let [low_m, high_m] = terrain.range_m();
+        scenario.flight.height_m = [(lowest_m - high_m).max(HEIGHT_MIN_M), (highest_m - low_m).max(HEIGHT_MIN_M)];
+        // Ground below the base plane is seen farther out, and may be lower still there.
+        let farther_m = footprint_margin_m(scenario);
+        if farther_m <= sight_m {
+            return Ok((terrain, sight_m));
+        }
+        sight_m = 1.1 * farther_m;
+    }
+}
+
+/// What is flown over, and the other picture that the reference is made of, if there is one.
+fn ground(
+    scenario: &Scenario,
+    planned: &Planned,
+    terrain: &Terrain,
+    seen: &Bounds,
+) -> Result<(Ground, Option<Ground>), InputError> {
+    let epsg = planned.place.crs.epsg();
+    let GroundOf::Ortho { ortho, .. } = &scenario.ground else {
+        // A square, as the texture is.
+        let side_m = (seen.east_m - seen.west_m).max(seen.north_m - seen.south_m);
+        let square = Bounds { east_m: seen.west_m + side_m, south_m: seen.north_m - side_m, ..*seen };
+        let surface = terrain.surface(&planned.place, &square)?;
+        let ground = draped(scenario.seed, &square, surface, epsg);
+        return Ok((ground.map_err(|error| InputError::new(error.to_string()))?, None));
+    };
+    let (picture, reference) = grounds_of(scenario)?;
+    let of_ortho = |why: String| InputError::new(format!("{}: {why}", ortho.display()));
+    if picture.epsg() != epsg {
+        return Err(of_ortho(format!("it is in EPSG:{}, and the plan is flown in EPSG:{epsg}", picture.epsg())));
+    }
+    let bounds = picture.bounds();
+    let corners = [(seen.west_m, seen.south_m), (seen.east_m, seen.north_m)];
+    if !corners.iter().all(|&(east, north)| bounds.contains(east, north)) {
+        return Err(of_ortho("it does not cover all that the plan's photos see".to_owned()));
+    }
+    let surface = terrain.surface(&planned.place, &bounds)?;
+    let ground = picture.with_surface(Some(surface)).map_err(|error| of_ortho(error.to_string()))?;
+    Ok((ground, reference))
+}
+
+/// Where the track goes, with what it deviates.
+fn bounds_of(track: &PlannedTrack, deviation_m: f64) -> Bounds {
+    let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut bounds = Bounds { west_m: low, east_m: high, south_m: low, north_m: high };
+    for half_second in 0..=(2.0 * track.duration_s()) as u64 + 1 {
+        let [east, north, _] = track.at(0.5 * half_second as f64).place_m;
+        bounds.west_m = bounds.west_m.min(east);
+        bounds.east_m = bounds.east_m.max(east);
+        bounds.south_m = bounds.south_m.min(north);
+        bounds.north_m = bounds.north_m.max(north);
+    }
+    grown(&bounds, SIGMAS * deviation_m)
+}
+
+/// Larger by `by_m` on all sides.
+fn grown(bounds: &Bounds, by_m: f64) -> Bounds {
+    Bounds {
+        west_m: bounds.west_m - by_m,
+        east_m: bounds.east_m + by_m,
+        south_m: bounds.south_m - by_m,
+        north_m: bounds.north_m + by_m,
+    }
+}

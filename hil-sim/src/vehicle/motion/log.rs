@@ -1,0 +1,198 @@
+//! A recorded attitude.
+
+use crate::camera::render::Station;
+use crate::scenario::footprint::{footprint_margin_at_m, half_tangents};
+use crate::scenario::{FollowUpMode, Scenario, ScenarioError};
+use crate::vehicle::servo::{follow_up_exact, wrapped};
+use std::path::Path;
+
+/// The columns that a log must have; more are ignored.
+const COLUMNS: [&str; 4] = ["t_s", "roll_deg", "pitch_deg", "yaw_deg"];
+/// Rows farther apart than this, in seconds of the log, have a gap between them.
+const GAP_S: f64 = 0.3;
+
+/// An attitude log, read and checked: finite, strictly forward in time, at least two rows.
+#[derive(Debug)]
+pub struct AttitudeLog {
+    /// What messages call it.
+    name: String,
+    rows: Vec<Row>,
+}
+
+#[derive(Debug)]
+struct Row {
+    t_s: f64,
+    /// Heading, pitch, roll, without jumps at ±180°.
+    angles_rad: [f64; 3],
+}
+
+impl AttitudeLog {
+    /// Reads a CSV file.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] as [`AttitudeLog::parse`], or when the file cannot be read.
+    pub fn load(path: &Path) -> Result<Self, ScenarioError> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| ScenarioError(format!("{name}: cannot read the attitude log ({error})")))?;
+        Self::parse(&text, &name)
+    }
+
+    /// As [`AttitudeLog::load`], from the file's text.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] names the line and what is wrong there: a missing column, a value that is not a finite
+    /// number, time that does not go forward.
+    pub fn parse(text: &str, name: &str) -> Result<Self, ScenarioError> {
+        let refuse = |what: String| Err(ScenarioError(format!("{name}{what}")));
+        let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+        let header: Vec<&str> = match lines.next() {
+            Some((_, line)) => line.trim_start_matches('\u{feff}').split(',').map(str::trim).collect(),
+            None => return refuse(": the attitude log is empty".into()),
+        };
+        let mut places = [0; 4];
+        for (place, column) in places.iter_mut().zip(COLUMNS) {
+            match header.iter().position(|name| *name == column) {
+                Some(found) => *place = found,
+                None => return refuse(format!(": the attitude log has no column {column}")),
+            }
+        }
+        let mut rows: Vec<Row> = Vec::new();
+        for (index, line) in lines {
+            let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+            let mut values = [0.0; 4];
+            for ((value, place), column) in values.iter_mut().zip(places).zip(COLUMNS) {
+                let field = fields.get(place).copied().unwrap_or("");
+                match field.parse::<f64>() {
+                    Ok(number) if number.is_finite() => *value = number,
+                    _ => return refuse(format!(", line {}: {column} = \"{field}\" is not a finite number", index + 1)),
+                }
+            }
+            let [t_s, roll_deg, pitch_deg, yaw_deg] = values;
+            let mut angles_rad = [yaw_deg, pitch_deg, roll_deg].map(f64::to_radians);
+            if let Some(before) = rows.last() {
+                if t_s <= before.t_s {
+                    return refuse(format!(", line {}: t_s = {t_s} does not come after {}", index + 1, before.t_s));
+                }
+                for (angle, before) in angles_rad.iter_mut().zip(before.angles_rad) {
+                    *angle = before + wrapped(*angle - before);
+                }
+            }
+            rows.push(Row { t_s, angles_rad });
+        }
+        if rows.len() < 2 {
+            return refuse(format!(": the attitude log has {} rows, which is no flight", rows.len()));
+        }
+        Ok(AttitudeLog { name: name.into(), rows })
+    }
+
+    /// Largest angle between the body's up axis and the vertical while the scenario flies, radians. With pitch and roll
+    /// it is that of the camera's axis too.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] when the log does not cover the flight.
+    pub fn largest_tilt_rad(&self, scenario: &Scenario) -> Result<f64, ScenarioError> {
+        let tilt = |row: &Row| (row.angles_rad[1].cos() * row.angles_rad[2].cos()).acos();
+        Ok(self.flown(scenario)?.iter().map(tilt).fold(0.0, f64::max))
+    }
+
+    /// How far east, west, north or south of the nadir frames reach at most while the scenario flies, per metre of height above
+    /// level ground. A camera whose servo lags looks anywhere around its axis.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] when the log does not cover the flight.
+    pub fn reach(&self, scenario: &Scenario) -> Result<f64, ScenarioError> {
+        let [across, along] = half_tangents(&scenario.camera);
+        let follow_up = &scenario.follow_up;
+        let is_fixed = follow_up.mode == FollowUpMode::Fixed;
+        if !is_fixed && follow_up.servo_lag_s > 0.0 {
+            return Ok(footprint_margin_at_m(scenario, self.largest_tilt_rad(scenario)?) / scenario.flight.height_m[1]);
+        }
+        let reach = |row: &Row| {
+            let [heading_rad, pitch_rad, roll_rad] = row.angles_rad;
+            let follow_up_rad = if is_fixed { 0.0 } else { follow_up_exact(heading_rad, pitch_rad, roll_rad) };
+            let boresight_rad = scenario.mount.true_boresight_rad();
+            let station =
+                Station { heading_rad, pitch_rad, roll_rad, follow_up_rad, boresight_rad, ..Station::default() };
+            let axes = station.axes();
+            let corners = [[across, along], [across, -along], [-across, along], [-across, -along]];
+            let farthest = corners.map(|[right, forward]| {
+                let ray: [f64; 3] =
+                    std::array::from_fn(|i| axes.down[i] + right * axes.right[i] + forward * axes.forward[i]);
+                if ray[2] < 0.0 { ray[0].abs().max(ray[1].abs()) / -ray[2] } else { f64::INFINITY }
+            });
+            farthest.into_iter().fold(0.0, f64::max)
+        };
+        Ok(self.flown(scenario)?.iter().map(reach).fold(0.0, f64::max))
+    }
+
+    /// The rows about the scenario's flight.
+    fn flown(&self, scenario: &Scenario) -> Result<&[Row], ScenarioError> {
+        let (start_s, time_scale) = self.span(scenario)?;
+        let end_s = start_s + time_scale * scenario.duration_us() as f64 * 1e-6;
+        Ok(&self.rows[self.index_before(start_s)..=self.index_before(end_s) + 1])
+    }
+
+    /// Where in the log the scenario's flight starts, and the seconds of the log in a second of it.
+    pub(super) fn span(&self, scenario: &Scenario) -> Result<(f64, f64), ScenarioError> {
+        let (first_s, last_s) = (self.rows[0].t_s, self.rows[self.rows.len() - 1].t_s);
+        let (start_s, time_scale) = match &scenario.replay {
+            Some(replay) => (replay.start_s.unwrap_or(first_s), replay.time_scale),
+            None => (first_s, 1.0),
+        };
+        let end_s = start_s + time_scale * scenario.duration_us() as f64 * 1e-6;
+        if start_s < first_s || end_s > last_s {
+            return Err(ScenarioError(format!(
+                "{}: the attitude log holds {first_s} s to {last_s} s, but {} frames need {start_s} s to {end_s:.3} s",
+                self.name, scenario.frames
+            )));
+        }
+        Ok((start_s, time_scale))
+    }
+
+    /// Index of the row at or before `t_s` that has a row after it.
+    fn index_before(&self, t_s: f64) -> usize {
+        self.rows.partition_point(|row| row.t_s <= t_s).saturating_sub(1).min(self.rows.len() - 2)
+    }
+
+    /// Whether `t_s` lies strictly between two rows more than [`GAP_S`] apart.
+    pub(super) fn in_gap(&self, t_s: f64) -> bool {
+        let index = self.index_before(t_s);
+        let (before, after) = (self.rows[index].t_s, self.rows[index + 1].t_s);
+        after - before > GAP_S && before < t_s && t_s < after
+    }
+
+    /// Heading within (−π, π], pitch and roll at `t_s`, by cubic Hermite interpolation. The rate is continuous, as a
+    /// real body's is.
+    pub(super) fn at(&self, t_s: f64) -> [f64; 3] {
+        let index = self.index_before(t_s);
+        let (before, after) = (&self.rows[index], &self.rows[index + 1]);
+        let span_s = after.t_s - before.t_s;
+        let u = ((t_s - before.t_s) / span_s).clamp(0.0, 1.0);
+        let [slope_before, slope_after] = [self.slope(index), self.slope(index + 1)];
+        let angles: [f64; 3] = std::array::from_fn(|axis| {
+            let (a, b) = (before.angles_rad[axis], after.angles_rad[axis]);
+            let (slope_a, slope_b) = (span_s * slope_before[axis], span_s * slope_after[axis]);
+            let bend = u * (1.0 - u);
+            a + (b - a) * u * u * (3.0 - 2.0 * u) + bend * (slope_a * (1.0 - u) - slope_b * u)
+        });
+        [wrapped(angles[0]), angles[1], angles[2]]
+    }
+
+    /// Radians a second at a row: of the parabola through it and its neighbours, or of the one chord at either end.
+    fn slope(&self, index: usize) -> [f64; 3] {
+        let chord =
+            |from: &Row, to: &Row, axis: usize| (to.angles_rad[axis] - from.angles_rad[axis]) / (to.t_s - from.t_s);
+        let (before, here, after) = (index.checked_sub(1), &self.rows[index], self.rows.get(index + 1));
+        std::array::from_fn(|axis| match (before.map(|before| &self.rows[before]), after) {
+            (Some(before), Some(after)) => {
+                // The nearer neighbour's chord counts more.
+                let nearness = (here.t_s - before.t_s) / (after.t_s - before.t_s);
+                (1.0 - nearness) * chord(before, here, axis) + nearness * chord(here, after, axis)
+            }
+            (Some(before), None) => chord(before, here, axis),
+            (None, Some(after)) => chord(here, after, axis),
+            (None, None) => 0.0,
+        })
+    }
+}

@@ -1,0 +1,83 @@
+//! When the camera exposes.
+
+use crate::noise::{White, stream, uniform};
+use crate::scenario::{self, Scenario, WARM_UP_US};
+
+/// One exposure, microseconds of the autopilot's clock; with a rolling shutter that of the middle row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Exposure {
+    /// Counts from 0.
+    pub frame: u32,
+    /// The shutter opens.
+    pub open_us: u64,
+    /// The shutter closes.
+    pub close_us: u64,
+    /// The first row reaches the board; with a rolling shutter not before the last row's exposure has ended, so that no
+    /// row is handed over before it was taken.
+    pub readout_start_us: u64,
+}
+
+impl Exposure {
+    /// The true middle of the exposure: open + (close − open)/2, rounded down.
+    #[must_use]
+    pub fn mid_us(&self) -> u64 {
+        self.open_us + (self.close_us - self.open_us) / 2
+    }
+
+    /// The true middle of the exposure without rounding.
+    #[must_use]
+    pub fn mid_exact_us(&self) -> f64 {
+        self.open_us as f64 + 0.5 * (self.close_us - self.open_us) as f64
+    }
+}
+
+/// Sigmas beyond which no arrival is early or late: the board's gate takes five.
+const ARRIVAL_SIGMAS_MAX: f64 = 4.0;
+
+/// The shutter: makes exposures of openings.
+#[derive(Debug)]
+pub struct Shutter {
+    exposure_us: f64,
+    settings: scenario::Shutter,
+    last_row_us: u64,
+    length: White,
+    arrival: White,
+}
+
+impl Shutter {
+    /// The scenario's.
+    #[must_use]
+    pub fn new(scenario: &Scenario) -> Self {
+        Shutter {
+            exposure_us: f64::from(scenario.exposure_us),
+            settings: scenario.shutter,
+            last_row_us: scenario.rolling_shutter_us().div_ceil(2),
+            length: White::new(1.0, scenario.seed, "shutter.length"),
+            arrival: White::new(1.0, scenario.seed, "frame.arrival"),
+        }
+    }
+
+    /// Exposure `frame`, which opens at `open_us`. Its first row arrives the latency after it closed, more or less the
+    /// arrival's jitter.
+    pub fn expose(&mut self, frame: u32, open_us: u64) -> Exposure {
+        let shutter = &self.settings;
+        let length_us = (self.exposure_us + shutter.exposure_jitter_us * self.length.draw()).round().max(1.0) as u64;
+        let close_us = open_us + length_us;
+        let off = self.arrival.draw().clamp(-ARRIVAL_SIGMAS_MAX, ARRIVAL_SIGMAS_MAX);
+        let latency_us = f64::from(shutter.arrival_latency_us) + shutter.arrival_jitter_us * off;
+        let readout_start_us = close_us + self.last_row_us + latency_us.round().max(1.0) as u64;
+        Exposure { frame, open_us, close_us, readout_start_us }
+    }
+}
+
+/// The exposures of a flight without a plan: frame k opens at the warm-up's end + k intervals + a random part of the jitter.
+pub fn exposures(scenario: &Scenario) -> impl Iterator<Item = Exposure> + use<> {
+    let mut rng = stream(scenario.seed, "shutter");
+    let mut shutter = Shutter::new(scenario);
+    let interval_us = scenario.frame_interval_us();
+    let jitter_us = f64::from(scenario.frame_jitter_us);
+    (0..scenario.frames).map(move |frame| {
+        let late_us = (jitter_us * uniform(&mut rng)) as u64;
+        shutter.expose(frame, WARM_UP_US + u64::from(frame) * interval_us + late_us)
+    })
+}

@@ -1,0 +1,16 @@
+//! The made-up or borrowed piece of land a flight happens over: what it looks like and how high it is.
+//!
+//! World frame everywhere in here: `east_m` and `north_m` are grid coordinates of the ground's own reference system (its
+//! EPSG code), `up_m` is the height. A direction or a point is `[east, north, up]`. Data in, data out: files are read
+//! elsewhere, this module takes rasters that are already in memory.
+
+mod grid;
+mod ground;
+mod procedural;
+pub mod reference;
+mod surface;
+pub mod tile;
+
+pub use grid::{Bounds, Grid};
+pub use ground::{Ground, GroundError};
+pub use procedural::{draped, procedural};

@@ -1,0 +1,83 @@
+//! Figures 1 to 4: the simulated track, its errors, the fitted track, its corrections.
+
+use super::SEEDS;
+use super::track::position;
+use plumbline_charts::panels::{FITTED, MEASURED, Mark, Panel, svg};
+use plumbline_survey::smooth::{Alpha, Fit};
+
+/// Period of the track, seconds.
+const PERIOD_S: f64 = 20.0;
+/// Points of the curve to an interval of the samples.
+const PARTS: usize = 4;
+
+/// The four pictures by name, SVG, of the first seed.
+///
+/// # Errors
+/// What the drawing library or the fit refuses: nothing that is known of.
+pub fn pictures() -> Result<Vec<(&'static str, String)>, String> {
+    let simulation = position(PERIOD_S, *SEEDS.start());
+    let (t, observed) = (simulation.instants(), simulation.observed());
+    let fit = simulation.fitted(2, Alpha::Gcv).map_err(|error| error.to_string())?;
+    let dense: Vec<f64> = dense(&t);
+    let over = |values: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> { (0..t.len()).map(|i| (t[i], values(i))).collect() };
+    let truth = Mark::Line(dense.iter().map(|&t| (t, simulation.truth(t))).collect());
+    let errors = Mark::Line(over(&|i| observed[i] - simulation.truth(t[i])));
+    let samples = Mark::Dots(over(&|i| observed[i]));
+    let band: Vec<(f64, f64)> = over(&|i| 2.0 * fit.at_sample(i).sigma);
+    let left = Mark::Line(
+        dense.iter().map(|&t| (t, fit.value(t).map_or(f64::NAN, |value| value - simulation.truth(t)))).collect(),
+    );
+    let panel = |caption: String, share, marks| Panel { caption, share, marks };
+    let figures = [
+        (
+            "figure_1",
+            vec![panel("Figure 1: simulated Z of the projection centre, m".into(), 4, vec![(truth, MEASURED)])],
+        ),
+        ("figure_2", vec![panel("Figure 2: simulated errors of GPS in Z, m".into(), 4, vec![(errors, MEASURED)])]),
+        (
+            "figure_3",
+            vec![
+                panel(
+                    format!(
+                        "Figure 3: samples (grey) and fitted Z (blue), m; second differences, alpha = {:.2} by GCV, {:.1} parameters",
+                        fit.alpha, fit.edf
+                    ),
+                    4,
+                    vec![(samples, MEASURED), (Mark::Line(curve(&fit, &dense)), FITTED)],
+                ),
+                panel(
+                    "fitted minus true Z, m, and two sigmas".into(),
+                    2,
+                    vec![
+                        (Mark::Band(band.into_iter().map(|(t, two)| (t, -two, two)).collect()), FITTED),
+                        (left, FITTED),
+                    ],
+                ),
+            ],
+        ),
+        (
+            "figure_4",
+            vec![panel(
+                format!(
+                    "Figure 4: corrections V of the samples, m; sigma0 = {:.4} m, sqrt(V'V / n) = {:.4} m",
+                    fit.sigma0,
+                    (fit.vpv / t.len() as f64).sqrt()
+                ),
+                4,
+                vec![(Mark::Line(over(&|i| fit.residuals[i])), FITTED)],
+            )],
+        ),
+    ];
+    let draw = |(name, panels): (&'static str, Vec<Panel>)| Ok((name, svg(t[0]..t[t.len() - 1], "t (s)", &panels)?));
+    figures.into_iter().map(draw).collect()
+}
+
+/// The samples' instants and some between them.
+fn dense(t: &[f64]) -> Vec<f64> {
+    let parts = |i: usize| (0..PARTS).map(move |k| t[i] + (t[i + 1] - t[i]) * k as f64 / PARTS as f64);
+    (0..t.len() - 1).flat_map(parts).collect()
+}
+
+fn curve(fit: &Fit, instants: &[f64]) -> Vec<(f64, f64)> {
+    instants.iter().map(|&t| (t, fit.value(t).unwrap_or(f64::NAN))).collect()
+}

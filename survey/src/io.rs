@@ -1,0 +1,13 @@
+//! Files read and written: pictures, georeferenced rasters, tables, and output that appears whole or not at all.
+//!
+//! It stands above `crs` (a raster's tags may spell a reference system out) and below everything that works on what
+//! was read.
+
+pub mod data;
+pub mod geojson;
+pub mod input;
+pub mod output;
+pub mod picture;
+pub mod raster;
+pub mod table;
+pub(crate) mod tiff;

@@ -1,0 +1,172 @@
+//! Polygons from a GeoJSON file (RFC 7946; the older `crs` member is understood).
+
+use super::input;
+use crate::crs::Crs;
+use crate::error::InputError;
+use serde_json::Value;
+use std::path::Path;
+
+/// What the coordinates of a file are.
+enum System {
+    /// WGS 84 longitude and latitude.
+    Degrees,
+    /// A named system.
+    Named(Box<Crs>),
+}
+
+/// A polygon of a file: its outer ring, and how many holes it has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polygon {
+    /// Corners, the first repeated at the end.
+    pub outer: Vec<[f64; 2]>,
+    /// Inner rings.
+    pub holes: usize,
+}
+
+/// The polygons of a file in x and y of a reference system.
+///
+/// Coordinates are WGS 84 longitude and latitude, as RFC 7946 has it, unless a member `crs` names another system. Without a
+/// reference system (`None`) they are local metres and left as they are.
+///
+/// # Errors
+/// One sentence: unreadable, not GeoJSON, no polygon, coordinates that are no numbers or cannot be places, a system that is
+/// not known.
+pub fn polygons(path: &Path, epsg: Option<u32>) -> Result<Vec<Polygon>, InputError> {
+    let name = path.display();
+    let refuse = |why: String| InputError::new(format!("{name}: {why}"));
+    let json: Value =
+        serde_json::from_str(&input::text(path)?).map_err(|error| refuse(format!("it is no JSON: {error}")))?;
+    let mut found = Vec::new();
+    gather(&json, &mut found).map_err(&refuse)?;
+    if found.is_empty() {
+        return Err(refuse("it has no polygon".to_owned()));
+    }
+    let Some(epsg) = epsg else { return Ok(found) };
+    let target = Crs::from_epsg(epsg)?;
+    let system = match json.get("crs") {
+        None | Some(Value::Null) => System::Degrees,
+        Some(crs) => named(crs).map_err(&refuse)?,
+    };
+    for corner in found.iter_mut().flat_map(|polygon| &mut polygon.outer) {
+        let [x, y] = *corner;
+        let (lat, lon) = match &system {
+            System::Named(crs) if crs.epsg() == epsg => continue,
+            System::Named(crs) => crs.to_wgs84(x, y).map_err(|error| error.at(name.to_string()))?,
+            System::Degrees if x.abs() <= 180.0 && y.abs() <= 90.0 => (y, x),
+            System::Degrees => {
+                return Err(refuse(format!(
+                    "{x}, {y} is no longitude and latitude in degrees; coordinates of another system need a member crs that names it"
+                )));
+            }
+        };
+        let (x, y) = target.from_wgs84(lat, lon).map_err(|error| error.at(name.to_string()))?;
+        *corner = [x, y];
+    }
+    Ok(found)
+}
+
+/// All polygons within.
+fn gather(json: &Value, found: &mut Vec<Polygon>) -> Result<(), String> {
+    let member = |key: &str| json.get(key).ok_or_else(|| format!("a {} has no {key}", kind(json)));
+    let list = |key: &str| member(key)?.as_array().ok_or_else(|| format!("{key} is no list"));
+    match kind(json) {
+        "FeatureCollection" => list("features")?.iter().try_for_each(|feature| gather(feature, found)),
+        "Feature" => match member("geometry")? {
+            Value::Null => Ok(()),
+            geometry => gather(geometry, found),
+        },
+        "GeometryCollection" => list("geometries")?.iter().try_for_each(|geometry| gather(geometry, found)),
+        "Polygon" => polygon(member("coordinates")?).map(|polygon| found.push(polygon)),
+        "MultiPolygon" => {
+            list("coordinates")?.iter().try_for_each(|rings| polygon(rings).map(|polygon| found.push(polygon)))
+        }
+        "Point" | "MultiPoint" | "LineString" | "MultiLineString" => Ok(()),
+        other => Err(format!("its type \"{other}\" is none of GeoJSON's")),
+    }
+}
+
+fn kind(json: &Value) -> &str {
+    json.get("type").and_then(Value::as_str).unwrap_or("")
+}
+
+fn polygon(coordinates: &Value) -> Result<Polygon, String> {
+    let rings = coordinates.as_array().ok_or("a polygon's coordinates are no list")?;
+    let outer = rings.first().ok_or("a polygon has no ring")?.as_array().ok_or("a polygon's ring is no list")?;
+    let corners = outer.iter().map(|at| place(at).ok_or_else(|| format!("{at} is no place")));
+    Ok(Polygon { outer: corners.collect::<Result<_, String>>()?, holes: rings.len() - 1 })
+}
+
+fn place(at: &Value) -> Option<[f64; 2]> {
+    let numbers = at.as_array()?;
+    let [x, y] = [numbers.first()?.as_f64()?, numbers.get(1)?.as_f64()?];
+    (x.is_finite() && y.is_finite()).then_some([x, y])
+}
+
+/// A `crs` member of the older GeoJSON: a name such as `EPSG:31287` or `urn:ogc:def:crs:EPSG::31287`.
+fn named(crs: &Value) -> Result<System, String> {
+    let name = crs.pointer("/properties/name").and_then(Value::as_str).ok_or("its crs has no name")?;
+    if name.ends_with("CRS84") {
+        return Ok(System::Degrees);
+    }
+    let code = name.contains("EPSG").then(|| name.rsplit(':').next()).flatten().and_then(|code| code.parse().ok());
+    let code: u32 = code.ok_or_else(|| format!("its crs \"{name}\" is no EPSG code"))?;
+    Crs::from_epsg(code).map(|crs| System::Named(Box::new(crs))).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::output::tests::scratch;
+
+    fn of(text: &str, epsg: Option<u32>) -> Result<Vec<[f64; 2]>, String> {
+        all(text, epsg).map(|polygons| polygons[0].outer.clone())
+    }
+
+    fn all(text: &str, epsg: Option<u32>) -> Result<Vec<Polygon>, String> {
+        let path = scratch(&format!("geojson-{}", text.len())).join("area.geojson");
+        std::fs::write(&path, text).expect("written");
+        polygons(&path, epsg).map_err(|error| error.to_string())
+    }
+
+    const RING: &str = "[[[14.1,47.1],[14.2,47.1],[14.2,47.2],[14.1,47.1]]]";
+
+    #[test]
+    fn degrees_become_the_models_grid_and_local_metres_stay() {
+        let polygon = format!(r#"{{"type":"Polygon","coordinates":{RING}}}"#);
+        let feature =
+            format!(r#"{{"type":"FeatureCollection","features":[{{"type":"Feature","geometry":{polygon}}}]}}"#);
+        let grid = of(&feature, Some(31287)).expect("Austria");
+        // pyproj: Transformer.from_crs(4326, 31287, always_xy=True).transform(14.1, 47.1), which may take another shift of datum.
+        assert!((grid[0][0] - 458_235.66).hypot(grid[0][1] - 355_886.30) < 5.0, "{grid:?}");
+        assert_eq!(of(&polygon, None).expect("local")[2], [14.2, 47.2]);
+        assert_eq!(of(&polygon, Some(4326)).expect("degrees").len(), 4);
+        let named = r#"{"type":"Polygon","crs":{"properties":{"name":"urn:ogc:def:crs:EPSG::31287"}},"coordinates":[[[1,2],[3,4],[5,0]]]}"#;
+        assert_eq!(of(named, Some(31287)).expect("its own"), [[1.0, 2.0], [3.0, 4.0], [5.0, 0.0]]);
+    }
+
+    #[test]
+    fn several_polygons_and_holes_are_told() {
+        let several = all(r#"{"type":"MultiPolygon","coordinates":[[[[1,2]]],[[[3,4]],[[5,6]]]]}"#, None);
+        let polygon = |x, y, holes| Polygon { outer: vec![[x, y]], holes };
+        assert_eq!(several, Ok(vec![polygon(1.0, 2.0, 0), polygon(3.0, 4.0, 1)]));
+    }
+
+    #[test]
+    fn what_is_no_polygon_is_refused_in_words() {
+        for (text, says) in [
+            ("{", "no JSON"),
+            (r#"{"type":"Point","coordinates":[1,2]}"#, "no polygon"),
+            (r#"{"type":"Rhombus"}"#, "Rhombus"),
+            (r#"{"type":"Polygon"}"#, "has no coordinates"),
+            (r#"{"type":"Polygon","coordinates":[[[1,"a"]]]}"#, "is no place"),
+            (r#"{"type":"Polygon","coordinates":[[[500000,400000],[1,2],[3,4]]]}"#, "needs a member crs"),
+            (
+                r#"{"type":"Polygon","crs":{"properties":{"name":"EPSG:99999"}},"coordinates":[[[1,2],[3,4],[5,0]]]}"#,
+                "99999",
+            ),
+        ] {
+            let error = of(text, Some(31287)).expect_err(text);
+            assert!(error.contains(says) || says.contains("needs") && error.contains("need a member"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Input files: opened, measured and looked at before they are read.
+//!
+//! A device such as `/dev/zero` never ends, so what is no file is refused. Pipes end and are read, up to the same limits.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::error::InputError;
+use sha2::{Digest, Sha256};
+
+/// Largest text that is read, bytes. The largest that are used, logs of hours at 1 kHz and tables of a million
+/// observations, have some 10^8.
+const TEXT_BYTES_MAX: u64 = 1 << 30;
+/// Largest picture or raster that is read whole, bytes: [`super::tiff::SAMPLES_MAX`] of the largest samples.
+const PICTURE_BYTES_MAX: u64 = 8 * super::tiff::SAMPLES_MAX;
+/// Bytes that tell what a file is; the longest magic number in use has 8.
+const MAGIC_BYTES: u64 = 16;
+
+/// An open file and its length, 0 for a pipe.
+///
+/// # Errors
+/// There is none, it cannot be read, or it is a folder or a device.
+pub(crate) fn open(path: &Path) -> Result<(File, u64), InputError> {
+    let file = File::open(path).map_err(|error| unreadable(path, error))?;
+    let about = file.metadata().map_err(|error| unreadable(path, error))?;
+    if !about.is_file() && !is_pipe(&about) {
+        return Err(InputError::new(format!("cannot read {}: it is not a regular file", path.display())));
+    }
+    Ok((file, about.len()))
+}
+
+/// A whole text file.
+///
+/// # Errors
+/// As of any file; more than a gigabyte, or no UTF-8.
+pub fn text(path: &Path) -> Result<String, InputError> {
+    let (file, length) = open(path)?;
+    let bytes = at_most(path, file, length, TEXT_BYTES_MAX)?;
+    String::from_utf8(bytes).map_err(|error| unreadable(path, error.utf8_error()))
+}
+
+/// A whole binary file that begins as `is_of_kind` wants; `what` it has to be is for the error's sentence.
+///
+/// # Errors
+/// As of any file; another beginning, more than 4 GiB.
+pub(crate) fn picture(path: &Path, what: &str, is_of_kind: fn(&[u8]) -> bool) -> Result<Vec<u8>, InputError> {
+    let (mut file, length) = open(path)?;
+    let mut magic = Vec::new();
+    file.by_ref().take(MAGIC_BYTES).read_to_end(&mut magic).map_err(|error| unreadable(path, error))?;
+    if !is_of_kind(&magic) {
+        return Err(InputError::new(format!("cannot read {}: it is not {what}", path.display())));
+    }
+    at_most(path, magic.as_slice().chain(file), length, PICTURE_BYTES_MAX)
+}
+
+/// SHA-256 of a file's bytes, hexadecimal.
+///
+/// # Errors
+/// As of any file.
+pub fn sha256(path: &Path) -> Result<String, InputError> {
+    let (mut file, _) = open(path)?;
+    let mut hash = Sha256::new();
+    std::io::copy(&mut file, &mut hash).map_err(|error| unreadable(path, error))?;
+    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+fn at_most(path: &Path, reader: impl Read, length: u64, most: u64) -> Result<Vec<u8>, InputError> {
+    let mut bytes = Vec::new();
+    if length <= most {
+        bytes.reserve_exact(length as usize);
+        reader.take(most + 1).read_to_end(&mut bytes).map_err(|error| unreadable(path, error))?;
+    }
+    if length.max(bytes.len() as u64) > most {
+        return Err(InputError::new(format!("cannot read {}: it has more than {most} bytes", path.display())));
+    }
+    Ok(bytes)
+}
+
+/// Why a file is not read.
+pub(crate) fn unreadable(path: &Path, error: impl std::error::Error + Send + Sync + 'static) -> InputError {
+    InputError::because(format!("cannot read {}", path.display()), error)
+}
+
+#[cfg(unix)]
+fn is_pipe(about: &std::fs::Metadata) -> bool {
+    std::os::unix::fs::FileTypeExt::is_fifo(&about.file_type())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: &std::fs::Metadata) -> bool {
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::output::tests::scratch;
+
+    #[test]
+    fn text_is_read_whole_and_other_bytes_are_refused() {
+        let folder = scratch("input");
+        let path = folder.join("a.txt");
+        std::fs::write(&path, "a,b\n").expect("written");
+        assert_eq!(text(&path), Ok("a,b\n".to_owned()));
+        std::fs::write(&path, [0xff, 0xfe]).expect("written");
+        let refusals = [text(&path), text(&folder), text(&folder.join("none"))];
+        for refusal in refusals {
+            let error = refusal.expect_err("refused");
+            assert!(error.to_string().starts_with("cannot read ") && !error.is_failed_work(), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_file_of_another_kind_or_too_long_is_not_read() {
+        let path = scratch("input-kind").join("a.bin");
+        std::fs::write(&path, "II and so on").expect("written");
+        assert!(picture(&path, "a cat", |start| start.starts_with(b"II")).is_ok());
+        let error = picture(&path, "a cat", |start| start.starts_with(b"MM")).expect_err("refused");
+        assert!(error.to_string().ends_with("it is not a cat"), "{error}");
+        // A pipe has no length: what it gives counts.
+        assert!(at_most(&path, &[0; 10][..], 0, 10).is_ok() && at_most(&path, &[0; 11][..], 0, 10).is_err());
+        assert!(at_most(&path, std::io::empty(), 11, 10).is_err());
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_device_that_never_ends_is_refused_by_every_reader() {
+        let zero = Path::new("/dev/zero");
+        let refusals = [
+            text(zero).map(drop),
+            crate::Raster::read(zero).map(drop),
+            crate::read_grey(zero).map(drop),
+            crate::DemFile::open(zero).map(drop),
+            crate::CameraFile::read(zero).map(drop),
+        ];
+        for refusal in refusals {
+            let error = refusal.expect_err("refused").to_string();
+            assert!(error.contains("/dev/zero: it is not a regular file"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! The reference system that a file's keys name, and the unit of its heights.
+
+use super::geo_keys::{
+    ANGULAR_UNITS, DEGREE, GEODETIC_CRS, GeoKeys, LINEAR_UNITS, METRE, MODEL_GEOCENTRIC, MODEL_GEOGRAPHIC,
+    MODEL_PROJECTED, MODEL_TYPE, PROJECTED_CRS, USER_DEFINED, VERTICAL_CRS, VERTICAL_UNITS,
+};
+use super::user_defined;
+
+/// Units of length by their EPSG codes, in metres: metre, international foot, US survey foot.
+const UNITS_M: [(u16, f64); 3] = [(METRE, 1.0), (9002, 0.3048), (9003, 1200.0 / 3937.0)];
+/// Systems of heights in feet by their EPSG codes, as the EPSG dataset has them: NGVD29 and NAVD88 in US survey feet, NAVD88,
+/// the mean sea level and the three of the Cayman Islands in international ones. All others are in metres.
+const IN_FEET_M: [(u16, f64); 7] = [
+    (5702, 1200.0 / 3937.0),
+    (6360, 1200.0 / 3937.0),
+    (8228, 0.3048),
+    (8050, 0.3048),
+    (6130, 0.3048),
+    (6131, 0.3048),
+    (6132, 0.3048),
+];
+/// Names of units of height that GDAL writes, in lower case.
+const NAMES_M: [(&str, f64); 10] = [
+    ("m", 1.0),
+    ("metre", 1.0),
+    ("metres", 1.0),
+    ("meter", 1.0),
+    ("meters", 1.0),
+    ("ft", 0.3048),
+    ("foot", 0.3048),
+    ("feet", 0.3048),
+    ("us survey foot", 1200.0 / 3937.0),
+    ("us-ft", 1200.0 / 3937.0),
+];
+
+/// EPSG code of the horizontal system, `None` where the file names none. Units other than metres and degrees,
+/// and systems that cannot be told for certain, are refused.
+pub(super) fn epsg(keys: &GeoKeys) -> Result<Option<u32>, String> {
+    match keys.short(MODEL_TYPE) {
+        Some(MODEL_PROJECTED) => {
+            unit_is(keys, LINEAR_UNITS, METRE, "metres")?;
+            match keys.short(PROJECTED_CRS) {
+                Some(USER_DEFINED) | None => user_defined::epsg(keys).map(Some),
+                Some(code) => Ok(Some(u32::from(code))),
+            }
+        }
+        Some(MODEL_GEOGRAPHIC) => {
+            unit_is(keys, ANGULAR_UNITS, DEGREE, "degrees")?;
+            match keys.short(GEODETIC_CRS) {
+                Some(USER_DEFINED) | None => Err("its geographic reference system has no EPSG code".into()),
+                Some(code) => Ok(Some(u32::from(code))),
+            }
+        }
+        Some(MODEL_GEOCENTRIC) => Err("its coordinates are geocentric".into()),
+        _ if keys.short(PROJECTED_CRS).is_some() || keys.short(GEODETIC_CRS).is_some() => {
+            Err("it names a reference system but not whether it is projected".into())
+        }
+        _ => {
+            unit_is(keys, LINEAR_UNITS, METRE, "metres")?;
+            Ok(None)
+        }
+    }
+}
+
+fn unit_is(keys: &GeoKeys, key: u16, wanted: u16, unit: &str) -> Result<(), String> {
+    match keys.short(key) {
+        Some(code) if code != wanted => Err(format!("its coordinates are not in {unit} (EPSG unit {code})")),
+        _ => Ok(()),
+    }
+}
+
+/// Metres of a unit of height. Three places may name it: the key of the unit, the vertical system (key 4096), and GDAL's own
+/// metadata (`UNITTYPE`), in which GDAL keeps it where the file has no vertical system. All that do have to agree; metres
+/// where none does.
+pub(super) fn height_unit_m(keys: &GeoKeys, metadata: Option<&str>) -> Result<f64, String> {
+    let listed =
+        |list: &[(u16, f64)], code: u16| list.iter().find(|(known, _)| *known == code).map(|(_, metres)| *metres);
+    let by_key = keys.short(VERTICAL_UNITS).map(|code| {
+        listed(&UNITS_M, code)
+            .ok_or_else(|| format!("its heights are in EPSG unit {code}, which is neither metres nor feet"))
+    });
+    let by_system = keys.short(VERTICAL_CRS).filter(|code| *code != USER_DEFINED);
+    let by_system = by_system.map(|code| Ok(listed(&IN_FEET_M, code).unwrap_or(1.0)));
+    let by_name = metadata.and_then(unit_type).map(|name| {
+        let known = NAMES_M.iter().find(|(known, _)| name.eq_ignore_ascii_case(known)).map(|(_, metres)| *metres);
+        known.ok_or_else(|| format!("its heights are in \"{name}\", which is neither metres nor feet"))
+    });
+    let stated: Vec<f64> = [by_key, by_system, by_name].into_iter().flatten().collect::<Result<_, _>>()?;
+    let unit_m = stated.first().copied().unwrap_or(1.0);
+    // The two feet differ by 2e-6: files round them.
+    match stated.iter().find(|other| (*other / unit_m - 1.0).abs() > 1e-5) {
+        Some(other) => Err(format!("it says two units of height, of {unit_m} m and of {other} m")),
+        None => Ok(unit_m),
+    }
+}
+
+/// The unit of the first band in GDAL's metadata: `<Item name="UNITTYPE" sample="0" role="unittype">ft</Item>`.
+fn unit_type(metadata: &str) -> Option<&str> {
+    let items = metadata.split("<Item ").skip(1).filter_map(|item| item.split("</Item").next()?.split_once('>'));
+    let is_unit = |attributes: &str| attributes.contains("role=\"unittype\"");
+    let of_first_band = |attributes: &str| !attributes.contains("sample=") || attributes.contains("sample=\"0\"");
+    let mut units = items.filter(|(attributes, _)| is_unit(attributes) && of_first_band(attributes));
+    units.next().map(|(_, unit)| unit.trim()).filter(|unit| !unit.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::geo_keys::tests::short_keys;
+    use super::*;
+    use crate::io::tiff::GeoTags;
+
+    fn keys(entries: &[(u16, u16)]) -> GeoKeys {
+        GeoKeys::read(&short_keys(entries)).expect("well-formed")
+    }
+
+    #[test]
+    fn codes_are_read_by_model_type() {
+        assert_eq!(epsg(&keys(&[(1024, 1), (3072, 31256)])), Ok(Some(31256)));
+        assert_eq!(epsg(&keys(&[(1024, 2), (2048, 4326)])), Ok(Some(4326)));
+        // A projected file also names its base: that is not its system.
+        assert_eq!(epsg(&keys(&[(1024, 1), (2048, 4312), (3072, 31256)])), Ok(Some(31256)));
+        assert_eq!(epsg(&keys(&[])), Ok(None));
+        assert_eq!(epsg(&GeoKeys::read(&GeoTags::default()).expect("none")), Ok(None));
+    }
+
+    #[test]
+    fn doubtful_systems_and_units_are_refused() {
+        for entries in [
+            &[(1024, 3)][..],                         // geocentric
+            &[(3072, 31256)],                         // no model type
+            &[(1024, 2), (2048, 32767)],              // user-defined geographic
+            &[(1024, 2)],                             // geographic without code
+            &[(1024, 1)],                             // projected without code
+            &[(1024, 1), (3072, 2263), (3076, 9003)], // US survey feet
+            &[(1024, 2), (2048, 4807), (2054, 9105)], // grads
+            &[(3076, 9002)],                          // local feet
+        ] {
+            assert!(epsg(&keys(entries)).is_err(), "{entries:?}");
+        }
+    }
+
+    #[test]
+    fn the_unit_of_heights_is_told_by_key_system_or_metadata() {
+        let us_foot = 1200.0 / 3937.0;
+        let feet = "<GDALMetadata>\n  <Item name=\"UNITTYPE\" sample=\"0\" role=\"unittype\">US survey foot</Item>\n</GDALMetadata>";
+        let other = feet.replace("US survey foot", "dB");
+        let second = feet.replace("sample=\"0\"", "sample=\"1\"");
+        // EPSG:5703 is NAVD88 height, EPSG:6360 the same in US survey feet, EPSG:8228 in international ones.
+        for (entries, metadata, wanted) in [
+            (&[][..], None, 1.0),
+            (&[(4099, 9001)], None, 1.0),
+            (&[(4099, 9003)], None, us_foot),
+            (&[(4096, 5703)], None, 1.0),
+            (&[(4096, 6360)], None, us_foot),
+            (&[(4096, 8228)], None, 0.3048),
+            (&[(4096, 6360), (4099, 9003)], Some(feet), us_foot),
+            (&[], Some(feet), us_foot),
+            (&[], Some(&second), 1.0),
+        ] {
+            let found = height_unit_m(&keys(entries), metadata).expect("known");
+            assert!((found / wanted - 1.0).abs() < 1e-9, "{entries:?} {metadata:?}: {found}");
+        }
+        for (entries, metadata) in [
+            (&[(4099, 9014)][..], None),
+            (&[(4096, 6360), (4099, 9001)], None),
+            (&[(4099, 9001)], Some(feet)),
+            (&[], Some(&other)),
+        ] {
+            assert!(height_unit_m(&keys(entries), metadata).is_err(), "{entries:?}");
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Tables from CSV files: a header, then a row a line, with the line kept for messages.
+
+use super::input;
+use crate::error::InputError;
+use std::path::Path;
+
+/// A file's rows, each with its line, and the names of its columns.
+#[derive(Debug)]
+pub struct Table<'a> {
+    /// What messages call the file.
+    pub name: String,
+    /// Names of the columns.
+    pub header: Vec<&'a str>,
+    /// Line, counted from 1, and fields.
+    pub rows: Vec<(usize, Vec<&'a str>)>,
+}
+
+impl<'a> Table<'a> {
+    /// Takes a text apart; `name` is what messages call it. Empty lines and blanks around fields are passed over.
+    ///
+    /// # Errors
+    /// There is no header, or a row has more or fewer fields than it.
+    pub fn parse(text: &'a str, name: String) -> Result<Self, InputError> {
+        let fields = |line: &'a str| line.split(',').map(str::trim).collect::<Vec<_>>();
+        let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+        let mut lines = lines.by_ref().filter(|(_, line)| !line.trim().is_empty());
+        let Some((_, header)) = lines.next() else {
+            return Err(InputError::new(format!("{name} is empty")));
+        };
+        let header = fields(header);
+        let rows: Vec<_> = lines.map(|(index, line)| (index + 1, fields(line))).collect();
+        if let Some((line, row)) = rows.iter().find(|(_, row)| row.len() != header.len()) {
+            return Err(InputError::new(format!(
+                "{name}, line {line}: {} fields, but the header has {}",
+                row.len(),
+                header.len()
+            )));
+        }
+        Ok(Table { name, header, rows })
+    }
+
+    /// Place of the one column of that name.
+    ///
+    /// # Errors
+    /// There is none, or more than one.
+    pub fn column(&self, wanted: &str) -> Result<usize, InputError> {
+        self.column_that(wanted, |name| name == wanted)
+    }
+
+    /// Place of the one column whose name `is` the wanted one.
+    ///
+    /// # Errors
+    /// As [`Self::column`].
+    pub fn column_that(&self, wanted: &str, is: impl Fn(&str) -> bool) -> Result<usize, InputError> {
+        let mut places = self.header.iter().enumerate().filter(|(_, name)| is(name)).map(|(place, _)| place);
+        match (places.next(), places.next()) {
+            (Some(place), None) => Ok(place),
+            (Some(_), Some(_)) => Err(InputError::new(format!("{}: more than one column {wanted}", self.name))),
+            (None, _) => {
+                Err(InputError::new(format!("{} has no column {wanted}, only {}", self.name, self.header.join(", "))))
+            }
+        }
+    }
+
+    /// The finite number in a row and column.
+    ///
+    /// # Errors
+    /// It is none.
+    pub fn number(&self, row: usize, place: usize) -> Result<f64, InputError> {
+        match self.rows[row].1[place].parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(self.wrong(row, place, "not a finite number")),
+        }
+    }
+
+    /// The numbers of several columns in a row.
+    ///
+    /// # Errors
+    /// As [`Self::number`].
+    pub fn numbers_of<const N: usize>(&self, row: usize, places: [usize; N]) -> Result<[f64; N], InputError> {
+        let mut numbers = [0.0; N];
+        for (number, place) in numbers.iter_mut().zip(places) {
+            *number = self.number(row, place)?;
+        }
+        Ok(numbers)
+    }
+
+    /// The places of several columns.
+    ///
+    /// # Errors
+    /// As [`Self::column`].
+    pub fn columns<const N: usize>(&self, names: [&str; N]) -> Result<[usize; N], InputError> {
+        let mut places = [0; N];
+        for (place, name) in places.iter_mut().zip(names) {
+            *place = self.column(name)?;
+        }
+        Ok(places)
+    }
+
+    /// An error about a field: `what` it is instead of what it should be.
+    #[must_use]
+    pub fn wrong(&self, row: usize, place: usize, what: &str) -> InputError {
+        let (line, fields) = &self.rows[row];
+        InputError::new(format!("{}, line {line}: {} = \"{}\" is {what}", self.name, self.header[place], fields[place]))
+    }
+
+    /// A whole column of numbers.
+    ///
+    /// # Errors
+    /// As [`Self::number`].
+    pub fn numbers(&self, place: usize) -> Result<Vec<f64>, InputError> {
+        (0..self.rows.len()).map(|row| self.number(row, place)).collect()
+    }
+}
+
+/// A file's text, and what messages call the file.
+///
+/// # Errors
+/// As [`input::text`].
+pub fn text_of(path: &Path) -> Result<(String, String), InputError> {
+    let name = path.display().to_string();
+    Ok((input::text(path)?, name))
+}

@@ -1,0 +1,140 @@
+//! `plan.plan`: the plan as a mission of QGroundControl (plan file version 1, mission version 2).
+//!
+//! Two waypoints a strip, a turn's radius before its first exposure and behind its last, so that the vehicle is level and on
+//! the line when the photos begin; the exposures themselves are made on board, at the planned places. Waypoints are
+//! absolute (MAV_FRAME_GLOBAL): the plan's heights, which are above the elevation model's height datum, are taken for heights
+//! above mean sea level. Take-off and landing are the pilot's.
+
+use super::Outputs;
+use crate::error::InputError;
+use crate::plan::flown::Leg;
+use serde_json::{Value, json};
+
+/// Items that an autopilot is counted on to take: what ArduPilot's storage holds on common boards.
+pub const ITEMS_MAX: usize = 724;
+
+/// MAV_CMD_NAV_WAYPOINT.
+const WAYPOINT: u16 = 16;
+/// MAV_CMD_DO_CHANGE_SPEED.
+const CHANGE_SPEED: u16 = 178;
+/// MAV_CMD_DO_DIGICAM_CONTROL: all versions of ArduPilot take it in missions and PX4 hands it on to cameras, while
+/// IMAGE_START_CAPTURE needs ArduPilot 4.4.
+const DIGICAM_CONTROL: u16 = 203;
+/// MAV_FRAME_GLOBAL: above mean sea level.
+const GLOBAL: u8 = 0;
+/// MAV_FRAME_MISSION: the item has no place.
+const MISSION: u8 = 2;
+/// QGroundControl's altitude mode "AMSL".
+const ABSOLUTE: u8 = 2;
+/// MAV_AUTOPILOT_ARDUPILOTMEGA and MAV_TYPE_FIXED_WING: what an offline plan is edited for; uploads ask the vehicle.
+const FIRMWARE: u8 = 3;
+const VEHICLE: u8 = 1;
+
+impl Outputs<'_> {
+    /// Items of the mission: the speed, two waypoints a strip and, where wanted, two items a photo.
+    #[must_use]
+    pub fn mission_items(&self) -> usize {
+        let of_photos = if self.trigger_items { 2 * self.file.photo_count } else { 0 };
+        1 + 2 * self.file.strips.len() + of_photos
+    }
+
+    /// The file's text.
+    pub(super) fn mission(&self) -> Result<String, InputError> {
+        let mut items = Vec::with_capacity(self.mission_items());
+        let change_speed = [json!(1), json!(self.file.speed_m_s), json!(-1), json!(0), json!(0), json!(0), json!(0)];
+        items.push(command(1, CHANGE_SPEED, &change_speed));
+        for leg in self.legs() {
+            let [from_m, to_m] = self.led(&leg);
+            items.push(self.waypoint(items.len() + 1, &leg, from_m)?);
+            if self.trigger_items {
+                let along_m = &leg.strip.along_m;
+                let ordered: Vec<f64> =
+                    if leg.is_back { along_m.iter().rev().copied().collect() } else { along_m.clone() };
+                for at_m in ordered {
+                    items.push(self.waypoint(items.len() + 1, &leg, at_m)?);
+                    // The fifth parameter takes one photo.
+                    items.push(command(
+                        items.len() + 1,
+                        DIGICAM_CONTROL,
+                        &[0, 0, 0, 0, 1, 0, 0].map(|value| json!(value)),
+                    ));
+                }
+            }
+            items.push(self.waypoint(items.len() + 1, &leg, to_m)?);
+        }
+        let plan = json!({
+            "fileType": "Plan",
+            "groundStation": "QGroundControl",
+            "version": 1,
+            "geoFence": { "circles": [], "polygons": [], "version": 2 },
+            "rallyPoints": { "points": [], "version": 2 },
+            "mission": {
+                "version": 2,
+                "firmwareType": FIRMWARE,
+                "vehicleType": VEHICLE,
+                "globalPlanAltitudeMode": ABSOLUTE,
+                "cruiseSpeed": self.file.speed_m_s,
+                "hoverSpeed": self.file.speed_m_s,
+                "plannedHomePosition": self.home()?,
+                "items": items,
+            },
+        });
+        Ok(format!("{plan:#}\n"))
+    }
+
+    /// Where a strip's waypoints lie along it, a turn's radius before the first exposure and behind the last.
+    #[must_use]
+    pub fn led(&self, leg: &Leg<'_>) -> [f64; 2] {
+        let out_m = if leg.is_back { -1.0 } else { 1.0 } * self.planned.checks.turn_radius_m;
+        [leg.from_m() - out_m, leg.to_m() + out_m]
+    }
+
+    /// Latitude, longitude and height of the ground under the first waypoint, for want of anything better; QGroundControl puts the
+    /// vehicle's own home in its place.
+    fn home(&self) -> Result<Value, InputError> {
+        let layout = &self.planned.layout;
+        let Some(leg) = self.legs().next() else { return Ok(json!([0, 0, 0])) };
+        let at = layout.axes.point([self.led(&leg)[0], leg.strip.across_m]);
+        let ground_m = layout.relief.dem().height(at[0], at[1]).unwrap_or(layout.view.base_height_m);
+        let [lon, lat] = self.known(at)?;
+        Ok(json!([lat, lon, centimetres(ground_m)]))
+    }
+
+    fn waypoint(&self, number: usize, leg: &Leg<'_>, along_m: f64) -> Result<Value, InputError> {
+        let [lon, lat] = self.known(self.planned.layout.axes.point([along_m, leg.strip.across_m]))?;
+        let altitude_m = centimetres(self.altitude_m());
+        Ok(json!({
+            "AMSLAltAboveTerrain": null,
+            "Altitude": altitude_m,
+            "AltitudeMode": ABSOLUTE,
+            "autoContinue": true,
+            "command": WAYPOINT,
+            "doJumpId": number,
+            "frame": GLOBAL,
+            // No hold, the vehicle's own radius of acceptance, through the point, whatever yaw.
+            "params": [0, 0, 0, null, lat, lon, altitude_m],
+            "type": "SimpleItem",
+        }))
+    }
+
+    /// A place that is known to lie on Earth.
+    pub(super) fn known(&self, metres: [f64; 2]) -> Result<[f64; 2], InputError> {
+        self.lon_lat(metres)?.ok_or_else(|| InputError::new("nobody knows where on Earth the plan lies"))
+    }
+}
+
+/// An item without a place.
+fn command(number: usize, command: u16, params: &[Value]) -> Value {
+    json!({
+        "autoContinue": true,
+        "command": command,
+        "doJumpId": number,
+        "frame": MISSION,
+        "params": params,
+        "type": "SimpleItem",
+    })
+}
+
+fn centimetres(metres: f64) -> f64 {
+    (metres * 100.0).round() / 100.0
+}

@@ -1,0 +1,37 @@
+//! The width of ground that neighbouring strips truly see in common.
+//!
+//! The overlap is that of photos over level ground at the height of the highest terrain that both see. On a slope the edges of
+//! two swaths lie at different heights, so the ground between them is wider or narrower than that. Here the edge rays are
+//! followed to the terrain, at the place along of each exposure.
+
+use super::footprint::Sight;
+use super::lines::{Layout, Strip};
+use rayon::prelude::*;
+
+impl Layout<'_> {
+    /// The smallest width between the edges of neighbouring strips, as a share of the wider of their swaths at that place along;
+    /// `None` where all strips lie on one line. Below 0 they leave a gap.
+    #[must_use]
+    pub fn swath_min(&self, strips: &[Strip]) -> Option<f64> {
+        let sight = Sight::new(self);
+        let [_, half] = self.view.half_tangent();
+        let across = |along_m: f64, across_m: f64, tangent: f64| {
+            self.axes.of(sight.meets([along_m, across_m], [0.0, tangent]))[1]
+        };
+        let lines: Vec<&[Strip]> = strips.chunk_by(|a, b| a.line == b.line).collect();
+        let pairs: Vec<(f64, f64, f64)> = lines
+            .windows(2)
+            .flat_map(|pair| {
+                let [low_m, high_m] = [pair[0][0].across_m, pair[1][0].across_m];
+                let places = pair.iter().copied().flatten().flat_map(|strip| &strip.along_m);
+                places.map(move |along_m| (*along_m, low_m, high_m))
+            })
+            .collect();
+        let share = |&(along_m, low_m, high_m): &(f64, f64, f64)| {
+            let low = [-half, half].map(|tangent| across(along_m, low_m, tangent));
+            let high = [-half, half].map(|tangent| across(along_m, high_m, tangent));
+            (low[1] - high[0]) / (low[1] - low[0]).max(high[1] - high[0])
+        };
+        pairs.par_iter().map(share).reduce_with(f64::min)
+    }
+}

@@ -1,0 +1,31 @@
+//! The command `plumbline` as users run it: what it accepts, what it refuses and how, and what it leaves behind.
+//!
+//! The promises are those of the command's contract: exit 0 = done, 2 = bad input, 1 = the work failed; one sentence on
+//! stderr that names what and where; one JSON document alone on stdout; never a panic, nothing half-written.
+
+mod bad_cameras;
+mod bad_flights;
+mod bad_options;
+mod bad_outputs;
+mod bad_pictures;
+mod bad_samples;
+mod boresight;
+mod calibrate;
+mod command;
+mod flights;
+mod folder;
+mod lines;
+mod map;
+mod matching;
+mod motion;
+mod pictures;
+mod pipes;
+mod plan;
+mod plans;
+mod rectify;
+mod refusals;
+mod reproduced;
+mod same_files;
+mod smooth;
+mod stitch;
+mod stores;

@@ -1,0 +1,71 @@
+//! `plumbline match` on textures whose shift is known.
+
+use crate::bad_options::MATCH;
+use crate::folder::{Folder, with};
+use crate::pictures::{FORMATS, grey_8_png, texture};
+use plumbline_tests::textures::Picture;
+use plumbline_tests::vectors::number;
+use serde_json::Value;
+
+/// What the contract's users may count on.
+const TOLERANCE_PX: f64 = 0.1;
+
+/// The answer must be accepted and be `shift`: (right, down).
+fn found(answer: &Value, shift: (f64, f64), what: &str) {
+    let keys: Vec<&String> = answer.as_object().expect("an object").keys().collect();
+    assert_eq!(keys, ["accepted", "d_col", "d_row", "reason", "score", "second_peak"], "{answer}");
+    let off = [number(answer, "d_col") - shift.0, number(answer, "d_row") - shift.1];
+    assert!(off.iter().all(|axis| axis.abs() < TOLERANCE_PX), "{off:?} px off {shift:?}, {what}: {answer}");
+    assert!(answer["accepted"] == true && answer["reason"].is_null(), "{what}: {answer}");
+    assert!(number(answer, "score") > number(answer, "second_peak"), "{what}: {answer}");
+}
+
+#[test]
+fn a_known_shift_right_and_down() {
+    let folder = Folder::with_scene("match-shift");
+    // Even and odd sizes: the centres are between pixels or on one.
+    for (patch, reference) in [((34, 34), (74, 74)), ((33, 34), (74, 74)), ((34, 34), (75, 81)), ((35, 41), (75, 80))] {
+        grey_8_png(&folder.path("reference.png"), &texture(reference, (0.0, 0.0)));
+        for shift in [(3.0, 0.0), (0.0, 3.0), (3.4, -2.7), (-7.25, 5.5)] {
+            grey_8_png(&folder.path("patch.png"), &texture(patch, shift));
+            found(&folder.run(MATCH).json(), shift, &format!("{patch:?} in {reference:?}"));
+        }
+    }
+}
+
+#[test]
+fn all_formats_give_one_answer() {
+    let folder = Folder::with_scene("match-formats");
+    let wanted = folder.run(MATCH).json();
+    found(&wanted, (2.0, 1.0), "grey");
+    for (name, write) in FORMATS {
+        write(&folder.path(name), &texture((34, 34), (2.0, 1.0)));
+        assert_eq!(folder.run(&with(MATCH, "--patch", name)).json(), wanted, "{name} as patch");
+        write(&folder.path(name), &texture((74, 74), (0.0, 0.0)));
+        assert_eq!(folder.run(&with(MATCH, "--reference", name)).json(), wanted, "{name} as reference");
+    }
+}
+
+/// Behind the mask the patch may hold anything.
+#[test]
+fn what_is_masked_does_not_count() {
+    let folder = Folder::with_scene("match-mask");
+    let (size, shift) = ((34, 34), (3.4, -2.7));
+    let (mut patch, wrong) = (texture(size, shift), texture(size, (-6.0, 6.0)));
+    let mut mask = Picture { pixels: vec![255; patch.pixels.len()], size };
+    // A third, from the left.
+    for index in (0..patch.pixels.len()).filter(|index| index % 34 < 11) {
+        patch.pixels[index] = wrong.pixels[index];
+        mask.pixels[index] = 0;
+    }
+    grey_8_png(&folder.path("patch.png"), &patch);
+    grey_8_png(&folder.path("mask.png"), &mask);
+    found(&folder.run(&format!("{MATCH} --mask mask.png")).json(), shift, "masked");
+}
+
+#[test]
+fn without_json_there_is_one_line() {
+    let folder = Folder::with_scene("match-line");
+    let run = folder.run(&MATCH.replace(" --json", "")).done();
+    assert!(run.stdout.lines().count() == 1 && run.stdout.contains("accepted"), "{run:?}");
+}

@@ -1,0 +1,9 @@
+//! Simulated flights: against the truth, replayed from their logs, over the serial line, along a plan.
+
+mod aborted;
+mod planned;
+mod reboot;
+mod replay;
+mod serial;
+mod stamps;
+mod truth;

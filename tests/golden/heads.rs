@@ -1,9 +1,0 @@
-//! A camera of several heads against paper 002's geometry: the golden projection through every way there is to it, the
-//! core's single precision over an image of the paper's size, and simulated virtual images beside those of one camera.
-
-#[path = "heads/four.rs"]
-mod four;
-#[path = "heads/geometry.rs"]
-mod geometry;
-#[path = "heads/stitched.rs"]
-mod stitched;

@@ -1,0 +1,16 @@
+//! What runs on board, core and firmware: golden values of the papers, independent arithmetic, damaged inputs.
+
+mod fuzz;
+mod kernels;
+mod matching;
+mod motion;
+mod mount;
+mod oracle;
+mod pose;
+mod reacquire;
+mod rectification;
+mod rolling;
+mod stamping;
+mod stamps;
+mod stores;
+mod wire;

@@ -1,0 +1,160 @@
+//! When the pipeline searches far: a level camera of 128 x 128 pixels above ground at rest, with a position that is off.
+
+use super::{Random, at};
+use plumbline_core::budget::FRAME_MEMORY_BYTES;
+use plumbline_core::camera::Camera;
+use plumbline_core::matching::acceptance::AcceptRule;
+use plumbline_core::mount::Mount;
+use plumbline_core::pipeline::{
+    Buffers, FollowUpMode, LOST_AFTER, Latencies, Motions, Outcome, Pipeline, PositionSample, Refusal, Settings,
+    SettingsError, Sigmas,
+};
+use plumbline_core::pose::Wait;
+use plumbline_core::tile::{Geographic, Georeference, Tile};
+use plumbline_core::tilt::Attitude;
+use plumbline_core::units::{Metres, Micros, Radians};
+use plumbline_tests::textures::{Ground, Placement};
+
+const FRAME: u16 = 128;
+const FOV_DEG: f32 = 60.0;
+const HEIGHT_M: f32 = 150.0;
+const RESOLUTION_M: f32 = 5.0;
+const TILE: u16 = 220;
+/// Metres of 1e-2 degrees of latitude and at 48 degrees of longitude.
+const NORTH_M: f32 = 1111.9;
+const EAST_M: f32 = 744.0;
+const CENTRE: Geographic = Geographic { lat_e7: 480_000_000, lon_e7: 160_000_000 };
+
+fn settings(search_px: u16) -> Settings {
+    let fov = Radians::from_degrees(FOV_DEG);
+    Settings {
+        camera: Camera::new((FRAME, FRAME), (fov, fov), (0.0, 0.0), None).expect("a camera"),
+        follow_up: FollowUpMode::Fixed,
+        sigmas: Sigmas {
+            tilt_white_rad: 0.002,
+            tilt_drift_rad: 0.002,
+            heading_drift_rad: 0.005,
+            range_m: 0.3,
+            ..Sigmas::default()
+        },
+        mount: Mount::default(),
+        motions: Motions::default(),
+        latencies: Latencies::default(),
+        readout_us: 0,
+        lag: 0,
+        gap_us: 20_000,
+        range_gap_us: 100_000,
+        position_age_us: 1_000_000,
+        patience_us: 100_000,
+        search_px,
+        accept: AcceptRule::default(),
+    }
+}
+
+/// What becomes of frames: each of a ground, with the position off by so many pixels (east, south).
+fn flown(search_px: u16, frames: impl Iterator<Item = (u64, (f32, f32))>) -> Vec<Result<Outcome, Refusal>> {
+    let mut random = Random::new(90);
+    let tile = Ground::new(91, 40.0, 5.0).picture((TILE, TILE), Placement::default(), 3.0, &mut random);
+    let georeference = Georeference {
+        epsg: 0,
+        centre: CENTRE,
+        east: [EAST_M, 0.0, 0.0, 0.0, 0.0],
+        north: [0.0, NORTH_M, 0.0, 0.0, 0.0],
+        convergence: Radians(0.0),
+        point_scale: 1.0,
+    };
+    let tile = Tile::new(&tile.pixels, (TILE, TILE), Metres(RESOLUTION_M), georeference).expect("a tile");
+    let (mut buffers, mut memory) = (Buffers::new(), vec![0; FRAME_MEMORY_BYTES]);
+    let mut pipeline = Pipeline::new(settings(search_px), tile, &mut buffers, &mut memory).expect("settings");
+    // Tile pixels of a frame's pixel.
+    let side_px = f64::from(2.0 * HEIGHT_M * (0.5 * FOV_DEG).to_radians().tan() / RESOLUTION_M);
+    let placement = Placement { scale: side_px / f64::from(FRAME) - 1.0, ..at((0.0, 0.0)) };
+    let mut outcomes = Vec::new();
+    for (number, (seed, off)) in (1u64..).zip(frames) {
+        let frame = Ground::new(seed, 40.0, 5.0).picture((FRAME, FRAME), placement, 2.0, &mut random);
+        let mid = Micros(number * 1_000_000);
+        let attitude = Attitude { heading: Radians(0.0), pitch: Radians(0.0), roll: Radians(0.0) };
+        for after_us in [-15_000i64, -5_000, 5_000] {
+            let sampled_at = Micros((mid.0 as i64 + after_us) as u64);
+            pipeline.streams.attitude(sampled_at, attitude).expect("in time");
+            pipeline.streams.slant(sampled_at, Metres(HEIGHT_M)).expect("in time");
+        }
+        let degrees = |px: f32, metres: f32| (px * RESOLUTION_M / metres * 1e5) as i32;
+        let position = Geographic {
+            lat_e7: CENTRE.lat_e7 - degrees(off.1, NORTH_M),
+            lon_e7: CENTRE.lon_e7 + degrees(off.0, EAST_M),
+        };
+        let sample = PositionSample { sampled_at: mid, position, north_m_per_s: 0.0, east_m_per_s: 0.0 };
+        pipeline.position(sample, None).expect("in time");
+        pipeline.begin_frame().expect("a range");
+        pipeline.rows(&frame.pixels).expect("rows");
+        let situation = pipeline.situate((mid, 0.0), Wait::For(1)).expect("samples").expect("around it");
+        pipeline.rectify(&situation).expect("a footprint");
+        outcomes.push(pipeline.register(&situation));
+    }
+    outcomes
+}
+
+const SAME: u64 = 91;
+const OTHER: u64 = 92;
+
+/// Radius, and whether a fix was made.
+fn told(outcomes: &[Result<Outcome, Refusal>]) -> Vec<(u16, bool)> {
+    outcomes.iter().map(|o| o.as_ref().map(|o| (o.search_px, o.fix.is_ok())).expect("a match was tried")).collect()
+}
+
+/// The position jumps by 40 pixels, 200 metres, and stays there: five frames find nothing, the sixth is found where it is,
+/// and the next is searched as ever.
+#[test]
+fn a_position_that_jumped_is_found_again() {
+    let jumped = (32.0, -24.0);
+    let offs = [(1.0, 2.0); 3].into_iter().chain([jumped; 6]).chain([(0.5, -1.0); 2]);
+    let outcomes = flown(10, offs.clone().map(|off| (SAME, off)));
+    let (near, lost) = ([(10, true); 3], [(10, false); LOST_AFTER as usize]);
+    assert_eq!(told(&outcomes), [near.as_slice(), &lost, &[(64, true)], &[(10, true); 2]].concat());
+    for (outcome, off) in outcomes.iter().zip(offs) {
+        let outcome = outcome.as_ref().expect("tried");
+        if let Ok(fix) = outcome.fix {
+            let off_px = (outcome.d_col + off.0).hypot(outcome.d_row + off.1);
+            let off_m = fix.local.east_m.hypot(fix.local.north_m);
+            // A tenth of a pixel by noise, and half of one across 1e-7 degrees and the height's rounding do not add up to
+            // this.
+            assert!(off_px < 0.3 && off_m < 0.3 * RESOLUTION_M, "{outcome:?}");
+        }
+    }
+}
+
+/// Frames of other ground are never found: every sixth is searched far, and only it.
+#[test]
+fn a_search_in_vain_counts_anew() {
+    let outcomes = flown(10, (0..18).map(|_| (OTHER, (0.0, 0.0))));
+    let radii: Vec<u16> = told(&outcomes).iter().map(|told| told.0).collect();
+    assert!(outcomes.iter().all(|outcome| outcome.as_ref().is_ok_and(|outcome| outcome.fix.is_err())));
+    assert_eq!(radii, [[10, 10, 10, 10, 10, 64]; 3].concat());
+    // One that is accepted ends the row.
+    let seeds = [OTHER, OTHER, OTHER, OTHER, SAME, OTHER, OTHER, OTHER, OTHER, OTHER, OTHER];
+    let outcomes = flown(10, seeds.into_iter().map(|seed| (seed, (0.0, 0.0))));
+    let radii: Vec<u16> = told(&outcomes).iter().map(|told| told.0).collect();
+    assert_eq!(radii, [10, 10, 10, 10, 10, 10, 10, 10, 10, 10, 64]);
+}
+
+/// A wider search can be asked for; the widest is the one for a lost position.
+#[test]
+fn a_wide_search_is_made_where_it_is_asked_for() {
+    let outcomes = flown(48, [(SAME, (-44.0, 41.0)), (SAME, (0.0, 3.0))].into_iter());
+    assert_eq!(told(&outcomes), [(48, true); 2]);
+    for (search_px, allowed) in [(0, false), (1, true), (64, true), (65, false)] {
+        let expected = if allowed { Ok(()) } else { Err(SettingsError::Search) };
+        assert_eq!(settings(search_px).check(), expected, "{search_px}");
+    }
+}
+
+/// Near the tile's border the far search ends with it; where not even the near one fits, nothing is tried.
+#[test]
+fn a_lost_position_near_the_border_is_searched_as_far_as_the_tile_reaches() {
+    // Half the tile is 110 pixels, the near window 27.
+    let offs = [(60.0, -50.0); 6].into_iter().chain([(84.0, 0.0)]);
+    let outcomes = flown(10, offs.map(|off| (SAME, off)));
+    assert_eq!(told(&outcomes[..6]), [[(10, false); 5].as_slice(), &[(64, true)]].concat());
+    assert_eq!(outcomes[6].as_ref().map(|_| ()), Err(&Refusal::OutsideReference));
+}

@@ -1,0 +1,218 @@
+//! From messages to samples, and every trap on the way.
+
+use super::axes::{largest_difference, ned_from_body};
+use mavlink::dialects::common::{
+    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA,
+    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GimbalDeviceFlags, HEARTBEAT_DATA, HIGHRES_IMU_DATA,
+    MavModeFlag, TIMESYNC_DATA,
+};
+use mavlink::{MavlinkVersion, MessageData};
+use plumbline_core::tile::Geographic;
+use plumbline_core::units::{Metres, Micros};
+use plumbline_firmware::wire::decoder::Packet;
+use plumbline_firmware::wire::incoming::{Incoming, Unusable, incoming};
+use plumbline_tests::seeded::{Random, config};
+use proptest::prelude::{any, prop_assert, proptest};
+
+const US: (u8, u8) = (1, 154);
+
+/// What the sample of a message with this payload is; trailing zeros are cut off, as on the wire.
+fn taken(id: u32, payload: &[u8]) -> Result<Incoming, Unusable> {
+    let length = payload.iter().rposition(|&byte| byte != 0).map_or(1, |last| last + 1);
+    incoming(&Packet { id, system: 1, component: 1, payload: &payload[..length], is_signed: false }, US)
+}
+
+fn taken_from<D: MessageData>(data: &D) -> Result<Incoming, Unusable> {
+    let mut payload = [0; 255];
+    let length = data.ser(MavlinkVersion::V2, &mut payload);
+    taken(D::ID, &payload[..length.max(1)])
+}
+
+/// Heading 100, pitch -12, roll 7 degrees, north-east-down from forward-right-down, Hamilton, worked out by half angles.
+fn quaternion() -> ([f32; 4], [f64; 3]) {
+    let angles = [100.0f64, -12.0, 7.0].map(f64::to_radians);
+    let [(sy, cy), (sp, cp), (sr, cr)] = angles.map(|angle| (0.5 * angle).sin_cos());
+    let q = [
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    ];
+    (q.map(|part| part as f32), angles)
+}
+
+#[test]
+fn attitudes_come_in_microseconds_or_milliseconds() {
+    let (q, angles) = quaternion();
+    let fine = AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA { time_boot_us: 5_000_000_123, q, ..Default::default() };
+    let [q1, q2, q3, q4] = q;
+    let coarse = ATTITUDE_QUATERNION_DATA { time_boot_ms: 4_000_000_001, q1, q2, q3, q4, ..Default::default() };
+    let (Ok(Incoming::Attitude(fine_at, a)), Ok(Incoming::CoarseAttitude(coarse_at, b))) =
+        (taken_from(&fine), taken_from(&coarse))
+    else {
+        panic!("{:?}, {:?}", taken_from(&fine), taken_from(&coarse))
+    };
+    assert_eq!((fine_at, coarse_at), (Micros(5_000_000_123), Micros(4_000_000_001_000)));
+    for attitude in [a, b] {
+        let found = ned_from_body(attitude.heading.0.into(), attitude.pitch.0.into(), attitude.roll.0.into());
+        assert!(largest_difference(&found, &ned_from_body(angles[0], angles[1], angles[2])) < 1e-6, "{attitude:?}");
+    }
+}
+
+#[test]
+fn attitudes_that_are_no_rotation_are_invalid() {
+    for q in [[f32::NAN, 0.0, 0.0, 0.0], [1.0, f32::NAN, 0.0, 0.0], [0.0; 4], [1.0, 1.0, 0.0, 0.0]] {
+        let fine = AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA { time_boot_us: 1, q, ..Default::default() };
+        let [q1, q2, q3, q4] = q;
+        let coarse = ATTITUDE_QUATERNION_DATA { time_boot_ms: 1, q1, q2, q3, q4, ..Default::default() };
+        let flags = GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME;
+        let gimbal = GIMBAL_DEVICE_ATTITUDE_STATUS_DATA { time_boot_ms: 1, q, flags, ..Default::default() };
+        assert_eq!(taken_from(&fine), Err(Unusable::Invalid), "{q:?}");
+        assert_eq!(taken_from(&coarse), Err(Unusable::Invalid), "{q:?}");
+        assert_eq!(taken_from(&gimbal), Err(Unusable::Invalid), "{q:?}");
+    }
+}
+
+/// Only a yaw in the vehicle's frame is the follow-up angle. Senders older than the two frame flags say it by the yaw
+/// lock: locked to north, or not.
+#[test]
+fn a_gimbals_flags_say_what_its_yaw_means() {
+    let (vehicle, earth, lock) = (
+        GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME,
+        GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_EARTH_FRAME,
+        GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_LOCK,
+    );
+    // 30 degrees to the right.
+    let q = [15f32.to_radians().cos(), 0.0, 0.0, 15f32.to_radians().sin()];
+    let with = |flags| {
+        taken_from(&GIMBAL_DEVICE_ATTITUDE_STATUS_DATA { time_boot_ms: 70_000, q, flags, ..Default::default() })
+    };
+    let none = GimbalDeviceFlags::empty();
+    for flags in [vehicle, vehicle | lock, none] {
+        let Ok(Incoming::FollowUp(at, follow_up)) = with(flags) else { panic!("{:?} for {flags:?}", with(flags)) };
+        assert_eq!(at, Micros(70_000_000));
+        assert!((follow_up.to_degrees() + 30.0).abs() < 1e-4, "{follow_up:?}");
+    }
+    for flags in [earth, earth | lock, vehicle | earth, vehicle | earth | lock, lock] {
+        assert_eq!(with(flags), Err(Unusable::Invalid), "{flags:?}");
+    }
+}
+
+/// DISTANCE_SENSOR byte by byte: stamp ms, min, max, current cm, type, id, orientation, covariance; then the extensions
+/// horizontal and vertical field, quaternion, quality.
+fn distance(limits: (u16, u16), current: u16, orientation: u8, quality: u8) -> Result<Incoming, Unusable> {
+    let mut payload = Vec::new();
+    payload.extend(123_456u32.to_le_bytes());
+    payload.extend([limits.0, limits.1, current].iter().flat_map(|cm| cm.to_le_bytes()));
+    payload.extend([0, 3, orientation, 255]);
+    payload.extend([0.1f32, 0.1, 1.0, 0.0, 0.0, 0.0].iter().flat_map(|part| part.to_le_bytes()));
+    payload.push(quality);
+    taken(DISTANCE_SENSOR_DATA::ID, &payload)
+}
+
+#[test]
+fn distances_and_what_only_looks_like_one() {
+    const DOWN: u8 = 25;
+    let metres = |cm: f32| Ok(Incoming::Slant(Micros(123_456_000), Metres(cm * 0.01)));
+    assert_eq!(distance((20, 20_000), 15_037, DOWN, 0), metres(15_037.0), "quality unknown");
+    assert_eq!(distance((20, 20_000), 15_037, DOWN, 100), metres(15_037.0));
+    assert_eq!(distance((20, 20_000), 15_037, DOWN, 2), metres(15_037.0));
+    assert_eq!(distance((0, 0), 300, DOWN, 50), metres(300.0), "limits not stated");
+    assert_eq!(distance((20, 20_000), 20_000, DOWN, 50), metres(20_000.0), "just at the limit");
+    let bad = [
+        ((20, 20_000), 15_037, 1, "quality 1 is invalid"),
+        ((20, 20_000), 0, 50, "nothing measured"),
+        ((0, 0), 0, 50, "nothing measured"),
+        ((20, u16::MAX), u16::MAX, 50, "65535"),
+        ((0, 0), u16::MAX, 50, "65535"),
+        ((20, 20_000), 20_001, 50, "beyond the limit"),
+        ((20, 20_000), 19, 50, "below the limit"),
+    ];
+    for (limits, current, quality, why) in bad {
+        assert_eq!(distance(limits, current, DOWN, quality), Err(Unusable::Invalid), "{why}");
+    }
+    // Forward, backward, upwards, to the left; and a number that is no orientation.
+    for orientation in [0, 4, 24, 6, 26] {
+        assert_eq!(distance((20, 20_000), 15_037, orientation, 50), Err(Unusable::NotOurs), "{orientation}");
+    }
+    assert!(distance((20, 20_000), 15_037, 99, 50).is_err());
+}
+
+#[test]
+fn positions_with_their_velocity() {
+    let data = GLOBAL_POSITION_INT_DATA {
+        time_boot_ms: 90_001,
+        lat: 481_234_567,
+        lon: -163_000_001,
+        vx: 1234,
+        vy: -567,
+        ..Default::default()
+    };
+    let Ok(Incoming::Position(sample)) = taken_from(&data) else { panic!("{:?}", taken_from(&data)) };
+    assert_eq!(sample.sampled_at, Micros(90_001_000));
+    assert_eq!(sample.position, Geographic { lat_e7: 481_234_567, lon_e7: -163_000_001 });
+    assert!((sample.north_m_per_s - 12.34).abs() < 1e-5 && (sample.east_m_per_s + 5.67).abs() < 1e-5, "{sample:?}");
+}
+
+/// TIMESYNC byte by byte: tc1, ts1 in ns, then the extensions target system and component.
+fn timesync(tc1: i64, ts1: i64, target: (u8, u8)) -> Result<Incoming, Unusable> {
+    let payload = [&tc1.to_le_bytes()[..], &ts1.to_le_bytes(), &[target.0, target.1]].concat();
+    taken(TIMESYNC_DATA::ID, &payload)
+}
+
+#[test]
+fn timesync_answers_to_others_are_not_ours() {
+    let ours = Ok(Incoming::Timesync { sent_ns: 55, theirs: Micros(7_000_000) });
+    assert_eq!(timesync(7_000_000_999, 55, US), ours);
+    for target in [(1, 1), (2, 154), (255, 190), (154, 1)] {
+        assert_eq!(timesync(7_000_000_999, 55, target), Err(Unusable::NotOurs), "{target:?}");
+    }
+    assert_eq!(timesync(-7_000_000_999, 55, US), Err(Unusable::Invalid), "before boot");
+    for target in [US, (0, 0)] {
+        assert_eq!(timesync(0, 77, target), Ok(Incoming::TimesyncRequest { theirs_ns: 77 }), "{target:?}");
+    }
+}
+
+#[test]
+fn only_the_autopilots_own_heartbeat_says_whether_it_is_armed() {
+    for is_armed in [false, true] {
+        let base_mode = if is_armed { MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED } else { MavModeFlag::empty() };
+        let heartbeat = HEARTBEAT_DATA { base_mode, ..Default::default() };
+        assert_eq!(taken_from(&heartbeat), Ok(Incoming::Armed(is_armed)));
+        let mut payload = [0; 255];
+        let length = heartbeat.ser(MavlinkVersion::V2, &mut payload);
+        // A ground station's.
+        let theirs =
+            Packet { id: HEARTBEAT_DATA::ID, system: 1, component: 190, payload: &payload[..length], is_signed: false };
+        assert_eq!(incoming(&theirs, US), Err(Unusable::NotOurs));
+    }
+}
+
+#[test]
+fn other_messages_are_not_ours() {
+    assert_eq!(taken_from(&HIGHRES_IMU_DATA::default()), Err(Unusable::NotOurs));
+    assert_eq!(taken(0x00FF_FFFF, &[1, 2, 3]), Err(Unusable::NotOurs));
+}
+
+proptest! {
+    #![proptest_config(config(92, 1000))]
+
+    /// Any payload of any length under any of our ids: a finite sample or none, never a panic.
+    #[test]
+    fn any_payload_is_survived(which in 0usize..6, seed in any::<u64>(), length in 0usize..=255) {
+        let ids = [
+            AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::ID, ATTITUDE_QUATERNION_DATA::ID, DISTANCE_SENSOR_DATA::ID,
+            GIMBAL_DEVICE_ATTITUDE_STATUS_DATA::ID, GLOBAL_POSITION_INT_DATA::ID, TIMESYNC_DATA::ID,
+        ];
+        let mut random = Random::new(seed);
+        let payload: Vec<u8> = (0..length).map(|_| random.byte()).collect();
+        match incoming(&Packet { id: ids[which], system: 1, component: 1, payload: &payload, is_signed: false }, US) {
+            Ok(Incoming::Attitude(_, a) | Incoming::CoarseAttitude(_, a)) => {
+                prop_assert!([a.heading, a.pitch, a.roll].iter().all(|angle| angle.0.is_finite()));
+            }
+            Ok(Incoming::FollowUp(_, angle)) => prop_assert!(angle.0.is_finite()),
+            Ok(Incoming::Slant(_, slant)) => prop_assert!(slant.0 > 0.0 && slant.0 < 655.35),
+            _ => {}
+        }
+    }
+}

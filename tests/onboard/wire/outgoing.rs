@@ -1,0 +1,272 @@
+//! What we send, read back by the `mavlink` crate, and our own telemetry inside it.
+
+use super::axes::{largest_difference, matrix_of, ned_from_body, product};
+use mavlink::dialects::common::{GimbalDeviceFlags, MavMessage, MavType};
+use mavlink::{MavlinkVersion, Message, MessageData, calculate_crc};
+use plumbline_core::fix::Fix;
+use plumbline_core::pipeline::{Refusal, Situation};
+use plumbline_core::tile::{Geographic, Local};
+use plumbline_core::tilt::Attitude;
+use plumbline_core::units::{Micros, Radians};
+use plumbline_firmware::wire::outgoing::{self, CHUNK, COMPONENT, Encoder, SYSTEM};
+use plumbline_firmware::wire::telemetry::{
+    FrameReport, Health, InstantReport, MARK, MotionReport, PoseReport, StampHealth, StampReport, TUNNEL_BYTES,
+    Telemetry,
+};
+use plumbline_tests::seeded::{Random, config};
+use proptest::prelude::{any, prop_assert, prop_assert_eq, proptest};
+
+/// Encodes, checks the frame by hand, and lets the `mavlink` crate read it.
+fn sent<D: MessageData>(encoder: &mut Encoder, sequence: u8, data: &D) -> MavMessage {
+    let bytes = encoder.encode(data).to_vec();
+    assert_eq!(bytes[..7], [0xFD, (bytes.len() - 12) as u8, 0, 0, sequence, SYSTEM, COMPONENT], "{}", D::NAME);
+    let id = u32::from_le_bytes([bytes[7], bytes[8], bytes[9], 0]);
+    let end = bytes.len() - 2;
+    let crc = calculate_crc(&bytes[1..end], MavMessage::extra_crc(id));
+    assert_eq!(bytes[end..], crc.to_le_bytes(), "{}", D::NAME);
+    MavMessage::parse(MavlinkVersion::V2, id, &bytes[10..end]).expect("a message of the dialect")
+}
+
+fn situation(follow_up: f32) -> Situation {
+    Situation::exact(Micros(5_123_456), Attitude::default(), (Radians(follow_up), true), 151.5)
+}
+
+const AT: Geographic = Geographic { lat_e7: 481_234_567, lon_e7: -163_000_001 };
+
+#[test]
+fn messages_are_what_they_claim() {
+    let mut encoder = Encoder::new();
+    let MavMessage::HEARTBEAT(beat) = sent(&mut encoder, 0, &outgoing::heartbeat()) else { panic!("another message") };
+    assert_eq!((beat.mavtype, beat.mavlink_version), (MavType::MAV_TYPE_GIMBAL, 3));
+    let MavMessage::CAMERA_TRIGGER(trigger) = sent(&mut encoder, 1, &outgoing::camera_trigger(Micros(1 << 40), 7))
+    else {
+        panic!("another message")
+    };
+    assert_eq!((trigger.time_usec, trigger.seq), (1 << 40, 7));
+    let MavMessage::GIMBAL_DEVICE_SET_ATTITUDE(servo) = sent(&mut encoder, 2, &outgoing::servo(Radians(0.6))) else {
+        panic!("another message")
+    };
+    // A follow-up angle to the left is a yaw of -0.6 rad, in the vehicle's frame; the rates are the servo's business.
+    assert_eq!(servo.flags, GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME);
+    assert!(largest_difference(&matrix_of(servo.q.map(f64::from)), &ned_from_body(-0.6, 0.0, 0.0)) < 1e-6);
+    let rates = [servo.angular_velocity_x, servo.angular_velocity_y, servo.angular_velocity_z];
+    assert!(rates.iter().all(|rate| rate.is_nan()), "{rates:?}");
+    for (number, message) in [(3, outgoing::timesync_request(-5)), (4, outgoing::timesync_answer(1 << 50, 9))] {
+        let bytes = encoder.encode(&message).to_vec();
+        let long = |at: usize| i64::from_le_bytes(std::array::from_fn(|i| bytes[10 + at + i]));
+        let expected = if number == 3 { (0, -5) } else { (1 << 50, 9) };
+        assert_eq!((bytes[4], long(0), long(8), &bytes[26..28]), (number, expected.0, expected.1, &[1, 1][..]));
+    }
+    for number in 5..=255 {
+        sent(&mut encoder, number, &outgoing::heartbeat());
+    }
+    sent(&mut encoder, 0, &outgoing::heartbeat());
+}
+
+#[test]
+fn pictures_go_out_in_pieces() {
+    let mut encoder = Encoder::new();
+    for (size, packets) in [((34, 34), 5), ((64, 64), 17), ((23, 11), 1), ((22, 23), 2), ((23, 22), 2)] {
+        let announcement = outgoing::picture_announcement(size);
+        let pixels = u32::from(size.0) * u32::from(size.1);
+        assert_eq!(
+            (announcement.size, announcement.packets, usize::from(announcement.payload)),
+            (pixels, packets, CHUNK)
+        );
+    }
+    let announcement = outgoing::picture_announcement((34, 34));
+    let MavMessage::DATA_TRANSMISSION_HANDSHAKE(seen) = sent(&mut encoder, 0, &announcement) else {
+        panic!("another message")
+    };
+    assert_eq!((seen.width, seen.height, seen.jpg_quality), (34, 34, 0));
+    for (number, pixels) in [(0u16, vec![7u8; 253]), (4, vec![9; 144]), (5, vec![])] {
+        let MavMessage::ENCAPSULATED_DATA(piece) =
+            sent(&mut encoder, piece_number(number), &outgoing::picture_piece(number, &pixels))
+        else {
+            panic!("another message")
+        };
+        assert_eq!(piece.seqnr, number);
+        assert!(piece.data.iter().enumerate().all(|(i, &byte)| byte == pixels.get(i).copied().unwrap_or(0)));
+    }
+}
+
+/// Sequence of the three pieces above, after the announcement.
+fn piece_number(number: u16) -> u8 {
+    match number {
+        0 => 1,
+        4 => 2,
+        _ => 3,
+    }
+}
+
+/// The camera's axes on the ground: the vehicle's attitude, then the gimbal's turn to the right by -β about its down.
+#[test]
+fn a_picture_is_where_and_how_it_was_taken() {
+    let mut random = Random::new(101);
+    let mut encoder = Encoder::new();
+    for sequence in 0..50u8 {
+        let [heading, pitch, roll, beta] = [3.0, 0.5, 0.5, 3.0].map(|most| random.between(-most, most));
+        let [h, p, r] = [heading, pitch, roll].map(|angle| Radians(angle as f32));
+        let attitude = Attitude { heading: h, pitch: p, roll: r };
+        let message = outgoing::image_captured(&situation(beta as f32), attitude, AT, 40 + u32::from(sequence));
+        let MavMessage::CAMERA_IMAGE_CAPTURED(image) = sent(&mut encoder, sequence, &message) else {
+            panic!("another message")
+        };
+        let expected = product(&ned_from_body(heading, pitch, roll), &ned_from_body(-beta, 0.0, 0.0));
+        assert!(largest_difference(&matrix_of(image.q.map(f64::from)), &expected) < 2e-6, "{:?}", image.q);
+        assert_eq!((image.lat, image.lon, image.relative_alt), (AT.lat_e7, AT.lon_e7, 151_500));
+        assert_eq!((image.time_boot_ms, image.image_index), (5123, 40 + i32::from(sequence)));
+    }
+}
+
+/// `eph` is the larger axis of the error ellipse: the power method in `f64`.
+#[test]
+fn a_fix_states_its_worse_axis_and_its_age() {
+    let mut random = Random::new(102);
+    let mut encoder = Encoder::new();
+    for sequence in 0..50u8 {
+        let [a, b, angle] = [random.between(0.01, 9.0), random.between(0.01, 9.0), random.between(0.0, 3.0)];
+        let (s, c) = f64::sin_cos(angle);
+        let (xx, yy, xy) = (a * c * c + b * s * s, a * s * s + b * c * c, (a - b) * s * c);
+        let covariance = [[xx as f32, xy as f32], [xy as f32, yy as f32]].into();
+        let fix = Fix { position: AT, local: Local::default(), covariance };
+        let message = outgoing::position_sensor(&fix, Micros(5_000_000), Micros(5_034_567));
+        let MavMessage::GLOBAL_POSITION_SENSOR(seen) = sent(&mut encoder, sequence, &message) else {
+            panic!("another message")
+        };
+        assert!((f64::from(seen.eph) - a.max(b).sqrt()).abs() < 1e-5 * a.max(b).sqrt(), "{} for {a}, {b}", seen.eph);
+        assert_eq!(
+            (seen.time_usec, seen.processing_time, seen.lat, seen.lon),
+            (5_034_567, 34_567, AT.lat_e7, AT.lon_e7)
+        );
+        assert!(seen.alt.is_nan() && seen.alt_ellipsoid.is_nan() && seen.epv.is_nan());
+    }
+}
+
+/// A report whose every number takes the most bytes.
+fn longest_report() -> FrameReport {
+    let mut report = FrameReport::new(u32::MAX);
+    report.mid_exposure_us = u64::MAX;
+    report.refusal = u8::MAX;
+    report.matched = Some([f32::MIN; 6]);
+    report.fix = Some([f32::MIN; 5]);
+    report.predicted = Some([f32::MIN; 2]);
+    report.situation = Some([f32::MIN; 5]);
+    report.instructions = [u32::MAX; 6];
+    report.search_px = u16::MAX;
+    report
+}
+
+fn longest_health() -> Health {
+    const MOST: u32 = u32::MAX;
+    Health {
+        messages: MOST,
+        bad_checksum: MOST,
+        unknown_id: MOST,
+        incompatible: MOST,
+        skipped_bytes: MOST,
+        backwards: MOST,
+        invalid: MOST,
+        overruns: MOST,
+        frames_lost: MOST,
+        patches_cut: MOST,
+        memory: (MOST, MOST),
+        delays_us: [MOST; 4],
+        stamps: StampHealth {
+            edges_bounced: MOST,
+            edges_bad: MOST,
+            edges_missing: MOST,
+            pulses_ignored: MOST,
+            ties: MOST,
+            free_wheeling_s: MOST,
+        },
+    }
+}
+
+fn longest_instant() -> InstantReport {
+    let stamp = StampReport {
+        mid_us: u64::MAX,
+        halves_us: (u32::MAX, u32::MAX),
+        sigma_us: f32::MIN,
+        source: u8::MAX,
+        by_pulses: true,
+        rate_ppm: (f32::MIN, f32::MIN),
+        free_wheeling_s: u32::MAX,
+    };
+    let pose = PoseReport {
+        order: 3,
+        alpha: f32::MIN,
+        samples: [u8::MAX; 3],
+        noise: f32::MIN,
+        sigma: [f32::MIN; 2],
+        rates: [f32::MIN; 3],
+        is_position_fitted: true,
+        position_sigma_m: f32::MIN,
+    };
+    let motion =
+        MotionReport { max_px: f32::MIN, centre_px: [f32::MIN; 2], exposure_max_us: u32::MAX, warnings: [true; 2] };
+    InstantReport { sequence: u32::MAX, stamp: Some(stamp), pose: Some(pose), motion: Some(motion) }
+}
+
+#[test]
+fn the_longest_telemetry_fits_and_comes_back() {
+    let mut encoder = Encoder::new();
+    let longest = [
+        Telemetry::Frame(longest_report()),
+        Telemetry::Health(longest_health()),
+        Telemetry::Instant(longest_instant()),
+    ];
+    for (sequence, telemetry) in longest.iter().enumerate() {
+        let mut payload = [0xEE; TUNNEL_BYTES];
+        let used = telemetry.encode(&mut payload).expect("it fits");
+        println!("telemetry: {used} of {TUNNEL_BYTES} bytes");
+        assert_eq!(payload[..2], MARK);
+        assert_eq!(Telemetry::decode(&payload[..usize::from(used)]), Some(*telemetry));
+        let MavMessage::TUNNEL(tunnel) = sent(&mut encoder, sequence as u8, &outgoing::tunnel(telemetry)) else {
+            panic!("another message")
+        };
+        assert_eq!(tunnel.payload_length, used);
+        assert_eq!(Telemetry::decode(&tunnel.payload[..usize::from(used)]), Some(*telemetry));
+        for cut in 0..usize::from(used) {
+            assert_eq!(Telemetry::decode(&payload[..cut]), None, "cut after {cut}");
+        }
+        payload[0] ^= 1;
+        assert_eq!(Telemetry::decode(&payload), None, "somebody else's");
+    }
+}
+
+#[test]
+fn every_refusal_has_its_code() {
+    for code in 1..=u8::MAX {
+        let mut report = FrameReport::new(1);
+        report.refusal = code;
+        assert_eq!(report.reason().map(Refusal::code), Some(code).filter(|_| report.reason().is_some()));
+    }
+    assert_eq!(FrameReport::new(1).reason(), None, "an accepted frame");
+}
+
+proptest! {
+    #![proptest_config(config(103, 1000))]
+
+    /// Bits of floats survive, NaN included; and no payload makes the reader panic.
+    #[test]
+    fn telemetry_comes_back_bit_for_bit(seed in any::<u64>(), given in any::<[bool; 4]>()) {
+        let mut random = Random::new(seed);
+        let mut float = || f32::from_bits((random.uniform() * f64::from(u32::MAX)) as u32);
+        let mut report = FrameReport::new(seed as u32);
+        report.matched = given[0].then(|| std::array::from_fn(|_| float()));
+        report.fix = given[1].then(|| std::array::from_fn(|_| float()));
+        report.predicted = given[2].then(|| std::array::from_fn(|_| float()));
+        report.situation = given[3].then(|| std::array::from_fn(|_| float()));
+        let mut payload = [0; TUNNEL_BYTES];
+        prop_assert!(Telemetry::Frame(report).encode(&mut payload).is_some());
+        let Some(Telemetry::Frame(back)) = Telemetry::decode(&payload) else { return Err(proptest::test_runner::TestCaseError::fail("lost")) };
+        let bits = |r: &FrameReport| {
+            let parts = [r.matched.map(|v| v.to_vec()), r.fix.map(|v| v.to_vec()), r.predicted.map(|v| v.to_vec()), r.situation.map(|v| v.to_vec())];
+            parts.map(|part| part.map(|v| v.into_iter().map(f32::to_bits).collect::<Vec<u32>>()))
+        };
+        prop_assert_eq!(bits(&back), bits(&report));
+        let noise: Vec<u8> = MARK.into_iter().chain((0..126).map(|_| random.byte())).collect();
+        let _ = Telemetry::decode(&noise);
+    }
+}

@@ -1,0 +1,10 @@
+//! What the test targets share: golden values, seeded random numbers, test pictures, known-wrong equations; and the comparison
+//! of kernels and the search for inputs that break a reader, which are programs as well.
+
+pub mod compare;
+pub mod fuzz;
+pub mod mutants;
+pub mod seeded;
+pub mod textures;
+pub mod track;
+pub mod vectors;
