@@ -38,9 +38,9 @@ pub struct Rectified {
 
 /// The pictures of `record`; `None` when its frame was not kept.
 pub fn views(setup: &Setup, record: &FrameRecord) -> Option<Views> {
-    let camera = &setup.scenario.camera;
+    let camera = &setup.payload.camera;
     let pixels = record.frame.clone()?;
-    let frame = Picture { cols: camera.cols.into(), rows: camera.rows.into(), pixels };
+    let frame = Picture { cols: camera.cols as usize, rows: camera.rows as usize, pixels };
     let rectified = rectified(setup, record, &frame);
     Some(Views { frame, rectified })
 }

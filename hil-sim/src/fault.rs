@@ -5,7 +5,7 @@ pub mod line;
 mod tests;
 
 use crate::noise::{stream, uniform};
-use crate::scenario::{LinkFaults, Scenario};
+use crate::scenario::LinkFaults;
 use rand_chacha::ChaCha12Rng;
 
 /// A message id that no dialect uses; the low 16 bits are random.
@@ -39,9 +39,9 @@ pub struct FaultInjector {
 impl FaultInjector {
     /// `direction` names the stream of random numbers, so that the two directions of a link fail independently.
     #[must_use]
-    pub fn new(scenario: &Scenario, direction: &str) -> Self {
-        let rng = stream(scenario.seed, &format!("fault.{direction}"));
-        FaultInjector { faults: scenario.link_faults, rng, counts: FaultCounts::default() }
+    pub fn new(faults: LinkFaults, seed: u64, direction: &str) -> Self {
+        let rng = stream(seed, &format!("fault.{direction}"));
+        FaultInjector { faults, rng, counts: FaultCounts::default() }
     }
 
     /// What was done so far.

@@ -121,8 +121,8 @@ pub fn fly(
     keep: Keep,
     observer: &mut dyn Observer,
 ) -> Result<Flight, Box<Aborted>> {
-    link.annotate(&annotation::scene(setup.tile_centre, setup.scenario.resolution_m));
-    let frames = Vec::with_capacity(setup.scenario.frames as usize);
+    link.annotate(&annotation::scene(setup.tile_centre, setup.scenario.vehicle.resolution_m));
+    let frames = Vec::with_capacity(setup.scenario.run.frames as usize);
     let mut roll = Roll { cockpit: Cockpit::new(setup, link), observer, frames, closed: 0, keep };
     let end = if setup.plan.is_some() { roll.along_plan() } else { roll.at_intervals() };
     roll.close();
@@ -151,17 +151,17 @@ impl Roll<'_> {
             self.cockpit.until(exposure.readout_start_us, self.observer)?;
             self.take(&exposure, None, is_lost)?;
         }
-        self.cockpit.until(scenario.duration_us(), self.observer)
+        self.cockpit.until(scenario.run.duration_us(), self.observer)
     }
 
     /// Exposures come as the firmware commits to them.
     fn along_plan(&mut self) -> Result<(), LinkError> {
         let scenario = &self.cockpit.setup.scenario;
-        let (mut end_us, mut lost) = (scenario.duration_us(), lost_frames(scenario));
-        while self.frames.len() < scenario.frames as usize {
+        let (mut end_us, mut lost) = (scenario.run.duration_us(), lost_frames(scenario));
+        while self.frames.len() < scenario.run.frames as usize {
             let Some((exposure, photo)) = self.cockpit.exposed(end_us, self.observer)? else { break };
             self.take(&exposure, Some(photo), lost.next() == Some(true))?;
-            if self.frames.len() == scenario.frames as usize {
+            if self.frames.len() == scenario.run.frames as usize {
                 end_us = end_us.min(exposure.readout_start_us + COOL_DOWN_US);
                 self.cockpit.stop_exposing();
             }
@@ -210,9 +210,9 @@ fn picture(setup: &Setup, exposure: &Exposure) -> Rendered {
         let at_us = exposure.mid_us().saturating_add_signed(offset_us.round() as i64);
         setup.station(&setup.motion.state(at_us))
     };
-    let offsets_us = |row: usize| scenario.sample_offsets_us(row);
-    let (noise_dn, seed, index) = (scenario.noise_dn, scenario.seed, exposure.frame.into());
-    if scenario.rolling_shutter_ms == 0.0 {
+    let offsets_us = |row: usize| scenario.sample_offsets_us(row, setup.payload.camera.rows);
+    let (noise_dn, seed, index) = (scenario.world.noise_dn, scenario.run.seed, exposure.frame.into());
+    if scenario.vehicle.rolling_shutter_ms == 0.0 {
         // All rows share their instants.
         let stations: Vec<_> = offsets_us(0).map(station).collect();
         return setup.renderer.render_rows(&setup.ground, &|_| stations.clone(), noise_dn, seed, index);

@@ -1,7 +1,9 @@
 //! What a flight is worth: every frame against the truth, and the figures of `report.json`.
 
 pub mod blur;
+mod cost;
 pub mod fixes;
+mod matching;
 pub mod navigation;
 pub mod plan;
 pub mod pose;
@@ -13,13 +15,18 @@ use crate::link::{Account, LinkTrouble, WorkCost};
 use crate::run::{Flight, FrameRecord};
 use crate::setup::Setup;
 use crate::vehicle::mount::antenna;
+use cost::Costs;
+pub use cost::{Cost, Stages};
+pub use matching::{MatchRate, MatchingError, length};
+use matching::{lengths, match_rate, matching_error};
 use plan::{Flown, flown};
 use plumbline_firmware::serial::message::Counts;
-use plumbline_firmware::wire::telemetry::{STAGES, StampHealth};
+use plumbline_firmware::wire::telemetry::StampHealth;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::output::write_file;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use statistics::{mean, percentile};
+use std::collections::BTreeMap;
 use std::path::Path;
 use unrectified::Unrectified;
 
@@ -55,7 +62,7 @@ pub fn score(setup: &Setup, flight: &Flight, unrectified: &Unrectified) -> Vec<S
 }
 
 fn score_frame(setup: &Setup, record: &FrameRecord, raw_px: Option<[f64; 2]>) -> Scored {
-    let resolution = setup.scenario.resolution_m;
+    let resolution = setup.scenario.vehicle.resolution_m;
     let truth = &record.truth;
     // Truth relative to the tile's centre.
     let true_m = [truth.east_m - setup.tile_centre[0], truth.north_m - setup.tile_centre[1]];
@@ -64,7 +71,7 @@ fn score_frame(setup: &Setup, record: &FrameRecord, raw_px: Option<[f64; 2]>) ->
     let against = |d: [f32; 2]| truth_px.map(|t| [f64::from(d[0]) - t[0], f64::from(d[1]) - t[1]]);
     let matched = report.and_then(|r| r.matched);
     let fix = report.and_then(|r| r.fix).map(|fix| fix.map(f64::from));
-    let [east_m, north_m, _] = antenna(truth, &setup.scenario.mount);
+    let [east_m, north_m, _] = antenna(truth, &setup.payload.mount);
     let error_m = fix.map(|fix| [fix[0] + setup.tile_centre[0] - east_m, fix[1] + setup.tile_centre[1] - north_m]);
     let nees = fix
         .zip(error_m)
@@ -93,38 +100,10 @@ fn attitude_part(setup: &Setup, truth: &crate::vehicle::motion::TrueState, used:
     let plumb = matrix_a(truth.heading_rad, truth.pitch_rad, truth.roll_rad, 0.0).map(|row| -row[1]);
     let used = matrix_a(heading, pitch, roll, 0.0);
     let ground: [f64; 3] = std::array::from_fn(|axis| (0..3).map(|row| used[row][axis] * plumb[row]).sum());
-    let resolution = setup.scenario.resolution_m;
+    let resolution = setup.scenario.vehicle.resolution_m;
     let metres = |component: f64| height * component / -ground[1];
     // The camera is believed to look elsewhere, so the match lands on the other side.
     [-metres(ground[2]) / resolution, metres(ground[0]) / resolution]
-}
-
-/// Rectified and unrectified.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct MatchRate {
-    /// Share of all frames within 1.5 px of the truth, raw.
-    pub unrectified: f64,
-    /// Share of all frames within 1.5 px of the truth, rectified.
-    pub rectified: f64,
-}
-
-/// Errors of matching, pixels of the reference.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct MatchingError {
-    /// Raw frame averaged to R, whole-pixel peak, all frames.
-    pub unrectified_mean: Option<f64>,
-    /// Rectified, whole-pixel peak, accepted frames.
-    pub rectified_integer_mean: Option<f64>,
-    /// Rectified, sub-pixel, accepted frames.
-    pub rectified_mean: Option<f64>,
-    /// 95th percentile of the same.
-    pub rectified_p95: Option<f64>,
-    /// Largest of the same.
-    pub accepted_max: Option<f64>,
-    /// Mean of what the attitude's error alone explains, accepted frames.
-    pub attitude_mean: Option<f64>,
-    /// Mean of what is left without it: the matching itself.
-    pub matching_mean: Option<f64>,
 }
 
 /// Mean and 95th percentile.
@@ -134,15 +113,6 @@ pub struct Spread {
     pub mean: Option<f64>,
     /// 95th percentile.
     pub p95: Option<f64>,
-}
-
-/// Mean and maximum.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Cost {
-    /// Mean.
-    pub mean: Option<f64>,
-    /// Maximum.
-    pub max: Option<u64>,
 }
 
 /// `report.json`.
@@ -193,7 +163,7 @@ pub struct Summary {
     /// Static memory and the stack's high-water mark; null in-process.
     pub ram_bytes: Option<u64>,
     /// Frames without a fix, by reason.
-    pub refused: std::collections::BTreeMap<String, usize>,
+    pub refused: BTreeMap<String, usize>,
     /// Rows lost to overruns.
     pub overruns: u32,
     /// What went wrong on the line; null on a link on which nothing can.
@@ -219,17 +189,6 @@ impl Summary {
             (&self.cycles_per_frame, self.cycles_by_stage, "cycles"),
         ];
         counted.into_iter().find_map(|(cost, stages, name)| Some((cost.mean?, cost.max?, stages?, name)))
-    }
-}
-
-/// Instructions or cycles of the stages that the firmware counts apart, in their order; see
-/// [`STAGES`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stages(pub [f64; STAGES.len()]);
-
-impl Serialize for Stages {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(STAGES.iter().zip(&self.0))
     }
 }
 
@@ -261,90 +220,40 @@ pub struct Linked {
     pub account: Account,
 }
 
-/// Distance at which a match counts as right, pixels.
-const RIGHT_PX: f64 = 1.5;
-
-/// Length of an error.
-pub fn length(error: [f64; 2]) -> f64 {
-    error[0].hypot(error[1])
-}
-
 /// The figures of a flight.
 pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Linked) -> Summary {
     let accepted: Vec<&Scored> = scored.iter().filter(|s| s.accepted).collect();
-    let of = |pick: &dyn Fn(&Scored) -> Option<[f64; 2]>| -> Vec<f64> {
-        accepted.iter().filter_map(|s| pick(s)).map(length).collect()
-    };
-    let raw: Vec<f64> = scored.iter().filter_map(|s| s.raw_px).map(length).collect();
-    let rate = |errors: &mut dyn Iterator<Item = Option<[f64; 2]>>| {
-        errors.flatten().filter(|&e| length(e) <= RIGHT_PX).count() as f64 / scored.len().max(1) as f64
-    };
-    let rectified = of(&|s| s.error_px);
-    let without_attitude = |s: &Scored| {
-        s.error_px.zip(s.attitude_px).map(|(error, attitude)| [error[0] - attitude[0], error[1] - attitude[1]])
-    };
-    let ground = of(&|s| s.error_m);
-    let costs: Vec<u64> = accepted.iter().filter_map(|s| s.cost).collect();
-    let by_stage = (!costs.is_empty()).then(|| {
-        let reports: Vec<_> = flight.frames.iter().filter_map(|f| f.report).filter(|r| r.fix.is_some()).collect();
-        Stages(std::array::from_fn(|stage| {
-            reports.iter().map(|r| f64::from(r.instructions[stage])).sum::<f64>() / reports.len().max(1) as f64
-        }))
-    });
-    let mut refused = std::collections::BTreeMap::new();
-    for record in &flight.frames {
-        if let Some(reason) = reason(record) {
-            *refused.entry(reason.to_owned()).or_insert(0) += 1;
-        }
-    }
-    let per_frame = Cost {
-        mean: mean(&costs.iter().map(|&cost| cost as f64).collect::<Vec<_>>()),
-        max: costs.iter().copied().max(),
-    };
+    let ground = lengths(&accepted, |s| s.error_m);
+    let costs = Costs::of(flight, &accepted);
     // What was counted stands under its own name, and nothing under another.
-    let counted = |counts| match linked.account.counts == counts {
-        true => (per_frame, by_stage),
-        false => (Cost { mean: None, max: None }, None),
-    };
-    let [(instructions_per_frame, instructions_by_stage), (cycles_per_frame, cycles_by_stage)] =
-        [counted(Counts::Instructions), counted(Counts::Cycles)];
+    let counted = |counts| if linked.account.counts == counts { costs } else { Costs::default() };
+    let [instructions, cycles] = [counted(Counts::Instructions), counted(Counts::Cycles)];
     let health = &flight.health;
     let ram = u64::from(health.memory.0) + u64::from(health.memory.1);
     Summary {
         schema: 1,
-        scenario: setup.scenario.name.clone(),
-        seed: setup.scenario.seed,
+        scenario: setup.scenario.run.name.clone(),
+        seed: setup.scenario.run.seed,
         link: linked.name.clone(),
         firmware_sha256: linked.firmware_sha256.clone(),
         board: linked.account.board.clone(),
         frames: scored.len(),
         accepted: accepted.len(),
-        match_rate: MatchRate {
-            unrectified: rate(&mut scored.iter().map(|s| s.raw_px)),
-            rectified: rate(&mut scored.iter().map(|s| s.error_px)),
-        },
-        matching_error_px: MatchingError {
-            unrectified_mean: mean(&raw),
-            rectified_integer_mean: mean(&of(&|s| s.integer_px)),
-            rectified_mean: mean(&rectified),
-            rectified_p95: percentile(&rectified, 0.95),
-            accepted_max: rectified.iter().copied().reduce(f64::max),
-            attitude_mean: mean(&of(&|s| s.attitude_px)),
-            matching_mean: mean(&of(&without_attitude)),
-        },
+        match_rate: match_rate(scored),
+        matching_error_px: matching_error(scored, &accepted),
         ground_error_m: Spread { mean: mean(&ground), p95: percentile(&ground, 0.95) },
         nees_mean: mean(&accepted.iter().filter_map(|s| s.nees).collect::<Vec<_>>()),
         stamps: stamps::stamps(&flight.frames),
         poses: pose::poses(&flight.frames),
         blur: blur::blur(&flight.frames),
-        instructions_per_frame,
-        instructions_by_stage,
-        cycles_per_frame,
-        cycles_by_stage,
+        instructions_per_frame: instructions.per_frame,
+        instructions_by_stage: instructions.by_stage,
+        cycles_per_frame: cycles.per_frame,
+        cycles_by_stage: cycles.by_stage,
         work_per_step: linked.account.work,
         core_clock_hz: linked.account.core_clock_hz,
         ram_bytes: (ram > 0).then_some(ram),
-        refused,
+        refused: refusals(flight),
         overruns: health.overruns,
         link_faults: linked.account.trouble,
         link_health: LinkHealth {
@@ -360,6 +269,15 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
         plan: flown(setup, flight),
         aborted: None,
     }
+}
+
+/// How many frames have no fix, by the reason.
+fn refusals(flight: &Flight) -> BTreeMap<String, usize> {
+    let mut refused = BTreeMap::new();
+    for reason in flight.frames.iter().filter_map(reason) {
+        *refused.entry(reason.to_owned()).or_insert(0) += 1;
+    }
+    refused
 }
 
 /// Why a frame has no fix; `None` where it has one.

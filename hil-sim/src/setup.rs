@@ -3,19 +3,20 @@
 mod along_plan;
 pub mod planned;
 
+pub use along_plan::PlanToFly;
+
 use crate::camera::render::{Renderer, Station};
 use crate::camera::render_camera;
 use crate::configuration::configuration_of;
 use crate::link::Flash;
 use crate::scenario::footprint::{footprint_margin_at_m, footprint_margin_m};
-use crate::scenario::{self, Scenario};
+use crate::scenario::{self, Payload, Scenario};
 use crate::vehicle::motion::{Area, AttitudeLog, Motion, TrueState};
-use crate::vehicle::mount::{axis_station, camera_of};
+use crate::vehicle::mount::{axis_station, payload_of};
 use crate::world::reference::Radiometry;
 use crate::world::tile::{Frame, SIDE_MAX, Tile};
 use crate::world::{Bounds, Grid, Ground, procedural};
 use planned::Planned;
-use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::raster::Raster;
@@ -30,8 +31,10 @@ const TILE_SLACK_PX: f64 = 12.0;
 const PATCH_PX: f64 = plumbline_core::budget::PATCH_MAX_PX as f64;
 /// What two epochs of one land differ by in the default scene: a scanned picture's tone curve, sensor noise, a tenth of the land
 /// ploughed or built upon. Chosen, not measured.
-const MADE_UP: Radiometry =
+const SYNTHETIC: Radiometry =
     Radiometry { gamma: 0.8, gain: 1.0, offset: 0.0, noise_dn: 3.0, changed_fraction: 0.1, seed: 0 };
+/// What a real vehicle's attitude does beside its slow tilts, one sigma: some, as the log of the Vienna flight has it.
+const RECORDED_SHAKE_DEG: f64 = 1.0;
 /// Rays along each side of a pixel.
 const RENDER_SAMPLES: usize = 2;
 
@@ -40,8 +43,8 @@ const RENDER_SAMPLES: usize = 2;
 pub struct Setup {
     /// What was asked for.
     pub scenario: Scenario,
-    /// The camera, as its file would say.
-    pub camera: CameraFile,
+    /// The camera, and how it sits.
+    pub payload: Payload,
     /// What is flown over.
     pub ground: Ground,
     /// How the reference differs from it.
@@ -63,38 +66,42 @@ pub struct Setup {
 }
 
 impl Setup {
+    /// Prepares a flight along a plan.
+    ///
+    /// # Errors
+    /// One sentence for a plan, elevation model or orthophoto that cannot be flown over.
+    pub fn along_plan(scenario: Scenario, plan: &PlanToFly) -> Result<Self, InputError> {
+        along_plan::prepare(scenario, plan)
+    }
+
     /// Prepares a scenario.
     ///
     /// # Errors
     /// One sentence for files that are missing or broken, a ground without a usable reference system or smaller than
     /// the footprint, a replay that does not cover the flight.
     pub fn prepare(scenario: Scenario) -> Result<Self, InputError> {
-        if let Some(path) = scenario.plan.file.clone() {
-            return along_plan::prepare(scenario, &path);
-        }
-        let mut scenario = scenario;
-        let camera = camera_of(&mut scenario)?;
+        let payload = payload_of(&scenario)?;
+        scenario.check_horizon(&payload).map_err(refuse)?;
         let (ground, reference) = grounds_of(&scenario)?;
         let crs = Crs::from_epsg(ground.epsg()).map_err(|error| of_ground(&scenario, &error.to_string()))?;
         if crs.is_geographic() {
             let why = format!("it is in degrees (EPSG:{}); a projected grid in metres is needed", ground.epsg());
             return Err(of_ground(&scenario, &why));
         }
-        let log = scenario.replay.as_ref().map(|replay| AttitudeLog::load(&replay.att)).transpose().map_err(refuse)?;
+        let log = scenario.run.replay.as_ref().map(|replay| AttitudeLog::load(&replay.att)).transpose()?;
         let margin_m = match &log {
-            Some(log) => footprint_margin_at_m(&scenario, log.largest_tilt_rad(&scenario).map_err(refuse)?),
-            None => footprint_margin_m(&scenario),
+            Some(log) => footprint_margin_at_m(&scenario, &payload, log.largest_tilt_rad(&scenario).map_err(refuse)?),
+            None => footprint_margin_m(&scenario, &payload),
         };
-        if !margin_m.is_finite() {
-            return Err(InputError::new(match &scenario.replay {
-                Some(replay) => format!("{}: tilted that far, frames see the horizon", replay.att.display()),
-                None => "the horizon comes into the frame: field of view or tilt are too large".to_owned(),
-            }));
+        if let (false, Some(replay)) = (margin_m.is_finite(), &scenario.run.replay) {
+            return Err(InputError::new(format!("{}: tilted that far, frames see the horizon", replay.att.display())));
         }
-        let height_m = scenario.flight.height_m[1];
+        let height_m = scenario.run.flight.height_m[1];
         let area = match (area_of(&ground, margin_m, height_m), &log) {
             // The log's largest tilt may lean another way than a frame's corner: what its frames really show is less.
-            (Err(_), Some(log)) => area_of(&ground, height_m * log.reach(&scenario).map_err(refuse)?, height_m),
+            (Err(_), Some(log)) => {
+                area_of(&ground, height_m * log.reach(&scenario, &payload).map_err(refuse)?, height_m)
+            }
             (area, _) => area,
         };
         let area = area.map_err(|error| of_ground(&scenario, &error.to_string()))?;
@@ -103,13 +110,13 @@ impl Setup {
             None => Motion::synthetic(&scenario, &area).map_err(refuse)?,
         };
         let wanted = wanted_of(&scenario, &area);
-        Setup::finish(scenario, camera, (ground, reference), crs, motion, &wanted, Vec::new())
+        Setup::finish(scenario, payload, (ground, reference), crs, motion, &wanted, Vec::new())
     }
 
     /// The rest of it: the tile over `wanted`, made of the other picture where there is one, and what lies in flash.
     fn finish(
         scenario: Scenario,
-        camera: CameraFile,
+        payload: Payload,
         (ground, reference): (Ground, Option<Ground>),
         crs: Crs,
         motion: Motion,
@@ -121,12 +128,14 @@ impl Setup {
         let tile_centre = tile.centre();
         let head = tile.head(&crs)?;
         let convergence_rad = crs.convergence_rad(tile_centre[0], tile_centre[1])?;
-        let flash = Flash { configuration: configuration_of(&scenario, &camera), head, tile: tile.pixels, plan };
+        let shake_deg = if scenario.run.replay.is_some() { RECORDED_SHAKE_DEG } else { 0.0 };
+        let configuration = configuration_of(&scenario.vehicle, &payload, shake_deg);
+        let flash = Flash { configuration, head, tile: tile.pixels, plan };
         flash.stores()?;
-        let renderer = Renderer::new(render_camera(&camera), RENDER_SAMPLES);
+        let renderer = Renderer::new(render_camera(&payload.camera), RENDER_SAMPLES);
         Ok(Setup {
             scenario,
-            camera,
+            payload,
             ground,
             radiometry,
             crs,
@@ -141,7 +150,7 @@ impl Setup {
 
     /// Where the camera is in `state`, and where it looks.
     pub fn station(&self, state: &TrueState) -> Station {
-        Station { boresight_rad: self.scenario.mount.true_boresight_rad(), ..axis_station(state) }
+        Station { boresight_rad: self.payload.mount.true_boresight_rad, ..axis_station(state) }
     }
 
     /// The laser's slant range in `state`: along the follow-up axis, to which it is strapped beside the camera, to where it
@@ -160,8 +169,8 @@ fn refuse(error: scenario::ScenarioError) -> InputError {
 
 /// What is flown over, and what the reference is made of where that is another picture.
 fn grounds_of(scenario: &Scenario) -> Result<(Ground, Option<Ground>), InputError> {
-    let scenario::Ground::Ortho { ortho, dem, reference } = &scenario.ground else {
-        return Ok((procedural(scenario.seed), None));
+    let scenario::Ground::Ortho { ortho, dem, reference } = &scenario.world.ground else {
+        return Ok((procedural(scenario.run.seed), None));
     };
     let surface = dem.as_ref().map(|path| surface(path)).transpose()?;
     let ground = picture(ortho, surface, false)?;
@@ -181,7 +190,7 @@ fn grounds_of(scenario: &Scenario) -> Result<(Ground, Option<Ground>), InputErro
 
 /// A sentence about the ground, with its file's name.
 fn of_ground(scenario: &Scenario, why: &str) -> InputError {
-    match &scenario.ground {
+    match &scenario.world.ground {
         scenario::Ground::Ortho { ortho, .. } => InputError::new(format!("{}: {why}", ortho.display())),
         scenario::Ground::Procedural => InputError::new(why),
     }
@@ -201,7 +210,7 @@ fn is_known(raster: &Raster, index: usize, band: usize) -> bool {
 }
 
 fn scenario_reference(scenario: &Scenario) -> Option<&Path> {
-    match &scenario.ground {
+    match &scenario.world.ground {
         scenario::Ground::Ortho { reference, .. } => reference.as_deref(),
         scenario::Ground::Procedural => None,
     }
@@ -283,8 +292,8 @@ fn heights(ground: &Ground, half_m: f64) -> (f64, f64) {
 
 /// Where the vehicle flies, what a patch shows around it, and the search.
 fn wanted_of(scenario: &Scenario, area: &Area) -> Bounds {
-    let r = scenario.resolution_m;
-    let reach_m = area.half_extent_m + r * (0.5 * PATCH_PX + f64::from(scenario.search_px) + TILE_SLACK_PX);
+    let r = scenario.vehicle.resolution_m;
+    let reach_m = area.half_extent_m + r * (0.5 * PATCH_PX + f64::from(scenario.vehicle.search_px) + TILE_SLACK_PX);
     let (east, north) = (area.centre_east_m, area.centre_north_m);
     Bounds { west_m: east - reach_m, east_m: east + reach_m, south_m: north - reach_m, north_m: north + reach_m }
 }
@@ -292,26 +301,26 @@ fn wanted_of(scenario: &Scenario, area: &Area) -> Bounds {
 /// How the reference differs from the ground: as the scenario says, and where it says nothing by what is made up over procedural
 /// ground; nothing is added to a picture of the world.
 fn radiometry_of(scenario: &Scenario) -> Radiometry {
-    let default = match scenario.ground {
-        scenario::Ground::Procedural => MADE_UP,
+    let default = match scenario.world.ground {
+        scenario::Ground::Procedural => SYNTHETIC,
         scenario::Ground::Ortho { .. } => Radiometry::SAME,
     };
-    let given = &scenario.reference;
+    let given = &scenario.world.reference;
     Radiometry {
         gamma: given.gamma.unwrap_or(default.gamma),
         gain: given.gain.unwrap_or(default.gain),
         offset: given.offset_dn.unwrap_or(default.offset),
         noise_dn: given.noise_dn.unwrap_or(default.noise_dn),
         changed_fraction: given.changed_fraction.unwrap_or(default.changed_fraction),
-        seed: scenario.seed,
+        seed: scenario.run.seed,
     }
 }
 
 /// The tile over `wanted`.
 fn lay(scenario: &Scenario, radiometry: &Radiometry, wanted: &Bounds, reference: &Ground) -> Result<Tile, InputError> {
-    let r = scenario.resolution_m;
+    let r = scenario.vehicle.resolution_m;
     let frame = Frame::within(reference, wanted, r);
-    let needed = PATCH_PX.min(16.0) + 2.0 * f64::from(scenario.search_px);
+    let needed = PATCH_PX.min(16.0) + 2.0 * f64::from(scenario.vehicle.search_px);
     if !(frame.cols >= needed && frame.rows >= needed) {
         let (cols, rows) = (frame.cols, frame.rows);
         return Err(InputError::new(format!(

@@ -67,8 +67,8 @@ impl Reproduction {
             paper: "003",
             seed: SEED,
             trials: table_2::TRIALS,
-            flight_seed: scenario.seed,
-            frames: scenario.frames,
+            flight_seed: scenario.run.seed,
+            frames: scenario.run.frames,
             rows,
         })
     }

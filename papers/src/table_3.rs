@@ -59,7 +59,7 @@ impl Observer for Watch<'_> {
 /// [`LinkError`] when the flight breaks off.
 pub fn flown(frames: u32, progress: &mut dyn FnMut(u32)) -> Result<Flown, LinkError> {
     let mut observer = Watch { progress, unrectified: Unrectified::default() };
-    let setup = Setup::prepare(Scenario { frames, ..Scenario::default_scene() })?;
+    let setup = Setup::prepare(Scenario::of_frames(frames))?;
     let mut link = InProcess::new(&setup.flash)?;
     let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut observer)?;
     let scored = score::score(&setup, &flight, &observer.unrectified);
@@ -74,7 +74,7 @@ pub fn flown(frames: u32, progress: &mut dyn FnMut(u32)) -> Result<Flown, LinkEr
 fn centre_offset_px(setup: &Setup, truth: &TrueState) -> [f64; 2] {
     let down = setup.station(truth).axes().down;
     let height_m = truth.up_m - setup.ground.height(truth.east_m, truth.north_m);
-    let [east, north] = [down[0], down[1]].map(|part| part / -down[2] * height_m / setup.scenario.resolution_m);
+    let [east, north] = [down[0], down[1]].map(|part| part / -down[2] * height_m / setup.scenario.vehicle.resolution_m);
     [east, -north]
 }
 

@@ -38,6 +38,7 @@ mod keys;
 pub mod mounting;
 mod parse;
 
+use serde::Deserialize;
 use std::path::Path;
 
 use crate::error::InputError;
@@ -82,7 +83,8 @@ pub struct CameraFile {
 }
 
 /// Brown-Conrady coefficients, dimensionless; the formulas are in the [module](self). Absent keys are 0.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Distortion {
     /// Radial, r^2.
     pub k1: f64,

@@ -2,7 +2,6 @@
 
 use crate::folder::Folder;
 use crate::refusals::Refusals;
-use plumbline_sim::camera::heads::turned;
 use plumbline_tests::vectors::number;
 use serde_json::Value;
 use std::fmt::Write;
@@ -16,9 +15,10 @@ const FIND: &str = "boresight --camera camera.toml --fixes out/fixes.csv --poses
 
 /// A flight of so many frames with the camera of `file`, which really is mounted by [`TRUE_DEG`]; its report.
 fn fly(folder: &Folder, file: &str, frames: u32, more: &str) -> Value {
-    let truth = turned(TRUE_DEG, [0.0; 3]).map(f64::to_degrees);
+    let [phi, omega, kappa] = TRUE_DEG;
     let scenario = format!(
-        "frames = {frames}\nseed = 4\ncamera_file = \"{file}\"\n[mount]\ntrue_boresight_deg = {truth:?}\n{more}"
+        "frames = {frames}\nseed = 4\ncamera_file = \"{file}\"\n\
+         [mount.true_boresight]\nphi_deg = {phi}\nomega_deg = {omega}\nkappa_deg = {kappa}\n{more}"
     );
     folder.write("scenario.toml", scenario);
     folder.run("fly --scenario scenario.toml --out out --json").json()

@@ -3,7 +3,7 @@
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::link::{Event, Link, LinkError};
 use plumbline_sim::run::{FrameRecord, Keep, Observer, fly};
-use plumbline_sim::scenario::Scenario;
+use plumbline_sim::scenario::{Camera, Scenario};
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{fixes_csv, score};
 use plumbline_sim::setup::Setup;
@@ -11,8 +11,8 @@ use plumbline_sim::setup::Setup;
 const KEEP: Keep = Keep { first: 0, every: 0 };
 
 fn setup() -> Setup {
-    let mut scenario = Scenario { frames: 12, ..Scenario::default() };
-    (scenario.camera.cols, scenario.camera.rows) = (128, 128);
+    let mut scenario = Scenario::of_frames(12);
+    scenario.camera = Camera::of_size(128, 128);
     Setup::prepare(scenario).expect("it can be flown")
 }
 

@@ -14,8 +14,8 @@ use plumbline_sim::scenario::Scenario;
 use plumbline_sim::score::plan::{Flown, Missed, flown};
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{fixes_csv, score};
-use plumbline_sim::setup::Setup;
 use plumbline_sim::setup::planned::store::of_file;
+use plumbline_sim::setup::{PlanToFly, Setup};
 use plumbline_survey::dem::Dem;
 use plumbline_survey::plan::PlanFile;
 use plumbline_survey::plan::area::Area;
@@ -109,8 +109,9 @@ impl Drop for Folder {
 }
 
 fn setup(plan: &Path, scenario: &str) -> Setup {
-    let scenario = Scenario::parse_planned(plan, scenario, "test", Path::new(""), None).expect("a scenario");
-    Setup::prepare(scenario).expect("it can be flown")
+    let read = Scenario::parse_planned(scenario, "test", Path::new(""), None).expect("a scenario");
+    let plan = PlanToFly { file: plan.to_owned(), dem: None, has_resolution: read.1 };
+    Setup::along_plan(read.0, &plan).expect("it can be flown")
 }
 
 /// A flight over a link, what came of its plan, and its fixes.csv.

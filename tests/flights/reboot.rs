@@ -28,7 +28,7 @@ fn coarse(at_us: u64) -> Vec<u8> {
 /// Servo commands in the second after an autopilot that had been up for a hundred boots anew, and sends fine or coarse
 /// attitudes then.
 fn servo_commands_after(is_coarse: bool) -> usize {
-    let scenario = Scenario { frames: 1, ..Scenario::default() };
+    let scenario = Scenario::of_frames(1);
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let mut link = InProcess::new(&setup.flash).expect("it boots");
     let (mut autopilot, mut station, mut tick) = (Autopilot::default(), GroundStation::default(), 0);

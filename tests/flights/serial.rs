@@ -12,7 +12,7 @@ use plumbline_sim::link::pace::Patience;
 use plumbline_sim::link::serial::Serial;
 use plumbline_sim::link::{Account, Link};
 use plumbline_sim::run::{Flight, Keep, fly};
-use plumbline_sim::scenario::Scenario;
+use plumbline_sim::scenario::{Camera, Frame, Scenario};
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{Scored, fixes_csv, score};
 use plumbline_sim::setup::Setup;
@@ -31,11 +31,13 @@ struct Flown {
 /// The default scene seen by a camera of a sixty-fourth of the pixels and by slower sensors, which makes a flight of small
 /// messages that is quickly rendered.
 fn small(seed: u64, frames: u32) -> Scenario {
-    let mut scenario = Scenario { seed, frames, frame_interval_ms: 100, ..Scenario::default() };
-    (scenario.camera.cols, scenario.camera.rows) = (64, 64);
-    (scenario.attitude.rate_hz, scenario.follow_up.rate_hz, scenario.range.rate_hz) = (50, 20, 20);
+    let mut scenario = Scenario::seeded(seed, frames);
+    scenario.run.frame_interval_ms = 100;
+    scenario.camera = Camera::of_size(64, 64);
+    (scenario.vehicle.attitude.rate_hz, scenario.world.follow_up.rate_hz, scenario.vehicle.range.rate_hz) =
+        (50, 20, 20);
     // A pose needs samples on both sides; these come every 20 ms.
-    scenario.flight.tilt_hz = [0.02, 0.05];
+    scenario.vehicle.flight.tilt_hz = [0.02, 0.05];
     scenario
 }
 
@@ -115,10 +117,10 @@ fn a_good_line_changes_nothing() {
 #[test]
 fn a_large_camera_is_served_in_pieces() {
     let mut scenario = small(4, 3);
-    (scenario.camera.cols, scenario.camera.rows) = (752, 480);
     // Square pixels.
-    let half = (0.5 * scenario.camera.fov_h_deg).to_radians().tan();
-    scenario.camera.fov_v_deg = 2.0 * (half * 480.0 / 752.0).atan().to_degrees();
+    let half = 30.0_f64.to_radians().tan();
+    let fov_v_deg = 2.0 * (half * 480.0 / 752.0).atan().to_degrees();
+    scenario.camera = Camera::Keys(Frame { cols: 752, rows: 480, fov_h_deg: 60.0, fov_v_deg, ..Frame::default() });
     let setup = setup(scenario);
     let device = Device::socket(&socket("large")).expect("a socket");
     let flown = flown(&setup, &mut open(&setup, device.path(), Patience::default()));
@@ -133,7 +135,7 @@ fn a_large_camera_is_served_in_pieces() {
 #[test]
 fn a_frame_that_begins_while_another_is_at_work_waits_for_its_rows() {
     let mut scenario = small(6, 14);
-    scenario.attitude_faults.gap_s = Some([3.45, 3.95]);
+    scenario.faults.attitude_faults.gap_s = Some([3.45, 3.95]);
     let setup = setup(scenario);
     let expected = in_process(&setup);
     let device = Device::socket(&socket("busy")).expect("a socket");

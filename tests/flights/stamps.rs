@@ -3,7 +3,7 @@
 use plumbline_core::stamp::StampSource;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::run::{FrameRecord, Keep, fly};
-use plumbline_sim::scenario::{EdgeSource, Scenario};
+use plumbline_sim::scenario::{Camera, EdgeSource, Scenario};
 use plumbline_sim::score::stamps::{Stamps, error, stamps};
 use plumbline_sim::setup::Setup;
 
@@ -13,16 +13,17 @@ const NEES: std::ops::Range<f64> = 0.9..1.1;
 /// A small camera, as the pictures do not matter, with every fault of the shutter's line and a timer that wraps in the
 /// flight.
 fn scenario(seed: u64, frames: u32) -> Scenario {
-    let mut scenario = Scenario { seed, frames, exposure_us: 5000, ..Scenario::default() };
-    (scenario.camera.cols, scenario.camera.rows) = (32, 32);
-    (scenario.resolution_m, scenario.search_px) = (10.0, 3);
+    let mut scenario = Scenario::seeded(seed, frames);
+    scenario.vehicle.exposure_us = 5000;
+    scenario.camera = Camera::of_size(32, 32);
+    (scenario.vehicle.resolution_m, scenario.vehicle.search_px) = (10.0, 3);
     // Slow streams are as good here.
-    (scenario.attitude.rate_hz, scenario.range.rate_hz) = (20, 10);
-    let shutter = &mut scenario.shutter;
+    (scenario.vehicle.attitude.rate_hz, scenario.vehicle.range.rate_hz) = (20, 10);
+    let (shutter, faults) = (&mut scenario.vehicle.shutter, &mut scenario.faults.shutter);
     (shutter.open_delay_us, shutter.close_delay_us) = (35, 20);
     (shutter.arrival_latency_us, shutter.arrival_jitter_us) = (800, 40.0);
     shutter.exposure_jitter_us = 20.0;
-    (shutter.lost_edge_percent, shutter.extra_edge_percent, shutter.lost_frame_percent) = (2.0, 2.0, 2.0);
+    (faults.lost_edge_percent, faults.extra_edge_percent, faults.lost_frame_percent) = (2.0, 2.0, 2.0);
     scenario
 }
 
@@ -43,7 +44,7 @@ fn told(name: &str, stamps: &Stamps) -> (f64, f64) {
 fn holds(edges: EdgeSource, limit_us: f64) {
     let flights = (1..=2).flat_map(|seed| {
         let mut scenario = scenario(seed, 1000);
-        scenario.shutter.edges = edges;
+        scenario.vehicle.shutter.edges = edges;
         flown(scenario)
     });
     let stamps = stamps(&flights.collect::<Vec<_>>());
@@ -72,7 +73,7 @@ fn flown_stamps_by_arrival() {
 #[test]
 fn flown_stamps_outlive_the_pulses() {
     let mut scenario = scenario(3, 400);
-    scenario.timer.pps_lost_s = Some([20.0, 100.0]);
+    scenario.faults.timer.pps_lost_s = Some([20.0, 100.0]);
     let frames = flown(scenario);
     let late: Vec<FrameRecord> =
         frames.into_iter().filter(|f| (80e6..100e6).contains(&(f.exposure.open_us as f64))).collect();
@@ -90,7 +91,7 @@ fn flown_stamps_outlive_the_pulses() {
 #[test]
 fn flown_stamps_without_pulses_say_how_little_they_know() {
     let mut scenario = scenario(4, 100);
-    scenario.timer.pps = false;
+    scenario.world.timer.pps = false;
     let frames = flown(scenario);
     for (error_us, sigma_us, source) in frames.iter().filter_map(error) {
         assert!(error_us.abs() < 300.0 && (800.0..1100.0).contains(&sigma_us), "{error_us} us, sigma {sigma_us}");

@@ -9,7 +9,7 @@ use plumbline_firmware::stores::configuration::Configuration;
 use plumbline_firmware::wire::telemetry::Health;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::run::{FrameRecord, Keep, fly};
-use plumbline_sim::scenario::Scenario;
+use plumbline_sim::scenario::{Camera, Scenario};
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{Scored, score};
 use plumbline_sim::setup::Setup;
@@ -26,8 +26,8 @@ struct Flown {
 /// The default scene seen by a camera of a sixteenth of the pixels, which is rendered in as much less time: a pixel of the
 /// reference still spans four of the frame's, and fixes are as good.
 fn scenario(seed: u64, frames: u32) -> Scenario {
-    let mut scenario = Scenario { seed, frames, ..Scenario::default() };
-    (scenario.camera.cols, scenario.camera.rows) = (128, 128);
+    let mut scenario = Scenario::seeded(seed, frames);
+    scenario.camera = Camera::of_size(128, 128);
     scenario
 }
 
@@ -39,7 +39,7 @@ fn flown_told(scenario: Scenario, told: impl FnOnce(&mut Configuration)) -> Flow
     let mut unrectified = Unrectified::default();
     let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut unrectified).expect("it flies");
     let scored = score(&setup, &flight, &unrectified);
-    let resolution_m = setup.scenario.resolution_m;
+    let resolution_m = setup.scenario.vehicle.resolution_m;
     Flown { frames: flight.frames, scored, health: flight.health, resolution_m }
 }
 

@@ -17,7 +17,7 @@ use plumbline_firmware::stores::{StoreError, configuration, plan, tiles};
 use plumbline_firmware::wire::decoder::Decoder;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::link::{Event, Flash, FrameEvent, Link, Stores, tile_store};
-use plumbline_sim::scenario::{Ground, Scenario};
+use plumbline_sim::scenario::{Camera, Ground, Scenario};
 use plumbline_sim::setup::{Setup, orthophoto};
 use plumbline_sim::world::reference::Radiometry;
 use plumbline_sim::world::tile::{Frame, Tile};
@@ -29,8 +29,8 @@ use std::sync::OnceLock;
 fn flash() -> &'static Flash {
     static FLASH: OnceLock<Flash> = OnceLock::new();
     FLASH.get_or_init(|| {
-        let mut scenario = Scenario { frames: 1, ..Scenario::default() };
-        (scenario.camera.cols, scenario.camera.rows) = (64, 64);
+        let mut scenario = Scenario::of_frames(1);
+        scenario.camera = Camera::of_size(64, 64);
         Setup::prepare(scenario).expect("it can be flown").flash
     })
 }
@@ -311,9 +311,10 @@ fn convergence_and_scale_are_those_of_pyproj() {
 #[test]
 fn tiles_of_an_orthophoto_are_the_simulators_own() {
     let Some(ortho) = data::for_test("tiles of an orthophoto", "images/vienna_ortho_2023_30cm.tif") else { return };
-    let mut scenario = Scenario { frames: 1, resolution_m: 2.0, ..Scenario::default() };
-    (scenario.camera.cols, scenario.camera.rows, scenario.flight.height_m) = (64, 64, [60.0, 80.0]);
-    scenario.ground = Ground::Ortho { ortho: ortho.clone(), dem: None, reference: None };
+    let mut scenario = Scenario::of_frames(1);
+    scenario.vehicle.resolution_m = 2.0;
+    (scenario.camera, scenario.run.flight.height_m) = (Camera::of_size(64, 64), [60.0, 80.0]);
+    scenario.world.ground = Ground::Ortho { ortho: ortho.clone(), dem: None, reference: None };
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let ground = orthophoto(&ortho).expect("it is read");
     // The flight reaches to the picture's borders, so its tile is all of it.

@@ -11,6 +11,7 @@ use plumbline_sim::link::why;
 use plumbline_sim::setup::planned::limits;
 use plumbline_sim::setup::planned::store::of_file;
 use plumbline_survey::error::InputError;
+use plumbline_survey::io::input;
 use plumbline_survey::io::output::write_file;
 use plumbline_survey::plan::PlanFile;
 use serde::Serialize;
@@ -105,8 +106,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         (None, None) => return Err(Failure::Input(InputError::new("--camera or --plan is missing"))),
     };
     let name = args.settings.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
-    let text = args.settings.as_ref().map(std::fs::read_to_string).transpose();
-    let text = text.map_err(|error| InputError::new(format!("cannot read {name}: {error}")))?;
+    let text = args.settings.as_ref().map(|path| input::text(path)).transpose()?;
     let configuration = configuration(camera, args.head, text.as_deref().map(|text| (text, name.as_str())))?;
     let refuse = |error| {
         let why = why(BootError::Configuration(error), &configuration);

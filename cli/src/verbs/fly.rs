@@ -16,6 +16,7 @@ use plumbline_sim::link::qemu::{Qemu, default_image};
 use plumbline_sim::link::serial::Serial;
 use plumbline_sim::link::{Account, Link, LinkError};
 use plumbline_sim::run::{FrameRecord, Keep, Observer, fly};
+use plumbline_sim::scenario::FRAMES_MAX;
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{self, Linked};
 use plumbline_sim::setup::Setup;
@@ -48,7 +49,7 @@ pub struct Args {
     #[arg(long, value_name = "ELF")]
     firmware: Option<PathBuf>,
     /// Frames to take
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(FRAMES_MAX)))]
     frames: Option<u32>,
     /// What every random number comes from
     #[arg(long, allow_negative_numbers = true)]
@@ -111,7 +112,6 @@ fn reach(text: &str) -> Result<Reach, String> {
 }
 
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
-    let scenario = setting::scenario(args)?;
     let output = Output::check(args)?;
     if args.firmware.is_some() && args.link != Reach::Qemu {
         return Err(Failure::Input(InputError::new("--firmware is an image for --link qemu, which is not given")));
@@ -119,8 +119,8 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     if args.log.is_some() && args.link != Reach::InProcess {
         return Err(Failure::Input(InputError::new("--log is for --link inproc; a board keeps its log itself")));
     }
-    let setup = Setup::prepare(scenario)?;
-    let frames = setup.scenario.frames;
+    let setup = setting::setup(args)?;
+    let frames = setup.scenario.run.frames;
     for note in setup.plan.iter().flat_map(|plan| &plan.notes) {
         outcome::note(note);
     }

@@ -6,6 +6,7 @@ use plumbline_firmware::log::block::{BLOCK, MAGIC};
 use plumbline_sim::replay::read::read;
 use plumbline_sim::replay::{End, Replayed, fixes_csv, replay};
 use plumbline_survey::error::InputError;
+use plumbline_survey::io::input;
 use plumbline_survey::io::output::write_file;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -37,7 +38,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let bytes = log_file(&args.log)?;
     let name = args.log.display();
     let log = read(&bytes, args.number).map_err(|error| InputError::new(format!("{name}: {error}")))?;
-    let tiles = args.tiles.as_deref().map(file).transpose()?;
+    let tiles = args.tiles.as_deref().map(input::bytes).transpose()?;
     let replayed = replay(&log, tiles.as_deref()).map_err(|error| InputError::new(format!("{name}: {error}")))?;
     if let Some(folder) = &args.out {
         let csv = fixes_csv(&log, tiles.as_deref(), &replayed)?;
@@ -66,10 +67,6 @@ fn failure(replayed: &Replayed) -> Option<String> {
         None => None,
         Some(what) => Some(format!("the replay is not the flight: {what}")),
     }
-}
-
-fn file(path: &Path) -> Result<Vec<u8>, InputError> {
-    std::fs::read(path).map_err(|error| InputError::new(format!("cannot read {}: {error}", path.display())))
 }
 
 /// A log's file, or a card: as far as there are logs on it. They lie behind each other from its beginning.

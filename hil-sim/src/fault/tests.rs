@@ -1,7 +1,7 @@
 //! Shares are binomial: 4 standard errors, √(p(1 − p)/n), are allowed.
 
 use super::{FaultCounts, FaultInjector};
-use crate::scenario::{LinkFaults, Scenario};
+use crate::scenario::LinkFaults;
 
 const MESSAGES: u64 = 5000;
 
@@ -12,7 +12,7 @@ fn message(index: u64) -> [u8; 40] {
 
 /// What arrives of each message, and what was counted.
 fn flown(link_faults: LinkFaults, seed: u64) -> (Vec<Vec<u8>>, FaultCounts) {
-    let mut injector = FaultInjector::new(&Scenario { seed, link_faults, ..Scenario::default() }, "down");
+    let mut injector = FaultInjector::new(link_faults, seed, "down");
     let arrived = (0..MESSAGES).map(|index| {
         let mut link = Vec::new();
         injector.pass(&message(index), &mut link);

@@ -50,16 +50,16 @@ impl<'s> Cockpit<'s> {
         Cockpit {
             setup,
             link,
-            streams: Streams::new(&setup.scenario, setup.convergence_rad),
+            streams: Streams::new(&setup.scenario, setup.payload.mount, setup.convergence_rad),
             timer: TimerModel::new(&setup.scenario),
-            pulse_jitter: White::new(setup.scenario.timer.pps_jitter_us, setup.scenario.seed, "pps"),
+            pulse_jitter: White::new(setup.scenario.vehicle.timer.pps_jitter_us, setup.scenario.run.seed, "pps"),
             edges: if setup.plan.is_some() { VecDeque::new() } else { line_edges(&setup.scenario).into() },
             shutter: Shutter::new(&setup.scenario),
             line: ShutterLine::new(&setup.scenario),
             planned: VecDeque::new(),
             exposures: setup.plan.as_ref().map(|_| 0),
             autopilot: Autopilot::default(),
-            injector: FaultInjector::new(&setup.scenario, "to_firmware"),
+            injector: FaultInjector::new(setup.scenario.faults.link_faults, setup.scenario.run.seed, "to_firmware"),
             station: GroundStation::default(),
             answers: Vec::new(),
             now_us: 0,
@@ -88,7 +88,7 @@ impl<'s> Cockpit<'s> {
     /// The firmware has committed to an exposure: the shutter will open, where it still can, so that its middle is then.
     fn commit(&mut self, photo: PhotoReport) {
         let Some(count) = self.exposures else { return };
-        let half_us = u64::from(self.setup.scenario.exposure_us) / 2;
+        let half_us = u64::from(self.setup.scenario.vehicle.exposure_us) / 2;
         let open_us = photo.mid_exposure_us.saturating_sub(half_us);
         if open_us <= self.now_us {
             self.late += 1;
@@ -154,13 +154,13 @@ impl<'s> Cockpit<'s> {
     }
 
     pub(super) fn frame(&mut self, exposure: &Exposure, pixels: &[u8]) -> Result<(), LinkError> {
-        let camera = &self.setup.scenario.camera;
+        let camera = &self.setup.payload.camera;
         self.step(
             exposure.readout_start_us,
             Event::Frame(FrameEvent {
                 sequence: exposure.frame,
                 arrival: self.timer.ticks(exposure.readout_start_us),
-                size: (camera.cols, camera.rows),
+                size: (camera.cols as u16, camera.rows as u16),
                 pixels,
             }),
         )
@@ -172,7 +172,7 @@ impl<'s> Cockpit<'s> {
         let sent = self.link.step(self.timer.ticks(self.now_us), event)?;
         self.station.take(&sent);
         let mut asked = std::mem::take(&mut self.station.timesync);
-        asked.retain(|_| self.setup.scenario.timer.timesync);
+        asked.retain(|_| self.setup.scenario.world.timer.timesync);
         for (stamp, system, component) in asked {
             let at_autopilot = self.now_us + LINK_DELAY_US;
             let answer = self.autopilot.timesync_answer(stamp, at_autopilot, (system, component));

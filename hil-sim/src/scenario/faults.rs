@@ -1,11 +1,28 @@
-//! The tables of what goes wrong.
+//! What goes wrong.
 
+use super::check::Range as Bounds;
 use serde::Deserialize;
 
 /// From which second of the flight to which, the latter no more.
 pub type Seconds = [f64; 2];
 
-/// What the attitude sensor does wrong, and when. None of it unless given.
+/// None of it unless given.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(default)]
+pub struct Faults {
+    /// The attitude sensor.
+    pub attitude_faults: AttitudeFaults,
+    /// The link.
+    pub link_faults: LinkFaults,
+    /// The laser rangefinder.
+    pub range: Range,
+    /// The shutter's line and the frames.
+    pub shutter: Shutter,
+    /// The pulse per second.
+    pub timer: Timer,
+}
+
+/// What the attitude sensor does wrong, and when.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AttitudeFaults {
@@ -29,4 +46,63 @@ pub struct LinkFaults {
     pub cut_percent: f64,
     /// Share of the messages before which one of an unknown kind arrives.
     pub unknown_percent: f64,
+}
+
+/// What the laser does wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(default)]
+pub struct Range {
+    /// Share of the samples without an echo.
+    pub dropout_percent: f64,
+}
+
+/// What the shutter's line and the frames do wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(default)]
+pub struct Shutter {
+    /// Share of the edges that are lost.
+    pub lost_edge_percent: f64,
+    /// Share of the edges beside which a bounce, a short pulse or a stray edge is put.
+    pub extra_edge_percent: f64,
+    /// Share of the frames that never arrive, though the shutter opened.
+    pub lost_frame_percent: f64,
+}
+
+/// What the pulse per second does wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(default)]
+pub struct Timer {
+    /// When there are no pulses.
+    pub pps_lost_s: Option<Seconds>,
+}
+
+impl Faults {
+    /// Each value that has bounds.
+    pub(super) fn ranges(&self) -> Vec<Bounds> {
+        let shares = [
+            ("range.dropout_percent", self.range.dropout_percent, 100.0),
+            ("shutter.lost_edge_percent", self.shutter.lost_edge_percent, 100.0),
+            ("shutter.extra_edge_percent", self.shutter.extra_edge_percent, 100.0),
+            ("shutter.lost_frame_percent", self.shutter.lost_frame_percent, 100.0),
+            ("link_faults.bit_error_percent", self.link_faults.bit_error_percent, 50.0),
+            ("link_faults.cut_percent", self.link_faults.cut_percent, 100.0),
+            ("link_faults.unknown_percent", self.link_faults.unknown_percent, 100.0),
+        ];
+        let shares = shares.into_iter().map(|(key, percent, most)| (key, percent, 0.0, most));
+        let seconds = self.intervals().flat_map(|(key, interval)| interval.map(|s| (key, s, 0.0, 1e9)));
+        shares.chain(seconds).collect()
+    }
+
+    /// Every interval of trouble that is given, by its key.
+    pub(super) fn intervals(&self) -> impl Iterator<Item = (&'static str, Seconds)> + use<> {
+        let attitude = &self.attitude_faults;
+        let all = [
+            ("timer.pps_lost_s", self.timer.pps_lost_s),
+            ("attitude_faults.gap_s", attitude.gap_s),
+            ("attitude_faults.stuck_s", attitude.stuck_s),
+            ("attitude_faults.backwards_s", attitude.backwards_s),
+            ("attitude_faults.nan_s", attitude.nan_s),
+        ];
+        all.into_iter().filter_map(|(key, interval)| Some((key, interval?)))
+    }
 }

@@ -1,6 +1,6 @@
 //! What is flown over, and where the files lie.
 
-use super::{Scenario, ScenarioError};
+use super::{Camera, Scenario, ScenarioError};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "Keys")]
 pub enum Ground {
-    /// Made up from the seed: texture, fields, roads; flat at height 0.
+    /// Synthetic, from the seed: texture, fields, roads; flat at height 0.
     Procedural,
     /// An orthophoto.
     Ortho {
@@ -51,28 +51,24 @@ impl TryFrom<Keys> for Ground {
 
 impl Scenario {
     /// Makes every path ready to open.
-    pub(super) fn resolve_paths(
-        &mut self,
-        file: &str,
-        folder: &Path,
-        data: Option<&Path>,
-    ) -> Result<(), ScenarioError> {
+    pub(super) fn resolve_paths(&mut self, folder: &Path, data: Option<&Path>) -> Result<(), ScenarioError> {
         let mut paths: Vec<(&str, &mut PathBuf)> = Vec::new();
-        if let Some(camera) = &mut self.camera_file {
+        if let Camera::File(camera) = &mut self.camera {
             paths.push(("camera_file", camera));
         }
-        if let Ground::Ortho { ortho, dem, reference } = &mut self.ground {
+        if let Ground::Ortho { ortho, dem, reference } = &mut self.world.ground {
             paths.push(("ground.ortho", ortho));
             paths.extend(dem.as_mut().map(|path| ("ground.dem", path)));
             paths.extend(reference.as_mut().map(|path| ("ground.reference", path)));
         }
-        if let Some(replay) = &mut self.replay {
+        if let Some(replay) = &mut self.run.replay {
             paths.push(("replay.att", &mut replay.att));
         }
         for (key, path) in paths {
             *path = resolved(path, folder, data).ok_or_else(|| {
                 ScenarioError(format!(
-                    "{file}: {key} = \"{}\" needs the folder of real data, which PLUMBLINE_DATA does not name",
+                    "{}: {key} = \"{}\" needs the folder of real data, which PLUMBLINE_DATA does not name",
+                    self.file,
                     path.display()
                 ))
             })?;

@@ -1,4 +1,5 @@
-use super::{BUILT_IN, FollowUpMode, Ground, Scenario, ScenarioError};
+use super::footprint::tangent_per_px;
+use super::{BUILT_IN, Camera, FollowUpMode, Frame, Ground, Scenario, ScenarioError};
 use std::path::{Path, PathBuf};
 
 fn text_of(name: &str) -> &str {
@@ -13,30 +14,33 @@ fn parse(text: &str) -> Result<Scenario, ScenarioError> {
 fn the_named_flights_are_sound() {
     for (name, text) in BUILT_IN {
         let scenario = parse(text).unwrap_or_else(|error| panic!("{name}: {error}"));
-        assert_eq!(scenario.name, name);
+        assert_eq!(scenario.run.name, name);
     }
 }
 
 #[test]
 fn the_default_file_says_what_the_defaults_are() {
-    let default = Scenario::default_scene();
-    assert_eq!(parse(""), Ok(default.clone()));
-    assert_eq!(parse(BUILT_IN[0].1), Ok(default.clone()));
+    let default = Scenario::default();
+    let named = || Scenario { file: "a.toml".into(), ..default.clone() };
+    assert_eq!(parse(""), Ok(named()));
+    assert_eq!(parse(BUILT_IN[0].1), Ok(named()));
     // The scene of the reference measurements.
-    assert_eq!((default.camera.cols, default.camera.fov_h_deg), (512, 60.0));
-    assert_eq!((default.flight.height_m, default.flight.tilt_max_deg), ([100.0, 150.0], 10.0));
-    assert_eq!((default.resolution_m, default.frames, default.noise_dn), (5.0, 300, 3.0));
-    assert_eq!(default.attitude.white_deg, 0.1);
-    assert_eq!((default.follow_up.mode, default.follow_up.servo_lag_s), (FollowUpMode::Followed, 0.0));
+    let frame = Frame::default();
+    assert_eq!((default.camera.clone(), frame.cols, frame.fov_h_deg), (Camera::Keys(frame), 512, 60.0));
+    assert_eq!((default.run.flight.height_m, default.vehicle.flight.tilt_max_deg), ([100.0, 150.0], 10.0));
+    assert_eq!((default.vehicle.resolution_m, default.run.frames, default.world.noise_dn), (5.0, 300, 3.0));
+    assert_eq!(default.vehicle.attitude.white_deg, 0.1);
+    assert_eq!((default.vehicle.follow_up.mode, default.world.follow_up.servo_lag_s), (FollowUpMode::Followed, 0.0));
 }
 
 /// k1 of the barrel: the frame's corner, at r² = 2 tan² 30°, moves inwards by 5 %.
 #[test]
 fn the_barrel_draws_the_corner_in_by_five_percent() {
     let barrel = parse(text_of("barrel")).expect("the file is sound");
-    let (k_h, k_v) = barrel.camera.tangent_per_px();
+    let Camera::Keys(frame) = barrel.camera else { panic!("its own camera") };
+    let (k_h, k_v) = tangent_per_px(&frame.file());
     let r2 = (256.0 * k_h).powi(2) + (256.0 * k_v).powi(2);
-    let k1 = barrel.camera.distortion.expect("a lens with distortion").k1;
+    let k1 = frame.distortion.expect("a lens with distortion").k1;
     assert!((1.0 + k1 * r2 - 0.95).abs() < 1e-9);
 }
 
@@ -47,10 +51,10 @@ fn paths_start_at_the_file_or_at_the_data() {
         ground = { ortho = "data:images/o.tif", dem = "/abs/d.tif" }
         replay = { att = "data:a.csv" }"#;
     let scenario = parse(text).expect("sound");
-    assert_eq!(scenario.camera_file, Some(PathBuf::from("folder/c.toml")));
+    assert_eq!(scenario.camera, Camera::File("folder/c.toml".into()));
     let ortho = PathBuf::from("/data/images/o.tif");
-    assert_eq!(scenario.ground, Ground::Ortho { ortho, dem: Some("/abs/d.tif".into()), reference: None });
-    let replay = scenario.replay.expect("given");
+    assert_eq!(scenario.world.ground, Ground::Ortho { ortho, dem: Some("/abs/d.tif".into()), reference: None });
+    let replay = scenario.run.replay.expect("given");
     assert_eq!((replay.att, replay.start_s, replay.time_scale), (PathBuf::from("/data/a.csv"), None, 1.0));
     let error = Scenario::parse(text, "a.toml", Path::new(""), None).expect_err("no data folder");
     assert_eq!(
@@ -64,9 +68,18 @@ fn paths_start_at_the_file_or_at_the_data() {
 fn what_is_wrong_is_named() {
     for (text, words) in [
         ("frames = 0", ["a.toml: frames = 0 is not between 1 and 1000000"].as_slice()),
-        ("\n[flight]\ntilt_deg = 3", &["a.toml, line 3", "`tilt_deg = 3`", "unknown field `tilt_deg`"]),
+        ("\n[flight]\ntilt_deg = 3", &["a.toml, line 3", "`tilt_deg = 3`", "flight.tilt_deg is no key of a scenario"]),
         ("frames = \"many\"", &["a.toml, line 1", "frames = \"many\"", "invalid type"]),
         ("frames = -3", &["line 1", "frames = -3", "invalid value"]),
+        ("flihgt = 3", &["a.toml, line 1 (`flihgt = 3`): flihgt is no key of a scenario"]),
+        (
+            "[attitude]\nrate_hz = 100\nrate = 3",
+            &["a.toml, line 3 (`rate = 3`): attitude.rate is no key of a scenario"],
+        ),
+        ("\n[mount]\nboresight_deg = [1, 2, 3]", &["line 3", "[mount.boresight] has phi_deg"]),
+        ("mount = { true_boresight_deg = [1, 2, 3] }", &["line 1", "[mount.true_boresight] has phi_deg"]),
+        ("[mount.boresight]\nphi_deg = 1", &["missing field `omega_deg`"]),
+        ("[mount]\nboresight = { phi_deg = 0, omega_deg = 11, kappa_deg = 0 }", &["mount.boresight.omega_deg = 11 is"]),
         ("frames 3", &["a.toml, line 1 (`frames 3`)"]),
         ("noise_dn = nan", &["noise_dn = NaN is not between 0 and 255"]),
         ("[attitude]\nwhite_deg = -0.1", &["attitude.white_deg = -0.1 is not between"]),
@@ -91,7 +104,6 @@ fn what_is_wrong_is_named() {
         ("rolling_shutter_ms = -1.0", &["rolling_shutter_ms = -1 is not between 0 and 1000"]),
         ("exposure_samples = 0", &["exposure_samples = 0 is not between 1 and 1000"]),
         ("[camera]\nfov_v_deg = 45.0", &["follow_up.mode = \"followed\"", "camera.fov_v_deg = 45"]),
-        ("[flight]\ntilt_max_deg = 45.0", &["flight.tilt_max_deg = 45 brings the horizon"]),
         ("[follow_up]\nmode = \"loose\"", &["line 2", "mode = \"loose\"", "unknown variant `loose`"]),
         ("[ground]\nkind = \"flat\"", &["line 2", "unknown variant `flat`"]),
         ("[ground]\ndem = \"d.tif\"", &["ground needs either kind"]),
@@ -106,24 +118,21 @@ fn what_is_wrong_is_named() {
             assert!(error.contains(word), "{text:?} gives {error:?} without {word:?}");
         }
     }
-    let missing = Scenario::load(Path::new("no/such.toml"), None).expect_err("no file").to_string();
-    assert!(missing.starts_with("no/such.toml: cannot read the scenario"), "{missing}");
 }
 
 /// Evenly over the exposure about its middle, later from row to row, the middle row's middle being the stamp.
 #[test]
 fn instants_of_an_exposure_and_of_its_rows() {
-    let offsets = |scenario: &Scenario, row: usize| scenario.sample_offsets_us(row).collect::<Vec<_>>();
-    let mut scenario = Scenario::default_scene();
+    let offsets = |scenario: &Scenario, row: usize| scenario.sample_offsets_us(row, 512).collect::<Vec<_>>();
+    let mut scenario = Scenario::default();
     assert_eq!(offsets(&scenario, 0), [0.0]);
     assert_eq!(offsets(&scenario, 511), [0.0]);
-    scenario.exposure_samples = 4;
+    scenario.world.exposure_samples = 4;
     assert_eq!(offsets(&scenario, 100), [-750.0, -250.0, 250.0, 750.0]);
-    (scenario.exposure_samples, scenario.rolling_shutter_ms) = (1, 20.0);
+    (scenario.world.exposure_samples, scenario.vehicle.rolling_shutter_ms) = (1, 20.0);
     assert_eq!((offsets(&scenario, 0), offsets(&scenario, 511)), (vec![-10_000.0], vec![10_000.0]));
     assert!((offsets(&scenario, 255)[0] + offsets(&scenario, 256)[0]).abs() < 1e-9);
-    scenario.camera.rows = 1;
-    assert_eq!(offsets(&scenario, 0), [0.0]);
+    assert_eq!(scenario.sample_offsets_us(0, 1).collect::<Vec<_>>(), [0.0]);
 }
 
 /// A data sheet's field of view is rounded; one that is meant otherwise is refused with the one that pixels need.

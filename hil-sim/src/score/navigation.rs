@@ -16,7 +16,7 @@ pub fn csv(setup: &Setup, flight: &Flight) -> String {
     // A frame without a stamp is reported as 0.
     for at_us in stamps.filter(|at_us| *at_us > 0) {
         let state = setup.motion.state(at_us);
-        let [east_m, north_m, _] = antenna(&state, &setup.scenario.mount);
+        let [east_m, north_m, _] = antenna(&state, &setup.payload.mount);
         let height_m = state.up_m - setup.ground.height(state.east_m, state.north_m);
         let angles = [state.heading_rad, state.pitch_rad, state.roll_rad, state.follow_up_rad].map(f64::to_degrees);
         let [heading, pitch, roll, follow_up] = angles;

@@ -177,7 +177,7 @@ fn reported(setup: &Setup, record: &FrameRecord) -> Option<Station> {
     let [height_m, heading_rad, pitch_rad, roll_rad, follow_up_rad] = report.situation?.map(f64::from);
     let [east_m, north_m] = [setup.tile_centre[0] + east, setup.tile_centre[1] + north];
     let up_m = setup.ground.height(east_m, north_m) + height_m;
-    let boresight_rad = setup.scenario.mount.boresight_deg.map(f64::to_radians);
+    let boresight_rad = setup.payload.mount.boresight_rad;
     Some(Station { east_m, north_m, up_m, heading_rad, pitch_rad, roll_rad, follow_up_rad, boresight_rad })
 }
 
@@ -245,7 +245,7 @@ impl Block {
                 attitude_rad: file.noise.attitude_deg.to_radians(),
             },
             lines: file.strips.iter().map(|strip| strip.line).collect(),
-            seed: setup.scenario.seed,
+            seed: setup.scenario.run.seed,
         })
     }
 

@@ -32,9 +32,9 @@ impl Observer for Unrectified {
 /// Matches a raw frame around the predicted position, or around the true one where the firmware predicted none.
 /// `None` where the window leaves the reference or nothing can be correlated.
 fn match_raw(setup: &Setup, truth: &TrueState, pixels: &[u8], report: Option<&FrameReport>) -> Option<[f64; 2]> {
-    let camera = core_camera(&setup.camera).ok()?;
+    let camera = core_camera(&setup.payload.camera).ok()?;
     let frame = Picture { cols: camera.cols() as usize, rows: camera.rows() as usize, pixels: pixels.to_vec() };
-    let resolution_m = setup.scenario.resolution_m;
+    let resolution_m = setup.scenario.vehicle.resolution_m;
     let height_m = truth.up_m - setup.ground.height(truth.east_m, truth.north_m);
     let level = Homography::simplified(EquivalentTilt::default(), &camera);
     let patch = rectify(&camera, &frame, level, &Target { height_m, resolution_m, size: None }).ok()?;
@@ -46,7 +46,7 @@ fn match_raw(setup: &Setup, truth: &TrueState, pixels: &[u8], report: Option<&Fr
     let tile_pixel = |m: [f64; 2]| {
         [m[0] / resolution_m + 0.5 * (f64::from(size.0) - 1.0), 0.5 * (f64::from(size.1) - 1.0) - m[1] / resolution_m]
     };
-    let radius = setup.scenario.search_px;
+    let radius = setup.scenario.vehicle.search_px;
     let window_size = (patch.picture.cols as u16 + 2 * radius, patch.picture.rows as u16 + 2 * radius);
     let around = tile_pixel(around);
     let half = |side: u16| 0.5 * (f64::from(side) - 1.0);

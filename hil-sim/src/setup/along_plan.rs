@@ -4,14 +4,14 @@ use super::planned::terrain::Terrain;
 use super::planned::{Planned, camera, store};
 use super::{Setup, TILE_SLACK_PX, grounds_of, refuse};
 use crate::scenario::footprint::footprint_margin_m;
-use crate::scenario::{Ground as GroundOf, Scenario};
+use crate::scenario::{Camera, Ground as GroundOf, Payload, Scenario};
 use crate::vehicle::motion::{Motion, PlannedTrack};
-use crate::vehicle::mount::camera_of;
+use crate::vehicle::mount::payload_of;
 use crate::world::{Bounds, Ground, draped};
 use plumbline_core::budget::PATCH_MAX_PX;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
-use std::path::Path;
+use std::path::PathBuf;
 
 /// Standard deviations that the deviations from the track are taken to stay within.
 const SIGMAS: f64 = 4.0;
@@ -20,62 +20,62 @@ const RANGE_MAX_M: f64 = 655.0;
 /// Least height above the ground that anything is made ready for, metres.
 const HEIGHT_MIN_M: f64 = 1.0;
 
-/// Setup for the plan in `path`.
+/// What is asked for of a flight along a plan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlanToFly {
+    /// The plan.
+    pub file: PathBuf,
+    /// The elevation model in the place of the plan's own.
+    pub dem: Option<PathBuf>,
+    /// Whether the scenario's `resolution_m` is what somebody wants; otherwise it is chosen.
+    pub has_resolution: bool,
+}
+
+/// Setup for a plan.
 ///
 /// # Errors
 /// One sentence for a plan, elevation model or orthophoto that cannot be flown over.
-pub(super) fn prepare(mut scenario: Scenario, path: &Path) -> Result<Setup, InputError> {
-    let of_plan = |why: String| InputError::new(format!("{}: {why}", path.display()));
-    if scenario.replay.is_some() {
-        return Err(of_plan(
-            "a plan is flown along its own courses; a recorded attitude cannot be replayed on it".into(),
-        ));
+pub(super) fn prepare(scenario: Scenario, plan: &PlanToFly) -> Result<Setup, InputError> {
+    if scenario.run.replay.is_some() {
+        return Err(InputError::new(format!(
+            "{}: a plan is flown along its own courses; a recorded attitude cannot be replayed on it",
+            plan.file.display()
+        )));
     }
-    let mut planned = Planned::read(path)?;
-    outfit(&mut scenario, &mut planned);
-    let track = planned.track(scenario.plan.deviation_m, scenario.seed);
-    let flown = bounds_of(&track, scenario.plan.deviation_m[0]);
-    let photos = planned.photos.len();
-    scenario.frames = scenario.frames.min(photos as u32);
+    let mut planned = Planned::read(&plan.file)?;
+    let mut scenario = outfitted(scenario, plan, &mut planned);
+    let payload = payload_of(&scenario)?;
+    let track = planned.track(scenario.run.plan.deviation_m, scenario.run.seed);
+    let flown = bounds_of(&track, scenario.run.plan.deviation_m[0]);
     // So that the flight ends behind the track; nothing is exposed at intervals.
-    let between_ms = (track.duration_s() * 1000.0 / f64::from(scenario.frames)).ceil();
-    scenario.frame_interval_ms = (between_ms as u32).clamp(scenario.frame_interval_ms, 3_600_000);
+    let between_ms = (track.duration_s() * 1000.0 / f64::from(scenario.run.frames)).ceil();
+    scenario.run.frame_interval_ms = (between_ms as u32).clamp(scenario.run.frame_interval_ms, 3_600_000);
 
-    let (terrain, sight_m) = terrain(&mut scenario, path, &planned, &flown)?;
-    scenario.check(&path.display().to_string()).map_err(refuse)?;
-    let [height_m, _] = scenario.flight.height_m;
-    let extent_m = [flown.east_m - flown.west_m, flown.north_m - flown.south_m];
-    if !scenario.plan.has_resolution {
-        scenario.resolution_m = camera::resolution_m(&scenario.camera, planned.file.height_m, extent_m);
-        planned.notes.push(format!(
-            "the reference's resolution is {} m, so that the footprint from {:.0} m fits a patch and the flight the reference",
-            scenario.resolution_m, planned.file.height_m
-        ));
-    }
-    let highest_m = scenario.flight.height_m[1];
+    let (terrain, sight_m) = terrain(&mut scenario, &payload, plan, &planned, &flown)?;
+    scenario.check().map_err(refuse)?;
+    scenario.check_horizon(&payload).map_err(refuse)?;
+    choose_resolution(&mut scenario, &payload, plan, &mut planned, &flown);
+    let highest_m = scenario.run.flight.height_m[1];
     if highest_m > RANGE_MAX_M {
         planned.notes.push(format!(
             "the ground lies up to {highest_m:.0} m below, and range messages end at {RANGE_MAX_M} m: photos beyond are stamped and get no fix"
         ));
     }
-    debug_assert!(height_m >= HEIGHT_MIN_M);
-    let wanted = grown(
-        &flown,
-        scenario.resolution_m * (0.5 * PATCH_MAX_PX as f64 + f64::from(scenario.search_px) + TILE_SLACK_PX),
-    );
+    let r = scenario.vehicle.resolution_m;
+    let search_px = f64::from(scenario.vehicle.search_px);
+    let wanted = grown(&flown, r * (0.5 * PATCH_MAX_PX as f64 + search_px + TILE_SLACK_PX));
     let seen = grown(&wanted, (sight_m - (wanted.east_m - flown.east_m)).max(0.0));
     let (ground, reference) = ground(&scenario, &planned, &terrain, &seen)?;
     let motion = Motion::planned(&scenario, track);
-    let camera = camera_of(&mut scenario)?;
     let crs = Crs::from_epsg(ground.epsg())?;
-    let plan = store::of_flight(&planned)?;
-    let mut setup = Setup::finish(scenario, camera, (ground, reference), crs, motion, &wanted, plan)?;
+    let store = store::of_flight(&planned)?;
+    let mut setup = Setup::finish(scenario, payload, (ground, reference), crs, motion, &wanted, store)?;
     setup.plan = Some(planned);
     Ok(setup)
 }
 
-/// What the plan says of camera, speed and navigation.
-fn outfit(scenario: &mut Scenario, planned: &mut Planned) {
+/// The scenario with what the plan says of camera, speed, photos and navigation. What is wrong with it is the plan's fault.
+fn outfitted(scenario: Scenario, plan: &PlanToFly, planned: &mut Planned) -> Scenario {
     let file = &planned.file;
     let (camera, factor) = camera::binned(file);
     if factor > 1 {
@@ -84,35 +84,56 @@ fn outfit(scenario: &mut Scenario, planned: &mut Planned) {
             file.camera.cols, file.camera.rows, camera.cols, camera.rows
         ));
     }
-    scenario.camera = camera;
-    scenario.camera_file = None;
-    scenario.head = None;
-    scenario.flight.speed_m_s = file.speed_m_s;
-    scenario.position.sigma_m.get_or_insert(file.noise.position_m);
+    let mut scenario = Scenario { file: plan.file.display().to_string(), camera: Camera::Keys(camera), ..scenario };
+    scenario.vehicle.head = None;
+    scenario.vehicle.flight.speed_m_s = file.speed_m_s;
+    scenario.vehicle.position.sigma_m.get_or_insert(file.noise.position_m);
+    scenario.run.frames = scenario.run.frames.min(planned.photos.len() as u32);
+    scenario
+}
+
+/// The reference's resolution, unless somebody wants one.
+fn choose_resolution(
+    scenario: &mut Scenario,
+    payload: &Payload,
+    plan: &PlanToFly,
+    planned: &mut Planned,
+    flown: &Bounds,
+) {
+    if plan.has_resolution {
+        return;
+    }
+    let (height_m, extent_m) = (planned.file.height_m, [flown.east_m - flown.west_m, flown.north_m - flown.south_m]);
+    let resolution_m = camera::resolution_m(&payload.camera, height_m, extent_m);
+    scenario.vehicle.resolution_m = resolution_m;
+    planned.notes.push(format!(
+        "the reference's resolution is {resolution_m} m, so that the footprint from {height_m:.0} m fits a patch and the flight the reference"
+    ));
 }
 
 /// The elevation model as far as frames see, and how far that is; heights above ground go into the scenario.
 fn terrain(
     scenario: &mut Scenario,
-    path: &Path,
+    payload: &Payload,
+    plan: &PlanToFly,
     planned: &Planned,
     flown: &Bounds,
 ) -> Result<(Terrain, f64), InputError> {
     let up = |pick: fn(f64, f64) -> f64, start: f64| planned.lines.iter().map(|line| line.up_m).fold(start, pick);
-    let off_m = SIGMAS * scenario.plan.deviation_m[1];
+    let off_m = SIGMAS * scenario.run.plan.deviation_m[1];
     let (lowest_m, highest_m) = (up(f64::min, f64::MAX) - off_m, up(f64::max, f64::MIN) + off_m);
-    let dem = scenario.plan.dem.clone();
-    scenario.flight.height_m = [planned.file.height_m + off_m; 2];
-    let mut sight_m = footprint_margin_m(scenario);
+    scenario.run.flight.height_m = [planned.file.height_m + off_m; 2];
+    let mut sight_m = footprint_margin_m(scenario, payload);
     loop {
         if !sight_m.is_finite() {
             return Err(InputError::new("the horizon comes into the frame: field of view or tilt are too large"));
         }
-        let terrain = Terrain::read(&planned.file, path, dem.as_deref(), &planned.place, &grown(flown, sight_m))?;
+        let terrain =
+            Terrain::read(&planned.file, &plan.file, plan.dem.as_deref(), &planned.place, &grown(flown, sight_m))?;
         let [low_m, high_m] = terrain.range_m();
-        scenario.flight.height_m = [(lowest_m - high_m).max(HEIGHT_MIN_M), (highest_m - low_m).max(HEIGHT_MIN_M)];
+        scenario.run.flight.height_m = [(lowest_m - high_m).max(HEIGHT_MIN_M), (highest_m - low_m).max(HEIGHT_MIN_M)];
         // Ground below the base plane is seen farther out, and may be lower still there.
-        let farther_m = footprint_margin_m(scenario);
+        let farther_m = footprint_margin_m(scenario, payload);
         if farther_m <= sight_m {
             return Ok((terrain, sight_m));
         }
@@ -128,12 +149,12 @@ fn ground(
     seen: &Bounds,
 ) -> Result<(Ground, Option<Ground>), InputError> {
     let epsg = planned.place.crs.epsg();
-    let GroundOf::Ortho { ortho, .. } = &scenario.ground else {
+    let GroundOf::Ortho { ortho, .. } = &scenario.world.ground else {
         // A square, as the texture is.
         let side_m = (seen.east_m - seen.west_m).max(seen.north_m - seen.south_m);
         let square = Bounds { east_m: seen.west_m + side_m, south_m: seen.north_m - side_m, ..*seen };
         let surface = terrain.surface(&planned.place, &square)?;
-        let ground = draped(scenario.seed, &square, surface, epsg);
+        let ground = draped(scenario.run.seed, &square, surface, epsg);
         return Ok((ground.map_err(|error| InputError::new(error.to_string()))?, None));
     };
     let (picture, reference) = grounds_of(scenario)?;

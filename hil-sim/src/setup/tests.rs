@@ -1,4 +1,5 @@
-use super::{MADE_UP, Setup, radiometry_of};
+use super::{SYNTHETIC, Setup, radiometry_of};
+use crate::scenario::Run;
 use crate::scenario::footprint::half_tangents;
 use crate::scenario::{BUILT_IN, Scenario, WARM_UP_US};
 use crate::world::reference::Radiometry;
@@ -17,7 +18,7 @@ fn built_in(name: &str) -> &str {
 #[test]
 fn nothing_is_added_to_a_picture_of_the_world_but_what_is_asked_for() {
     let of = |text: &str| radiometry_of(&parse(text));
-    let (made_up, none) = (Radiometry { seed: 1, ..MADE_UP }, Radiometry { seed: 1, ..Radiometry::SAME });
+    let (made_up, none) = (Radiometry { seed: 1, ..SYNTHETIC }, Radiometry { seed: 1, ..Radiometry::SAME });
     assert_eq!(of(""), made_up);
     assert_eq!(of("[ground]\northo = \"o.tif\""), none);
     assert_eq!(of("[ground]\northo = \"o.tif\"\nreference = \"other.tif\""), none);
@@ -37,11 +38,12 @@ fn vienna_flies_longer_than_its_calm_minute() {
         return;
     };
     let scenario = Scenario::parse(built_in("vienna"), "vienna", Path::new(""), Some(&data)).expect("sound");
-    let setup = Setup::prepare(Scenario { frames: 300, ..scenario }).expect("it can be flown");
+    let setup =
+        Setup::prepare(Scenario { run: Run { frames: 300, ..scenario.run }, ..scenario }).expect("it can be flown");
     let bounds = setup.ground.bounds();
-    let [across, along] = half_tangents(&setup.scenario.camera);
+    let [across, along] = half_tangents(&setup.payload.camera);
     for frame in 0..300 {
-        let state = setup.motion.state(WARM_UP_US + frame * setup.scenario.frame_interval_us());
+        let state = setup.motion.state(WARM_UP_US + frame * setup.scenario.run.frame_interval_us());
         let axes = setup.station(&state).axes();
         for (right, forward) in [(across, along), (across, -along), (-across, along), (-across, -along)] {
             let ray = std::array::from_fn(|i| axes.down[i] + right * axes.right[i] + forward * axes.forward[i]);

@@ -31,73 +31,17 @@ impl Autopilot {
     /// # Errors
     /// A position that the reference system cannot convert.
     pub fn message(&mut self, sample: &Sample, crs: &Crs) -> Result<Option<Vec<u8>>, InputError> {
-        let time_boot_ms = (sample.sampled_at_us / 1000) as u32;
         Ok(match sample.reading {
             Reading::Pps { .. } => None,
-            Reading::Attitude { heading_true_rad, pitch_rad, roll_rad, velocity_ned_m_s: [vx, vy, vz] } => {
-                Some(self.encode(
-                    COMPONENT,
-                    &AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA {
-                        time_boot_us: sample.sampled_at_us,
-                        q: quaternion(heading_true_rad, pitch_rad, roll_rad),
-                        q_estimated_delay_us: (sample.arrived_at_us - sample.sampled_at_us) as u32,
-                        vx: vx as f32,
-                        vy: vy as f32,
-                        vz: vz as f32,
-                        v_estimated_delay_us: 0,
-                        feed_forward_angular_velocity_z: f32::NAN,
-                        estimator_status: EstimatorStatusFlags::empty(),
-                        target_system: SYSTEM,
-                        target_component: 0,
-                        landed_state: MavLandedState::MAV_LANDED_STATE_IN_AIR,
-                    },
-                ))
+            Reading::Attitude { heading_true_rad, pitch_rad, roll_rad, velocity_ned_m_s } => {
+                let q = quaternion(heading_true_rad, pitch_rad, roll_rad);
+                Some(self.encode(COMPONENT, &attitude(sample, q, velocity_ned_m_s)))
             }
-            Reading::FollowUp { follow_up_rad } => Some(self.encode(
-                ENCODER,
-                &GIMBAL_DEVICE_ATTITUDE_STATUS_DATA {
-                    time_boot_ms,
-                    // The gimbal's yaw is clockwise, the follow-up angle counter-clockwise.
-                    q: quaternion(-follow_up_rad, 0.0, 0.0),
-                    angular_velocity_x: f32::NAN,
-                    angular_velocity_y: f32::NAN,
-                    angular_velocity_z: f32::NAN,
-                    failure_flags: GimbalDeviceErrorFlags::empty(),
-                    flags: GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME,
-                    target_system: 0,
-                    target_component: 0,
-                },
-            )),
-            Reading::Range { slant_m } => Some(self.encode(
-                COMPONENT,
-                &DISTANCE_SENSOR_DATA {
-                    time_boot_ms,
-                    min_distance: 10,
-                    max_distance: 60_000,
-                    current_distance: slant_m.map_or(NO_ECHO_CM, |slant| (slant * 100.0).round() as u16),
-                    mavtype: MavDistanceSensor::MAV_DISTANCE_SENSOR_LASER,
-                    id: 0,
-                    orientation: MavSensorOrientation::MAV_SENSOR_ROTATION_PITCH_270,
-                    covariance: u8::MAX,
-                },
-            )),
+            Reading::FollowUp { follow_up_rad } => Some(self.encode(ENCODER, &encoder(sample, follow_up_rad))),
+            Reading::Range { slant_m } => Some(self.encode(COMPONENT, &range(sample, slant_m))),
             Reading::Position { east_m, north_m, up_m, velocity_ned_m_s } => {
-                let (lat, lon) = crs.to_wgs84(east_m, north_m)?;
-                let [vx, vy, vz] = velocity_ned_m_s.map(|v| (v * 100.0).round() as i16);
-                Some(self.encode(
-                    COMPONENT,
-                    &GLOBAL_POSITION_INT_DATA {
-                        time_boot_ms,
-                        lat: (lat * 1e7).round() as i32,
-                        lon: (lon * 1e7).round() as i32,
-                        alt: (up_m * 1000.0).round() as i32,
-                        relative_alt: (up_m * 1000.0).round() as i32,
-                        vx,
-                        vy,
-                        vz,
-                        hdg: u16::MAX,
-                    },
-                ))
+                let degrees = crs.to_wgs84(east_m, north_m)?;
+                Some(self.encode(COMPONENT, &position(sample, degrees, up_m, velocity_ned_m_s)))
             }
         })
     }
@@ -114,6 +58,76 @@ impl Autopilot {
         self.sequence = self.sequence.wrapping_add(1);
         raw.serialize_message_data(header, data);
         raw.raw_bytes().to_vec()
+    }
+}
+
+fn time_boot_ms(sample: &Sample) -> u32 {
+    (sample.sampled_at_us / 1000) as u32
+}
+
+fn attitude(sample: &Sample, q: [f32; 4], velocity_ned_m_s: [f64; 3]) -> AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA {
+    let [vx, vy, vz] = velocity_ned_m_s.map(|v| v as f32);
+    AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA {
+        time_boot_us: sample.sampled_at_us,
+        q,
+        q_estimated_delay_us: (sample.arrived_at_us - sample.sampled_at_us) as u32,
+        vx,
+        vy,
+        vz,
+        v_estimated_delay_us: 0,
+        feed_forward_angular_velocity_z: f32::NAN,
+        estimator_status: EstimatorStatusFlags::empty(),
+        target_system: SYSTEM,
+        target_component: 0,
+        landed_state: MavLandedState::MAV_LANDED_STATE_IN_AIR,
+    }
+}
+
+fn encoder(sample: &Sample, follow_up_rad: f64) -> GIMBAL_DEVICE_ATTITUDE_STATUS_DATA {
+    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA {
+        time_boot_ms: time_boot_ms(sample),
+        // The gimbal's yaw is clockwise, the follow-up angle counter-clockwise.
+        q: quaternion(-follow_up_rad, 0.0, 0.0),
+        angular_velocity_x: f32::NAN,
+        angular_velocity_y: f32::NAN,
+        angular_velocity_z: f32::NAN,
+        failure_flags: GimbalDeviceErrorFlags::empty(),
+        flags: GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME,
+        target_system: 0,
+        target_component: 0,
+    }
+}
+
+fn range(sample: &Sample, slant_m: Option<f64>) -> DISTANCE_SENSOR_DATA {
+    DISTANCE_SENSOR_DATA {
+        time_boot_ms: time_boot_ms(sample),
+        min_distance: 10,
+        max_distance: 60_000,
+        current_distance: slant_m.map_or(NO_ECHO_CM, |slant| (slant * 100.0).round() as u16),
+        mavtype: MavDistanceSensor::MAV_DISTANCE_SENSOR_LASER,
+        id: 0,
+        orientation: MavSensorOrientation::MAV_SENSOR_ROTATION_PITCH_270,
+        covariance: u8::MAX,
+    }
+}
+
+fn position(
+    sample: &Sample,
+    (lat, lon): (f64, f64),
+    up_m: f64,
+    velocity_ned_m_s: [f64; 3],
+) -> GLOBAL_POSITION_INT_DATA {
+    let [vx, vy, vz] = velocity_ned_m_s.map(|v| (v * 100.0).round() as i16);
+    GLOBAL_POSITION_INT_DATA {
+        time_boot_ms: time_boot_ms(sample),
+        lat: (lat * 1e7).round() as i32,
+        lon: (lon * 1e7).round() as i32,
+        alt: (up_m * 1000.0).round() as i32,
+        relative_alt: (up_m * 1000.0).round() as i32,
+        vx,
+        vy,
+        vz,
+        hdg: u16::MAX,
     }
 }
 

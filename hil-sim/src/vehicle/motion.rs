@@ -90,7 +90,7 @@ enum Attitude {
 }
 
 impl Motion {
-    /// Made-up motion, decided by the scenario's seed.
+    /// Synthetic motion, decided by the scenario's seed.
     ///
     /// # Errors
     /// [`ScenarioError`] when the area leaves no room to fly.
@@ -122,18 +122,18 @@ impl Motion {
                 "the ground is too small to fly over: {half_extent_m} m are left around its centre after the footprint"
             )));
         }
-        let seed = scenario.seed;
+        let seed = scenario.run.seed;
         let course = Course::Free {
             area: *area,
-            track: Track::new(stream(seed, "motion.track"), half_extent_m, scenario.flight.speed_m_s),
-            climb: Climb::new(stream(seed, "motion.climb"), scenario.flight.height_m),
+            track: Track::new(stream(seed, "motion.track"), half_extent_m, scenario.vehicle.flight.speed_m_s),
+            climb: Climb::new(stream(seed, "motion.climb"), scenario.run.flight.height_m),
         };
         Ok(Self::on_course(scenario, course, attitude))
     }
 
     fn on_course(scenario: &Scenario, course: Course, attitude: Attitude) -> Self {
-        let follow_up = &scenario.follow_up;
-        let servo = (follow_up.mode != FollowUpMode::Fixed).then(|| Servo::new(follow_up.servo_lag_s));
+        let follows = scenario.vehicle.follow_up.mode != FollowUpMode::Fixed;
+        let servo = follows.then(|| Servo::new(scenario.world.follow_up.servo_lag_s));
         Motion { course, attitude, servo }
     }
 
@@ -210,13 +210,14 @@ impl Motion {
 impl Attitude {
     /// As the scenario has it, decided by its seed.
     fn synthetic(scenario: &Scenario) -> Self {
-        let wave = |name: &str, [low_hz, high_hz]: [f64; 2]| Wave::new(stream(scenario.seed, name), low_hz, high_hz);
+        let wave =
+            |name: &str, [low_hz, high_hz]: [f64; 2]| Wave::new(stream(scenario.run.seed, name), low_hz, high_hz);
         Attitude::Synthetic {
-            pitch: wave("motion.pitch", scenario.flight.tilt_hz),
-            roll: wave("motion.roll", scenario.flight.tilt_hz),
-            tilt_max_rad: scenario.flight.tilt_max_deg.to_radians(),
+            pitch: wave("motion.pitch", scenario.vehicle.flight.tilt_hz),
+            roll: wave("motion.roll", scenario.vehicle.flight.tilt_hz),
+            tilt_max_rad: scenario.vehicle.flight.tilt_max_deg.to_radians(),
             wander: wave("motion.wander", WANDER_HZ),
-            wander_rad: scenario.flight.heading_wander_deg.to_radians(),
+            wander_rad: scenario.run.flight.heading_wander_deg.to_radians(),
         }
     }
 }

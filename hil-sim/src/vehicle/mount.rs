@@ -4,9 +4,11 @@ use super::motion::TrueState;
 use crate::camera::core_camera;
 use crate::camera::heads::{from_platform, turned};
 use crate::camera::render::Station;
-use crate::scenario::{self, FollowUpMode, Mount, Scenario};
-use plumbline_survey::camera_file::{CameraFile, Distortion};
+use crate::scenario::vehicle::Mount;
+use crate::scenario::{Boresight, Camera, FollowUpMode, Mounting, Payload, Scenario, Vehicle};
+use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::error::InputError;
+use std::path::Path;
 
 /// Where the camera's mount is in `state`, and where the follow-up axis has it look: the camera's own station less its
 /// boresight.
@@ -27,7 +29,7 @@ pub fn axis_station(state: &TrueState) -> Station {
 /// Where the antenna is, grid east, north and up, of a vehicle whose camera is in `state`: back by a head's arm, which turns
 /// with the follow-up axis, and by the lever arm, which does not.
 #[must_use]
-pub fn antenna(state: &TrueState, mount: &Mount) -> [f64; 3] {
+pub fn antenna(state: &TrueState, mount: &Mounting) -> [f64; 3] {
     let axis = axis_station(state);
     let body = Station { follow_up_rad: 0.0, ..axis };
     let camera = [state.east_m, state.north_m, state.up_m];
@@ -42,86 +44,89 @@ pub fn antenna(state: &TrueState, mount: &Mount) -> [f64; 3] {
 /// The lever arm in the configuration store. A board knows arms along the vehicle's axes alone: a head's is among them where the camera
 /// is fixed, and left out, some centimetres, where a servo turns it.
 #[must_use]
-pub fn configured_arm(scenario: &Scenario) -> [f64; 3] {
-    let Mount { lever_arm_m, head_arm_m, .. } = scenario.mount;
-    let is_fixed = scenario.follow_up.mode == FollowUpMode::Fixed;
+pub fn configured_arm(mount: &Mounting, mode: FollowUpMode) -> [f64; 3] {
+    let Mounting { lever_arm_m, head_arm_m, .. } = mount;
+    let is_fixed = mode == FollowUpMode::Fixed;
     std::array::from_fn(|i| lever_arm_m[i] + if is_fixed { head_arm_m[i] } else { 0.0 })
 }
 
-/// `mount` with what a camera file says of the platform, and the camera that flies, turned and placed as the file has it:
-/// head `head`, counted from 1, or the file's only camera.
+/// What the vehicle of `scenario` carries: its camera file read, the head that flies chosen.
 ///
 /// # Errors
-/// What is wrong, to stand behind the file's name: several heads and none named, a head that is not there, a boresight or an
-/// arm that is given twice.
-pub fn of_file(file: &CameraFile, head: Option<u8>, mount: &Mount) -> Result<(CameraFile, Mount), String> {
-    let mut mount = *mount;
-    if let Some(angles_deg) = file.boresight {
-        if mount.boresight_deg != [0.0; 3] {
-            return Err("it has a boresight, and so has [mount]".to_owned());
+/// One sentence for a camera file that cannot be used.
+pub fn payload_of(scenario: &Scenario) -> Result<Payload, InputError> {
+    let truly = scenario.world.mount.true_boresight;
+    match &scenario.camera {
+        Camera::Keys(frame) => {
+            let mount = mounting(&scenario.vehicle, truly, &frame.file()).map_err(InputError::new)?;
+            Ok(Payload { camera: frame.file(), mount })
         }
-        mount.boresight_deg = turned(angles_deg, [0.0; 3]).map(f64::to_degrees);
+        Camera::File(path) => payload_of_file(&scenario.vehicle, truly, path),
+    }
+}
+
+/// The camera of the file `path`, as a vehicle carries it.
+///
+/// # Errors
+/// One sentence for a file that cannot be used.
+pub fn payload_of_file(vehicle: &Vehicle, truly: Option<Boresight>, path: &Path) -> Result<Payload, InputError> {
+    let of_file = |why: String| InputError::new(format!("{}: {why}", path.display()));
+    let file = CameraFile::read(path)?;
+    let mount = mounting(vehicle, truly, &file).map_err(of_file)?;
+    let payload = of_head(file, vehicle.head, mount).map_err(of_file)?;
+    core_camera(&payload.camera).map_err(|error| of_file(error.to_string()))?;
+    vehicle.check_camera(&payload.camera).map_err(of_file)?;
+    Ok(payload)
+}
+
+/// How the camera of `file` is mounted: as the file says, or as the scenario does; `truly`: its boresight as it really is.
+///
+/// # Errors
+/// What is wrong, to stand behind the file's name: a boresight or an arm that is given twice.
+fn mounting(vehicle: &Vehicle, truly: Option<Boresight>, file: &CameraFile) -> Result<Mounting, String> {
+    let Mount { mut lever_arm_m, boresight } = vehicle.mount;
+    if file.boresight.is_some() && !boresight.is_none() {
+        return Err("it has a boresight, and so has [mount]".to_owned());
     }
     if let Some([right, forward, up]) = file.lever_arms {
-        if mount.lever_arm_m != [0.0; 3] {
+        if lever_arm_m != [0.0; 3] {
             return Err("it has a lever arm, and so has [mount]".to_owned());
         }
-        mount.lever_arm_m = [forward, right, -up];
+        lever_arm_m = [forward, right, -up];
     }
+    let configured_deg = file.boresight.unwrap_or(boresight.angles_deg());
+    let turn = |angles_deg: [f64; 3]| if angles_deg == [0.0; 3] { [0.0; 3] } else { turned(angles_deg, [0.0; 3]) };
+    Ok(Mounting {
+        lever_arm_m,
+        head_arm_m: [0.0; 3],
+        boresight_rad: turn(configured_deg),
+        true_boresight_rad: turn(truly.map_or(configured_deg, |truly| truly.angles_deg())),
+    })
+}
+
+/// The camera that flies, turned and placed as its file has it: head `head`, counted from 1, or the file's only camera.
+///
+/// # Errors
+/// What is wrong, to stand behind the file's name: several heads and none named, a head that is not there.
+fn of_head(file: CameraFile, head: Option<u8>, mount: Mounting) -> Result<Payload, String> {
     let count = file.heads.len();
     let number = match (head, count) {
-        (None, 0) => return Ok((file.clone(), mount)),
+        (None, 0) => return Ok(Payload { camera: file, mount }),
         (None, 1) => 1,
         (None, _) => {
-            return Err(format!("it has {count} heads, and head (of `mission`, --head) does not say which one flies"));
+            return Err(format!(
+                "it has {count} heads, and head (of `configuration`, --head) does not say which one flies"
+            ));
         }
         (Some(head), _) => usize::from(head),
     };
     let flying = number.checked_sub(1).and_then(|index| file.heads.get(index));
     let flying = flying.ok_or_else(|| format!("head {number} is none of its {count} heads"))?;
-    let boresight_rad = mount.boresight_deg.map(f64::to_radians);
-    mount.head_arm_m = from_platform(flying.d_m, boresight_rad);
-    let of_head = |platform_rad| turned(flying.rotation_deg, platform_rad).map(f64::to_degrees);
-    mount.true_boresight_deg = mount.true_boresight_deg.map(|_| of_head(mount.true_boresight_rad()));
-    mount.boresight_deg = of_head(boresight_rad);
-    Ok((flying.camera(), mount))
-}
-
-/// The scenario's camera; a camera file's, or that of the head that flies, replaces it in the scenario too, and its mount.
-///
-/// # Errors
-/// One sentence for a camera file that cannot be used.
-pub fn camera_of(scenario: &mut Scenario) -> Result<CameraFile, InputError> {
-    if let Some(path) = &scenario.camera_file {
-        let whole = CameraFile::read(path)?;
-        let mounted = of_file(&whole, scenario.head, &scenario.mount);
-        let (file, mount) = mounted.map_err(|why| InputError::new(format!("{}: {why}", path.display())))?;
-        core_camera(&file).map_err(|error| InputError::new(format!("{}: {error}", path.display())))?;
-        scenario.camera = scenario::Camera {
-            cols: file.cols as u16,
-            rows: file.rows as u16,
-            fov_h_deg: file.fov_h_deg,
-            fov_v_deg: file.fov_v_deg,
-            offset_m_px: file.offset_m_px,
-            offset_n_px: file.offset_n_px,
-            distortion: file.distortion.map(|d| scenario::Distortion {
-                k1: d.k1,
-                k2: d.k2,
-                k3: d.k3,
-                p1: d.p1,
-                p2: d.p2,
-            }),
-        };
-        scenario.check(&path.display().to_string()).map_err(|error| InputError::new(error.to_string()))?;
-        // A head leans more than a boresight may.
-        scenario.mount = mount;
-        return Ok(file);
-    }
-    let camera = &scenario.camera;
-    Ok(CameraFile {
-        offset_m_px: camera.offset_m_px,
-        offset_n_px: camera.offset_n_px,
-        distortion: camera.distortion.map(|d| Distortion { k1: d.k1, k2: d.k2, k3: d.k3, p1: d.p1, p2: d.p2 }),
-        ..CameraFile::new((camera.cols.into(), camera.rows.into()), (camera.fov_h_deg, camera.fov_v_deg))
-    })
+    let mount = Mounting {
+        head_arm_m: from_platform(flying.d_m, mount.boresight_rad),
+        boresight_rad: turned(flying.rotation_deg, mount.boresight_rad),
+        true_boresight_rad: turned(flying.rotation_deg, mount.true_boresight_rad),
+        ..mount
+    };
+    Ok(Payload { camera: flying.camera(), mount })
 }

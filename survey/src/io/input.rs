@@ -40,6 +40,15 @@ pub fn text(path: &Path) -> Result<String, InputError> {
     String::from_utf8(bytes).map_err(|error| unreadable(path, error.utf8_error()))
 }
 
+/// A whole binary file.
+///
+/// # Errors
+/// As of any file; more than 4 GiB.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, InputError> {
+    let (file, length) = open(path)?;
+    at_most(path, file, length, PICTURE_BYTES_MAX)
+}
+
 /// A whole binary file that begins as `is_of_kind` wants; `what` it has to be is for the error's sentence.
 ///
 /// # Errors

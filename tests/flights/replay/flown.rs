@@ -5,15 +5,15 @@ use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::replay::read::{Log, read};
 use plumbline_sim::replay::{End, Replayed, fixes_csv, replay};
 use plumbline_sim::run::{Flight, Keep, fly};
-use plumbline_sim::scenario::{EdgeSource, FollowUpMode, Scenario};
+use plumbline_sim::scenario::{Camera, EdgeSource, FollowUpMode, Scenario};
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{self, score};
 use plumbline_sim::setup::Setup;
 
 /// A small camera: rendered in no time, and fixes are as good.
 pub fn scenario(seed: u64, frames: u32) -> Scenario {
-    let mut scenario = Scenario { seed, frames, ..Scenario::default() };
-    (scenario.camera.cols, scenario.camera.rows) = (128, 128);
+    let mut scenario = Scenario::seeded(seed, frames);
+    scenario.camera = Camera::of_size(128, 128);
     scenario
 }
 
@@ -39,7 +39,7 @@ pub fn replayed(bytes: &[u8]) -> (Log, Replayed) {
 
 /// Its replay is the flight; how many frames had a fix.
 fn assert_same(scenario: Scenario) -> usize {
-    let frames = scenario.frames as usize;
+    let frames = scenario.run.frames as usize;
     let (fixes, bytes) = flown(scenario);
     let (log, replayed) = replayed(&bytes);
     assert_eq!(replayed.first_difference, None);
@@ -58,8 +58,8 @@ fn a_quiet_flight() {
 #[test]
 fn a_bad_link_and_a_laser_that_misses() {
     let mut scenario = scenario(2, 40);
-    scenario.range.dropout_percent = 20.0;
-    let faults = &mut scenario.link_faults;
+    scenario.faults.range.dropout_percent = 20.0;
+    let faults = &mut scenario.faults.link_faults;
     (faults.bit_error_percent, faults.cut_percent, faults.unknown_percent) = (0.02, 2.0, 2.0);
     assert!(assert_same(scenario) > 5);
 }
@@ -67,17 +67,17 @@ fn a_bad_link_and_a_laser_that_misses() {
 #[test]
 fn a_rolling_shutter_on_a_measured_axis() {
     let mut scenario = scenario(3, 20);
-    (scenario.rolling_shutter_ms, scenario.follow_up.mode) = (20.0, FollowUpMode::Measured);
-    scenario.follow_up.servo_lag_s = 0.3;
+    (scenario.vehicle.rolling_shutter_ms, scenario.vehicle.follow_up.mode) = (20.0, FollowUpMode::Measured);
+    scenario.world.follow_up.servo_lag_s = 0.3;
     assert!(assert_same(scenario) > 10);
 }
 
 #[test]
 fn lost_edges_bounces_lost_frames_and_no_pulses() {
     let mut scenario = scenario(4, 40);
-    let shutter = &mut scenario.shutter;
-    (shutter.lost_edge_percent, shutter.extra_edge_percent, shutter.lost_frame_percent) = (15.0, 15.0, 15.0);
-    scenario.timer.pps_lost_s = Some([4.0, 7.0]);
+    let faults = &mut scenario.faults.shutter;
+    (faults.lost_edge_percent, faults.extra_edge_percent, faults.lost_frame_percent) = (15.0, 15.0, 15.0);
+    scenario.faults.timer.pps_lost_s = Some([4.0, 7.0]);
     assert!(assert_same(scenario) > 5);
 }
 
@@ -85,7 +85,7 @@ fn lost_edges_bounces_lost_frames_and_no_pulses() {
 fn one_edge_and_none() {
     for edges in [EdgeSource::One, EdgeSource::None] {
         let mut scenario = scenario(5, 10);
-        scenario.shutter.edges = edges;
+        scenario.vehicle.shutter.edges = edges;
         assert!(assert_same(scenario) > 5);
     }
 }

@@ -32,7 +32,7 @@ impl Link for Late {
 fn an_untidy_board_replays_as_it_flew() {
     let mut tidy = String::new();
     let mut scenario = scenario(7, 40);
-    (scenario.shutter.extra_edge_percent, scenario.shutter.lost_frame_percent) = (10.0, 40.0);
+    (scenario.faults.shutter.extra_edge_percent, scenario.faults.shutter.lost_frame_percent) = (10.0, 40.0);
     let setup = Setup::prepare(scenario).expect("it can be flown");
     for seed in 0..3 {
         let mut late = Late { link: InProcess::logged(&setup.flash).expect("it boots"), step: 0 };

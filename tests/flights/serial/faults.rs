@@ -40,7 +40,7 @@ fn a_bad_line_changes_no_fix_of_a_thousand() {
     assert!(flown.csv == expected.csv, "{}\n{}", flown.csv, expected.csv);
     assert_eq!(flown.flight.health, expected.flight.health);
     assert!(flown.accepted() * 10 >= frames as usize * 9, "{} accepted", flown.accepted());
-    flown.has_no_wrong_fix(setup.scenario.resolution_m);
+    flown.has_no_wrong_fix(setup.scenario.vehicle.resolution_m);
     let trouble = flown.account.trouble.expect("it is counted");
     assert_eq!((trouble.reboots, trouble.frames_abandoned), (0, 0));
     // Each kind has struck, and what the line did shows in what the link counted.
@@ -85,7 +85,7 @@ fn rebooted(setup: &Setup, expected: &Flown, seed: u64) {
     let (flown, counts) = fly(setup, LineFaults { rebooted: 0.15, cut: 0.05, ..bad(0.3) }, seed);
     let trouble = flown.account.trouble.expect("it is counted");
     assert!(counts.rebooted >= 1 && trouble.reboots >= 1 && trouble.reboots <= counts.rebooted, "{trouble} {counts:?}");
-    flown.has_no_wrong_fix(setup.scenario.resolution_m);
+    flown.has_no_wrong_fix(setup.scenario.vehicle.resolution_m);
     let (mut equal, mut gap, mut lost, mut most) = (0, 0, 0, 0.0f64);
     for (ours, theirs) in flown.flight.frames.iter().zip(&expected.flight.frames) {
         let frame = ours.exposure.frame;

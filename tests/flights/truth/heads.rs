@@ -2,7 +2,7 @@
 //! are as good as those of a camera that looks down.
 
 use super::{Flown, flown, flown_told, scenario};
-use plumbline_sim::scenario::{FollowUpMode, Scenario};
+use plumbline_sim::scenario::{Camera, FollowUpMode, Scenario};
 use plumbline_survey::camera_file::{CameraFile, Head, write};
 use std::path::{Path, PathBuf};
 
@@ -33,7 +33,9 @@ fn camera(name: &str, wider: f64) -> PathBuf {
 }
 
 fn of_head(head: u8, camera: &Path, frames: u32) -> Scenario {
-    Scenario { camera_file: Some(camera.to_owned()), head: Some(head), ..scenario(2, frames) }
+    let mut scenario = Scenario { camera: Camera::File(camera.to_owned()), ..scenario(2, frames) };
+    scenario.vehicle.head = Some(head);
+    scenario
 }
 
 fn told(name: &str, flown: &Flown) -> f64 {
@@ -72,7 +74,7 @@ fn the_place_of_a_head_is_in_the_lever_arm() {
     let camera = camera("heads-wide.toml", 40.0);
     let fixed = |frames| {
         let mut scenario = of_head(2, &camera, frames);
-        scenario.follow_up.mode = FollowUpMode::Fixed;
+        scenario.vehicle.follow_up.mode = FollowUpMode::Fixed;
         scenario
     };
     let known_m = told("place known", &flown(fixed(20)));

@@ -1,20 +1,19 @@
 //! A camera far from the antenna that looks askew: the firmware that knows both is as good as without them.
 
 use super::{Flown, flown, flown_told, scenario};
-use plumbline_sim::scenario::{Mount, Scenario};
+use plumbline_sim::scenario::vehicle::Mount;
+use plumbline_sim::scenario::{Boresight, Scenario};
 use plumbline_sim::setup::Setup;
 
 const FRAMES: u32 = 50;
-/// Forward, right, down; heading, pitch, roll. Two pixels of the reference, and one at 125 m.
-const MOUNT: Mount = Mount {
-    lever_arm_m: [8.0, -3.0, 4.0],
-    boresight_deg: [1.5, -2.0, 1.0],
-    true_boresight_deg: None,
-    head_arm_m: [0.0; 3],
-};
+/// Two pixels of the reference, and one at 125 m.
+const MOUNT: Mount =
+    Mount { lever_arm_m: [8.0, -3.0, 4.0], boresight: Boresight { phi_deg: -1.0, omega_deg: -2.0, kappa_deg: -1.5 } };
 
 fn mounted(mount: Mount, frames: u32) -> Scenario {
-    Scenario { mount, ..scenario(2, frames) }
+    let mut scenario = scenario(2, frames);
+    scenario.vehicle.mount = mount;
+    scenario
 }
 
 fn told(name: &str, flown: &Flown) -> f64 {

@@ -12,23 +12,23 @@ const HALF_US: i32 = 2500;
 /// smear, attitude at 200 Hz that arrives 5 ms late.
 fn fast(frames: u32) -> Scenario {
     let mut scenario = scenario(7, frames);
-    (scenario.flight.tilt_max_deg, scenario.flight.tilt_hz) = (10.0, [0.4, 0.65]);
-    scenario.flight.speed_m_s = 40.0;
-    (scenario.exposure_us, scenario.exposure_samples) = (2 * HALF_US as u32, 5);
-    (scenario.attitude.rate_hz, scenario.attitude.latency_us) = (200, 5000);
+    (scenario.vehicle.flight.tilt_max_deg, scenario.vehicle.flight.tilt_hz) = (10.0, [0.4, 0.65]);
+    scenario.vehicle.flight.speed_m_s = 40.0;
+    (scenario.vehicle.exposure_us, scenario.world.exposure_samples) = (2 * HALF_US as u32, 5);
+    (scenario.vehicle.attitude.rate_hz, scenario.world.attitude.latency_us) = (200, 5000);
     scenario
 }
 
 /// A shutter's line as it is in the field, and a timer of 20 ppm.
 fn field(frames: u32) -> Scenario {
     let mut scenario = fast(frames);
-    scenario.timer.drift_ppm = 20.0;
-    let shutter = &mut scenario.shutter;
+    scenario.world.timer.drift_ppm = 20.0;
+    let (shutter, faults) = (&mut scenario.vehicle.shutter, &mut scenario.faults.shutter);
     shutter.edge_jitter_us = 2.0;
     (shutter.open_delay_us, shutter.close_delay_us) = (35, 20);
     (shutter.arrival_latency_us, shutter.arrival_jitter_us) = (800, 40.0);
     shutter.exposure_jitter_us = 20.0;
-    (shutter.lost_edge_percent, shutter.extra_edge_percent) = (2.0, 2.0);
+    (faults.lost_edge_percent, faults.extra_edge_percent) = (2.0, 2.0);
     scenario
 }
 
@@ -36,10 +36,10 @@ fn field(frames: u32) -> Scenario {
 /// can give them.
 fn perfect(frames: u32) -> Flown {
     let mut scenario = field(frames);
-    let (shutter, timer) = (&mut scenario.shutter, &mut scenario.timer);
-    shutter.edge_jitter_us = 0.0;
-    (shutter.lost_edge_percent, shutter.extra_edge_percent) = (0.0, 0.0);
-    (timer.drift_ppm, timer.rate_walk_ppm, timer.pps_jitter_us) = (0.0, 0.0, 0.0);
+    scenario.vehicle.shutter.edge_jitter_us = 0.0;
+    (scenario.faults.shutter.lost_edge_percent, scenario.faults.shutter.extra_edge_percent) = (0.0, 0.0);
+    scenario.world.timer.drift_ppm = 0.0;
+    (scenario.vehicle.timer.rate_walk_ppm, scenario.vehicle.timer.pps_jitter_us) = (0.0, 0.0);
     let perfect = flown(scenario);
     for frame in &perfect.frames {
         let (error_us, _, source) = error(frame).expect("a stamp");
@@ -83,7 +83,11 @@ fn stamps_from_the_field_cost_nothing_against_perfect_ones() {
 /// in the fix. A rate known to 1 deg/s leaves 0.01°, 0.005 px; three of that. Against a global shutter.
 #[test]
 fn bands_take_a_rolling_shutter_off() {
-    let flight = |rolling_shutter_ms| flown(Scenario { rolling_shutter_ms, exposure_samples: 1, ..fast(40) });
+    let flight = |rolling_shutter_ms| {
+        let mut scenario = fast(40);
+        (scenario.vehicle.rolling_shutter_ms, scenario.world.exposure_samples) = (rolling_shutter_ms, 1);
+        flown(scenario)
+    };
     let (rms_px, both) = apart("rolling shutter", &flight(20.0), &flight(0.0));
     assert!(both >= 36 && rms_px <= 0.015, "{rms_px} px over {both}");
 }

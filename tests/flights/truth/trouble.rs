@@ -12,13 +12,13 @@ const SPELL_S: [f64; 2] = [3.95, 4.6];
 const HIT: std::ops::Range<usize> = 4..7;
 
 fn with(faults: AttitudeFaults) -> Flown {
-    sound(scenario(1, FRAMES), |scenario| scenario.attitude_faults = faults)
+    sound(scenario(1, FRAMES), |scenario| scenario.faults.attitude_faults = faults)
 }
 
 /// Flies, and holds every frame to the rule.
 fn sound(mut scenario: Scenario, change: impl FnOnce(&mut Scenario)) -> Flown {
     change(&mut scenario);
-    scenario.check("a flight in trouble").expect("a scenario");
+    scenario.check().expect("a scenario");
     let flown = flown(scenario);
     for (record, scored) in flown.frames.iter().zip(&flown.scored) {
         let report = record.report.expect("every frame is reported");
@@ -89,10 +89,10 @@ fn an_attitude_sensor_that_has_just_hung() {
     for before_ms in [-8, 2, 40, 80] {
         println!("{before_ms} ms before frame 4");
         let mut scenario = scenario(1, 6);
-        (scenario.flight.tilt_hz, scenario.frame_jitter_us) = ([0.4, 0.65], 0);
+        (scenario.vehicle.flight.tilt_hz, scenario.run.frame_jitter_us) = ([0.4, 0.65], 0);
         sound(scenario, |scenario| {
             let from_s = 4.001 - 1e-3 * f64::from(before_ms);
-            scenario.attitude_faults.stuck_s = Some([from_s, 4.15]);
+            scenario.faults.attitude_faults.stuck_s = Some([from_s, 4.15]);
         });
     }
 }
@@ -101,7 +101,8 @@ fn an_attitude_sensor_that_has_just_hung() {
 #[test]
 fn a_clock_that_is_never_tied() {
     for pps in [true, false] {
-        let flown = sound(scenario(1, 4), |scenario| (scenario.timer.pps, scenario.timer.timesync) = (pps, false));
+        let flown =
+            sound(scenario(1, 4), |scenario| (scenario.world.timer.pps, scenario.world.timer.timesync) = (pps, false));
         assert_eq!(flown.reasons(), [Some(NoClock); 4]);
     }
 }
@@ -109,7 +110,7 @@ fn a_clock_that_is_never_tied() {
 /// The clock is TIMESYNC's then, whose round trip the stamps' sigma shows.
 #[test]
 fn a_flight_without_pulses() {
-    let flown = sound(scenario(1, FRAMES), |scenario| scenario.timer.pps_lost_s = Some([0.0, 1e9]));
+    let flown = sound(scenario(1, FRAMES), |scenario| scenario.faults.timer.pps_lost_s = Some([0.0, 1e9]));
     assert!(flown.accepted() >= 9 && flown.sigma_us() > 500.0, "{} us", flown.sigma_us());
 }
 
@@ -118,8 +119,9 @@ fn a_flight_without_pulses() {
 fn a_flight_without_edges() {
     let line = |lost_edge_percent: f64| {
         sound(scenario(1, FRAMES), |scenario| {
-            (scenario.shutter.lost_edge_percent, scenario.shutter.arrival_jitter_us) = (lost_edge_percent, 100.0);
-            scenario.shutter.arrival_latency_us = 800;
+            (scenario.faults.shutter.lost_edge_percent, scenario.vehicle.shutter.arrival_jitter_us) =
+                (lost_edge_percent, 100.0);
+            scenario.vehicle.shutter.arrival_latency_us = 800;
         })
     };
     let (lost, wired) = (line(100.0), line(0.0));

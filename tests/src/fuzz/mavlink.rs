@@ -27,9 +27,9 @@ pub struct Mavlink {
 
 impl Mavlink {
     pub fn new() -> Self {
-        let scenario = Scenario::default_scene();
+        let scenario = Scenario::default();
         let setup = Setup::prepare(scenario).expect("the default scene is sound");
-        let mut streams = Streams::new(&setup.scenario, setup.convergence_rad);
+        let mut streams = Streams::new(&setup.scenario, setup.payload.mount, setup.convergence_rad);
         let mut autopilot = Autopilot::default();
         let slant = |_: &_| Some(500.0);
         let mut messages: Vec<Vec<u8>> = Vec::new();

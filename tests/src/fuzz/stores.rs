@@ -16,8 +16,8 @@ use plumbline_survey::camera_file::CameraFile;
 
 /// What lies in flash for a flight with a small camera.
 pub fn flash() -> Flash {
-    let mut scenario = Scenario { frames: 2, ..Scenario::default_scene() };
-    (scenario.camera.cols, scenario.camera.rows) = (64, 64);
+    let mut scenario = Scenario::of_frames(2);
+    scenario.camera = plumbline_sim::scenario::Camera::of_size(64, 64);
     Setup::prepare(scenario).expect("the scene can be flown").flash
 }
 

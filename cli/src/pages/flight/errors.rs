@@ -8,7 +8,7 @@ impl Report<'_> {
     pub(super) fn error_parts(&self) -> Markup {
         let summary = self.summary;
         let errors = &summary.matching_error_px;
-        let resolution_m = self.setup.scenario.resolution_m;
+        let resolution_m = self.setup.scenario.vehicle.resolution_m;
         let row = |name: &str, what: &str, px: Option<f64>| {
             html! {
                 tr {

@@ -39,7 +39,7 @@ impl Report<'_> {
 impl Report<'_> {
     /// What was flown over, without the folders it lies in.
     fn ground(&self) -> String {
-        match &self.setup.scenario.ground {
+        match &self.setup.scenario.world.ground {
             Ground::Procedural => "procedural ground".to_owned(),
             Ground::Ortho { ortho, .. } => {
                 ortho.file_name().map_or_else(|| "an orthophoto".to_owned(), |name| name.to_string_lossy().into_owned())

@@ -3,6 +3,7 @@
 use super::Report;
 use maud::{Markup, html};
 use plumbline_sim::scenario::{FollowUpMode, Ground, Scenario};
+use plumbline_survey::camera_file::CameraFile;
 
 /// Name and value.
 type Row = (&'static str, String);
@@ -12,7 +13,9 @@ type Group = (&'static str, Vec<Row>);
 impl Report<'_> {
     pub(super) fn parameters(&self) -> Markup {
         let scenario = &self.setup.scenario;
-        let groups = [flight(scenario), reference(self), camera(scenario), link(scenario), sensors(scenario)];
+        let camera = &self.setup.payload.camera;
+        let groups =
+            [flight(scenario), reference(self), camera_rows(scenario, camera), link(scenario), sensors(scenario)];
         html! {
             section {
                 h2 { "Scenario" }
@@ -29,19 +32,20 @@ impl Report<'_> {
     }
 }
 
-fn flight(s: &Scenario) -> Group {
-    let [low_m, high_m] = s.flight.height_m;
+fn flight(scenario: &Scenario) -> Group {
+    let (run, flight) = (&scenario.run, &scenario.vehicle.flight);
+    let [low_m, high_m] = run.flight.height_m;
     let mut rows = vec![
-        ("Frames", s.frames.to_string()),
-        ("Every", format!("{} ms", s.frame_interval_ms)),
-        ("Jitter", format!("{} µs", s.frame_jitter_us)),
+        ("Frames", run.frames.to_string()),
+        ("Every", format!("{} ms", run.frame_interval_ms)),
+        ("Jitter", format!("{} µs", run.frame_jitter_us)),
         ("Height above the base", format!("{low_m} to {high_m} m")),
-        ("Speed, rms", format!("{} m/s", s.flight.speed_m_s)),
+        ("Speed, rms", format!("{} m/s", flight.speed_m_s)),
     ];
-    match &s.replay {
+    match &run.replay {
         None => rows.extend([
-            ("Pitch and roll", format!("uniform within ±{}°", s.flight.tilt_max_deg)),
-            ("Heading off the course", format!("{}°, 1 σ", s.flight.heading_wander_deg)),
+            ("Pitch and roll", format!("uniform within ±{}°", flight.tilt_max_deg)),
+            ("Heading off the course", format!("{}°, 1 σ", run.flight.heading_wander_deg)),
         ]),
         Some(replay) => rows.extend([
             ("Attitude log", replay.att.display().to_string()),
@@ -49,7 +53,7 @@ fn flight(s: &Scenario) -> Group {
             ("Time scale", replay.time_scale.to_string()),
         ]),
     }
-    match &s.ground {
+    match &scenario.world.ground {
         Ground::Procedural => rows.push(("Ground", "procedural, flat".to_owned())),
         Ground::Ortho { ortho, dem, reference } => {
             let path = |path: &std::path::PathBuf| path.display().to_string();
@@ -61,50 +65,48 @@ fn flight(s: &Scenario) -> Group {
     ("Flight", rows)
 }
 
-fn camera(s: &Scenario) -> Group {
-    let camera = &s.camera;
+fn camera_rows(scenario: &Scenario, camera: &CameraFile) -> Group {
+    let (follow_up, servo) = (&scenario.vehicle.follow_up, &scenario.world.follow_up);
     let mut rows = vec![
         ("Frame", format!("{} × {} px", camera.cols, camera.rows)),
         ("Field of view across × along", format!("{}° × {}°", camera.fov_h_deg, camera.fov_v_deg)),
         ("Principal point right, forward", format!("{}, {} px", camera.offset_m_px, camera.offset_n_px)),
-        ("Exposure", format!("{} µs", s.exposure_us)),
-        ("Noise", format!("{} DN, 1 σ", s.noise_dn)),
+        ("Exposure", format!("{} µs", scenario.vehicle.exposure_us)),
+        ("Noise", format!("{} DN, 1 σ", scenario.world.noise_dn)),
     ];
     rows.push(match camera.distortion {
         None => ("Distortion", "none".to_owned()),
         Some(d) => ("Distortion k1 k2 k3 p1 p2", format!("{} {} {} {} {}", d.k1, d.k2, d.k3, d.p1, d.p2)),
     });
-    let mode = match s.follow_up.mode {
+    let mode = match follow_up.mode {
         FollowUpMode::Followed => "servo follows, angle computed (eq. 7)",
         FollowUpMode::Measured => "servo follows, encoder read (eq. 3)",
         FollowUpMode::Fixed => "none, fixed to the body (eq. 3)",
     };
-    rows.extend([("Follow-up", mode.to_owned()), ("Servo lag", format!("{} s", s.follow_up.servo_lag_s))]);
-    if s.follow_up.mode == FollowUpMode::Measured {
-        rows.push(("Encoder", noisy(s.follow_up.noise_deg, "°", s.follow_up.rate_hz, s.follow_up.latency_us)));
+    rows.extend([("Follow-up", mode.to_owned()), ("Servo lag", format!("{} s", servo.servo_lag_s))]);
+    if follow_up.mode == FollowUpMode::Measured {
+        rows.push(("Encoder", noisy(follow_up.noise_deg, "°", servo.rate_hz, servo.latency_us)));
     }
     ("Camera", rows)
 }
 
-fn sensors(s: &Scenario) -> Group {
-    let (attitude, range, position) = (&s.attitude, &s.range, &s.position);
+fn sensors(scenario: &Scenario) -> Group {
+    let (vehicle, world) = (&scenario.vehicle, &scenario.world);
+    let (attitude, range, position, shutter) = (&vehicle.attitude, &vehicle.range, &vehicle.position, &vehicle.shutter);
     let rows = vec![
-        ("Pitch and roll", noisy(attitude.white_deg, "°", attitude.rate_hz, attitude.latency_us)),
-        ("… drift", format!("{}°, 1 σ, {} s", attitude.drift_deg, attitude.drift_s)),
+        ("Pitch and roll", noisy(attitude.white_deg, "°", attitude.rate_hz, world.attitude.latency_us)),
+        ("… drift", format!("{}°, 1 σ, {} s", attitude.drift_deg, world.attitude.drift_s)),
         ("Heading, white", format!("{}°, 1 σ", attitude.heading_white_deg.unwrap_or(attitude.white_deg))),
         ("… drift", format!("{}°, 1 σ", attitude.heading_drift_deg.unwrap_or(attitude.drift_deg))),
-        ("Slant range", noisy(range.sigma_m, " m", range.rate_hz, range.latency_us)),
-        ("… without echo", format!("{} %", range.dropout_percent)),
-        ("Position prior", noisy(s.position_sigma_m(), " m", position.rate_hz, position.latency_us)),
-        ("… time constant", format!("{} s", position.time_constant_s)),
+        ("Slant range", noisy(range.sigma_m, " m", range.rate_hz, world.range.latency_us)),
+        ("… without echo", format!("{} %", scenario.faults.range.dropout_percent)),
+        ("Position prior", noisy(vehicle.position_sigma_m(), " m", position.rate_hz, world.position.latency_us)),
+        ("… time constant", format!("{} s", world.position.time_constant_s)),
         ("… velocity", format!("{} m/s, 1 σ", position.velocity_sigma_m_s)),
-        ("Shutter's edges", format!("{:?}, {} µs, 1 σ", s.shutter.edges, s.shutter.edge_jitter_us)),
-        (
-            "Frame's arrival",
-            format!("{} µs late, {} µs, 1 σ", s.shutter.arrival_latency_us, s.shutter.arrival_jitter_us),
-        ),
-        ("Capture timer", format!("{} ppm, starts at {}", s.timer.drift_ppm, s.timer.start_ticks)),
-        ("Pulse per second", if s.timer.pps { "wired" } else { "not wired" }.to_owned()),
+        ("Shutter's edges", format!("{:?}, {} µs, 1 σ", shutter.edges, shutter.edge_jitter_us)),
+        ("Frame's arrival", format!("{} µs late, {} µs, 1 σ", shutter.arrival_latency_us, shutter.arrival_jitter_us)),
+        ("Capture timer", format!("{} ppm, starts at {}", world.timer.drift_ppm, world.timer.start_ticks)),
+        ("Pulse per second", if world.timer.pps { "wired" } else { "not wired" }.to_owned()),
     ];
     ("Sensors", rows)
 }
@@ -115,12 +117,12 @@ fn noisy(sigma: f64, unit: &str, rate_hz: u32, latency_us: u32) -> String {
 }
 
 fn reference(report: &Report<'_>) -> Group {
-    let (s, head) = (&report.setup.scenario, &report.setup.flash.head);
+    let (vehicle, head) = (&report.setup.scenario.vehicle, &report.setup.flash.head);
     let reference = &report.setup.radiometry;
     let rows = vec![
-        ("Pixel", format!("{} m", s.resolution_m)),
+        ("Pixel", format!("{} m", vehicle.resolution_m)),
         ("Tile", format!("{} × {} px, EPSG:{}", head.size.0, head.size.1, head.georeference.epsg)),
-        ("Search", format!("±{} px", s.search_px)),
+        ("Search", format!("±{} px", vehicle.search_px)),
         ("Gamma, gain, offset", format!("{}, {}, {} DN", reference.gamma, reference.gain, reference.offset)),
         ("Noise", format!("{} DN, 1 σ", reference.noise_dn)),
         ("Changed since", format!("{} % of the area", 100.0 * reference.changed_fraction)),
@@ -128,8 +130,8 @@ fn reference(report: &Report<'_>) -> Group {
     ("Reference", rows)
 }
 
-fn link(s: &Scenario) -> Group {
-    let faults = &s.link_faults;
+fn link(scenario: &Scenario) -> Group {
+    let faults = &scenario.faults.link_faults;
     let rows = vec![
         ("Bits flipped", format!("{} %", faults.bit_error_percent)),
         ("Messages cut", format!("{} %", faults.cut_percent)),

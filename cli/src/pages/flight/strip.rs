@@ -22,7 +22,7 @@ impl Report<'_> {
             section {
                 h2 { "Pictures" }
                 p class="note" {
-                    "Frame: row 0 forward. Patch: rectified on board, grid north up, " (self.setup.scenario.resolution_m)
+                    "Frame: row 0 forward. Patch: rectified on board, grid north up, " (self.setup.scenario.vehicle.resolution_m)
                     " m a pixel. Reference: where the patch was matched, to the nearest whole pixel. Overlay: patch red, reference cyan, both brought to one contrast; where they agree it is grey."
                 }
                 div class="cards" {

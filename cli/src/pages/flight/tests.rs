@@ -20,7 +20,7 @@ pub(crate) struct Flown {
 
 impl Flown {
     fn new() -> Self {
-        let scenario = Scenario { frames: 6, ..Scenario::default_scene() };
+        let scenario = Scenario::of_frames(6);
         let setup = Setup::prepare(scenario).expect("the default scene");
         let mut link = InProcess::new(&setup.flash).expect("a firmware");
         let mut unrectified = Unrectified::default();

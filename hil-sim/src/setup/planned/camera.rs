@@ -1,9 +1,9 @@
 //! The plan's camera as a board can hold it, and the reference's resolution that suits both.
 
-use crate::scenario::{Camera, Distortion};
+use crate::scenario::Frame;
 use plumbline_core::budget::PATCH_MAX_PX;
 use plumbline_firmware::shared_memory::AREA_MAX;
-use plumbline_survey::camera_file::SIDE_MAX_PX;
+use plumbline_survey::camera_file::{CameraFile, Distortion, SIDE_MAX_PX};
 use plumbline_survey::plan::PlanFile;
 
 /// Bytes of reference that every board has room for in the simulator's mode.
@@ -11,7 +11,7 @@ const TILE_BYTES: f64 = 384.0 * 1024.0 - 128.0;
 
 /// The camera with its pixels binned by the smallest whole factor that the boards' memory takes, and that factor. The fields
 /// of view stay but for what is cut off of columns and rows that are no multiple of it.
-pub fn binned(file: &PlanFile) -> (Camera, u32) {
+pub fn binned(file: &PlanFile) -> (Frame, u32) {
     let camera = &file.camera;
     let fits = |factor: u32| {
         let (cols, rows) = (camera.cols / factor, camera.rows / factor);
@@ -27,7 +27,7 @@ pub fn binned(file: &PlanFile) -> (Camera, u32) {
         1 => (camera.fov_h_deg, camera.fov_v_deg),
         _ => (cut(camera.fov_h_deg, camera.cols), cut(camera.fov_v_deg, camera.rows)),
     };
-    let binned = Camera {
+    let binned = Frame {
         cols: side(camera.cols) as u16,
         rows: side(camera.rows) as u16,
         fov_h_deg,
@@ -41,7 +41,7 @@ pub fn binned(file: &PlanFile) -> (Camera, u32) {
 
 /// The finest resolution, rounded up to two digits, at which a patch of the whole footprint from `height_m` fits the board's
 /// patch, and a reference of `extent_m` its flash.
-pub fn resolution_m(camera: &Camera, height_m: f64, extent_m: [f64; 2]) -> f64 {
+pub fn resolution_m(camera: &CameraFile, height_m: f64, extent_m: [f64; 2]) -> f64 {
     let side_m = |fov_deg: f64| 2.0 * height_m * (0.5 * fov_deg.to_radians()).tan();
     let footprint_m = side_m(camera.fov_h_deg).max(side_m(camera.fov_v_deg));
     let patch_px = PATCH_MAX_PX as f64;
@@ -61,11 +61,11 @@ pub fn resolution_m(camera: &Camera, height_m: f64, extent_m: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::resolution_m;
-    use crate::scenario::Camera;
+    use crate::scenario::Frame;
 
     #[test]
     fn the_resolution_is_the_finest_that_fits() {
-        let camera = Camera { fov_h_deg: 60.0, fov_v_deg: 40.0, ..Camera::default() };
+        let camera = Frame { fov_h_deg: 60.0, fov_v_deg: 40.0, ..Frame::default() }.file();
         // 2 * 500 * tan 30 / 64 = 9.02 m.
         assert!((resolution_m(&camera, 500.0, [1000.0, 1000.0]) - 9.1).abs() < 1e-9);
         // 393,088 cells: 20 km by 10 km at r are (20000 / r + 192) (10000 / r + 192), first within them at 30 m.

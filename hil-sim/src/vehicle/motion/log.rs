@@ -2,8 +2,10 @@
 
 use crate::camera::render::Station;
 use crate::scenario::footprint::{footprint_margin_at_m, half_tangents};
-use crate::scenario::{FollowUpMode, Scenario, ScenarioError};
+use crate::scenario::{FollowUpMode, Payload, Scenario, ScenarioError};
 use crate::vehicle::servo::{follow_up_exact, wrapped};
+use plumbline_survey::error::InputError;
+use plumbline_survey::io::table::{Table, text_of};
 use std::path::Path;
 
 /// The columns that a log must have; more are ignored.
@@ -30,49 +32,27 @@ impl AttitudeLog {
     /// Reads a CSV file.
     ///
     /// # Errors
-    /// [`ScenarioError`] as [`AttitudeLog::parse`], or when the file cannot be read.
-    pub fn load(path: &Path) -> Result<Self, ScenarioError> {
-        let name = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| ScenarioError(format!("{name}: cannot read the attitude log ({error})")))?;
+    /// As [`AttitudeLog::parse`], or when the file cannot be read.
+    pub fn load(path: &Path) -> Result<Self, InputError> {
+        let (text, name) = text_of(path)?;
         Self::parse(&text, &name)
     }
 
     /// As [`AttitudeLog::load`], from the file's text.
     ///
     /// # Errors
-    /// [`ScenarioError`] names the line and what is wrong there: a missing column, a value that is not a finite
-    /// number, time that does not go forward.
-    pub fn parse(text: &str, name: &str) -> Result<Self, ScenarioError> {
-        let refuse = |what: String| Err(ScenarioError(format!("{name}{what}")));
-        let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-        let header: Vec<&str> = match lines.next() {
-            Some((_, line)) => line.trim_start_matches('\u{feff}').split(',').map(str::trim).collect(),
-            None => return refuse(": the attitude log is empty".into()),
-        };
-        let mut places = [0; 4];
-        for (place, column) in places.iter_mut().zip(COLUMNS) {
-            match header.iter().position(|name| *name == column) {
-                Some(found) => *place = found,
-                None => return refuse(format!(": the attitude log has no column {column}")),
-            }
-        }
-        let mut rows: Vec<Row> = Vec::new();
-        for (index, line) in lines {
-            let fields: Vec<&str> = line.split(',').map(str::trim).collect();
-            let mut values = [0.0; 4];
-            for ((value, place), column) in values.iter_mut().zip(places).zip(COLUMNS) {
-                let field = fields.get(place).copied().unwrap_or("");
-                match field.parse::<f64>() {
-                    Ok(number) if number.is_finite() => *value = number,
-                    _ => return refuse(format!(", line {}: {column} = \"{field}\" is not a finite number", index + 1)),
-                }
-            }
-            let [t_s, roll_deg, pitch_deg, yaw_deg] = values;
+    /// One sentence with the line and what is wrong there: a missing column, a value that is not a finite number, time that
+    /// does not go forward.
+    pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
+        let table = Table::parse(text, name.to_owned())?;
+        let columns = table.columns(COLUMNS)?;
+        let mut rows: Vec<Row> = Vec::with_capacity(table.rows.len());
+        for index in 0..table.rows.len() {
+            let [t_s, roll_deg, pitch_deg, yaw_deg] = table.numbers_of(index, columns)?;
             let mut angles_rad = [yaw_deg, pitch_deg, roll_deg].map(f64::to_radians);
             if let Some(before) = rows.last() {
                 if t_s <= before.t_s {
-                    return refuse(format!(", line {}: t_s = {t_s} does not come after {}", index + 1, before.t_s));
+                    return Err(table.wrong(index, columns[0], &format!("not later than {}", before.t_s)));
                 }
                 for (angle, before) in angles_rad.iter_mut().zip(before.angles_rad) {
                     *angle = before + wrapped(*angle - before);
@@ -81,7 +61,10 @@ impl AttitudeLog {
             rows.push(Row { t_s, angles_rad });
         }
         if rows.len() < 2 {
-            return refuse(format!(": the attitude log has {} rows, which is no flight", rows.len()));
+            return Err(InputError::new(format!(
+                "{name}: the attitude log has {} rows, which is no flight",
+                rows.len()
+            )));
         }
         Ok(AttitudeLog { name: name.into(), rows })
     }
@@ -101,17 +84,17 @@ impl AttitudeLog {
     ///
     /// # Errors
     /// [`ScenarioError`] when the log does not cover the flight.
-    pub fn reach(&self, scenario: &Scenario) -> Result<f64, ScenarioError> {
-        let [across, along] = half_tangents(&scenario.camera);
-        let follow_up = &scenario.follow_up;
-        let is_fixed = follow_up.mode == FollowUpMode::Fixed;
-        if !is_fixed && follow_up.servo_lag_s > 0.0 {
-            return Ok(footprint_margin_at_m(scenario, self.largest_tilt_rad(scenario)?) / scenario.flight.height_m[1]);
+    pub fn reach(&self, scenario: &Scenario, payload: &Payload) -> Result<f64, ScenarioError> {
+        let [across, along] = half_tangents(&payload.camera);
+        let is_fixed = scenario.vehicle.follow_up.mode == FollowUpMode::Fixed;
+        if !is_fixed && scenario.world.follow_up.servo_lag_s > 0.0 {
+            return Ok(footprint_margin_at_m(scenario, payload, self.largest_tilt_rad(scenario)?)
+                / scenario.run.flight.height_m[1]);
         }
         let reach = |row: &Row| {
             let [heading_rad, pitch_rad, roll_rad] = row.angles_rad;
             let follow_up_rad = if is_fixed { 0.0 } else { follow_up_exact(heading_rad, pitch_rad, roll_rad) };
-            let boresight_rad = scenario.mount.true_boresight_rad();
+            let boresight_rad = payload.mount.true_boresight_rad;
             let station =
                 Station { heading_rad, pitch_rad, roll_rad, follow_up_rad, boresight_rad, ..Station::default() };
             let axes = station.axes();
@@ -129,22 +112,22 @@ impl AttitudeLog {
     /// The rows about the scenario's flight.
     fn flown(&self, scenario: &Scenario) -> Result<&[Row], ScenarioError> {
         let (start_s, time_scale) = self.span(scenario)?;
-        let end_s = start_s + time_scale * scenario.duration_us() as f64 * 1e-6;
+        let end_s = start_s + time_scale * scenario.run.duration_us() as f64 * 1e-6;
         Ok(&self.rows[self.index_before(start_s)..=self.index_before(end_s) + 1])
     }
 
     /// Where in the log the scenario's flight starts, and the seconds of the log in a second of it.
     pub(super) fn span(&self, scenario: &Scenario) -> Result<(f64, f64), ScenarioError> {
         let (first_s, last_s) = (self.rows[0].t_s, self.rows[self.rows.len() - 1].t_s);
-        let (start_s, time_scale) = match &scenario.replay {
+        let (start_s, time_scale) = match &scenario.run.replay {
             Some(replay) => (replay.start_s.unwrap_or(first_s), replay.time_scale),
             None => (first_s, 1.0),
         };
-        let end_s = start_s + time_scale * scenario.duration_us() as f64 * 1e-6;
+        let end_s = start_s + time_scale * scenario.run.duration_us() as f64 * 1e-6;
         if start_s < first_s || end_s > last_s {
             return Err(ScenarioError(format!(
                 "{}: the attitude log holds {first_s} s to {last_s} s, but {} frames need {start_s} s to {end_s:.3} s",
-                self.name, scenario.frames
+                self.name, scenario.run.frames
             )));
         }
         Ok((start_s, time_scale))

@@ -3,7 +3,8 @@
 
 use super::{Area, AttitudeLog, Motion, follow_up_exact, wrapped};
 use crate::scenario::footprint::{footprint_margin_at_m, footprint_margin_m};
-use crate::scenario::{FollowUpMode, Replay, Scenario};
+use crate::scenario::{FollowUpMode, Frame, Mounting, Payload, Replay, Scenario};
+use plumbline_survey::camera_file::{CameraFile, Distortion};
 use std::f64::consts::PI;
 
 const AREA: Area =
@@ -13,7 +14,7 @@ const INDEPENDENT: f64 = 1500.0;
 const FRAME_US: u64 = 250_000;
 
 fn motion(seed: u64) -> Motion {
-    Motion::synthetic(&Scenario { seed, ..Scenario::default() }, &AREA).expect("there is room")
+    Motion::synthetic(&Scenario::seeded(seed, 300), &AREA).expect("there is room")
 }
 
 /// Value and rate by a central difference of 2 ms, at each frame of each flight.
@@ -98,7 +99,7 @@ fn the_track_stays_inside_at_its_speed() {
         [(1500.0, 35.0, 35.0), (300.0, 35.0, 0.17 * 300.0 / (1.0 + 0.4 / 0.618034) * 1.16_f64.sqrt()), (40.0, 3.0, 3.0)]
     {
         let mut scenario = Scenario::default();
-        scenario.flight.speed_m_s = wished_m_s;
+        scenario.vehicle.flight.speed_m_s = wished_m_s;
         let motion = Motion::synthetic(&scenario, &Area { half_extent_m, ..AREA }).expect("there is room");
         assert!((motion.speed_m_s() - flown_m_s).abs() < 1e-4 * flown_m_s, "{}", motion.speed_m_s());
         let states: Vec<_> = (0..18_000).map(|step| motion.state(step * 100_000)).collect();
@@ -161,8 +162,8 @@ fn the_exact_follow_up_angle_has_its_golden_values() {
 fn the_servo_follows_lags_or_is_not_there() {
     let angle = |mode, servo_lag_s| {
         let mut scenario = Scenario::default();
-        scenario.follow_up.mode = mode;
-        scenario.follow_up.servo_lag_s = servo_lag_s;
+        scenario.vehicle.follow_up.mode = mode;
+        scenario.world.follow_up.servo_lag_s = servo_lag_s;
         let motion = Motion::synthetic(&scenario, &AREA).expect("there is room");
         let state = motion.state(20_000_000);
         let exact = |state: &super::TrueState| follow_up_exact(state.heading_rad, state.pitch_rad, state.roll_rad);
@@ -182,16 +183,18 @@ fn the_servo_follows_lags_or_is_not_there() {
 /// 150 m · tan 54.9673° = 213.96 m.
 #[test]
 fn the_footprint_reaches_to_the_tilted_corner() {
-    let mut scenario = Scenario::default();
+    let scenario = Scenario::default();
+    let with = |k1: f64| {
+        let distortion = Some(Distortion { k1, ..Distortion::default() });
+        Payload { camera: CameraFile { distortion, ..Frame::default().file() }, mount: Mounting::default() }
+    };
     let close = |metres: f64, by_hand: f64| assert!((metres - by_hand).abs() < 0.01, "{metres} {by_hand}");
-    close(footprint_margin_m(&scenario), 201.5160);
-    close(footprint_margin_at_m(&scenario, 0.0), 150.0 * (2.0_f64 / 3.0).sqrt());
-    scenario.camera.distortion = Some(crate::scenario::Distortion { k1: -0.075, ..Default::default() });
-    close(footprint_margin_m(&scenario), 213.9625);
-    assert_eq!(footprint_margin_at_m(&scenario, 1.0), f64::INFINITY);
+    close(footprint_margin_m(&scenario, &with(0.0)), 201.5160);
+    close(footprint_margin_at_m(&scenario, &with(0.0), 0.0), 150.0 * (2.0_f64 / 3.0).sqrt());
+    close(footprint_margin_m(&scenario, &with(-0.075)), 213.9625);
+    assert_eq!(footprint_margin_at_m(&scenario, &with(-0.075), 1.0), f64::INFINITY);
     // A lens that folds back before its corner shows no limit.
-    scenario.camera.distortion = Some(crate::scenario::Distortion { k1: -0.5, ..Default::default() });
-    assert_eq!(footprint_margin_m(&scenario), f64::INFINITY);
+    assert_eq!(footprint_margin_m(&scenario, &with(-0.5)), f64::INFINITY);
 }
 
 #[test]
@@ -203,7 +206,7 @@ fn no_room_is_refused() {
 }
 
 /// 100 s at 50 Hz with a gap of 0.5 s: yaw once around in 20 s from 350°, roll a sine.
-fn made_up_log() -> String {
+fn synthetic_log() -> String {
     let mut text = String::from("t_s,mode,roll_deg,pitch_deg,yaw_deg\n");
     for t_s in (0..5000).map(|row| 10.0 + 0.02 * f64::from(row)).filter(|t_s| !(40.01..40.49).contains(t_s)) {
         let yaw_deg = (350.0 + 18.0 * t_s).rem_euclid(360.0);
@@ -213,7 +216,9 @@ fn made_up_log() -> String {
 }
 
 fn replayed(start_s: Option<f64>, time_scale: f64, frames: u32) -> Scenario {
-    Scenario { frames, replay: Some(Replay { att: "".into(), start_s, time_scale }), ..Scenario::default() }
+    let mut scenario = Scenario::of_frames(frames);
+    scenario.run.replay = Some(Replay { att: "".into(), start_s, time_scale });
+    scenario
 }
 
 /// Cubic Hermite of a sine of 1 rad/s in steps of 0.02 s, slopes by parabolas: off by h²/6 · 8°/s =
@@ -221,7 +226,7 @@ fn replayed(start_s: Option<f64>, time_scale: f64, frames: u32) -> Scenario {
 #[test]
 fn a_log_is_flown_as_it_is() {
     for (start_s, time_scale) in [(None, 1.0), (Some(15.0), 1.0), (Some(20.0), 0.5)] {
-        let log = AttitudeLog::parse(&made_up_log(), "a.csv").expect("sound");
+        let log = AttitudeLog::parse(&synthetic_log(), "a.csv").expect("sound");
         let motion = Motion::replay(&replayed(start_s, time_scale, 200), &AREA, log).expect("long enough");
         for t_us in (0..50_000_000).step_by(12_345) {
             let t_s = start_s.unwrap_or(10.0) + time_scale * t_us as f64 * 1e-6;
@@ -247,16 +252,16 @@ fn a_log_is_flown_as_it_is() {
 #[test]
 fn a_log_that_cannot_be_flown_is_refused() {
     for (text, sentence) in [
-        ("", "a.csv: the attitude log is empty"),
-        ("t_s,roll_deg,yaw_deg\n0,1,2\n", "a.csv: the attitude log has no column pitch_deg"),
+        ("", "a.csv is empty"),
+        ("t_s,roll_deg,yaw_deg\n0,1,2\n", "a.csv has no column pitch_deg, only t_s, roll_deg, yaw_deg"),
         ("t_s,roll_deg,pitch_deg,yaw_deg\n0,1,2,3\n", "a.csv: the attitude log has 1 rows, which is no flight"),
         (
             "t_s,roll_deg,pitch_deg,yaw_deg\n0,1,2,3\n1,NaN,2,3\n",
             "a.csv, line 3: roll_deg = \"NaN\" is not a finite number",
         ),
-        ("t_s,roll_deg,pitch_deg,yaw_deg\n0,1,2,3\n1,1,2\n", "a.csv, line 3: yaw_deg = \"\" is not a finite number"),
-        ("t_s,roll_deg,pitch_deg,yaw_deg\n1,1,2,3\n0.5,1,2,3\n", "a.csv, line 3: t_s = 0.5 does not come after 1"),
-        ("t_s,roll_deg,pitch_deg,yaw_deg\n1,1,2,3\n1,1,2,3\n", "a.csv, line 3: t_s = 1 does not come after 1"),
+        ("t_s,roll_deg,pitch_deg,yaw_deg\n0,1,2,3\n1,1,2\n", "a.csv, line 3: 3 fields, but the header has 4"),
+        ("t_s,roll_deg,pitch_deg,yaw_deg\n1,1,2,3\n0.5,1,2,3\n", "a.csv, line 3: t_s = \"0.5\" is not later than 1"),
+        ("t_s,roll_deg,pitch_deg,yaw_deg\n1,1,2,3\n1,1,2,3\n", "a.csv, line 3: t_s = \"1\" is not later than 1"),
     ] {
         assert_eq!(AttitudeLog::parse(text, "a.csv").expect_err(text).to_string(), sentence);
     }
@@ -270,7 +275,7 @@ fn a_log_that_cannot_be_flown_is_refused() {
             "a.csv: the attitude log holds 10 s to 109.98 s, but 4 frames need 0 s to 5.000 s",
         ),
     ] {
-        let log = AttitudeLog::parse(&made_up_log(), "a.csv").expect("sound");
+        let log = AttitudeLog::parse(&synthetic_log(), "a.csv").expect("sound");
         assert_eq!(log.largest_tilt_rad(&scenario).expect_err("does not cover").to_string(), sentence);
         assert_eq!(Motion::replay(&scenario, &AREA, log).expect_err("does not cover").to_string(), sentence);
     }
@@ -283,17 +288,21 @@ fn the_real_log_of_vienna_flies() {
     let data = flights.parent();
     let text = include_str!("../../../scenarios/vienna.toml");
     let scenario = Scenario::parse(text, "vienna.toml", "".as_ref(), data).expect("sound");
-    let log = AttitudeLog::load(&scenario.replay.as_ref().expect("a replay").att).expect("sound");
+    let log = AttitudeLog::load(&scenario.run.replay.as_ref().expect("a replay").att).expect("sound");
     let tilt_rad = log.largest_tilt_rad(&scenario).expect("covers the flight");
-    let margin_m = footprint_margin_at_m(&scenario, tilt_rad);
+    let margin_m = footprint_margin_at_m(
+        &scenario,
+        &crate::vehicle::mount::payload_of(&scenario).expect("its own camera"),
+        tilt_rad,
+    );
     println!("vienna: largest tilt {:.2} deg, footprint margin {margin_m:.1} m", tilt_rad.to_degrees());
     assert!((10.0..13.0).contains(&tilt_rad.to_degrees()) && margin_m < 240.0);
     let area = Area { half_extent_m: 250.0 - margin_m, ..AREA };
     // Elsewhere the log has gaps.
     let mut later = scenario.clone();
-    later.replay.as_mut().expect("a replay").start_s = Some(390.0);
+    later.run.replay.as_mut().expect("a replay").start_s = Some(390.0);
     let motion = Motion::replay(&later, &area, log).expect("flies");
-    let silent_ms = (0..scenario.duration_us()).step_by(1000).filter(|&t_us| motion.in_gap(t_us)).count();
+    let silent_ms = (0..scenario.run.duration_us()).step_by(1000).filter(|&t_us| motion.in_gap(t_us)).count();
     // 0.465 + 0.769 + 0.818 s.
     assert!((2045..2056).contains(&silent_ms), "{silent_ms}");
 }

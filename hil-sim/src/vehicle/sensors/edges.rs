@@ -6,7 +6,7 @@
 
 use super::shutter::{Exposure, exposures};
 use crate::noise::{normal, stream, uniform};
-use crate::scenario::{EdgeSource, Scenario};
+use crate::scenario::{EdgeSource, Scenario, Vehicle};
 use rand_chacha::ChaCha12Rng;
 
 /// Longest hold-off, microseconds.
@@ -31,8 +31,8 @@ impl LineEdge {
 
 /// How long the firmware takes edges for bounces, by its configuration: a quarter of the exposure, at most 100 us.
 #[must_use]
-pub fn hold_off_us(scenario: &Scenario) -> u32 {
-    (scenario.exposure_us / 4).min(HOLD_OFF_MAX_US)
+pub fn hold_off_us(vehicle: &Vehicle) -> u32 {
+    (vehicle.exposure_us / 4).min(HOLD_OFF_MAX_US)
 }
 
 /// All edges of a flight without a plan, in the order of time.
@@ -55,12 +55,12 @@ impl ShutterLine {
     /// The scenario's.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
-        ShutterLine { jitter: stream(scenario.seed, "edge.jitter"), fate: stream(scenario.seed, "edge.fate") }
+        ShutterLine { jitter: stream(scenario.run.seed, "edge.jitter"), fate: stream(scenario.run.seed, "edge.fate") }
     }
 
     /// The edges of an exposure, in no order.
     pub fn edges(&mut self, scenario: &Scenario, exposure: &Exposure) -> Vec<LineEdge> {
-        let shutter = &scenario.shutter;
+        let (shutter, faults) = (&scenario.vehicle.shutter, &scenario.faults.shutter);
         let mut edges = Vec::new();
         let sides =
             [(exposure.open_us, shutter.open_delay_us, true), (exposure.close_us, shutter.close_delay_us, false)];
@@ -69,10 +69,10 @@ impl ShutterLine {
             let edge = LineEdge { at_us: (t_us as f64 + late_us).max(0.0), rising };
             // All are drawn for every edge, so that one fault more or less moves no other.
             let (lost, extra) = (uniform(&mut self.fate), uniform(&mut self.fate));
-            if lost * 100.0 >= shutter.lost_edge_percent {
+            if lost * 100.0 >= faults.lost_edge_percent {
                 edges.push(edge);
             }
-            fault(scenario, &edge, extra * 100.0 < shutter.extra_edge_percent, &mut self.fate, &mut edges);
+            fault(scenario, &edge, extra * 100.0 < faults.extra_edge_percent, &mut self.fate, &mut edges);
         }
         edges.retain(|edge| match shutter.edges {
             EdgeSource::Both => true,
@@ -89,8 +89,8 @@ fn fault(scenario: &Scenario, edge: &LineEdge, happens: bool, rng: &mut ChaCha12
     if !happens {
         return;
     }
-    let hold_off_us = f64::from(hold_off_us(scenario));
-    let anywhere_us = edge.at_us + (place - 0.5) * scenario.frame_interval_us() as f64;
+    let hold_off_us = f64::from(hold_off_us(&scenario.vehicle));
+    let anywhere_us = edge.at_us + (place - 0.5) * scenario.run.frame_interval_us() as f64;
     let mut put = |at_us: f64, rising: bool| edges.push(LineEdge { at_us: at_us.max(0.0), rising });
     if kind < 1.0 / 3.0 {
         put(edge.at_us + 0.4 * place * hold_off_us, !edge.rising);
@@ -105,7 +105,7 @@ fn fault(scenario: &Scenario, edge: &LineEdge, happens: bool, rng: &mut ChaCha12
 
 /// Whether each frame of the flight is lost on its way to the board.
 pub fn lost_frames(scenario: &Scenario) -> impl Iterator<Item = bool> + use<> {
-    let mut rng = stream(scenario.seed, "frame.lost");
-    let share = scenario.shutter.lost_frame_percent;
-    (0..scenario.frames).map(move |_| uniform(&mut rng) * 100.0 < share)
+    let mut rng = stream(scenario.run.seed, "frame.lost");
+    let share = scenario.faults.shutter.lost_frame_percent;
+    (0..scenario.run.frames).map(move |_| uniform(&mut rng) * 100.0 < share)
 }

@@ -1,7 +1,7 @@
 //! When the camera exposes.
 
 use crate::noise::{White, stream, uniform};
-use crate::scenario::{self, Scenario, WARM_UP_US};
+use crate::scenario::{Scenario, WARM_UP_US, vehicle};
 
 /// One exposure, microseconds of the autopilot's clock; with a rolling shutter that of the middle row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,7 +38,7 @@ const ARRIVAL_SIGMAS_MAX: f64 = 4.0;
 #[derive(Debug)]
 pub struct Shutter {
     exposure_us: f64,
-    settings: scenario::Shutter,
+    settings: vehicle::Shutter,
     last_row_us: u64,
     length: White,
     arrival: White,
@@ -49,11 +49,11 @@ impl Shutter {
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
         Shutter {
-            exposure_us: f64::from(scenario.exposure_us),
-            settings: scenario.shutter,
-            last_row_us: scenario.rolling_shutter_us().div_ceil(2),
-            length: White::new(1.0, scenario.seed, "shutter.length"),
-            arrival: White::new(1.0, scenario.seed, "frame.arrival"),
+            exposure_us: f64::from(scenario.vehicle.exposure_us),
+            settings: scenario.vehicle.shutter,
+            last_row_us: scenario.vehicle.rolling_shutter_us().div_ceil(2),
+            length: White::new(1.0, scenario.run.seed, "shutter.length"),
+            arrival: White::new(1.0, scenario.run.seed, "frame.arrival"),
         }
     }
 
@@ -72,11 +72,11 @@ impl Shutter {
 
 /// The exposures of a flight without a plan: frame k opens at the warm-up's end + k intervals + a random part of the jitter.
 pub fn exposures(scenario: &Scenario) -> impl Iterator<Item = Exposure> + use<> {
-    let mut rng = stream(scenario.seed, "shutter");
+    let mut rng = stream(scenario.run.seed, "shutter");
     let mut shutter = Shutter::new(scenario);
-    let interval_us = scenario.frame_interval_us();
-    let jitter_us = f64::from(scenario.frame_jitter_us);
-    (0..scenario.frames).map(move |frame| {
+    let interval_us = scenario.run.frame_interval_us();
+    let jitter_us = f64::from(scenario.run.frame_jitter_us);
+    (0..scenario.run.frames).map(move |frame| {
         let late_us = (jitter_us * uniform(&mut rng)) as u64;
         shutter.expose(frame, WARM_UP_US + u64::from(frame) * interval_us + late_us)
     })

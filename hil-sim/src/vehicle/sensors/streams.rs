@@ -3,7 +3,7 @@
 use super::attitude_faults::FaultyAttitude;
 use super::reading::{Reading, Sample};
 use crate::noise::{GaussMarkov, White, stream, uniform};
-use crate::scenario::{FollowUpMode, Mount, Scenario};
+use crate::scenario::{FollowUpMode, Mounting, Scenario};
 use crate::vehicle::motion::{Motion, TrueState};
 use crate::vehicle::mount::antenna;
 use crate::vehicle::servo::wrapped;
@@ -55,7 +55,7 @@ pub struct Streams {
     /// Pulses from the first second to the one before the second are not there.
     pulses_lost_s: Option<[f64; 2]>,
     convergence_rad: f64,
-    mount: Mount,
+    mount: Mounting,
     /// Heading, pitch, roll.
     attitude_white: [White; 3],
     attitude_drift: [GaussMarkov; 3],
@@ -74,22 +74,23 @@ impl Streams {
     /// Sensors at rest before their first sample. `convergence_rad`: grid convergence, true heading minus grid
     /// heading, taken as one value for the whole area.
     #[must_use]
-    pub fn new(scenario: &Scenario, convergence_rad: f64) -> Self {
-        let seed = scenario.seed;
-        let attitude = &scenario.attitude;
+    pub fn new(scenario: &Scenario, mount: Mounting, convergence_rad: f64) -> Self {
+        let seed = scenario.run.seed;
+        let attitude = &scenario.vehicle.attitude;
         let heading_white_deg = attitude.heading_white_deg.unwrap_or(attitude.white_deg);
         let heading_drift_deg = attitude.heading_drift_deg.unwrap_or(attitude.drift_deg);
         let white = |deg: f64, name: &str| White::new(deg.to_radians(), seed, name);
-        let drift = |deg: f64, name: &str| GaussMarkov::new(deg.to_radians(), attitude.drift_s, seed, name);
-        let position = &scenario.position;
-        let wandering =
-            |name: &str| GaussMarkov::new(scenario.position_sigma_m(), position.time_constant_s, seed, name);
+        let drift =
+            |deg: f64, name: &str| GaussMarkov::new(deg.to_radians(), scenario.world.attitude.drift_s, seed, name);
+        let position = &scenario.vehicle.position;
+        let (sigma_m, constant_s) = (scenario.vehicle.position_sigma_m(), scenario.world.position.time_constant_s);
+        let wandering = |name: &str| GaussMarkov::new(sigma_m, constant_s, seed, name);
         let shaking = |name: &str| White::new(position.velocity_sigma_m_s, seed, name);
         Streams {
             timetables: timetables(scenario),
-            pulses_lost_s: scenario.timer.pps_lost_s,
+            pulses_lost_s: scenario.faults.timer.pps_lost_s,
             convergence_rad,
-            mount: scenario.mount,
+            mount,
             attitude_white: [
                 white(heading_white_deg, "attitude.heading.white"),
                 white(attitude.white_deg, "attitude.pitch.white"),
@@ -100,10 +101,10 @@ impl Streams {
                 drift(attitude.drift_deg, "attitude.pitch.drift"),
                 drift(attitude.drift_deg, "attitude.roll.drift"),
             ],
-            faulty_attitude: FaultyAttitude::new(scenario.attitude_faults),
-            follow_up_white: white(scenario.follow_up.noise_deg, "follow_up"),
-            range_white: White::new(scenario.range.sigma_m, seed, "range"),
-            dropout: (scenario.range.dropout_percent / 100.0, stream(seed, "range.dropout")),
+            faulty_attitude: FaultyAttitude::new(scenario.faults.attitude_faults),
+            follow_up_white: white(scenario.vehicle.follow_up.noise_deg, "follow_up"),
+            range_white: White::new(scenario.vehicle.range.sigma_m, seed, "range"),
+            dropout: (scenario.faults.range.dropout_percent / 100.0, stream(seed, "range.dropout")),
             position_drift: ["position.east", "position.north", "position.up"].map(wandering),
             position_white: ["position.east.white", "position.north.white", "position.up.white"]
                 .map(|name| White::new(position.white_m, seed, name)),
@@ -213,17 +214,19 @@ fn timetables(scenario: &Scenario) -> Vec<Timetable> {
         stamp_us,
         next: 0,
     };
-    let (attitude, follow_up) = (&scenario.attitude, &scenario.follow_up);
-    let (range, position) = (&scenario.range, &scenario.position);
+    let (vehicle, world) = (&scenario.vehicle, &scenario.world);
+    let (attitude, range, position) = (&vehicle.attitude, &vehicle.range, &vehicle.position);
     let mut timetables = Vec::new();
-    if scenario.timer.pps {
+    if world.timer.pps {
         timetables.push(Timetable { next: 1, ..stream(Kind::Pps, 1, [0, 0], 1) });
     }
-    timetables.push(stream(Kind::Attitude, attitude.rate_hz, [attitude.latency_us, attitude.delay_us], 1));
-    if follow_up.mode == FollowUpMode::Measured {
-        timetables.push(stream(Kind::FollowUp, follow_up.rate_hz, [follow_up.latency_us, follow_up.delay_us], 1000));
+    timetables.push(stream(Kind::Attitude, attitude.rate_hz, [world.attitude.latency_us, attitude.delay_us], 1));
+    if vehicle.follow_up.mode == FollowUpMode::Measured {
+        let follow_up = &world.follow_up;
+        let late_us = [follow_up.latency_us, vehicle.follow_up.delay_us];
+        timetables.push(stream(Kind::FollowUp, follow_up.rate_hz, late_us, 1000));
     }
-    timetables.push(stream(Kind::Range, range.rate_hz, [range.latency_us, range.delay_us], 1000));
-    timetables.push(stream(Kind::Position, position.rate_hz, [position.latency_us, position.delay_us], 1000));
+    timetables.push(stream(Kind::Range, range.rate_hz, [world.range.latency_us, range.delay_us], 1000));
+    timetables.push(stream(Kind::Position, position.rate_hz, [world.position.latency_us, position.delay_us], 1000));
     timetables
 }

@@ -4,7 +4,7 @@ use super::{
     Exposure, LineEdge, Reading, Sample, Streams, TimerModel, exposures, hold_off_us, line_edges, lost_frames,
 };
 use crate::noise::{GaussMarkov, White};
-use crate::scenario::{EdgeSource, FollowUpMode, Replay, Scenario, WARM_UP_US};
+use crate::scenario::{EdgeSource, FollowUpMode, Mounting, Replay, Scenario, WARM_UP_US};
 use crate::vehicle::motion::{Area, AttitudeLog, Motion};
 use crate::vehicle::servo::wrapped;
 
@@ -56,17 +56,17 @@ fn gauss_markov_is_exact_for_any_step() {
 
 fn quiet() -> Scenario {
     let mut scenario = Scenario::default();
-    scenario.attitude.white_deg = 0.0;
-    scenario.follow_up.mode = FollowUpMode::Measured;
-    scenario.follow_up.noise_deg = 0.0;
-    scenario.range.sigma_m = 0.0;
-    scenario.position.sigma_m = Some(0.0);
-    scenario.position.velocity_sigma_m_s = 0.0;
+    scenario.vehicle.attitude.white_deg = 0.0;
+    scenario.vehicle.follow_up.mode = FollowUpMode::Measured;
+    scenario.vehicle.follow_up.noise_deg = 0.0;
+    scenario.vehicle.range.sigma_m = 0.0;
+    scenario.vehicle.position.sigma_m = Some(0.0);
+    scenario.vehicle.position.velocity_sigma_m_s = 0.0;
     scenario
 }
 
 fn all(scenario: &Scenario, motion: &Motion, convergence_rad: f64, until_us: u64) -> Vec<Sample> {
-    let mut streams = Streams::new(scenario, convergence_rad);
+    let mut streams = Streams::new(scenario, Mounting::default(), convergence_rad);
     std::iter::from_fn(|| streams.next_before(until_us, motion, &|state| Some(state.up_m))).collect()
 }
 
@@ -99,10 +99,10 @@ fn samples_come_in_the_order_of_arrival_and_stamped_as_their_messages_can() {
     }
     // Without latency all five arrive at 1 s, in their fixed order.
     let mut instant = quiet();
-    instant.attitude.latency_us = 0;
-    instant.follow_up.latency_us = 0;
-    instant.range.latency_us = 0;
-    instant.position.latency_us = 0;
+    instant.world.attitude.latency_us = 0;
+    instant.world.follow_up.latency_us = 0;
+    instant.world.range.latency_us = 0;
+    instant.world.position.latency_us = 0;
     let second = all(&instant, &motion, 0.0, 1_000_001);
     let kinds: Vec<_> = second[second.len() - 5..].iter().map(|sample| sample.reading).collect();
     assert!(matches!(
@@ -117,7 +117,7 @@ fn samples_come_in_the_order_of_arrival_and_stamped_as_their_messages_can() {
     ));
     // 300 Hz is no whole number of milliseconds: the stamp is rounded down, and so is the instant itself.
     let mut odd = quiet();
-    odd.range.rate_hz = 300;
+    odd.vehicle.range.rate_hz = 300;
     let stamps: Vec<u64> = all(&odd, &motion, 0.0, 20_000)
         .iter()
         .filter(|sample| matches!(sample.reading, Reading::Range { .. }))
@@ -162,9 +162,9 @@ fn without_noise_the_sensors_tell_the_truth() {
 #[test]
 fn noise_is_as_large_as_the_scenario_says() {
     let mut scenario = Scenario::default();
-    scenario.attitude.heading_white_deg = Some(0.4);
-    scenario.follow_up.mode = FollowUpMode::Measured;
-    scenario.range.dropout_percent = 20.0;
+    scenario.vehicle.attitude.heading_white_deg = Some(0.4);
+    scenario.vehicle.follow_up.mode = FollowUpMode::Measured;
+    scenario.faults.range.dropout_percent = 20.0;
     let motion = Motion::synthetic(&scenario, &AREA).expect("there is room");
     let (mut heading, mut pitch, mut roll, mut follow_up, mut slant) = (vec![], vec![], vec![], vec![], vec![]);
     let mut lost = 0.0;
@@ -200,7 +200,7 @@ fn the_seed_decides_and_windows_do_not() {
     let scenario = Scenario::default();
     let motion = Motion::synthetic(&scenario, &AREA).expect("there is room");
     let whole = all(&scenario, &motion, 0.01, 3_000_000);
-    let mut streams = Streams::new(&scenario, 0.01);
+    let mut streams = Streams::new(&scenario, Mounting::default(), 0.01);
     let mut pieces = Vec::new();
     for until_us in (0..=3_000_000).step_by(7919).chain([3_000_000]) {
         while let Some(sample) = streams.next_before(until_us, &motion, &|state| Some(state.up_m)) {
@@ -209,11 +209,11 @@ fn the_seed_decides_and_windows_do_not() {
         }
     }
     assert_eq!(whole, pieces);
-    let other = Scenario { seed: 2, ..Scenario::default() };
+    let other = Scenario::seeded(2, 300);
     assert_ne!(whole, all(&other, &motion, 0.01, 3_000_000));
     let mut more = Scenario::default();
-    more.follow_up.mode = FollowUpMode::Measured;
-    more.range.dropout_percent = 50.0;
+    more.vehicle.follow_up.mode = FollowUpMode::Measured;
+    more.faults.range.dropout_percent = 50.0;
     let attitudes = |samples: Vec<Sample>| -> Vec<Sample> {
         samples.into_iter().filter(|sample| matches!(sample.reading, Reading::Attitude { .. })).collect()
     };
@@ -226,7 +226,11 @@ fn the_attitude_sensor_is_silent_in_a_log_gap() {
     let rows: String = (1..400).map(|row| format!("{:.2},1,2,3\n", 2.0 + 0.02 * f64::from(row))).collect();
     let log = AttitudeLog::parse(&format!("{text}{rows}"), "a.csv").expect("sound");
     let replay = Some(Replay { att: "".into(), start_s: None, time_scale: 1.0 });
-    let scenario = Scenario { frames: 10, replay, ..quiet() };
+    let scenario = {
+        let mut scenario = quiet();
+        (scenario.run.frames, scenario.run.replay) = (10, replay);
+        scenario
+    };
     let motion = Motion::replay(&scenario, &AREA, log).expect("long enough");
     let stamps: Vec<u64> = all(&scenario, &motion, 0.0, 2_500_000)
         .iter()
@@ -254,7 +258,7 @@ fn frames_open_at_their_interval_and_in_every_phase() {
     // 60 each, 4 standard errors.
     assert!(phases.iter().all(|count| (*count as f64 - 60.0).abs() < 4.0 * 48_f64.sqrt()), "{phases:?}");
     // A shorter flight is the beginning of the longer one.
-    let short: Vec<Exposure> = exposures(&Scenario { frames: 10, ..scenario }).collect();
+    let short: Vec<Exposure> = exposures(&Scenario::of_frames(10)).collect();
     assert_eq!(short, flight[..10]);
 }
 
@@ -278,9 +282,9 @@ fn the_timer_drifts_and_wraps() {
 /// Without faults: two edges an exposure, late by their delays and no more than their jitter.
 #[test]
 fn edges_are_late_by_their_delays() {
-    let mut scenario = Scenario { frames: 2000, ..Scenario::default() };
-    (scenario.shutter.open_delay_us, scenario.shutter.close_delay_us) = (30, -7);
-    scenario.shutter.edge_jitter_us = 2.0;
+    let mut scenario = Scenario::of_frames(2000);
+    (scenario.vehicle.shutter.open_delay_us, scenario.vehicle.shutter.close_delay_us) = (30, -7);
+    scenario.vehicle.shutter.edge_jitter_us = 2.0;
     let edges = line_edges(&scenario);
     assert!(edges.is_sorted_by_key(LineEdge::seen_us));
     let mut late = [vec![], vec![]];
@@ -294,31 +298,31 @@ fn edges_are_late_by_their_delays() {
         assert!((deviation(late) / 2.0 - 1.0).abs() < 4.0 / 4000_f64.sqrt());
         assert!((late.iter().sum::<f64>() / 2000.0 - delay).abs() < 4.0 * 2.0 / 2000_f64.sqrt());
     }
-    scenario.shutter.edges = EdgeSource::One;
+    scenario.vehicle.shutter.edges = EdgeSource::One;
     assert_eq!(line_edges(&scenario), edges.iter().copied().filter(|edge| edge.rising).collect::<Vec<_>>());
-    scenario.shutter.edges = EdgeSource::None;
+    scenario.vehicle.shutter.edges = EdgeSource::None;
     assert!(line_edges(&scenario).is_empty());
 }
 
 /// Shares as asked for; and what one fault does to an edge, it does to no other.
 #[test]
 fn edges_and_frames_are_lost_and_added_as_often_as_asked_for() {
-    let clean = Scenario { frames: 5000, ..Scenario::default() };
+    let clean = Scenario::of_frames(5000);
     let mut faulty = clean.clone();
-    faulty.shutter.lost_edge_percent = 10.0;
+    faulty.faults.shutter.lost_edge_percent = 10.0;
     let (all, left) = (line_edges(&clean), line_edges(&faulty));
     let lost = 1.0 - left.len() as f64 / 10_000.0;
     assert!((lost - 0.1).abs() < 4.0 * (0.09 / 10_000_f64).sqrt(), "{lost}");
     assert!(left.iter().all(|edge| all.contains(edge)));
-    faulty.shutter.lost_edge_percent = 0.0;
-    faulty.shutter.extra_edge_percent = 10.0;
+    faulty.faults.shutter.lost_edge_percent = 0.0;
+    faulty.faults.shutter.extra_edge_percent = 10.0;
     let more = line_edges(&faulty);
     assert!(all.iter().all(|edge| more.contains(edge)));
     // Two faults of three are of two edges, one of one.
     let extra = (more.len() - all.len()) as f64 / 10_000.0 * 3.0 / 5.0;
     assert!((extra - 0.1).abs() < 4.0 * (0.1 / 10_000_f64).sqrt(), "{extra}");
-    assert_eq!(hold_off_us(&faulty), 100);
-    faulty.shutter.lost_frame_percent = 20.0;
+    assert_eq!(hold_off_us(&faulty.vehicle), 100);
+    faulty.faults.shutter.lost_frame_percent = 20.0;
     let lost = lost_frames(&faulty).filter(|lost| *lost).count() as f64 / 5000.0;
     assert!((lost - 0.2).abs() < 4.0 * (0.16 / 5000_f64).sqrt(), "{lost}");
     assert_eq!(lost_frames(&clean).filter(|lost| *lost).count(), 0);
@@ -327,9 +331,9 @@ fn edges_and_frames_are_lost_and_added_as_often_as_asked_for() {
 /// Arrivals scatter as asked for and never beyond four sigmas; lengths too, around the exposure.
 #[test]
 fn exposures_and_arrivals_scatter() {
-    let mut scenario = Scenario { frames: 4000, ..Scenario::default() };
-    scenario.shutter.exposure_jitter_us = 20.0;
-    (scenario.shutter.arrival_latency_us, scenario.shutter.arrival_jitter_us) = (500, 40.0);
+    let mut scenario = Scenario::of_frames(4000);
+    scenario.vehicle.shutter.exposure_jitter_us = 20.0;
+    (scenario.vehicle.shutter.arrival_latency_us, scenario.vehicle.shutter.arrival_jitter_us) = (500, 40.0);
     let flight: Vec<Exposure> = exposures(&scenario).collect();
     let lengths: Vec<f64> = flight.iter().map(|e| (e.close_us - e.open_us) as f64).collect();
     let latencies: Vec<f64> = flight.iter().map(|e| (e.readout_start_us - e.close_us) as f64).collect();
@@ -344,11 +348,13 @@ fn exposures_and_arrivals_scatter() {
 /// Over 1000 timers: after t seconds the walk has cost √(q²t³/3) ticks, and the rate is continuous in time.
 #[test]
 fn the_timers_rate_walks() {
-    let mut scenario = Scenario { frames: 200, ..Scenario::default() };
-    (scenario.timer.rate_walk_ppm, scenario.timer.drift_ppm, scenario.timer.start_ticks) = (3.0, 20.0, 0);
+    let mut scenario = Scenario::of_frames(200);
+    (scenario.vehicle.timer.rate_walk_ppm, scenario.world.timer.drift_ppm, scenario.world.timer.start_ticks) =
+        (3.0, 20.0, 0);
     let gained: Vec<f64> = (0..1000)
         .map(|seed| {
-            let timer = TimerModel::new(&Scenario { seed, ..scenario.clone() });
+            scenario.run.seed = seed;
+            let timer = TimerModel::new(&scenario);
             f64::from(timer.ticks(40_000_000)) - 40_000_800.0
         })
         .collect();
@@ -368,7 +374,7 @@ fn the_timers_rate_walks() {
 #[test]
 fn lost_pulses_are_not_there() {
     let mut scenario = quiet();
-    scenario.timer.pps_lost_s = Some([3.0, 6.0]);
+    scenario.faults.timer.pps_lost_s = Some([3.0, 6.0]);
     let motion = Motion::synthetic(&scenario, &AREA).expect("there is room");
     let seconds: Vec<u64> = all(&scenario, &motion, 0.0, 8_500_000)
         .iter()

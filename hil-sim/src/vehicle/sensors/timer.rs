@@ -28,18 +28,18 @@ impl TimerModel {
     /// a second.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
-        let timer = &scenario.timer;
-        let mut rng = stream(scenario.seed, "timer.walk");
+        let (timer, rate_walk_ppm) = (&scenario.world.timer, scenario.vehicle.timer.rate_walk_ppm);
+        let mut rng = stream(scenario.run.seed, "timer.walk");
         let step_s = STEP_US as f64 * 1e-6;
-        let steps = scenario.duration_us() / STEP_US + 1;
+        let steps = scenario.run.duration_us() / STEP_US + 1;
         let (mut gained, mut rate_ppm) = (0.0, 0.0);
         let walk = (0..steps).map(|_| {
             let here = (gained, rate_ppm);
             gained += rate_ppm * step_s;
-            rate_ppm += timer.rate_walk_ppm * step_s.sqrt() * normal(&mut rng);
+            rate_ppm += rate_walk_ppm * step_s.sqrt() * normal(&mut rng);
             here
         });
-        let walk = if timer.rate_walk_ppm > 0.0 { walk.collect() } else { Vec::new() };
+        let walk = if rate_walk_ppm > 0.0 { walk.collect() } else { Vec::new() };
         TimerModel { walk, ..TimerModel::steady(timer.start_ticks, timer.drift_ppm) }
     }
 

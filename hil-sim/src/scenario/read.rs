@@ -1,0 +1,91 @@
+//! From a file's text to the parts of a scenario. Each part takes its keys of the one text, so that a file keeps a sensor's
+//! keys in one table; a key that no part takes is refused.
+
+use super::ScenarioError;
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer};
+
+/// A file's text and its name, and the keys that no part has taken yet.
+#[derive(Debug)]
+pub struct Reader<'a> {
+    text: &'a str,
+    file: &'a str,
+    /// What each part left, dotted; a table stands for all its keys.
+    left: Vec<Vec<String>>,
+}
+
+impl<'a> Reader<'a> {
+    /// A reader of `text`; `file` is its name for messages.
+    #[must_use]
+    pub fn new(text: &'a str, file: &'a str) -> Self {
+        Reader { text, file, left: Vec::new() }
+    }
+
+    /// The keys of one part.
+    ///
+    /// # Errors
+    /// [`ScenarioError`]: the text is no TOML, or a value of another type.
+    pub fn part<T: DeserializeOwned>(&mut self) -> Result<T, ScenarioError> {
+        let mut left = Vec::new();
+        let source = Deserializer::parse(self.text).map_err(|error| self.sentence(&error))?;
+        let part = serde_ignored::deserialize(source, |path| left.push(path.to_string()));
+        self.left.push(left);
+        part.map_err(|error| self.sentence(&error))
+    }
+
+    /// Refuses the first key that no part has taken. `what` follows its name.
+    ///
+    /// # Errors
+    /// [`ScenarioError`].
+    pub fn finish(self, what: &str) -> Result<(), ScenarioError> {
+        let is_left = |key: &str, by: &[String]| {
+            by.iter().any(|left| {
+                key.strip_prefix(left.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            })
+        };
+        let mut keys = self.left.iter().flatten();
+        let Some(key) = keys.find(|key| self.left.iter().all(|by| is_left(key, by))) else { return Ok(()) };
+        let line = at(self.text, key).map(|at| line_of(self.text, at)).unwrap_or_default();
+        let why = match key.as_str() {
+            "mount.boresight_deg" | "mount.true_boresight_deg" => {
+                let table = key.trim_end_matches("_deg");
+                format!(
+                    "{key} (heading, pitch, roll) is no key any more: [{table}] has phi_deg, omega_deg and kappa_deg as a \
+                     camera file's boresight, which of small angles are minus roll, pitch and minus heading"
+                )
+            }
+            _ => format!("{key} {what}"),
+        };
+        Err(ScenarioError(format!("{}{line}: {why}", self.file)))
+    }
+
+    /// What the TOML reader found, as one sentence with the line it stands in.
+    fn sentence(&self, error: &toml::de::Error) -> ScenarioError {
+        let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+        let line = error.span().map(|span| line_of(self.text, span.start)).unwrap_or_default();
+        ScenarioError(format!("{}{line}: {message}", self.file))
+    }
+}
+
+/// Where the text has a dotted key.
+fn at(text: &str, key: &str) -> Option<usize> {
+    fn find(table: &DeTable<'_>, key: &str) -> Option<usize> {
+        table.iter().find_map(|(own, value): (&Spanned<_>, &Spanned<DeValue<'_>>)| {
+            let rest = key.strip_prefix(own.get_ref().as_ref())?;
+            match (rest.strip_prefix('.'), value.get_ref()) {
+                (None, _) if rest.is_empty() => Some(own.span().start),
+                (Some(inner), DeValue::Table(table)) => find(table, inner),
+                _ => None,
+            }
+        })
+    }
+    find(DeTable::parse(text).ok()?.get_ref(), key)
+}
+
+/// The line of `text` in which byte `at` stands, to follow the file's name.
+fn line_of(text: &str, at: usize) -> String {
+    let number = text.get(..at).map_or(0, |before| before.matches('\n').count()) + 1;
+    let line = text.lines().nth(number - 1).unwrap_or_default().trim();
+    format!(", line {number} (`{line}`)")
+}

@@ -1,0 +1,189 @@
+//! What is simulated around the board and what the board is not configured with: the camera's noise, the sensors' latencies,
+//! the true boresight, the capture timer, ground and reference.
+
+use super::check::Range as Bounds;
+use super::ground::Ground;
+use super::vehicle::Boresight;
+use serde::Deserialize;
+
+/// Keys carry their units.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct World {
+    /// Instants of an exposure that a frame is the mean of, spread evenly; 1 is mid-exposure alone, a sharp picture.
+    pub exposure_samples: u32,
+    /// White noise of the camera's pixels, DN of 255.
+    pub noise_dn: f64,
+    /// How the camera is really mounted.
+    pub mount: Mount,
+    /// Attitude sensor.
+    pub attitude: Attitude,
+    /// Camera servo and its encoder.
+    pub follow_up: FollowUp,
+    /// Laser rangefinder.
+    pub range: Range,
+    /// Position prior.
+    pub position: Position,
+    /// The board's capture timer and the pulse per second.
+    pub timer: Timer,
+    /// How the reference differs from the ground that is flown over.
+    pub reference: Reference,
+    /// What is flown over.
+    pub ground: Ground,
+}
+
+impl Default for World {
+    fn default() -> Self {
+        World {
+            exposure_samples: 1,
+            noise_dn: 3.0,
+            mount: Mount::default(),
+            attitude: Attitude::default(),
+            follow_up: FollowUp::default(),
+            range: Range::default(),
+            position: Position::default(),
+            timer: Timer::default(),
+            reference: Reference::default(),
+            ground: Ground::Procedural,
+        }
+    }
+}
+
+/// How the camera really sits in the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(default)]
+pub struct Mount {
+    /// The boresight as it really is, where the board is configured with another: what `plumbline boresight` finds. As
+    /// configured unless given.
+    pub true_boresight: Option<Boresight>,
+}
+
+/// Attitude sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct Attitude {
+    /// From its stamp to its arrival.
+    pub latency_us: u32,
+    /// Time constant of the drift.
+    pub drift_s: f64,
+}
+
+impl Default for Attitude {
+    fn default() -> Self {
+        Attitude { latency_us: 8000, drift_s: 30.0 }
+    }
+}
+
+/// Camera servo and encoder.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct FollowUp {
+    /// Time constant of the servo, seconds; 0 follows exactly.
+    pub servo_lag_s: f64,
+    /// Samples of the encoder a second.
+    pub rate_hz: u32,
+    /// From its stamp to its arrival.
+    pub latency_us: u32,
+}
+
+impl Default for FollowUp {
+    fn default() -> Self {
+        FollowUp { servo_lag_s: 0.0, rate_hz: 100, latency_us: 5000 }
+    }
+}
+
+/// Laser rangefinder.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct Range {
+    /// From its stamp to its arrival.
+    pub latency_us: u32,
+}
+
+impl Default for Range {
+    fn default() -> Self {
+        Range { latency_us: 10_000 }
+    }
+}
+
+/// Position prior.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct Position {
+    /// Time constant of its Gauss-Markov error.
+    pub time_constant_s: f64,
+    /// From its stamp to its arrival.
+    pub latency_us: u32,
+}
+
+impl Default for Position {
+    fn default() -> Self {
+        Position { time_constant_s: 60.0, latency_us: 100_000 }
+    }
+}
+
+/// The capture timer and what ties it to the autopilot's clock.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct Timer {
+    /// Its count at the autopilot's time 0. The default wraps 5 s into the flight.
+    pub start_ticks: u32,
+    /// How much faster than the autopilot's clock it runs at first, parts per million.
+    pub drift_ppm: f64,
+    /// Whether the pulse per second is wired.
+    pub pps: bool,
+    /// Whether the autopilot answers TIMESYNC, without which no pulse has a name.
+    pub timesync: bool,
+}
+
+impl Default for Timer {
+    fn default() -> Self {
+        Timer { start_ticks: 4_290_000_000, drift_ppm: 20.0, pps: true, timesync: true }
+    }
+}
+
+/// How the reference differs from the ground: offset + gain · 255 (DN/255)^gamma, noise, and patches that changed. What is not
+/// given depends on the ground: a procedural one has synthetic differences, over an orthophoto there are none.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Reference {
+    /// Exponent of the tone curve.
+    pub gamma: Option<f64>,
+    /// Gain after it.
+    pub gain: Option<f64>,
+    /// Offset after it, DN.
+    pub offset_dn: Option<f64>,
+    /// White noise, DN.
+    pub noise_dn: Option<f64>,
+    /// Share of the area that looks different today.
+    pub changed_fraction: Option<f64>,
+}
+
+impl World {
+    /// Each value that has bounds.
+    pub(super) fn ranges(&self) -> Vec<Bounds> {
+        let (follow_up, reference) = (&self.follow_up, &self.reference);
+        let mut ranges = vec![
+            ("exposure_samples", self.exposure_samples.into(), 1.0, 1000.0),
+            ("noise_dn", self.noise_dn, 0.0, 255.0),
+            ("attitude.latency_us", self.attitude.latency_us.into(), 0.0, 1e7),
+            ("attitude.drift_s", self.attitude.drift_s, 1e-3, 1e6),
+            ("follow_up.servo_lag_s", follow_up.servo_lag_s, 0.0, 60.0),
+            // Its messages stamp whole milliseconds.
+            ("follow_up.rate_hz", follow_up.rate_hz.into(), 1.0, 1000.0),
+            ("follow_up.latency_us", follow_up.latency_us.into(), 0.0, 1e7),
+            ("range.latency_us", self.range.latency_us.into(), 0.0, 1e7),
+            ("position.time_constant_s", self.position.time_constant_s, 1e-3, 1e6),
+            ("position.latency_us", self.position.latency_us.into(), 0.0, 1e7),
+            ("timer.drift_ppm", self.timer.drift_ppm, -500.0, 500.0),
+            ("reference.gamma", reference.gamma.unwrap_or(1.0), 0.05, 20.0),
+            ("reference.gain", reference.gain.unwrap_or(1.0), 0.01, 100.0),
+            ("reference.offset_dn", reference.offset_dn.unwrap_or(0.0), -255.0, 255.0),
+            ("reference.noise_dn", reference.noise_dn.unwrap_or(0.0), 0.0, 255.0),
+            ("reference.changed_fraction", reference.changed_fraction.unwrap_or(0.0), 0.0, 1.0),
+        ];
+        let keys = ["mount.true_boresight.phi_deg", "mount.true_boresight.omega_deg", "mount.true_boresight.kappa_deg"];
+        ranges.extend(self.mount.true_boresight.iter().flat_map(|truly| truly.ranges(keys)));
+        ranges
+    }
+}
