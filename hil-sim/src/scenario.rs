@@ -5,6 +5,7 @@
 //! noise, 300 frames. A key that is not known is refused, so that a slip of the pen does not fly the default.
 //! Degrees and milliseconds stand in the file only; what flies is in radians and microseconds.
 
+mod bounds;
 mod built_in;
 mod camera;
 mod check;

@@ -1,5 +1,6 @@
 //! The door: what a scenario may say. Behind it nobody checks again.
 
+use super::bounds::within;
 use super::footprint::{footprint_margin_m, tangent_per_px};
 use super::{Camera, EdgeSource, FollowUpMode, Payload, Run, Scenario, ScenarioError, Vehicle};
 use plumbline_survey::camera_file::{CameraFile, SIDE_MAX_PX};
@@ -11,17 +12,6 @@ const BETWEEN_FRAMES_US: u64 = 950;
 const SQUARE_MAX: f64 = 1e-3;
 /// Sigmas of jitter that every order of events is kept for.
 const JITTER_SIGMAS: f64 = 6.0;
-
-/// Key, value, lowest, highest.
-pub(super) type Range = (&'static str, f64, f64, f64);
-
-/// Refuses the first value out of its bounds.
-fn within(ranges: impl IntoIterator<Item = Range>) -> Result<(), String> {
-    match ranges.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {
-        Some((key, value, low, high)) => Err(format!("{key} = {value} is not between {low} and {high}")),
-        None => Ok(()),
-    }
-}
 
 impl Vehicle {
     /// Checks every value.

@@ -1,6 +1,6 @@
 //! What goes wrong.
 
-use super::check::Range as Bounds;
+use super::bounds::Bounded;
 use serde::Deserialize;
 
 /// From which second of the flight to which, the latter no more.
@@ -78,7 +78,7 @@ pub struct Timer {
 
 impl Faults {
     /// Each value that has bounds.
-    pub(super) fn ranges(&self) -> Vec<Bounds> {
+    pub(super) fn ranges(&self) -> Vec<Bounded> {
         let shares = [
             ("range.dropout_percent", self.range.dropout_percent, 100.0),
             ("shutter.lost_edge_percent", self.shutter.lost_edge_percent, 100.0),

@@ -1,6 +1,6 @@
 //! One run: its seed and its frames, where the vehicle goes.
 
-use super::check::Range as Bounds;
+use super::bounds::Bounded;
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -112,7 +112,7 @@ impl Run {
     }
 
     /// Each value that has bounds.
-    pub(super) fn ranges(&self) -> Vec<Bounds> {
+    pub(super) fn ranges(&self) -> Vec<Bounded> {
         let mut ranges = vec![
             ("frames", self.frames.into(), 1.0, FRAMES_MAX.into()),
             ("frame_interval_ms", self.frame_interval_ms.into(), 10.0, 3_600_000.0),

@@ -1,7 +1,7 @@
 //! What a board is configured with: camera mount, sensors, shutter and search, as a calibration and the data sheets give them.
 //! A settings file (`plumbline configuration --settings`) is this part of a scenario alone.
 
-use super::check::Range as Bounds;
+use super::bounds::Bounded;
 use plumbline_core::budget::REACQUIRE_PX;
 use plumbline_core::pose::noise::LAGS;
 use plumbline_core::stamp::EXPOSURE_MAX_US;
@@ -99,7 +99,7 @@ impl Boresight {
     }
 
     /// A boresight larger than that is a head of its own.
-    pub(super) fn ranges(&self, keys: [&'static str; 3]) -> impl Iterator<Item = Bounds> + use<> {
+    pub(super) fn ranges(&self, keys: [&'static str; 3]) -> impl Iterator<Item = Bounded> + use<> {
         keys.into_iter().zip(self.angles_deg()).map(|(key, deg)| (key, deg, -10.0, 10.0))
     }
 }
@@ -306,7 +306,7 @@ impl Vehicle {
     }
 
     /// Each value that has bounds.
-    pub(super) fn ranges(&self) -> Vec<Bounds> {
+    pub(super) fn ranges(&self) -> Vec<Bounded> {
         let (attitude, follow_up, position) = (&self.attitude, &self.follow_up, &self.position);
         let mut ranges = vec![
             ("resolution_m", self.resolution_m, 0.01, 1000.0),

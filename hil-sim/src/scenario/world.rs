@@ -1,7 +1,7 @@
 //! What is simulated around the board and what the board is not configured with: the camera's noise, the sensors' latencies,
 //! the true boresight, the capture timer, ground and reference.
 
-use super::check::Range as Bounds;
+use super::bounds::Bounded;
 use super::ground::Ground;
 use super::vehicle::Boresight;
 use serde::Deserialize;
@@ -161,7 +161,7 @@ pub struct Reference {
 
 impl World {
     /// Each value that has bounds.
-    pub(super) fn ranges(&self) -> Vec<Bounds> {
+    pub(super) fn ranges(&self) -> Vec<Bounded> {
         let (follow_up, reference) = (&self.follow_up, &self.reference);
         let mut ranges = vec![
             ("exposure_samples", self.exposure_samples.into(), 1.0, 1000.0),
