@@ -3,7 +3,7 @@
 use super::block::Block;
 use super::observations::Observations;
 use crate::adjust::rig::{Rig, project};
-use crate::adjust::{Model, Place, rotation};
+use crate::adjust::{At, Model, Place, Row, rotation};
 use crate::error::InputError;
 use nalgebra::{DMatrix, Vector3};
 
@@ -150,7 +150,31 @@ fn parts(rig: &Rig) -> Vec<Vec<usize>> {
 fn defects(rig: &Rig, part: &[usize]) -> [usize; 3] {
     let x = rig.start();
     let generators = generators(rig, &x, part);
-    // What each does to the equations, and what the unknowns it moves weigh in them.
+    let (normal, weight) = normal_along(rig, &x, &generators);
+    let scale = |k: usize| if weight[k] > 0.0 { 1.0 / weight[k].sqrt() } else { 0.0 };
+    let mut free = [0; 3];
+    let (mut taken, mut before) = (0, 0);
+    for (family, (_, count)) in FAMILIES.iter().enumerate() {
+        taken += count;
+        // What moves no unknown is no freedom: a station over known points alone has no scale.
+        let moving: Vec<usize> = (0..taken).filter(|k| generators[*k].iter().any(|value| *value != 0.0)).collect();
+        let part = DMatrix::from_fn(moving.len(), moving.len(), |i, j| {
+            normal[(moving[i], moving[j])] * scale(moving[i]) * scale(moving[j])
+        });
+        let null = if moving.is_empty() {
+            0
+        } else {
+            part.symmetric_eigenvalues().iter().filter(|value| **value < TOUCHED_MIN).count()
+        };
+        free[family] = null.saturating_sub(before);
+        before = null;
+    }
+    free
+}
+
+/// The normal matrix of the equations along the generators, and for each generator the sum of squares of what its unknowns
+/// do to the equations one by one, which a freedom cancels.
+fn normal_along(rig: &Rig, x: &[f64], generators: &[Vec<f64>; 7]) -> (DMatrix<f64>, [f64; 7]) {
     let mut normal = DMatrix::<f64>::zeros(7, 7);
     let mut weight = [0.0; 7];
     let mut add = |row: &[(usize, f64)]| {
@@ -166,10 +190,9 @@ fn defects(rig: &Rig, part: &[usize]) -> [usize; 3] {
             (0..7).for_each(|j| normal[(i, j)] += along[i] * along[j]);
         }
     };
-    let at = rig.at(&x);
-    let mut row = crate::adjust::Row::zero();
+    let at = rig.at(x);
+    let mut row = Row::zero();
     for (observation, seen) in rig.observations.iter().enumerate() {
-        use crate::adjust::At;
         if !at.linearise(observation, &mut row) {
             continue;
         }
@@ -193,25 +216,7 @@ fn defects(rig: &Rig, part: &[usize]) -> [usize; 3] {
             add(&row.iter().enumerate().map(|(k, value)| (first + k, *value)).collect::<Vec<_>>());
         }
     }
-    let scale = |k: usize| if weight[k] > 0.0 { 1.0 / weight[k].sqrt() } else { 0.0 };
-    let mut free = [0; 3];
-    let (mut taken, mut before) = (0, 0);
-    for (family, (_, count)) in FAMILIES.iter().enumerate() {
-        taken += count;
-        // What moves no unknown is no freedom: a station over known points alone has no scale.
-        let moving: Vec<usize> = (0..taken).filter(|k| generators[*k].iter().any(|value| *value != 0.0)).collect();
-        let part = DMatrix::from_fn(moving.len(), moving.len(), |i, j| {
-            normal[(moving[i], moving[j])] * scale(moving[i]) * scale(moving[j])
-        });
-        let null = if moving.is_empty() {
-            0
-        } else {
-            part.symmetric_eigenvalues().iter().filter(|value| **value < TOUCHED_MIN).count()
-        };
-        free[family] = null.saturating_sub(before);
-        before = null;
-    }
-    free
+    (normal, weight)
 }
 
 /// What a small similarity of a part does to the unknowns: three translations, three rotations about the part's middle and
