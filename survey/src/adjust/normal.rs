@@ -139,13 +139,13 @@ impl<M: Model> Equations<'_, M> {
         let mut added = vec![0.0; pattern.unknowns()];
         if damping > 0.0 {
             for block in 0..pattern.start.len() - 1 {
-                let (size, place) = (pattern.size(block), pattern.diagonal(block));
+                let (size, offset) = (pattern.size(block), pattern.diagonal(block));
                 for inner in 0..size {
                     let diagonal = pattern.start[block] + inner;
                     // U's own diagonal: what the points took away is put back first.
-                    let own = sums.values[place + inner * (size + 1)] + sums.eliminated[diagonal];
+                    let own = sums.values[offset + inner * (size + 1)] + sums.eliminated[diagonal];
                     added[diagonal] = damping * own.clamp(*DAMPED.start(), *DAMPED.end());
-                    sums.values[place + inner * (size + 1)] += added[diagonal];
+                    sums.values[offset + inner * (size + 1)] += added[diagonal];
                 }
             }
         }
@@ -176,12 +176,12 @@ impl<M: Model> Equations<'_, M> {
                     sums.gradient[start + inner] -= dot(weighted, &of.gradient);
                     sums.eliminated[start + inner] += dot(weighted, mixed);
                 }
-                // Both lists ascend: one walk finds every place.
-                let mut places = pattern.row(row as usize).iter();
+                // Both lists ascend: one walk finds every block.
+                let mut offsets = pattern.row(row as usize).iter();
                 for (j, &column) in of.blocks[..=k].iter().enumerate() {
-                    let Some(&(_, place)) = places.find(|(other, _)| *other == column) else { continue };
+                    let Some(&(_, offset)) = offsets.find(|(other, _)| *other == column) else { continue };
                     for (inner, mixed) in of.mixed[of.rows[j]..of.rows[j + 1]].iter().enumerate() {
-                        let values = &mut sums.values[place + inner * size..place + (inner + 1) * size];
+                        let values = &mut sums.values[offset + inner * size..offset + (inner + 1) * size];
                         for (value, weighted) in values.iter_mut().zip(&of.weighted[rows.clone()]) {
                             *value -= dot(weighted, mixed);
                         }

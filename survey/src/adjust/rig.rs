@@ -27,9 +27,9 @@ pub const HEAD: usize = 7 + INTERIOR;
 const MOUNT_NAMES: [&str; 7] = ["phi", "omega", "kappa", "dx", "dy", "dz", "dt"];
 /// What a station's numbers are.
 pub const STATION_NAMES: [&str; 6] = ["phi", "omega", "kappa", "X", "Y", "Z"];
-/// Place of the time offset in a head's numbers.
+/// Index of the time offset in a head's numbers.
 pub const TIME: usize = 6;
-/// Place of the first number of the interior orientation.
+/// Index of the first number of the interior orientation.
 pub const LENS: usize = 7;
 
 /// Name of a head's number.
@@ -43,7 +43,7 @@ pub fn head_name(number: usize) -> &'static str {
 pub struct Head {
     /// Phi, omega, kappa (rad, head to platform), centre (m, platform), time offset (s), interior orientation.
     pub values: [f64; HEAD],
-    /// Places of those that are unknowns, ascending.
+    /// Indices of those that are unknowns, ascending.
     pub free: Vec<usize>,
 }
 
@@ -188,14 +188,14 @@ impl Rig {
         }
     }
 
-    /// Adds what is known of single numbers of a head beforehand: (place, value, sigma); those that are no unknowns are
+    /// Adds what is known of single numbers of a head beforehand: (index, value, sigma); those that are no unknowns are
     /// passed over.
     pub fn expect_head(&mut self, head: usize, known: &[(usize, f64, f64)]) {
         let Some(block) = self.head_block[head].map(|block| block as usize) else { return };
         let free = &self.heads[head].free;
         let known: Vec<_> = known
             .iter()
-            .filter_map(|&(place, value, sigma)| Some((free.binary_search(&place).ok()?, value, sigma)))
+            .filter_map(|&(number, value, sigma)| Some((free.binary_search(&number).ok()?, value, sigma)))
             .collect();
         let place = super::Place::Block(block);
         self.structure.priors.push(super::Prior::of_sigmas(place, free.len(), &known));
@@ -213,7 +213,7 @@ impl Rig {
     #[must_use]
     pub fn start(&self) -> Vec<f64> {
         let stations = self.stations.iter().filter(|station| station.is_free).flat_map(|station| station.values);
-        let heads = self.heads.iter().flat_map(|head| head.free.iter().map(|place| head.values[*place]));
+        let heads = self.heads.iter().flat_map(|head| head.free.iter().map(|number| head.values[*number]));
         let points = self.points.iter().filter(|point| point.is_free).flat_map(|point| point.position_m);
         stations.chain(heads).chain(points).collect()
     }
@@ -232,8 +232,8 @@ impl Rig {
     pub fn head(&self, x: &[f64], head: usize) -> [f64; HEAD] {
         let mut values = self.heads[head].values;
         if let Some(at) = self.head_at[head] {
-            for (k, place) in self.heads[head].free.iter().enumerate() {
-                values[*place] = x[at + k];
+            for (k, number) in self.heads[head].free.iter().enumerate() {
+                values[*number] = x[at + k];
             }
         }
         values
@@ -248,19 +248,19 @@ impl Rig {
         }
     }
 
-    /// Place of a head's number among the unknowns.
+    /// Index of a head's number among the unknowns.
     #[must_use]
     pub fn head_unknown(&self, head: usize, number: usize) -> Option<usize> {
         Some(self.head_at[head]? + self.heads[head].free.binary_search(&number).ok()?)
     }
 
-    /// Place of a station's first number among the unknowns.
+    /// Index of a station's first number among the unknowns.
     #[must_use]
     pub fn station_unknown(&self, station: usize) -> Option<usize> {
         self.station_at[station]
     }
 
-    /// Place of a point's first coordinate among the unknowns.
+    /// Index of a point's first coordinate among the unknowns.
     #[must_use]
     pub fn point_unknown(&self, point: usize) -> Option<usize> {
         self.point_at[point]

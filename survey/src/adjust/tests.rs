@@ -4,7 +4,7 @@ use super::bal::Bal;
 use super::rig::{HEAD, Head, LENS, Observation, Point, Station, TIME, project};
 use super::*;
 
-/// A small block with everything that can be unknown: three stations, two heads, relief.
+/// A small block with everything that can be unknown: three stations, two heads, terrain.
 fn small(free: &[usize]) -> Rig {
     let rates = [0.02, -0.03, 0.05, 40.0, 30.0, -1.0];
     let station = |k: f64| Station {
@@ -118,7 +118,7 @@ fn a_rigs_derivatives_are_the_differences() {
 fn a_rig_without_noise_closes() {
     let rig = small(&[0, 1, 2]);
     let truth = rig.start();
-    // Angles off by some arc minutes, places by metres.
+    // Angles off by some arc minutes, positions by metres.
     let moved: Vec<f64> = truth
         .iter()
         .enumerate()
@@ -216,7 +216,7 @@ fn cofactors_are_those_of_the_whole_normal_matrix() {
 
 #[test]
 fn what_nothing_determines_is_named() {
-    // Two heads' common focal length and height over a block without relief would be weak; a head that sees nothing of
+    // Two heads' common focal length and height over a block without terrain would be weak; a head that sees nothing of
     // its own time is singular: without rates the time offset moves nothing.
     let rig = small(&[0, 1, 2, TIME]);
     let stations = rig.stations.iter().map(|station| Station { rates: [0.0; 6], ..*station }).collect();

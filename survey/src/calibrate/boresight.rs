@@ -32,7 +32,7 @@ use std::fmt;
 
 /// Fewest fixes that are adjusted: twenty equations for three or five unknowns.
 pub const FIXES_MIN: usize = 10;
-/// An angle of a larger standard deviation, all of it, is not determined, and the value that the board was told is kept: 0.2
+/// An angle of a larger standard deviation, all of it, is not determined, and the configured value is kept: 0.2
 /// degrees. By its model's share a correction of kappa beyond 0.4 degrees is never determined.
 pub const SD_MAX_RAD: f64 = 0.2 / 180.0 * std::f64::consts::PI;
 /// How many times the variance of phi or omega may grow when an offset is estimated too. 25 is a correlation of 0.98, and
@@ -63,7 +63,7 @@ type Vector = SVector<f64, UNKNOWNS>;
 /// An estimated boresight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Boresight {
-    /// Phi, omega, kappa of the mount from the camera, radians; of those that are not determined the values told.
+    /// Phi, omega, kappa of the mount from the camera, radians; of those that are not determined the configured values.
     pub angles_rad: [f64; 3],
     /// Their standard deviations, radians; of those that are not determined what it would have been, infinite where nothing
     /// shows the angle.
@@ -105,7 +105,7 @@ impl fmt::Display for BoresightError {
             }
             Self::Inseparable(inflation) => write!(
                 f,
-                "a boresight and an offset cannot be told apart where the camera's heading hardly changes: together the \
+                "a boresight and an offset cannot be separated where the camera's heading hardly changes: together the \
                  variance is {inflation:.0} times as large, more than {INFLATION_MAX:.0}"
             ),
             Self::Diverged => write!(f, "no boresight explains the fixes' distances from the positions"),
@@ -113,7 +113,7 @@ impl fmt::Display for BoresightError {
     }
 }
 
-/// The boresight of the camera that took `sightings`, while the board was told `told_rad`, with a constant offset of the
+/// The boresight of the camera that took `sightings`, while the board was configured with `configured_rad`, with a constant offset of the
 /// fixes (east, north) where `with_offset`.
 ///
 /// # Errors
@@ -121,15 +121,16 @@ impl fmt::Display for BoresightError {
 pub fn estimate(
     sightings: &[Sighting],
     footprint: &Footprint,
-    told_rad: [f64; 3],
+    configured_rad: [f64; 3],
     with_offset: bool,
 ) -> Result<Boresight, BoresightError> {
     if sightings.len() < FIXES_MIN {
         return Err(BoresightError::TooFew(sightings.len()));
     }
-    let rays = |(index, sighting)| Rays::new(sighting, footprint, told_rad).ok_or(BoresightError::Sky(index));
+    let rays = |(index, sighting)| Rays::new(sighting, footprint, configured_rad).ok_or(BoresightError::Sky(index));
     let rays = sightings.iter().enumerate().map(rays).collect::<Result<Vec<_>, _>>()?;
-    let mut adjustment = Adjustment { sightings, rays, told_rad, free: [true, true, true, with_offset, with_offset] };
+    let mut adjustment =
+        Adjustment { sightings, rays, configured_rad, free: [true, true, true, with_offset, with_offset] };
     let (mut sd_rad, mut random_sd_rad) = ([f64::INFINITY; 3], [f64::INFINITY; 3]);
     loop {
         let solved = adjustment.solve()?;
@@ -139,7 +140,7 @@ pub fn estimate(
             }
             for k in (0..3).filter(|k| adjustment.free[*k]) {
                 random_sd_rad[k] = sd[k];
-                sd_rad[k] = sd[k].hypot(MODEL_SHARES[k] * (unknowns[k] - told_rad[k]));
+                sd_rad[k] = sd[k].hypot(MODEL_SHARES[k] * (unknowns[k] - configured_rad[k]));
             }
         }
         // What a fix shows least goes first.
@@ -162,7 +163,7 @@ pub fn estimate(
 struct Adjustment<'a> {
     sightings: &'a [Sighting],
     rays: Vec<Rays>,
-    told_rad: [f64; 3],
+    configured_rad: [f64; 3],
     free: [bool; UNKNOWNS],
 }
 
@@ -205,7 +206,7 @@ impl Adjustment<'_> {
 
     /// `None` where the normal equations are singular.
     fn solve(&self) -> Result<Option<Solved>, BoresightError> {
-        let [phi, omega, kappa] = self.told_rad;
+        let [phi, omega, kappa] = self.configured_rad;
         let mut unknowns = Vector::from([phi, omega, kappa, 0.0, 0.0]);
         let mut scale_now = 0.0;
         for iteration in 0..ITERATIONS_MAX {

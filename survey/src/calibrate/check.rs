@@ -1,4 +1,4 @@
-//! Whether observations can determine a block, told before any equation is solved.
+//! Whether observations can determine a block, found out before any equation is solved.
 
 use super::block::Block;
 use super::observations::Observations;
@@ -48,7 +48,7 @@ pub fn check(block: &Block, observations: &Observations, rig: &Rig) -> Result<()
     }
     for (point, &count) in of_point.iter().enumerate() {
         if block.points[point].is_free && count < 2 && !has_prior[point] {
-            let how = if count == 0 { "never".to_owned() } else { format!("once ({})", place_of(observations, point)) };
+            let how = if count == 0 { "never".to_owned() } else { format!("once ({})", line_of(observations, point)) };
             return refuse(format!("point {point} is seen {how}; an unknown point needs two rays"));
         }
     }
@@ -73,9 +73,9 @@ pub fn check(block: &Block, observations: &Observations, rig: &Rig) -> Result<()
     check_datum(rig, &observations.name)
 }
 
-fn place_of(observations: &Observations, point: usize) -> String {
-    let place = observations.seen.iter().position(|seen| seen.point == point);
-    place.map_or_else(String::new, |place| format!("line {}", observations.lines[place]))
+fn line_of(observations: &Observations, point: usize) -> String {
+    let index = observations.seen.iter().position(|seen| seen.point == point);
+    index.map_or_else(String::new, |index| format!("line {}", observations.lines[index]))
 }
 
 /// Refuses a block, or a part that shares no unknown point with the rest, that could move as a whole.
@@ -226,8 +226,8 @@ fn generators(rig: &Rig, x: &[f64], part: &[usize]) -> [Vec<f64>; 7] {
     let centres: Vec<Vector3<f64>> =
         part.iter().map(|station| Vector3::from_row_slice(&rig.station(x, *station)[3..])).collect();
     let middle = centres.iter().sum::<Vector3<f64>>() / part.len().max(1) as f64;
-    let mut move_place = |first: usize, place: Vector3<f64>| {
-        let from_middle = place - middle;
+    let mut move_position = |first: usize, position: Vector3<f64>| {
+        let from_middle = position - middle;
         for k in 0..3 {
             let axis = Vector3::from_fn(|row, _| f64::from(u8::from(row == k)));
             let turned = axis.cross(&from_middle);
@@ -244,12 +244,12 @@ fn generators(rig: &Rig, x: &[f64], part: &[usize]) -> [Vec<f64>; 7] {
     points.dedup();
     for point in points {
         if let Some(first) = rig.point_unknown(point) {
-            move_place(first, Vector3::from(rig.point(x, point)));
+            move_position(first, Vector3::from(rig.point(x, point)));
         }
     }
     for (station, centre) in part.iter().zip(&centres) {
         if let Some(first) = rig.station_unknown(*station) {
-            move_place(first + 3, *centre);
+            move_position(first + 3, *centre);
         }
     }
     for &station in part {

@@ -7,7 +7,7 @@ use crate::adjust::rig::{HEAD, Rig, head_name};
 use crate::adjust::{Adjustment, At, Cofactors, Loss, Model, Options, Redundancy, SolveError};
 use crate::error::InputError;
 
-/// Standardised residual from which an observation is told as an outlier: one of 15,000 good ones.
+/// Standardised residual from which an observation is reported as an outlier: one of 15,000 good ones.
 pub const OUTLIER_SIGMAS: f64 = 4.0;
 /// Redundancy below which a residual says nothing of its observation.
 const REDUNDANCY_MIN: f64 = 1e-6;
@@ -170,7 +170,7 @@ impl Calibration {
         }
         Err(InputError::new(format!(
             "{name}: the adjustment ends after {} iterations with a sigma0 of {:.1} px, which no camera leaves: the start \
-             values lead to a wrong place, or the observations are another block's",
+             values lead to a wrong minimum, or the observations are another block's",
             self.iterations, self.sigma0_px
         )))
     }
@@ -267,7 +267,7 @@ fn refused(error: &SolveError, rig: &Rig, observations: &Observations) -> InputE
         }
         SolveError::Parallel { point } => {
             let point = rig.free_point(*point).unwrap_or(*point);
-            format!("{name}: the rays of point {point} are parallel, its place cannot be told")
+            format!("{name}: the rays of point {point} are parallel, its position cannot be determined")
         }
         SolveError::Singular { along } => {
             let parts: Vec<String> = along.iter().map(|(unknown, _)| rig.name(*unknown)).collect();

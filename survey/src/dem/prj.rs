@@ -1,6 +1,6 @@
 //! The reference system of an ASCII grid: well-known text in a file beside it.
 //!
-//! Either the text names an EPSG code at its root, or it is ESRI's kind, which names none: then the geographic system is told
+//! Either the text names an EPSG code at its root, or it is ESRI's kind, which names none: then the geographic system is known
 //! by ESRI's name for it and the projection by its parameters, which have to be those of a system in the EPSG list.
 
 use std::fs;
@@ -229,7 +229,7 @@ mod tests {
 
     /// The vertical systems as pyproj 3.7's `CRS.from_epsg(6360).to_wkt(...)` writes them.
     #[test]
-    fn heights_in_feet_are_told_by_the_vertical_system() {
+    fn the_vertical_system_states_heights_in_feet() {
         const GDAL: &str = "VERT_CS[\"NAVD88 height (ftUS)\",VERT_DATUM[\"North American Vertical Datum 1988\",2005],\
             UNIT[\"US survey foot\",0.304800609601219],AXIS[\"Up\",UP],AUTHORITY[\"EPSG\",\"6360\"]]";
         const ESRI: &str = "VERTCS[\"NAVD_1988_Foot_US\",VDATUM[\"North_American_Vertical_Datum_1988\"],\

@@ -121,7 +121,7 @@ impl SmoothError {
                 order.differences() + 1
             ),
             SmoothError::AllEqual { value } => {
-                format!("all samples are equal ({value}): a stuck sensor, whose noise cannot be told")
+                format!("all samples are equal ({value}): a stuck sensor, whose noise cannot be estimated")
             }
             SmoothError::NothingToWeigh { order } => format!(
                 "GCV is undefined: the samples lie on a polynomial of degree {}, which every alpha reproduces",

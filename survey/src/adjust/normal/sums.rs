@@ -38,12 +38,12 @@ impl Sums {
             let station = (station as usize, &row.station.each_ref().map(|row| &row[..])[..]);
             let head = (head as usize, &row.head.each_ref().map(|row| &row[..])[..]);
             let (high, low) = if station.0 > head.0 { (station, head) } else { (head, station) };
-            let Some(place) = pattern.place(high.0, low.0) else { return };
+            let Some(offset) = pattern.offset(high.0, low.0) else { return };
             let (rows, columns) = (pattern.size(high.0), pattern.size(low.0));
             for e in 0..2 {
                 for column in 0..columns {
                     let factor = low.1[e][column];
-                    let values = &mut self.values[place + column * rows..place + (column + 1) * rows];
+                    let values = &mut self.values[offset + column * rows..offset + (column + 1) * rows];
                     values.iter_mut().zip(high.1[e]).for_each(|(value, row)| *value += factor * row);
                 }
             }
@@ -52,13 +52,13 @@ impl Sums {
 
     /// One equation's part in a diagonal block and the gradient.
     pub(super) fn add_one(&mut self, pattern: &Pattern, block: usize, row: &[f64], residual: f64) {
-        let (start, place, size) = (pattern.start[block], pattern.diagonal(block), row.len());
+        let (start, offset, size) = (pattern.start[block], pattern.diagonal(block), row.len());
         let unknowns = pattern.unknowns();
         for (column, factor) in row.iter().enumerate() {
             let part = factor * residual;
             self.gradient[start + column] += part;
             self.gradient[unknowns + start + column] += part;
-            let values = &mut self.values[place + column * size..place + (column + 1) * size];
+            let values = &mut self.values[offset + column * size..offset + (column + 1) * size];
             values.iter_mut().zip(row).for_each(|(value, row)| *value += factor * row);
         }
     }

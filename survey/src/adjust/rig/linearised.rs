@@ -87,8 +87,8 @@ impl At for RigAt<'_> {
                 row.station[e][k] = by_u.dot(&by_angle[k]);
                 row.station[e][3 + k] = -point[k];
             }
-            for (value, place) in row.head[e].iter_mut().zip(free) {
-                *value = match *place {
+            for (value, number) in row.head[e].iter_mut().zip(free) {
+                *value = match *number {
                     k @ 0..3 => by_u.dot(&by_mount[k]),
                     k @ 3..6 => -by_u.dot(&sight.to_head.column(k - 3)),
                     TIME => by_u.dot(&by_time),

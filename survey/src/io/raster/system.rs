@@ -34,7 +34,7 @@ const NAMES_M: [(&str, f64); 10] = [
 ];
 
 /// EPSG code of the horizontal system, `None` where the file names none. Units other than metres and degrees,
-/// and systems that cannot be told for certain, are refused.
+/// and systems that are not certain, are refused.
 pub(super) fn epsg(keys: &GeoKeys) -> Result<Option<u32>, String> {
     match keys.short(MODEL_TYPE) {
         Some(MODEL_PROJECTED) => {
@@ -69,7 +69,7 @@ fn unit_is(keys: &GeoKeys, key: u16, wanted: u16, unit: &str) -> Result<(), Stri
     }
 }
 
-/// Metres of a unit of height. Three places may name it: the key of the unit, the vertical system (key 4096), and GDAL's own
+/// Metres of a unit of height. Three entries may name it: the key of the unit, the vertical system (key 4096), and GDAL's own
 /// metadata (`UNITTYPE`), in which GDAL keeps it where the file has no vertical system. All that do have to agree; metres
 /// where none does.
 pub(super) fn height_unit_m(keys: &GeoKeys, metadata: Option<&str>) -> Result<f64, String> {
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn the_unit_of_heights_is_told_by_key_system_or_metadata() {
+    fn the_unit_of_heights_is_stated_by_key_system_or_metadata() {
         let us_foot = 1200.0 / 3937.0;
         let feet = "<GDALMetadata>\n  <Item name=\"UNITTYPE\" sample=\"0\" role=\"unittype\">US survey foot</Item>\n</GDALMetadata>";
         let other = feet.replace("US survey foot", "dB");
