@@ -4,6 +4,7 @@
 //! geographic; local metres where it has none), `z` metres above its height datum.
 
 mod check;
+mod numbers;
 
 use crate::camera_file::{CameraFile, Distortion};
 use serde::{Deserialize, Serialize};
