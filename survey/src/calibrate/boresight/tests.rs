@@ -28,6 +28,18 @@ fn flight(count: usize, heading_rad: f64, tilt_rad: f64) -> Vec<Sighting> {
 
 /// The flight of a camera that really is mounted so.
 fn flight_of(true_rad: [f64; 3], count: usize, heading_rad: f64, tilt_rad: f64) -> Vec<Sighting> {
+    flight_with(CONFIGURED_RAD, true_rad, &footprint(60.0), count, heading_rad, tilt_rad)
+}
+
+/// That of a board that was configured so, whose matching weighs what `matched` covers.
+fn flight_with(
+    configured_rad: [f64; 3],
+    true_rad: [f64; 3],
+    matched: &Footprint,
+    count: usize,
+    heading_rad: f64,
+    tilt_rad: f64,
+) -> Vec<Sighting> {
     let sighting = |index| {
         let blank = Sighting {
             fix_m: [0.0; 2],
@@ -37,7 +49,7 @@ fn flight_of(true_rad: [f64; 3], count: usize, heading_rad: f64, tilt_rad: f64) 
             attitude_rad: [heading_rad * spread(index, 3), tilt_rad * spread(index, 4), tilt_rad * spread(index, 5)],
             follow_up_rad: 0.0,
         };
-        let rays = Rays::new(&blank, &footprint(60.0), CONFIGURED_RAD).expect("sees the ground");
+        let rays = Rays::new(&blank, matched, configured_rad).expect("sees the ground");
         let (mean, _) = rays.displacement(true_rad).expect("sees the ground");
         let fix_m = std::array::from_fn(|axis| blank.position_m[axis] + blank.height_m * mean[axis]);
         Sighting { fix_m, ..blank }
@@ -185,7 +197,7 @@ fn level_flights_do_not_show_kappa() {
     let found = found(&noisy(flight(100, 3.0, 1e-4), 1), false).expect("found");
     assert_eq!(found.determined, [true, true, false]);
     assert_eq!(found.angles_rad[2], CONFIGURED_RAD[2]);
-    assert!(found.sd_rad[2] > SD_MAX_RAD);
+    assert!(found.sd_rad[2] > SD_MAX_RAD && found.next_rad == [None; 3], "{found:?}");
     for (k, truth_rad) in TRUE_RAD.into_iter().enumerate().take(2) {
         // The kappa that is kept is wrong, but moves nothing.
         assert!((found.angles_rad[k] - truth_rad).abs() < 3.5 * found.sd_rad[k] + 1e-4, "{k}: {found:?}");
@@ -197,10 +209,35 @@ fn level_flights_do_not_show_kappa() {
 fn no_angle_is_written_whose_standard_deviation_is_beyond_the_limit() {
     let kappa = |off_deg: f64| [TRUE_RAD[0], TRUE_RAD[1], CONFIGURED_RAD[2] + off_deg.to_radians()];
     let near = found(&flight_of(kappa(0.3), 100, 3.0, 0.17), false).expect("found");
-    assert_eq!(near.determined, [true; 3]);
+    assert_eq!((near.determined, near.next_rad), ([true; 3], [None; 3]));
     let found = found(&flight_of(kappa(0.5), 100, 3.0, 0.17), false).expect("found");
     assert!(found.random_sd_rad[2] < SD_MAX_RAD && found.sd_rad[2] > SD_MAX_RAD, "{found:?}");
     assert_eq!((found.determined, found.angles_rad[2]), ([true, true, false], CONFIGURED_RAD[2]));
+    let half_rad = CONFIGURED_RAD[2] + 0.25_f64.to_radians();
+    assert!(found.next_rad[2].is_some_and(|next_rad| (next_rad - half_rad).abs() < 1e-9), "{found:?}");
+}
+
+/// Whether the matching weighs the whole patch, as the model has it, or the nadir alone, at the other end.
+#[test]
+fn a_large_correction_is_found_by_further_flights() {
+    let true_rad = [TRUE_RAD[0], TRUE_RAD[1], CONFIGURED_RAD[2] + 1_f64.to_radians()];
+    let mut nadir = footprint(60.0);
+    nadir.patch = [1e-7; 2];
+    for matched in [footprint(60.0), nadir] {
+        let (mut mount_rad, mut off_rad) = (CONFIGURED_RAD, 1_f64.to_radians());
+        let flights = (1..9).find(|_| {
+            let sightings = flight_with(mount_rad, true_rad, &matched, 100, 3.0, 0.17);
+            let found = estimate(&sightings, &footprint(60.0), mount_rad, false).expect("found");
+            mount_rad = std::array::from_fn(|k| found.next_rad[k].unwrap_or(found.angles_rad[k]));
+            let left_rad = (mount_rad[2] - true_rad[2]).abs();
+            // Half is left at one end, a tenth on the other side at the other; then the correction is written, share and all.
+            assert!(found.determined[2] || left_rad < 0.55 * off_rad, "{left_rad} {off_rad} {found:?}");
+            off_rad = left_rad;
+            assert!(!found.determined[2] || left_rad < 1.5 * found.sd_rad[2] + 1e-9, "{left_rad} {found:?}");
+            found.determined[2]
+        });
+        assert!(flights.is_some_and(|flights| (2..5).contains(&flights)), "{flights:?}");
+    }
 }
 
 #[test]
