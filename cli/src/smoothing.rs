@@ -76,16 +76,16 @@ impl Smoothed {
         let mut samples = Samples::read(wanted.file, wanted.time, &columns, wanted.weights)?;
         let order = wanted.options.order;
         if samples.t_s.len() <= order.differences() {
-            return Err(samples.told(&SmoothError::TooFew { samples: samples.t_s.len(), order }, None));
+            return Err(samples.error_at(&SmoothError::TooFew { samples: samples.t_s.len(), order }, None));
         }
-        let epochs = Epochs::new(samples.t_s.clone()).map_err(|error| samples.told(&error, None))?;
+        let epochs = Epochs::new(samples.t_s.clone()).map_err(|error| samples.error_at(&error, None))?;
         let mut fits = Vec::new();
         for (index, column) in wanted.columns.iter().enumerate() {
             if wanted.angles.contains(column) {
-                unwrap_degrees(&mut samples.channels[index]).map_err(|error| samples.told(&error, Some(column)))?;
+                unwrap_degrees(&mut samples.channels[index]).map_err(|error| samples.error_at(&error, Some(column)))?;
             }
             let fit = smooth(&epochs, &samples.channels[index], &samples.weights, &wanted.options);
-            fits.push(fit.map_err(|error| samples.told(&error, Some(column)))?);
+            fits.push(fit.map_err(|error| samples.error_at(&error, Some(column)))?);
         }
         let instants = wanted.at.map(|path| instants(path, wanted.time, &fits)).transpose()?;
         Ok(Smoothed { time: wanted.time.to_owned(), columns: wanted.columns.to_vec(), samples, fits, instants })

@@ -35,7 +35,7 @@ mod tests {
     use plumbline_core::budget::PAPER_MEMORY_BYTES;
 
     #[test]
-    fn the_automatic_kernel_is_within_the_papers_memory_and_the_rivals_take_more() {
+    fn the_automatic_kernel_is_within_the_papers_memory_and_the_alternatives_take_more() {
         let [automatic, polynomial, collinearity] = Kernel::ALL.map(working_set);
         assert!(automatic < PAPER_MEMORY_BYTES, "{automatic}");
         assert!(automatic < polynomial && polynomial < collinearity, "{automatic} {polynomial} {collinearity}");

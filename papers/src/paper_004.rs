@@ -12,8 +12,8 @@ use plumbline_survey::plan::cells::Cells;
 use plumbline_survey::plan::combinations::{COUNT, Limits};
 use plumbline_survey::plan::file::Limit;
 use plumbline_survey::plan::lines::{Overlaps, Strip, line_count, photo_count};
-use plumbline_survey::plan::relief::Relief;
 use plumbline_survey::plan::sight::Photos;
+use plumbline_survey::plan::terrain::Terrain;
 use serde::Serialize;
 use setting::{TEST_1, TEST_2, Test};
 
@@ -85,11 +85,11 @@ struct Tested {
 
 impl Tested {
     fn new(test: &Test, dem: &plumbline_survey::dem::Dem) -> Result<Self, InputError> {
-        let relief = Relief::new(dem);
-        let layout = test.layout(&relief, VARIABLE)?;
-        let cells = Cells::new(&relief, &test.area(), CELLS);
+        let terrain = Terrain::new(dem);
+        let layout = test.layout(&terrain, VARIABLE)?;
+        let cells = Cells::new(&terrain, &test.area(), CELLS);
         let case = |strips: Vec<Strip>| {
-            let photos = Photos::new(&strips, &relief, layout.axes, &layout.view);
+            let photos = Photos::new(&strips, &terrain, layout.axes, &layout.view);
             let simulated = cells.simulated(&photos, &test.sigmas(), SEED, ROUNDS);
             Case {
                 lines: line_count(&strips),

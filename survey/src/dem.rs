@@ -37,7 +37,7 @@ pub struct Dem {
 }
 
 impl Dem {
-    /// A made-up model: `height` of each post's place.
+    /// A synthetic model: `height` at each post's position.
     #[must_use]
     pub fn from_fn(
         (cols, rows): (usize, usize),

@@ -19,7 +19,7 @@ mod outcome;
 pub mod overlap;
 pub mod place;
 pub mod planner;
-pub mod relief;
+pub mod terrain;
 mod request;
 mod swath;
 pub mod sight;

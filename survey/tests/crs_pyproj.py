@@ -3,7 +3,7 @@
     python3 survey/tests/crs_pyproj.py > survey/tests/crs_pyproj.csv
 
 The transformation to WGS 84 is the published one that is named here, the one the software under test uses too: PROJ may
-hold a better one, from a grid file or of a smaller area. What PROJ would prefer offline is told in `preferred_m`.
+hold a better one, from a grid file or of a smaller area. What PROJ would prefer offline is stated in `preferred_m`.
 """
 
 import math

@@ -23,8 +23,8 @@ use plumbline_survey::plan::axes::Axes;
 use plumbline_survey::plan::cells::{Cells, Summary};
 use plumbline_survey::plan::intersect::Sigmas;
 use plumbline_survey::plan::lines::{Strip, View};
-use plumbline_survey::plan::relief::Relief;
 use plumbline_survey::plan::sight::Photos;
+use plumbline_survey::plan::terrain::Terrain;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -162,7 +162,7 @@ fn without_noise_photos_are_taken_where_they_are_planned_to_centimetres() {
     assert!((overlap.side.expect("pairs") - 0.3).abs() < 0.002, "{overlap:?}");
     // What the planner itself says of these photos, which it takes to be level and in place.
     let dem = Dem::from_fn((60, 60), [-300.0, -300.0], [25.0, 25.0], |_, _| BASE_HEIGHT_M);
-    let relief = Relief::new(&dem);
+    let terrain = Terrain::new(&dem);
     let (x, y) = (4.0 * BASE_M, 2.0 * SPACING_M);
     let area = Area::new(&[[BASE_M, 0.0], [x, 0.0], [x, y], [BASE_M, y]]).expect("an area");
     let along_m: Vec<f64> = (0..6).map(|n| f64::from(n) * BASE_M).collect();
@@ -172,7 +172,7 @@ fn without_noise_photos_are_taken_where_they_are_planned_to_centimetres() {
     let pixel = [2.0 * HALF_TANGENT.1 / f64::from(PIXELS.1), 2.0 * HALF_TANGENT.0 / f64::from(PIXELS.0)];
     let sigmas = Sigmas { image: pixel.map(|t| 0.5 * t), position_m: 0.1, attitude_rad: 0.01f64.to_radians() };
     let known =
-        Cells::new(&relief, &area, 10_000).known(&Photos::new(&strips, &relief, Axes::new(90.0), &view), &sigmas);
+        Cells::new(&terrain, &area, 10_000).known(&Photos::new(&strips, &terrain, Axes::new(90.0), &view), &sigmas);
     let summary = Summary::new(&known).expect("it is seen");
     let (achieved, noisy) = (flown.accuracy_m.achieved.expect("seen"), flown.simulated_m.achieved.expect("seen"));
     for axis in 0..2 {

@@ -92,7 +92,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     camera.boresight = Some(boresight_deg);
     write_file(&args.out, camera.checked_toml_string(&args.out)?.as_bytes())?;
     let summary = summary(boresight_deg, &found, &joined);
-    notes(&summary).iter().for_each(|line| note(line));
+    notes(&summary, &found).iter().for_each(|line| note(line));
     Outcome::new(args.json, &summary, || text_of(&summary))
 }
 
@@ -131,7 +131,7 @@ fn summary(boresight_deg: [f64; 3], found: &Boresight, joined: &Joined) -> Summa
 }
 
 /// What a reader has to know whatever else is printed.
-fn notes(summary: &Summary) -> Vec<String> {
+fn notes(summary: &Summary, found: &Boresight) -> Vec<String> {
     let mut notes = Vec::new();
     if summary.fixes_without_pose > 0 {
         notes.push(format!("{} accepted fixes have no pose and are not used", summary.fixes_without_pose));
@@ -147,6 +147,13 @@ fn notes(summary: &Summary) -> Vec<String> {
             SD_MAX_RAD.to_degrees(),
             summary.boresight_deg[k]
         ));
+        if let Some(next_rad) = found.next_rad[k] {
+            notes.push(format!(
+                "{}'s correction is too large for one flight: configure the board with {:.3} degrees and fly again",
+                NAMES[k],
+                next_rad.to_degrees()
+            ));
+        }
     }
     notes
 }

@@ -16,9 +16,9 @@ use plumbline_survey::plan::axes::Axes;
 use plumbline_survey::plan::cells::{Cells, Known, Summary};
 use plumbline_survey::plan::intersect::Sigmas;
 use plumbline_survey::plan::lines::{Layout, Overlaps, Strip, View};
-use plumbline_survey::plan::relief::Relief;
 use plumbline_survey::plan::sight::Ray;
 use plumbline_survey::plan::simulate::Simulation;
+use plumbline_survey::plan::terrain::Terrain;
 use serde::Serialize;
 use sight::{Taken, see};
 
@@ -250,17 +250,17 @@ impl Block {
     }
 
     fn judge(&self, setup: &Setup, taken: &[Taken]) -> Judged {
-        let relief = Relief::new(&self.dem);
+        let terrain = Terrain::new(&self.dem);
         let nothing =
             Judged { overlap: Pair { forward: None, side: None }, coverage: None, accuracy_m: None, simulated_m: None };
         let Ok(area) = Area::new(&self.corners) else { return nothing };
-        let cells = Cells::new(&relief, &area, CELLS_MOST);
+        let cells = Cells::new(&terrain, &area, CELLS_MOST);
         let seen = see(setup, &self.axes, &cells, taken);
         let known: Vec<Known> = seen.iter().map(|rays| Known::of(rays, &self.sigmas)).collect();
         let summary = Summary::new(&known);
         let covered = known.iter().filter(|cell| !cell.is_gap()).count();
         Judged {
-            overlap: self.overlap(&relief, &area, taken),
+            overlap: self.overlap(&terrain, &area, taken),
             coverage: (!known.is_empty()).then(|| covered as f64 / known.len() as f64),
             accuracy_m: summary.map(|summary| summary.rms_m),
             simulated_m: self.simulated(&seen, taken),
@@ -288,9 +288,9 @@ impl Block {
 
     /// Smallest overlaps of successive photos of a strip and of neighbouring lines, each photo standing where its axis meets the
     /// base plane: that is what its tilt does to a footprint but for its shape.
-    fn overlap(&self, relief: &Relief<'_>, area: &Area, taken: &[Taken]) -> Pair {
+    fn overlap(&self, terrain: &Terrain<'_>, area: &Area, taken: &[Taken]) -> Pair {
         let layout = Layout {
-            relief,
+            terrain,
             axes: self.axes,
             area: area.mapped(|corner| self.axes.of(corner)),
             view: self.view,

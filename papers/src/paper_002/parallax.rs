@@ -1,4 +1,4 @@
-//! What relief and centres off the plane do to the virtual image (sections 2.2 and 3.1.1).
+//! What terrain and centres off the plane do to the virtual image (sections 2.2 and 3.1.1).
 
 use super::super::Row;
 use super::world::{CENTRES_M, F_MM, F_PX};
@@ -17,83 +17,56 @@ pub fn shift_um(tangent: f64, height_m: f64, rise_m: f64) -> f64 {
     1e3 * F_MM * tangent * rise_m / (height_m + rise_m)
 }
 
-const SECTION_2_2: &str = "Section 2.2, figure 3";
-const SECTION_3_1: &str = "Section 3.1.1";
-
 /// The rows of both sections.
 #[must_use]
 pub fn rows() -> Vec<Row> {
+    let mut rows = parallaxes();
+    rows.extend(shifts());
+    rows
+}
+
+fn row(table: &'static str, quantity: &str, paper: Option<f64>, ours: f64, difference: Option<&str>) -> Row {
+    Row { table, quantity: quantity.to_owned(), paper, ours: Some(ours), difference: difference.map(str::to_owned) }
+}
+
+/// Section 2.2.
+fn parallaxes() -> Vec<Row> {
     let [across, along] = [CENTRES_M[0][0].abs(), CENTRES_M[0][1].abs()];
-    let row = |table, quantity: String, paper, ours, difference: Option<&str>| Row {
-        table,
-        quantity,
-        paper,
-        ours: Some(ours),
-        difference: difference.map(str::to_owned),
-    };
+    let row = |quantity, paper, ours, difference| row("Section 2.2, figure 3", quantity, paper, ours, difference);
+    let rounded =
+        "the paper takes its rounded 0.276 px times the ground sample distance at the plane; 0.276471 px give 2.000";
     let centre = "the centres' distances are lost; 0.06 m in y is what the printed parallax takes, 0.045 m in x makes the \
                   diagonal the printed 0.15 m";
-    let mut rows = vec![
-        row(
-            SECTION_2_2,
-            "y, h 500 m, ground 1/4 h above, px".to_owned(),
-            Some(0.276),
-            parallax_px(along, 500.0, 0.25),
-            None,
-        ),
-        row(
-            SECTION_2_2,
-            "y, h 750 m, ground 1/4 h above, px".to_owned(),
-            Some(0.184),
-            parallax_px(along, 750.0, 0.25),
-            None,
-        ),
-        row(
-            SECTION_2_2,
-            "the same on the ground at 500 m, cm".to_owned(),
-            Some(1.997),
-            100.0 * parallax_px(along, 500.0, 0.25) * 500.0 / F_PX,
-            Some(
-                "the paper takes its rounded 0.276 px times the ground sample distance at the plane; 0.276471 px give 2.000",
-            ),
-        ),
-        row(
-            SECTION_2_2,
-            "x, h 500 m, ground 1/4 h above, px".to_owned(),
-            None,
-            parallax_px(across, 500.0, 0.25),
-            Some(centre),
-        ),
-        row(
-            SECTION_2_2,
-            "y, h 500 m, ground 1/4 h below, px".to_owned(),
-            Some(0.276),
-            parallax_px(along, 500.0, -0.25).abs(),
-            Some(
-                "the paper says \"above or below\"; below the plane the ground is farther away, so that it is a bound only",
-            ),
-        ),
-    ];
+    let bound =
+        "the paper says \"above or below\"; below the plane the ground is farther away, so that it is a bound only";
+    let [y_500, y_750] = [500.0, 750.0].map(|height_m| parallax_px(along, height_m, 0.25));
+    let x_500 = parallax_px(across, 500.0, 0.25);
+    let below = parallax_px(along, 500.0, -0.25).abs();
+    vec![
+        row("y, h 500 m, ground 1/4 h above, px", Some(0.276), y_500, None),
+        row("y, h 750 m, ground 1/4 h above, px", Some(0.184), y_750, None),
+        row("the same on the ground at 500 m, cm", Some(1.997), 100.0 * y_500 * 500.0 / F_PX, Some(rounded)),
+        row("x, h 500 m, ground 1/4 h above, px", None, x_500, Some(centre)),
+        row("y, h 500 m, ground 1/4 h below, px", Some(0.276), below, Some(bound)),
+    ]
+}
+
+/// Section 3.1.1.
+fn shifts() -> Vec<Row> {
+    let row = |quantity: &str, paper, ours, difference| row("Section 3.1.1", quantity, Some(paper), ours, difference);
     let heights = "the printed figures are those of H = 1000 m (or of 7 mm at 700 m), not of the stated 700 m";
-    for (name, tangent, paper) in
-        [("long side", 1.11, 0.52), ("narrow side", 0.75, 0.35), ("corner", 1.11f64.hypot(0.75), 0.63)]
-    {
-        let ours = shift_um(tangent, 700.0, 0.01);
-        rows.push(row(SECTION_3_1, format!("{name}, H 700 m, centre 10 mm off, um"), Some(paper), ours, Some(heights)));
-        rows.push(row(
-            SECTION_3_1,
-            format!("{name}, H 1000 m, centre 10 mm off, um"),
-            Some(paper),
-            shift_um(tangent, 1000.0, 0.01),
-            None,
-        ));
+    let corner = 1.11f64.hypot(0.75);
+    let mut rows = Vec::new();
+    for (name, tangent, paper) in [("long side", 1.11, 0.52), ("narrow side", 0.75, 0.35), ("corner", corner, 0.63)] {
+        for (height_m, difference) in [(700.0, Some(heights)), (1000.0, None)] {
+            let quantity = format!("{name}, H {height_m} m, centre 10 mm off, um");
+            rows.push(row(&quantity, paper, shift_um(tangent, height_m, 0.01), difference));
+        }
     }
-    let corner_px = shift_um(1.11f64.hypot(0.75), 700.0, 0.01) / 6.8;
     rows.push(row(
-        SECTION_3_1,
-        "corner, H 700 m, centre 10 mm off, px (paper: below)".to_owned(),
-        Some(0.1),
-        corner_px,
+        "corner, H 700 m, centre 10 mm off, px (paper: below)",
+        0.1,
+        shift_um(corner, 700.0, 0.01) / 6.8,
         Some("at the stated height it is above a tenth of a pixel; what it does to the angles is still harmless"),
     ));
     rows

@@ -8,6 +8,7 @@ use plumbline_survey::adjust::rig::{HEAD, Head, Observation, Point, Station, pro
 use plumbline_survey::adjust::{Interior, Options, Rig, SolveError};
 use plumbline_survey::calibrate::seam::ray_of;
 use plumbline_survey::calibrate::{Calibration, Symmetrised, mount};
+use rand_chacha::ChaCha12Rng;
 
 /// Images of a line, and lines.
 const LINES: (i32, i32) = (13, 3);
@@ -48,62 +49,9 @@ pub fn checked(seed: u64, points: usize) -> Result<Checked, SolveError> {
 
 fn triangulated(seed: u64, truth: &[[f64; HEAD]], calibrated: &[[f64; HEAD]]) -> Result<Checked, SolveError> {
     let mut rng = stream(seed, "virtual images");
-    let footprint = VIRTUAL_PX.map(|side| side / F_PX * HEIGHT_M);
-    let (base, spacing) = ((1.0 - OVERLAP.0) * footprint[1], (1.0 - OVERLAP.1) * footprint[0]);
-    let mut world = World { heads: truth.to_vec(), stations: Vec::new(), points: Vec::new(), known: 0 };
-    for line in 0..LINES.1 {
-        for image in 0..LINES.0 {
-            let place =
-                [f64::from(2 * image - LINES.0 + 1) / 2.0 * base, f64::from(2 * line - LINES.1 + 1) / 2.0 * spacing];
-            let kappa = if line % 2 == 0 { -1.0 } else { 1.0 } * std::f64::consts::FRAC_PI_2;
-            world.stations.push(world::station(&mut rng, place, kappa));
-        }
-    }
-    let half = [f64::from(LINES.0 - 1) / 2.0 * base, spacing];
-    for row in 0..CONTROLS.1 {
-        for col in 0..CONTROLS.0 {
-            let part = |index: i32, count: i32| f64::from(2 * index - count + 1) / f64::from(count - 1);
-            let [east, north] = [part(col, CONTROLS.0) * half[0], part(row, CONTROLS.1) * half[1]];
-            world.points.push([east, north, world::ground_m(east, north)]);
-        }
-    }
-    world.known = world.points.len();
     let turned = Symmetrised::new(calibrated);
-    let sees =
-        |world: &World, station: &Station, point: [f64; 3]| virtual_point(world, &turned, station, point).is_some();
-    world.add_points(&mut rng, CHECKS, half, 3, &sees);
-    let first_tie = world.points.len();
-    world.add_points(&mut rng, TIES, [half[0] + 0.4 * base, half[1] + 300.0], 2, &sees);
-    let camera = Interior::ideal(F_PX);
-    let mut seen = Vec::new();
-    for (station, at) in world.stations.iter().enumerate() {
-        for (point, on) in world.points.iter().enumerate() {
-            let Some(image) = virtual_point(&world, &turned, at, *on) else { continue };
-            let image_px = image.map(|value| value + NOISE_PX * normal(&mut rng));
-            seen.push(Observation { station, head: 0, point, image_px });
-        }
-    }
-    let off = |value: f64, by: f64, rng: &mut _| value + by * normal(rng);
-    let stations = world
-        .stations
-        .iter()
-        .map(|station| {
-            let values = turned.station(&station.values);
-            let values = std::array::from_fn(|k| off(values[k], if k < 3 { 3e-3 } else { 3.0 }, &mut rng));
-            Station { values, ..*station }
-        })
-        .collect();
-    let points = world
-        .points
-        .iter()
-        .enumerate()
-        .map(|(index, point)| {
-            let is_free = index >= world.known;
-            Point { position_m: point.map(|value| off(value, if is_free { 3.0 } else { 0.0 }, &mut rng)), is_free }
-        })
-        .collect();
-    let head = Head::new([0.0; 3], [0.0; 3], camera, true);
-    let rig = Rig::new(stations, vec![head], points, seen, vec![NOISE_PX]);
+    let (world, first_tie) = virtual_block(&mut rng, truth, &turned);
+    let rig = measured(&mut rng, &world, &turned);
     let adjusted = Calibration::of_rig(&rig, &Options::default(), &mut |_, _| {})?;
     let errors = |axes: &[usize]| -> f64 {
         let of = |point: usize| {
@@ -117,6 +65,61 @@ fn triangulated(seed: u64, truth: &[[f64; HEAD]], calibrated: &[[f64; HEAD]]) ->
         sigma0_px: adjusted.sigma0_px,
         images: world.stations.len(),
     })
+}
+
+/// The block as it is: stations, known points, check points, tie points, and the index of the first tie point.
+fn virtual_block(rng: &mut ChaCha12Rng, truth: &[[f64; HEAD]], turned: &Symmetrised) -> (World, usize) {
+    let footprint = VIRTUAL_PX.map(|side| side / F_PX * HEIGHT_M);
+    let (base, spacing) = ((1.0 - OVERLAP.0) * footprint[1], (1.0 - OVERLAP.1) * footprint[0]);
+    let mut world = World { heads: truth.to_vec(), stations: Vec::new(), points: Vec::new(), known: 0 };
+    for line in 0..LINES.1 {
+        for image in 0..LINES.0 {
+            let place =
+                [f64::from(2 * image - LINES.0 + 1) / 2.0 * base, f64::from(2 * line - LINES.1 + 1) / 2.0 * spacing];
+            let kappa = if line % 2 == 0 { -1.0 } else { 1.0 } * std::f64::consts::FRAC_PI_2;
+            world.stations.push(world::station(rng, place, kappa));
+        }
+    }
+    let half = [f64::from(LINES.0 - 1) / 2.0 * base, spacing];
+    for row in 0..CONTROLS.1 {
+        for col in 0..CONTROLS.0 {
+            let part = |index: i32, count: i32| f64::from(2 * index - count + 1) / f64::from(count - 1);
+            let [east, north] = [part(col, CONTROLS.0) * half[0], part(row, CONTROLS.1) * half[1]];
+            world.points.push([east, north, world::ground_m(east, north)]);
+        }
+    }
+    world.known = world.points.len();
+    let sees =
+        |world: &World, station: &Station, point: [f64; 3]| virtual_point(world, turned, station, point).is_some();
+    world.add_points(rng, CHECKS, half, 3, &sees);
+    let first_tie = world.points.len();
+    world.add_points(rng, TIES, [half[0] + 0.4 * base, half[1] + 300.0], 2, &sees);
+    (world, first_tie)
+}
+
+/// The block as it is measured in the virtual images, with start values that are off.
+fn measured(rng: &mut ChaCha12Rng, world: &World, turned: &Symmetrised) -> Rig {
+    let mut seen = Vec::new();
+    for (station, at) in world.stations.iter().enumerate() {
+        for (point, on) in world.points.iter().enumerate() {
+            let Some(image) = virtual_point(world, turned, at, *on) else { continue };
+            let image_px = image.map(|value| value + NOISE_PX * normal(rng));
+            seen.push(Observation { station, head: 0, point, image_px });
+        }
+    }
+    let mut off = |value: f64, by: f64| value + by * normal(rng);
+    let station = |station: &Station| {
+        let values = turned.station(&station.values);
+        Station { values: std::array::from_fn(|k| off(values[k], if k < 3 { 3e-3 } else { 3.0 })), ..*station }
+    };
+    let stations = world.stations.iter().map(station).collect();
+    let point = |(index, point): (usize, &[f64; 3])| {
+        let is_free = index >= world.known;
+        Point { position_m: point.map(|value| off(value, if is_free { 3.0 } else { 0.0 })), is_free }
+    };
+    let points = world.points.iter().enumerate().map(point).collect();
+    let head = Head::new([0.0; 3], [0.0; 3], Interior::ideal(F_PX), true);
+    Rig::new(stations, vec![head], points, seen, vec![NOISE_PX])
 }
 
 /// Where the virtual image shows a point: the head nearest to it delivers the pixel, which goes along the calibrated ray

@@ -11,7 +11,7 @@ use plumbline_survey::plan::base_height::base_height_m;
 use plumbline_survey::plan::combinations::Limits;
 use plumbline_survey::plan::intersect::Sigmas;
 use plumbline_survey::plan::lines::{Layout, Overlaps, Strip, View, photo_count};
-use plumbline_survey::plan::relief::Relief;
+use plumbline_survey::plan::terrain::Terrain;
 use rayon::prelude::*;
 
 /// Metres of a degree of latitude, and of longitude at the equator, on the sphere that the plans are made on.
@@ -78,11 +78,11 @@ impl Test {
     ///
     /// # Errors
     /// The terrain has a hole there.
-    pub fn layout<'r>(&self, relief: &'r Relief<'r>, overlaps: Overlaps) -> Result<Layout<'r>, InputError> {
+    pub fn layout<'r>(&self, terrain: &'r Terrain<'r>, overlaps: Overlaps) -> Result<Layout<'r>, InputError> {
         let area = self.area();
-        let base_height_m = base_height_m(relief.dem(), &area)?;
+        let base_height_m = base_height_m(terrain.dem(), &area)?;
         let view = View { height_m: self.height_m, base_height_m, footprint_m: self.footprint_m() };
-        Ok(Layout { relief, axes: Axes::new(90.0), area, view, overlaps })
+        Ok(Layout { terrain, axes: Axes::new(90.0), area, view, overlaps })
     }
 
     /// Strips with the nominal bases, as over level ground.
@@ -92,7 +92,7 @@ impl Test {
     pub fn level(&self, overlaps: Overlaps) -> Result<Vec<Strip>, InputError> {
         let [x0, y0, x1, y1] = self.window_m;
         let dem = Dem::from_fn((2, 2), [x0, y0], [x1 - x0, y1 - y0], |_, _| 0.0);
-        self.layout(&Relief::new(&dem), overlaps)?.variable()
+        self.layout(&Terrain::new(&dem), overlaps)?.variable()
     }
 }
 
@@ -139,7 +139,7 @@ pub fn mountains(hills: &Dem) -> Dem {
 /// # Errors
 /// None where the windows have no holes.
 pub fn windows(hills: &Dem, overlaps: Overlaps) -> Result<Vec<f64>, InputError> {
-    let relief = Relief::new(hills);
+    let terrain = Terrain::new(hills);
     let [x0, y0, x1, y1] = TEST_1.window_m;
     let [_, _, east, north] = hills.bounds();
     let places: Vec<[f64; 2]> = (1..)
@@ -158,7 +158,7 @@ pub fn windows(hills: &Dem, overlaps: Overlaps) -> Result<Vec<f64>, InputError> 
         if !(100.0..=250.0).contains(&(high - low)) {
             return Ok(None);
         }
-        let layout = test.layout(&relief, overlaps)?;
+        let layout = test.layout(&terrain, overlaps)?;
         // Over the steepest of them the terrain outside the window reaches the camera.
         let (Ok(variable), Ok(constant)) = (layout.variable(), layout.constant()) else { return Ok(None) };
         let [variable, constant] = [&variable, &constant.strips].map(|strips| photo_count(strips) as f64);

@@ -2,7 +2,7 @@
 
 use plumbline_survey::plan::lines::Layout;
 use plumbline_survey::plan::overlap::lines;
-use plumbline_survey::plan::relief::Zone;
+use plumbline_survey::plan::terrain::Zone;
 
 /// Bases by a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,14 +18,14 @@ pub struct Fallen {
 /// The base from the highest terrain in the overlap of the nominal base, as paper 004 has it: the shorter base sees more.
 #[must_use]
 pub fn one_pass(layout: &Layout<'_>) -> Fallen {
-    fallen(layout, &|zone| layout.relief.highest_in(&layout.axes, zone))
+    fallen(layout, &|zone| layout.terrain.highest_in(&layout.axes, zone))
 }
 
 /// As above with the mean height of the zone, the other reading of "the height of the overlap".
 #[must_use]
 pub fn mean_height(layout: &Layout<'_>) -> Fallen {
     fallen(layout, &|zone| {
-        let dem = layout.relief.dem();
+        let dem = layout.terrain.dem();
         let place = |k: usize| {
             let (col, row) = (k % dem.cols, k / dem.cols);
             [dem.west_m + col as f64 * dem.step_m[0], dem.south_m + row as f64 * dem.step_m[1]]

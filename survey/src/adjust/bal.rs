@@ -44,15 +44,15 @@ impl<'a> Numbers<'a> {
 
     fn count(&mut self, what: &str) -> Result<usize, InputError> {
         let name = self.name;
-        let (place, word) = self.word(what)?;
-        word.parse().map_err(|_| InputError::new(format!("{name}, number {}: \"{word}\" is no {what}", place + 1)))
+        let (index, word) = self.word(what)?;
+        word.parse().map_err(|_| InputError::new(format!("{name}, number {}: \"{word}\" is no {what}", index + 1)))
     }
 
     fn value(&mut self, what: &str) -> Result<f64, InputError> {
         let name = self.name;
-        let (place, word) = self.word(what)?;
+        let (index, word) = self.word(what)?;
         word.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| {
-            InputError::new(format!("{name}, number {}: \"{word}\" is no finite number for {what}", place + 1))
+            InputError::new(format!("{name}, number {}: \"{word}\" is no finite number for {what}", index + 1))
         })
     }
 
@@ -110,8 +110,8 @@ impl Bal {
         for k in 0..3 * points {
             start.push(numbers.value(&format!("coordinate {} of point {}", k % 3, k / 3))?);
         }
-        if let Some((place, word)) = numbers.words.next() {
-            return refuse(format!("number {}, \"{word}\", stands after the last point", place + 1));
+        if let Some((index, word)) = numbers.words.next() {
+            return refuse(format!("number {}, \"{word}\", stands after the last point", index + 1));
         }
         let (mut by_camera, mut by_point) = (vec![0_u32; cameras], vec![0_u32; points]);
         for (camera, point, _) in &seen {

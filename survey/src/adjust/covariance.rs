@@ -96,11 +96,11 @@ impl<M: Model> Cofactors<'_, M> {
         let mut values = vec![0.0; count * count];
         for (a, &row) in blocks.iter().enumerate() {
             for (b, &column) in blocks[..=a].iter().enumerate() {
-                let Some(place) = pattern.place(row as usize, column as usize) else { continue };
+                let Some(offset) = pattern.offset(row as usize, column as usize) else { continue };
                 let size = rows[a + 1] - rows[a];
                 for (j, column) in (rows[b]..rows[b + 1]).enumerate() {
                     for (i, row) in (rows[a]..rows[a + 1]).enumerate() {
-                        let value = joined[place + j * size + i];
+                        let value = joined[offset + j * size + i];
                         values[row * count + column] = value;
                         values[column * count + row] = value;
                     }
@@ -197,11 +197,11 @@ impl Dense {
     }
 }
 
-/// An equation's derivatives by the blocks, with their places in the dense matrix.
+/// An equation's derivatives by the blocks, with their rows in the dense matrix.
 fn entries(row: &Row, e: usize, link: Link, blocks: &[u32], rows: &[usize]) -> Vec<(usize, f64)> {
     let of = |block: Option<u32>, values: &[f64]| -> Vec<(usize, f64)> {
-        let Some(Ok(place)) = block.map(|block| blocks.binary_search(&block)) else { return Vec::new() };
-        (rows[place]..rows[place + 1]).zip(values.iter().copied()).collect()
+        let Some(Ok(index)) = block.map(|block| blocks.binary_search(&block)) else { return Vec::new() };
+        (rows[index]..rows[index + 1]).zip(values.iter().copied()).collect()
     };
     let mut entries = of(link.station, &row.station[e]);
     entries.extend(of(link.head, &row.head[e]));

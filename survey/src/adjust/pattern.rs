@@ -10,11 +10,11 @@ use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 pub(super) struct Pattern {
     /// First unknown of each block, and the number of all.
     pub(super) start: Vec<usize>,
-    /// For each block row the blocks left of and on the diagonal, ascending, each with the place of its numbers.
+    /// For each block row the blocks left of and on the diagonal, ascending, each with the offset of its numbers.
     rows: Vec<Vec<(u32, usize)>>,
     /// Numbers of all blocks.
     pub(super) len: usize,
-    /// Compressed columns, and for each of their numbers its place in the blocks.
+    /// Compressed columns, and for each of their numbers its offset in the blocks.
     compressed: SymbolicSparseColMat<usize>,
     gather: Vec<usize>,
 }
@@ -29,8 +29,8 @@ impl Pattern {
         }
         let mut joined: Vec<Vec<u32>> = (0..sizes.len() as u32).map(|block| vec![block]).collect();
         let mut join = |blocks: &[u32]| {
-            for (place, &row) in blocks.iter().enumerate() {
-                joined[row as usize].extend_from_slice(&blocks[..place]);
+            for (index, &row) in blocks.iter().enumerate() {
+                joined[row as usize].extend_from_slice(&blocks[..index]);
             }
         };
         let mut blocks = Vec::new();
@@ -49,12 +49,12 @@ impl Pattern {
         for (row, mut columns) in joined.into_iter().enumerate() {
             columns.sort_unstable();
             columns.dedup();
-            let place = |column: u32| {
-                let place = len;
+            let offset = |column: u32| {
+                let offset = len;
                 len += sizes[row] * sizes[column as usize];
-                (column, place)
+                (column, offset)
             };
-            rows.push(columns.into_iter().map(place).collect());
+            rows.push(columns.into_iter().map(offset).collect());
         }
         let (compressed, gather) = compress(sizes, &start, &rows);
         Pattern { start, rows, len, compressed, gather }
@@ -79,19 +79,19 @@ impl Pattern {
         rows
     }
 
-    /// The blocks of a block row, ascending, up to the diagonal, each with the place of its numbers.
+    /// The blocks of a block row, ascending, up to the diagonal, each with the offset of its numbers.
     pub(super) fn row(&self, block: usize) -> &[(u32, usize)] {
         &self.rows[block]
     }
 
-    /// Place of the numbers of the diagonal block.
+    /// Offset of the numbers of the diagonal block.
     pub(super) fn diagonal(&self, block: usize) -> usize {
         let row = &self.rows[block];
         row[row.len() - 1].1
     }
 
-    /// Place of the numbers of the block at (`row`, `column`), `column` at most `row`, if it is not zero.
-    pub(super) fn place(&self, row: usize, column: usize) -> Option<usize> {
+    /// Offset of the numbers of the block at (`row`, `column`), `column` at most `row`, if it is not zero.
+    pub(super) fn offset(&self, row: usize, column: usize) -> Option<usize> {
         let row = &self.rows[row];
         row.binary_search_by_key(&(column as u32), |(column, _)| *column).ok().map(|found| row[found].1)
     }
@@ -103,7 +103,7 @@ impl Pattern {
 
     /// The lower triangle for faer.
     pub(super) fn matrix(&self, values: &[f64]) -> SparseColMat<usize, f64> {
-        SparseColMat::new(self.compressed.clone(), self.gather.iter().map(|&place| values[place]).collect())
+        SparseColMat::new(self.compressed.clone(), self.gather.iter().map(|&offset| values[offset]).collect())
     }
 }
 
@@ -111,18 +111,18 @@ fn compress(sizes: &[usize], start: &[usize], rows: &[Vec<(u32, usize)>]) -> (Sy
     // Block rows of each block column, ascending since rows are visited so.
     let mut columns: Vec<Vec<(usize, usize)>> = vec![Vec::new(); sizes.len()];
     for (row, blocks) in rows.iter().enumerate() {
-        for &(column, place) in blocks {
-            columns[column as usize].push((row, place));
+        for &(column, offset) in blocks {
+            columns[column as usize].push((row, offset));
         }
     }
     let (mut pointers, mut indices, mut gather) = (vec![0], Vec::new(), Vec::new());
     for (column, blocks) in columns.iter().enumerate() {
         for inner in 0..sizes[column] {
-            for &(row, place) in blocks {
+            for &(row, offset) in blocks {
                 let first = if row == column { inner } else { 0 };
                 for within in first..sizes[row] {
                     indices.push(start[row] + within);
-                    gather.push(place + inner * sizes[row] + within);
+                    gather.push(offset + inner * sizes[row] + within);
                 }
             }
             pointers.push(indices.len());
@@ -160,9 +160,9 @@ impl Groups {
         for (observation, link) in structure.links.iter().enumerate() {
             match link.point {
                 Some(point) => {
-                    let place = &mut next[point as usize];
-                    order[*place] = observation as u32;
-                    *place += 1;
+                    let offset = &mut next[point as usize];
+                    order[*offset] = observation as u32;
+                    *offset += 1;
                 }
                 None => without_point.push(observation as u32),
             }

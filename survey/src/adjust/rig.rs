@@ -12,10 +12,14 @@
 //! centre, a time offset against the stations' instants and an interior orientation of its own, each with what is known of
 //! it beforehand as observations with sigmas.
 
+mod linearised;
+mod sight;
+
+pub use linearised::RigAt;
+pub use sight::project;
+
 use super::lens::{INTERIOR, INTERIOR_NAMES, Interior};
-use super::model::{At, Link, Model, Row, Structure};
-use super::rotation;
-use nalgebra::{Matrix3, Vector3};
+use super::model::{Link, Structure};
 
 /// How many numbers a head has.
 pub const HEAD: usize = 7 + INTERIOR;
@@ -23,9 +27,9 @@ pub const HEAD: usize = 7 + INTERIOR;
 const MOUNT_NAMES: [&str; 7] = ["phi", "omega", "kappa", "dx", "dy", "dz", "dt"];
 /// What a station's numbers are.
 pub const STATION_NAMES: [&str; 6] = ["phi", "omega", "kappa", "X", "Y", "Z"];
-/// Place of the time offset in a head's numbers.
+/// Index of the time offset in a head's numbers.
 pub const TIME: usize = 6;
-/// Place of the first number of the interior orientation.
+/// Index of the first number of the interior orientation.
 pub const LENS: usize = 7;
 
 /// Name of a head's number.
@@ -39,7 +43,7 @@ pub fn head_name(number: usize) -> &'static str {
 pub struct Head {
     /// Phi, omega, kappa (rad, head to platform), centre (m, platform), time offset (s), interior orientation.
     pub values: [f64; HEAD],
-    /// Places of those that are unknowns, ascending.
+    /// Indices of those that are unknowns, ascending.
     pub free: Vec<usize>,
 }
 
@@ -86,58 +90,6 @@ pub struct Observation {
     pub point: usize,
     /// Image point.
     pub image_px: [f64; 2],
-}
-
-/// Where a point would be seen, x right and y up in pixels; `None` where it is not in front of the head.
-#[must_use]
-pub fn project(head: &[f64; HEAD], station: &Station, point_m: [f64; 3]) -> Option<[f64; 2]> {
-    let sight = Sight::new(head, station);
-    let u = sight.u(point_m);
-    in_front(&u).then(|| Interior(lens(head)).image([-u.x / u.z, -u.y / u.z]))
-}
-
-fn lens(head: &[f64; HEAD]) -> [f64; INTERIOR] {
-    std::array::from_fn(|k| head[LENS + k])
-}
-
-/// Whether the ray goes into the camera: the axis is -z.
-fn in_front(u: &Vector3<f64>) -> bool {
-    u.z < 0.0
-}
-
-/// What a station and a head have in common for all points.
-#[derive(Clone, Debug)]
-struct Sight {
-    centre: Vector3<f64>,
-    /// Ground to platform, and its derivatives by the station's angles.
-    to_platform: Matrix3<f64>,
-    by_angle: [Matrix3<f64>; 3],
-    /// Platform to head, and its derivatives by the head's angles.
-    to_head: Matrix3<f64>,
-    by_mount: [Matrix3<f64>; 3],
-    d: Vector3<f64>,
-    rates: [f64; 6],
-}
-
-impl Sight {
-    fn new(head: &[f64; HEAD], station: &Station) -> Self {
-        let at = |k: usize| station.values[k] + head[TIME] * station.rates[k];
-        let (rotation, by_angle) = rotation::with_derivatives([at(0), at(1), at(2)]);
-        let (mount, by_mount) = rotation::with_derivatives([head[0], head[1], head[2]]);
-        Sight {
-            centre: Vector3::new(at(3), at(4), at(5)),
-            to_platform: rotation.transpose(),
-            by_angle: by_angle.map(|matrix| matrix.transpose()),
-            to_head: mount.transpose(),
-            by_mount: by_mount.map(|matrix| matrix.transpose()),
-            d: Vector3::new(head[3], head[4], head[5]),
-            rates: station.rates,
-        }
-    }
-
-    fn u(&self, point_m: [f64; 3]) -> Vector3<f64> {
-        self.to_head * (self.to_platform * (Vector3::from(point_m) - self.centre) - self.d)
-    }
 }
 
 /// A block of stations, heads, points and observations as an adjustment.
@@ -236,14 +188,14 @@ impl Rig {
         }
     }
 
-    /// Adds what is known of single numbers of a head beforehand: (place, value, sigma); those that are no unknowns are
+    /// Adds what is known of single numbers of a head beforehand: (index, value, sigma); those that are no unknowns are
     /// passed over.
     pub fn expect_head(&mut self, head: usize, known: &[(usize, f64, f64)]) {
         let Some(block) = self.head_block[head].map(|block| block as usize) else { return };
         let free = &self.heads[head].free;
         let known: Vec<_> = known
             .iter()
-            .filter_map(|&(place, value, sigma)| Some((free.binary_search(&place).ok()?, value, sigma)))
+            .filter_map(|&(number, value, sigma)| Some((free.binary_search(&number).ok()?, value, sigma)))
             .collect();
         let place = super::Place::Block(block);
         self.structure.priors.push(super::Prior::of_sigmas(place, free.len(), &known));
@@ -261,7 +213,7 @@ impl Rig {
     #[must_use]
     pub fn start(&self) -> Vec<f64> {
         let stations = self.stations.iter().filter(|station| station.is_free).flat_map(|station| station.values);
-        let heads = self.heads.iter().flat_map(|head| head.free.iter().map(|place| head.values[*place]));
+        let heads = self.heads.iter().flat_map(|head| head.free.iter().map(|number| head.values[*number]));
         let points = self.points.iter().filter(|point| point.is_free).flat_map(|point| point.position_m);
         stations.chain(heads).chain(points).collect()
     }
@@ -280,8 +232,8 @@ impl Rig {
     pub fn head(&self, x: &[f64], head: usize) -> [f64; HEAD] {
         let mut values = self.heads[head].values;
         if let Some(at) = self.head_at[head] {
-            for (k, place) in self.heads[head].free.iter().enumerate() {
-                values[*place] = x[at + k];
+            for (k, number) in self.heads[head].free.iter().enumerate() {
+                values[*number] = x[at + k];
             }
         }
         values
@@ -296,19 +248,19 @@ impl Rig {
         }
     }
 
-    /// Place of a head's number among the unknowns.
+    /// Index of a head's number among the unknowns.
     #[must_use]
     pub fn head_unknown(&self, head: usize, number: usize) -> Option<usize> {
         Some(self.head_at[head]? + self.heads[head].free.binary_search(&number).ok()?)
     }
 
-    /// Place of a station's first number among the unknowns.
+    /// Index of a station's first number among the unknowns.
     #[must_use]
     pub fn station_unknown(&self, station: usize) -> Option<usize> {
         self.station_at[station]
     }
 
-    /// Place of a point's first coordinate among the unknowns.
+    /// Index of a point's first coordinate among the unknowns.
     #[must_use]
     pub fn point_unknown(&self, point: usize) -> Option<usize> {
         self.point_at[point]
@@ -335,99 +287,5 @@ impl Rig {
             }
         }
         format!("unknown {unknown}")
-    }
-}
-
-/// A rig at some values of its unknowns.
-#[derive(Debug)]
-pub struct RigAt<'a> {
-    rig: &'a Rig,
-    x: &'a [f64],
-    /// A station's with each head.
-    sights: Vec<Sight>,
-    lenses: Vec<Interior>,
-}
-
-impl Model for Rig {
-    type At<'a> = RigAt<'a>;
-
-    fn structure(&self) -> &Structure {
-        &self.structure
-    }
-
-    fn at<'a>(&'a self, x: &'a [f64]) -> RigAt<'a> {
-        let heads: Vec<[f64; HEAD]> = (0..self.heads.len()).map(|head| self.head(x, head)).collect();
-        let mut sights = Vec::with_capacity(self.stations.len() * heads.len());
-        for (index, station) in self.stations.iter().enumerate() {
-            let station = Station { values: self.station(x, index), ..*station };
-            sights.extend(heads.iter().map(|head| Sight::new(head, &station)));
-        }
-        RigAt { rig: self, x, sights, lenses: heads.iter().map(|head| Interior(lens(head))).collect() }
-    }
-}
-
-impl RigAt<'_> {
-    fn sight(&self, seen: &Observation) -> &Sight {
-        &self.sights[seen.station * self.rig.heads.len() + seen.head]
-    }
-
-    /// Of the prediction: what the residual is to be multiplied by is 1 / sigma.
-    fn weight(&self, seen: &Observation) -> f64 {
-        1.0 / self.rig.sigma_px[seen.head]
-    }
-}
-
-impl At for RigAt<'_> {
-    fn residual(&self, observation: usize) -> Option<[f64; 2]> {
-        let seen = &self.rig.observations[observation];
-        let u = self.sight(seen).u(self.rig.point(self.x, seen.point));
-        let weight = self.weight(seen);
-        in_front(&u).then(|| {
-            let image = self.lenses[seen.head].image([-u.x / u.z, -u.y / u.z]);
-            [0, 1].map(|k| (image[k] - seen.image_px[k]) * weight)
-        })
-    }
-
-    fn linearise(&self, observation: usize, row: &mut Row) -> bool {
-        let seen = &self.rig.observations[observation];
-        let sight = self.sight(seen);
-        let from_centre = Vector3::from(self.rig.point(self.x, seen.point)) - sight.centre;
-        let q = sight.to_platform * from_centre - sight.d;
-        let u = sight.to_head * q;
-        if !in_front(&u) {
-            return false;
-        }
-        let tangents = [-u.x / u.z, -u.y / u.z];
-        let imaged = self.lenses[seen.head].imaged(tangents);
-        let weight = self.weight(seen);
-        row.residual = [0, 1].map(|k| (imaged.point_px[k] - seen.image_px[k]) * weight);
-
-        // Derivatives of u: by the point, by the station's angles, by the head's.
-        let by_point = sight.to_head * sight.to_platform;
-        let by_angle = sight.by_angle.map(|matrix| sight.to_head * (matrix * from_centre));
-        let by_mount = sight.by_mount.map(|matrix| matrix * q);
-        let by_time = by_angle[0] * sight.rates[0] + by_angle[1] * sight.rates[1] + by_angle[2] * sight.rates[2]
-            - by_point * Vector3::new(sight.rates[3], sight.rates[4], sight.rates[5]);
-        let free = &self.rig.heads[seen.head].free;
-        for e in 0..2 {
-            // Of the image point by u: lens times perspective.
-            let [a, b] = imaged.by_tangent[e];
-            let by_u = Vector3::new(-a, -b, -(a * tangents[0] + b * tangents[1])) * (weight / u.z);
-            let point = by_point.tr_mul(&by_u);
-            row.point[e] = point.into();
-            for k in 0..3 {
-                row.station[e][k] = by_u.dot(&by_angle[k]);
-                row.station[e][3 + k] = -point[k];
-            }
-            for (value, place) in row.head[e].iter_mut().zip(free) {
-                *value = match *place {
-                    k @ 0..3 => by_u.dot(&by_mount[k]),
-                    k @ 3..6 => -by_u.dot(&sight.to_head.column(k - 3)),
-                    TIME => by_u.dot(&by_time),
-                    k => weight * imaged.by_interior[e][k - LENS],
-                };
-            }
-        }
-        true
     }
 }

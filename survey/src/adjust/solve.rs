@@ -71,7 +71,7 @@ impl<'a, M: Model> Adjustment<'a, M> {
         Ok(Adjustment { equations: Equations { model, layout, loss }, symbolic })
     }
 
-    /// Solves from `start`; `told` hears of every step: its number and the cost after it.
+    /// Solves from `start`; `on_step` is called after every step with its number and the cost after it.
     ///
     /// # Errors
     /// [`SolveError`] says why there is no solution.
@@ -79,66 +79,48 @@ impl<'a, M: Model> Adjustment<'a, M> {
         &self,
         start: Vec<f64>,
         options: &Options,
-        told: &mut dyn FnMut(usize, f64),
+        on_step: &mut dyn FnMut(usize, f64),
     ) -> Result<Solution, SolveError> {
         let equations = &self.equations;
-        let mut x = start;
-        let cost_start = match equations.cost(&x) {
-            Some(cost) => cost,
-            None => return Err(equations.behind(&x)),
-        };
+        let Some(cost) = equations.cost(&start) else { return Err(equations.behind(&start)) };
         let nothing = NOTHING * equations.model.structure().equations() as f64;
-        let (mut cost, mut damping, mut growth) = (cost_start, options.damping, 2.0);
-        let mut iterations = 0;
+        let mut now =
+            Iterate { x: start, cost_start: cost, cost, damping: options.damping, growth: 2.0, iterations: 0 };
         loop {
-            if !cost.is_finite() {
+            if !now.cost.is_finite() {
                 return Err(SolveError::NotFinite);
             }
+            let Iterate { iterations, cost_start, cost, .. } = now;
             if iterations == options.iterations_max {
                 return Err(SolveError::NotConverged { iterations, cost_start, cost });
             }
-            let trial = self.trial(&x, damping);
-            let Some((step, gain)) = trial else {
-                if damping == 0.0 {
-                    return Err(self.singular(&x));
+            let Some((step, gain)) = self.trial(&now.x, now.damping) else {
+                if now.damping == 0.0 {
+                    return Err(self.singular(&now.x));
                 }
-                damping = larger(damping, &mut growth);
-                if damping > DAMPING_MAX {
-                    return Err(SolveError::Stuck { iterations, cost_start, cost });
-                }
+                now.damp_more()?;
                 continue;
             };
             let is_last = gain <= options.gain_min * cost;
-            let moved: Vec<f64> = x.iter().zip(&step).map(|(x, step)| x + step).collect();
+            let moved: Vec<f64> = now.x.iter().zip(&step).map(|(x, step)| x + step).collect();
             match equations.cost(&moved) {
                 Some(new) if new <= cost * (1.0 + ROUNDING) + nothing => {
-                    let ratio = if gain > 0.0 { (cost - new) / gain } else { 1.0 };
                     let fall = cost - new;
-                    (x, cost) = (moved, new.min(cost));
-                    iterations += 1;
-                    told(iterations, cost);
+                    (now.x, now.cost) = (moved, new.min(cost));
+                    now.iterations += 1;
+                    on_step(now.iterations, now.cost);
                     // Reweighting converges by a factor a step, and promises more than it keeps.
-                    let hardly_fell = equations.loss != Loss::Squares && fall <= REWEIGHTED_MIN * cost;
+                    let hardly_fell = equations.loss != Loss::Squares && fall <= REWEIGHTED_MIN * now.cost;
                     if is_last || hardly_fell || new <= nothing {
                         break;
                     }
-                    // Nielsen's rule for the trust region, as in Ceres.
-                    damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0);
-                    growth = 2.0;
-                    if options.damping == 0.0 && damping < DAMPING_NONE {
-                        damping = 0.0;
-                    }
+                    now.damp_less(if gain > 0.0 { fall / gain } else { 1.0 }, options);
                 }
                 _ if is_last => break,
-                _ => {
-                    damping = larger(damping, &mut growth);
-                    if damping > DAMPING_MAX {
-                        return Err(SolveError::Stuck { iterations, cost_start, cost });
-                    }
-                }
+                _ => now.damp_more()?,
             }
         }
-        Ok(Solution { x, cost_start, cost_end: cost, iterations })
+        Ok(Solution { x: now.x, cost_start: now.cost_start, cost_end: now.cost, iterations: now.iterations })
     }
 
     /// The step under some damping and the gain it promises; `None` where the equations are not positive definite.
@@ -157,10 +139,38 @@ impl<'a, M: Model> Adjustment<'a, M> {
     }
 }
 
-fn larger(damping: f64, growth: &mut f64) -> f64 {
-    let larger = if damping == 0.0 { DAMPING_FIRST } else { damping * *growth };
-    *growth *= 2.0;
-    larger
+/// Where the iteration stands.
+struct Iterate {
+    x: Vec<f64>,
+    cost_start: f64,
+    cost: f64,
+    damping: f64,
+    /// Factor of the damping at the next step that does not help.
+    growth: f64,
+    /// Steps taken.
+    iterations: usize,
+}
+
+impl Iterate {
+    /// After a step that does not help.
+    fn damp_more(&mut self) -> Result<(), SolveError> {
+        self.damping = if self.damping == 0.0 { DAMPING_FIRST } else { self.damping * self.growth };
+        self.growth *= 2.0;
+        if self.damping > DAMPING_MAX {
+            let Iterate { iterations, cost_start, cost, .. } = *self;
+            return Err(SolveError::Stuck { iterations, cost_start, cost });
+        }
+        Ok(())
+    }
+
+    /// After a step that lowered the cost by `ratio` of what it promised: Nielsen's rule for the trust region, as in Ceres.
+    fn damp_less(&mut self, ratio: f64, options: &Options) {
+        self.damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0);
+        self.growth = 2.0;
+        if options.damping == 0.0 && self.damping < DAMPING_NONE {
+            self.damping = 0.0;
+        }
+    }
 }
 
 /// S^-1 times a vector.

@@ -4,7 +4,7 @@ use super::bal::Bal;
 use super::rig::{HEAD, Head, LENS, Observation, Point, Station, TIME, project};
 use super::*;
 
-/// A small block with everything that can be unknown: three stations, two heads, relief.
+/// A small block with everything that can be unknown: three stations, two heads, terrain.
 fn small(free: &[usize]) -> Rig {
     let rates = [0.02, -0.03, 0.05, 40.0, 30.0, -1.0];
     let station = |k: f64| Station {
@@ -118,7 +118,7 @@ fn a_rigs_derivatives_are_the_differences() {
 fn a_rig_without_noise_closes() {
     let rig = small(&[0, 1, 2]);
     let truth = rig.start();
-    // Angles off by some arc minutes, places by metres.
+    // Angles off by some arc minutes, positions by metres.
     let moved: Vec<f64> = truth
         .iter()
         .enumerate()
@@ -134,6 +134,47 @@ fn a_rig_without_noise_closes() {
     assert!(solution.cost_end < 1e-15 && solution.iterations < 10, "{solution:?}");
 }
 
+/// The rows of the whole design matrix, the observations' (two each) and the priors'.
+fn design(rig: &Rig, x: &[f64]) -> [Vec<nalgebra::DVector<f64>>; 2] {
+    let structure = rig.structure();
+    let mut start = vec![0];
+    structure.sizes.iter().for_each(|size| start.push(start[start.len() - 1] + size));
+    let of_point = |point: usize| structure.reduced() + 3 * point;
+    let zero = || nalgebra::DVector::<f64>::zeros(structure.unknowns());
+    let at = rig.at(x);
+    let mut row = Row::zero();
+    let mut observations = Vec::new();
+    for (observation, link) in structure.links.iter().enumerate() {
+        assert!(at.linearise(observation, &mut row));
+        for e in 0..2 {
+            let mut a = zero();
+            if let Some(block) = link.station {
+                (0..6).for_each(|k| a[start[block as usize] + k] = row.station[e][k]);
+            }
+            if let Some(block) = link.head {
+                (0..4).for_each(|k| a[start[block as usize] + k] = row.head[e][k]);
+            }
+            if let Some(point) = link.point {
+                (0..3).for_each(|k| a[of_point(point as usize) + k] = row.point[e][k]);
+            }
+            observations.push(a);
+        }
+    }
+    let mut priors = Vec::new();
+    for prior in &structure.priors {
+        let at = match prior.place {
+            Place::Block(block) => start[block],
+            Place::Point(point) => of_point(point),
+        };
+        for row in &prior.rows {
+            let mut a = zero();
+            row.iter().enumerate().for_each(|(k, value)| a[at + k] = *value);
+            priors.push(a);
+        }
+    }
+    [observations, priors]
+}
+
 /// Q of the reduced system and the redundancies against the dense inverse of the whole normal matrix.
 #[test]
 fn cofactors_are_those_of_the_whole_normal_matrix() {
@@ -144,63 +185,28 @@ fn cofactors_are_those_of_the_whole_normal_matrix() {
     rig.expect_station(0, rig.stations[0].values, rows);
     rig.expect_point(1, rig.points[1].position_m, vec![vec![0.0, 0.5, 2.0]]);
     let x = rig.start();
-    let unknowns = rig.structure().unknowns();
+    let (reduced, unknowns) = (rig.structure().reduced(), rig.structure().unknowns());
+    let [observations, priors] = design(&rig, &x);
     let mut normal = nalgebra::DMatrix::<f64>::zeros(unknowns, unknowns);
-    let mut start = vec![0];
-    rig.structure().sizes.iter().for_each(|size| start.push(start[start.len() - 1] + size));
-    let at = rig.at(&x);
-    let mut row = Row::zero();
-    let mut equations = Vec::new();
-    for (observation, link) in rig.structure().links.iter().enumerate() {
-        assert!(at.linearise(observation, &mut row));
-        for e in 0..2 {
-            let mut a = nalgebra::DVector::<f64>::zeros(unknowns);
-            if let Some(block) = link.station {
-                (0..6).for_each(|k| a[start[block as usize] + k] = row.station[e][k]);
-            }
-            if let Some(block) = link.head {
-                (0..4).for_each(|k| a[start[block as usize] + k] = row.head[e][k]);
-            }
-            if let Some(point) = link.point {
-                (0..3).for_each(|k| a[rig.structure().reduced() + 3 * point as usize + k] = row.point[e][k]);
-            }
-            normal += &a * a.transpose();
-            equations.push(a);
-        }
-    }
-    for prior in &rig.structure().priors {
-        let at = match prior.place {
-            Place::Block(block) => start[block],
-            Place::Point(point) => rig.structure().reduced() + 3 * point,
-        };
-        for row in &prior.rows {
-            let mut a = nalgebra::DVector::<f64>::zeros(unknowns);
-            row.iter().enumerate().for_each(|(k, value)| a[at + k] = *value);
-            normal += &a * a.transpose();
-        }
-    }
+    observations.iter().chain(&priors).for_each(|a| normal += a * a.transpose());
     let inverse = normal.cholesky().expect("determined").inverse();
     let adjustment = Adjustment::new(&rig, Loss::Squares).expect("laid out");
     let cofactors = adjustment.cofactors(&x).expect("determined");
-    let reduced: Vec<usize> = (0..rig.structure().reduced()).collect();
-    for (i, row) in cofactors.of(&reduced).iter().enumerate() {
-        for (j, value) in row.iter().enumerate() {
-            let scale = (inverse[(i, i)] * inverse[(j, j)]).sqrt();
-            assert!((value - inverse[(i, j)]).abs() < 1e-7 * scale, "{i} {j}: {value} {}", inverse[(i, j)]);
-        }
+    let check = |value: f64, (i, j): (usize, usize)| {
+        let scale = (inverse[(i, i)] * inverse[(j, j)]).sqrt();
+        assert!((value - inverse[(i, j)]).abs() < 1e-7 * scale, "{i} {j}: {value} {}", inverse[(i, j)]);
+    };
+    for (i, row) in cofactors.of(&(0..reduced).collect::<Vec<_>>()).iter().enumerate() {
+        row.iter().enumerate().for_each(|(j, value)| check(*value, (i, j)));
     }
     let (redundancies, points) = cofactors.redundancies().expect("determined");
-    for (k, a) in equations.iter().enumerate() {
-        let expected = 1.0 - (a.transpose() * &inverse * a)[0];
-        assert!((redundancies[k / 2][k % 2] - expected).abs() < 1e-7, "{k}: {} {expected}", redundancies[k / 2][k % 2]);
+    for (k, a) in observations.iter().enumerate() {
+        let (found, expected) = (redundancies[k / 2][k % 2], 1.0 - (a.transpose() * &inverse * a)[0]);
+        assert!((found - expected).abs() < 1e-7, "{k}: {found} {expected}");
     }
     for (point, own) in points.iter().enumerate() {
-        let at = rig.structure().reduced() + 3 * point;
-        for k in 0..9 {
-            let expected = inverse[(at + k / 3, at + k % 3)];
-            let scale = (inverse[(at + k / 3, at + k / 3)] * inverse[(at + k % 3, at + k % 3)]).sqrt();
-            assert!((own[k / 3][k % 3] - expected).abs() < 1e-7 * scale);
-        }
+        let at = reduced + 3 * point;
+        (0..9).for_each(|k| check(own[k / 3][k % 3], (at + k / 3, at + k % 3)));
     }
     // The redundancies of all equations, priors' with them, are equations less unknowns: here the priors' are left over.
     let sum: f64 = redundancies.iter().flatten().sum();
@@ -210,7 +216,7 @@ fn cofactors_are_those_of_the_whole_normal_matrix() {
 
 #[test]
 fn what_nothing_determines_is_named() {
-    // Two heads' common focal length and height over a block without relief would be weak; a head that sees nothing of
+    // Two heads' common focal length and height over a block without terrain would be weak; a head that sees nothing of
     // its own time is singular: without rates the time offset moves nothing.
     let rig = small(&[0, 1, 2, TIME]);
     let stations = rig.stations.iter().map(|station| Station { rates: [0.0; 6], ..*station }).collect();

@@ -38,8 +38,8 @@ impl<M: Model> Adjustment<'_, M> {
         let pattern = &self.equations.layout.pattern;
         (0..pattern.start.len() - 1)
             .flat_map(|block| {
-                let (size, place) = (pattern.size(block), pattern.diagonal(block));
-                (0..size).map(move |inner| reduced.values[place + inner * (size + 1)])
+                let (size, offset) = (pattern.size(block), pattern.diagonal(block));
+                (0..size).map(move |inner| reduced.values[offset + inner * (size + 1)])
             })
             .collect()
     }
@@ -63,7 +63,7 @@ impl<M: Model> Adjustment<'_, M> {
     }
 }
 
-/// The largest parts of a vector, with their places.
+/// The largest parts of a vector, with their indices.
 pub(super) fn largest(vector: &[f64]) -> Vec<(usize, f64)> {
     let most = vector.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     let mut parts: Vec<(usize, f64)> =

@@ -214,8 +214,8 @@ fn heads(file: &Field<'_>) -> Result<Vec<Head>, InputError> {
         for (head, table) in heads.iter_mut().zip(one_a_head(&field, list.len())?) {
             let Some(object) = table.value.as_object() else { return Err(table.wrong("a table")) };
             for key in object.keys() {
-                let place = interior_place(key, &table)?;
-                head.values[place] = table.needed(key)?.number()?;
+                let index = interior_index(key, &table)?;
+                head.values[index] = table.needed(key)?.number()?;
             }
         }
     }
@@ -223,8 +223,8 @@ fn heads(file: &Field<'_>) -> Result<Vec<Head>, InputError> {
 }
 
 /// Place of an interior orientation's number among a head's.
-fn interior_place(key: &str, field: &Field<'_>) -> Result<usize, InputError> {
-    INTERIOR_NAMES.iter().position(|name| *name == key).map(|place| LENS + place).ok_or_else(|| {
+fn interior_index(key: &str, field: &Field<'_>) -> Result<usize, InputError> {
+    INTERIOR_NAMES.iter().position(|name| *name == key).map(|index| LENS + index).ok_or_else(|| {
         InputError::new(format!("{} has \"{key}\", which is none of {}", field.at, INTERIOR_NAMES.join(", ")))
     })
 }
@@ -282,33 +282,33 @@ type HeadPriors = Vec<(usize, usize, f64, f64)>;
 
 /// Makes a head's number an unknown.
 fn free(head: &mut Head, number: usize) {
-    if let Err(place) = head.free.binary_search(&number) {
-        head.free.insert(place, number);
+    if let Err(index) = head.free.binary_search(&number) {
+        head.free.insert(index, number);
     }
 }
 
 fn interior_unknowns(file: &Field<'_>, heads: &mut [Head], priors: &mut HeadPriors) -> Result<(), InputError> {
-    let mut places = Vec::new();
+    let mut numbers = Vec::new();
     if let Some(field) = file.key("interior_free") {
         for item in field.list()? {
             let name = item.value.as_str().ok_or_else(|| item.wrong("a name"))?;
-            places.push(interior_place(name, &item)?);
+            numbers.push(interior_index(name, &item)?);
         }
     }
     let mut sigmas = Vec::new();
     if let Some(field) = file.key("interior_sigma") {
         let Some(object) = field.value.as_object() else { return Err(field.wrong("a table")) };
         for key in object.keys() {
-            let place = interior_place(key, &field)?;
-            if !places.contains(&place) {
+            let index = interior_index(key, &field)?;
+            if !numbers.contains(&index) {
                 return Err(InputError::new(format!("{} has {key}, which interior_free does not name", field.at)));
             }
-            sigmas.push((place, field.needed(key)?.positive()?));
+            sigmas.push((index, field.needed(key)?.positive()?));
         }
     }
     for (index, head) in heads.iter_mut().enumerate() {
-        places.iter().for_each(|place| free(head, *place));
-        priors.extend(sigmas.iter().map(|(place, sigma)| (index, *place, head.values[*place], *sigma)));
+        numbers.iter().for_each(|number| free(head, *number));
+        priors.extend(sigmas.iter().map(|(number, sigma)| (index, *number, head.values[*number], *sigma)));
     }
     Ok(())
 }

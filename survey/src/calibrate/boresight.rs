@@ -12,6 +12,10 @@
 //! How the matching weighs the parts of a patch is not known. The nadir's ray alone and the whole patch are the two ends:
 //! by them phi and omega differ by a tenth of the correction, kappa, whose arm is the tilt less the patch's own middle, by half.
 //! Half of the one and all of the other is added to the standard deviations; a second flight with the new file takes it off.
+//! It is a share of the correction and no matter of chance, and at the nadir's end a correction of kappa is estimated 2.2 times too
+//! large: written as it is, it would be off by more than before. So a correction whose share is beyond the limit is not
+//! written, but what is left of it without that share is given for a further flight ([`Boresight::next_rad`]): at both ends
+//! that mount is off by half as much at most, and the flight with it shows the rest.
 //!
 //! Phi and omega move each fix by the height times the angle. Kappa turns the patch about the camera's axis and moves it by
 //! the height times the angle times the tilt only, so a level flight does not show it.
@@ -32,8 +36,8 @@ use std::fmt;
 
 /// Fewest fixes that are adjusted: twenty equations for three or five unknowns.
 pub const FIXES_MIN: usize = 10;
-/// An angle of a larger standard deviation, all of it, is not determined, and the value that the board was told is kept: 0.2
-/// degrees. By its model's share a correction of kappa beyond 0.4 degrees is never determined.
+/// An angle of a larger standard deviation, all of it, is not determined, and the configured value is kept: 0.2 degrees. By its
+/// model's share a correction of kappa beyond 0.4 degrees takes a further flight.
 pub const SD_MAX_RAD: f64 = 0.2 / 180.0 * std::f64::consts::PI;
 /// How many times the variance of phi or omega may grow when an offset is estimated too. 25 is a correlation of 0.98, and
 /// headings that span no more than 20 degrees either way.
@@ -63,7 +67,7 @@ type Vector = SVector<f64, UNKNOWNS>;
 /// An estimated boresight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Boresight {
-    /// Phi, omega, kappa of the mount from the camera, radians; of those that are not determined the values told.
+    /// Phi, omega, kappa of the mount from the camera, radians; of those that are not determined the configured values.
     pub angles_rad: [f64; 3],
     /// Their standard deviations, radians; of those that are not determined what it would have been, infinite where nothing
     /// shows the angle.
@@ -72,6 +76,8 @@ pub struct Boresight {
     pub random_sd_rad: [f64; 3],
     /// Which of them are determined.
     pub determined: [bool; 3],
+    /// Of an angle that the fixes show well enough, but whose correction is too large for one flight: its value for the next.
+    pub next_rad: [Option<f64>; 3],
     /// Offset of the fixes against the positions, east and north, metres, and its standard deviations; where it was asked for.
     pub offset: Option<([f64; 2], [f64; 2])>,
     /// Standard deviation of a residual whose sigma is as stated: 1 where the fixes' sigmas are right.
@@ -105,7 +111,7 @@ impl fmt::Display for BoresightError {
             }
             Self::Inseparable(inflation) => write!(
                 f,
-                "a boresight and an offset cannot be told apart where the camera's heading hardly changes: together the \
+                "a boresight and an offset cannot be separated where the camera's heading hardly changes: together the \
                  variance is {inflation:.0} times as large, more than {INFLATION_MAX:.0}"
             ),
             Self::Diverged => write!(f, "no boresight explains the fixes' distances from the positions"),
@@ -113,7 +119,7 @@ impl fmt::Display for BoresightError {
     }
 }
 
-/// The boresight of the camera that took `sightings`, while the board was told `told_rad`, with a constant offset of the
+/// The boresight of the camera that took `sightings`, while the board was configured with `configured_rad`, with a constant offset of the
 /// fixes (east, north) where `with_offset`.
 ///
 /// # Errors
@@ -121,16 +127,18 @@ impl fmt::Display for BoresightError {
 pub fn estimate(
     sightings: &[Sighting],
     footprint: &Footprint,
-    told_rad: [f64; 3],
+    configured_rad: [f64; 3],
     with_offset: bool,
 ) -> Result<Boresight, BoresightError> {
     if sightings.len() < FIXES_MIN {
         return Err(BoresightError::TooFew(sightings.len()));
     }
-    let rays = |(index, sighting)| Rays::new(sighting, footprint, told_rad).ok_or(BoresightError::Sky(index));
+    let rays = |(index, sighting)| Rays::new(sighting, footprint, configured_rad).ok_or(BoresightError::Sky(index));
     let rays = sightings.iter().enumerate().map(rays).collect::<Result<Vec<_>, _>>()?;
-    let mut adjustment = Adjustment { sightings, rays, told_rad, free: [true, true, true, with_offset, with_offset] };
+    let mut adjustment =
+        Adjustment { sightings, rays, configured_rad, free: [true, true, true, with_offset, with_offset] };
     let (mut sd_rad, mut random_sd_rad) = ([f64::INFINITY; 3], [f64::INFINITY; 3]);
+    let mut next_rad = [None; 3];
     loop {
         let solved = adjustment.solve()?;
         if let Some(Solved { sd, inflation, unknowns, .. }) = &solved {
@@ -139,7 +147,7 @@ pub fn estimate(
             }
             for k in (0..3).filter(|k| adjustment.free[*k]) {
                 random_sd_rad[k] = sd[k];
-                sd_rad[k] = sd[k].hypot(MODEL_SHARES[k] * (unknowns[k] - told_rad[k]));
+                sd_rad[k] = sd[k].hypot(MODEL_SHARES[k] * (unknowns[k] - configured_rad[k]));
             }
         }
         // What a fix shows least goes first.
@@ -149,9 +157,16 @@ pub fn estimate(
         };
         match (worst, solved) {
             (Some(k), Some(solved)) if sd_rad[k] <= SD_MAX_RAD => {
-                return Ok(adjustment.boresight(&solved, sd_rad, random_sd_rad));
+                return Ok(Boresight { sd_rad, random_sd_rad, next_rad, ..adjustment.boresight(&solved) });
             }
-            (Some(k), _) => adjustment.free[k] = false,
+            (Some(k), solved) => {
+                adjustment.free[k] = false;
+                // The share alone is too much: what is left of the correction without it holds at both ends.
+                let solved = solved.filter(|_| random_sd_rad[k] <= SD_MAX_RAD);
+                next_rad[k] = solved.map(|solved| {
+                    configured_rad[k] + (1.0 - MODEL_SHARES[k]) * (solved.unknowns[k] - configured_rad[k])
+                });
+            }
             (None, None) if with_offset => return Err(BoresightError::Inseparable(f64::INFINITY)),
             (None, _) => return Err(BoresightError::Undetermined),
         }
@@ -162,7 +177,7 @@ pub fn estimate(
 struct Adjustment<'a> {
     sightings: &'a [Sighting],
     rays: Vec<Rays>,
-    told_rad: [f64; 3],
+    configured_rad: [f64; 3],
     free: [bool; UNKNOWNS],
 }
 
@@ -205,7 +220,7 @@ impl Adjustment<'_> {
 
     /// `None` where the normal equations are singular.
     fn solve(&self) -> Result<Option<Solved>, BoresightError> {
-        let [phi, omega, kappa] = self.told_rad;
+        let [phi, omega, kappa] = self.configured_rad;
         let mut unknowns = Vector::from([phi, omega, kappa, 0.0, 0.0]);
         let mut scale_now = 0.0;
         for iteration in 0..ITERATIONS_MAX {
@@ -284,12 +299,14 @@ impl Adjustment<'_> {
         ))
     }
 
-    fn boresight(&self, solved: &Solved, sd_rad: [f64; 3], random_sd_rad: [f64; 3]) -> Boresight {
-        let x = &solved.unknowns;
+    /// The result with the standard deviations of the fixes' errors alone.
+    fn boresight(&self, solved: &Solved) -> Boresight {
+        let (x, sd) = (&solved.unknowns, &solved.sd);
         Boresight {
             angles_rad: [x[0], x[1], x[2]],
-            sd_rad,
-            random_sd_rad,
+            sd_rad: [sd[0], sd[1], sd[2]],
+            random_sd_rad: [sd[0], sd[1], sd[2]],
+            next_rad: [None; 3],
             determined: [self.free[0], self.free[1], self.free[2]],
             offset: self.free[3].then(|| ([x[3], x[4]], [solved.sd[3], solved.sd[4]])),
             sigma0: solved.sigma0,

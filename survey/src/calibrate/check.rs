@@ -1,9 +1,9 @@
-//! Whether observations can determine a block, told before any equation is solved.
+//! Whether observations can determine a block, found out before any equation is solved.
 
 use super::block::Block;
 use super::observations::Observations;
 use crate::adjust::rig::{Rig, project};
-use crate::adjust::{Model, Place, rotation};
+use crate::adjust::{At, Model, Place, Row, rotation};
 use crate::error::InputError;
 use nalgebra::{DMatrix, Vector3};
 
@@ -48,7 +48,7 @@ pub fn check(block: &Block, observations: &Observations, rig: &Rig) -> Result<()
     }
     for (point, &count) in of_point.iter().enumerate() {
         if block.points[point].is_free && count < 2 && !has_prior[point] {
-            let how = if count == 0 { "never".to_owned() } else { format!("once ({})", place_of(observations, point)) };
+            let how = if count == 0 { "never".to_owned() } else { format!("once ({})", line_of(observations, point)) };
             return refuse(format!("point {point} is seen {how}; an unknown point needs two rays"));
         }
     }
@@ -73,9 +73,9 @@ pub fn check(block: &Block, observations: &Observations, rig: &Rig) -> Result<()
     check_datum(rig, &observations.name)
 }
 
-fn place_of(observations: &Observations, point: usize) -> String {
-    let place = observations.seen.iter().position(|seen| seen.point == point);
-    place.map_or_else(String::new, |place| format!("line {}", observations.lines[place]))
+fn line_of(observations: &Observations, point: usize) -> String {
+    let index = observations.seen.iter().position(|seen| seen.point == point);
+    index.map_or_else(String::new, |index| format!("line {}", observations.lines[index]))
 }
 
 /// Refuses a block, or a part that shares no unknown point with the rest, that could move as a whole.
@@ -150,7 +150,31 @@ fn parts(rig: &Rig) -> Vec<Vec<usize>> {
 fn defects(rig: &Rig, part: &[usize]) -> [usize; 3] {
     let x = rig.start();
     let generators = generators(rig, &x, part);
-    // What each does to the equations, and what the unknowns it moves weigh in them.
+    let (normal, weight) = normal_along(rig, &x, &generators);
+    let scale = |k: usize| if weight[k] > 0.0 { 1.0 / weight[k].sqrt() } else { 0.0 };
+    let mut free = [0; 3];
+    let (mut taken, mut before) = (0, 0);
+    for (family, (_, count)) in FAMILIES.iter().enumerate() {
+        taken += count;
+        // What moves no unknown is no freedom: a station over known points alone has no scale.
+        let moving: Vec<usize> = (0..taken).filter(|k| generators[*k].iter().any(|value| *value != 0.0)).collect();
+        let part = DMatrix::from_fn(moving.len(), moving.len(), |i, j| {
+            normal[(moving[i], moving[j])] * scale(moving[i]) * scale(moving[j])
+        });
+        let null = if moving.is_empty() {
+            0
+        } else {
+            part.symmetric_eigenvalues().iter().filter(|value| **value < TOUCHED_MIN).count()
+        };
+        free[family] = null.saturating_sub(before);
+        before = null;
+    }
+    free
+}
+
+/// The normal matrix of the equations along the generators, and for each generator the sum of squares of what its unknowns
+/// do to the equations one by one, which a freedom cancels.
+fn normal_along(rig: &Rig, x: &[f64], generators: &[Vec<f64>; 7]) -> (DMatrix<f64>, [f64; 7]) {
     let mut normal = DMatrix::<f64>::zeros(7, 7);
     let mut weight = [0.0; 7];
     let mut add = |row: &[(usize, f64)]| {
@@ -166,10 +190,9 @@ fn defects(rig: &Rig, part: &[usize]) -> [usize; 3] {
             (0..7).for_each(|j| normal[(i, j)] += along[i] * along[j]);
         }
     };
-    let at = rig.at(&x);
-    let mut row = crate::adjust::Row::zero();
+    let at = rig.at(x);
+    let mut row = Row::zero();
     for (observation, seen) in rig.observations.iter().enumerate() {
-        use crate::adjust::At;
         if !at.linearise(observation, &mut row) {
             continue;
         }
@@ -193,25 +216,7 @@ fn defects(rig: &Rig, part: &[usize]) -> [usize; 3] {
             add(&row.iter().enumerate().map(|(k, value)| (first + k, *value)).collect::<Vec<_>>());
         }
     }
-    let scale = |k: usize| if weight[k] > 0.0 { 1.0 / weight[k].sqrt() } else { 0.0 };
-    let mut free = [0; 3];
-    let (mut taken, mut before) = (0, 0);
-    for (family, (_, count)) in FAMILIES.iter().enumerate() {
-        taken += count;
-        // What moves no unknown is no freedom: a station over known points alone has no scale.
-        let moving: Vec<usize> = (0..taken).filter(|k| generators[*k].iter().any(|value| *value != 0.0)).collect();
-        let part = DMatrix::from_fn(moving.len(), moving.len(), |i, j| {
-            normal[(moving[i], moving[j])] * scale(moving[i]) * scale(moving[j])
-        });
-        let null = if moving.is_empty() {
-            0
-        } else {
-            part.symmetric_eigenvalues().iter().filter(|value| **value < TOUCHED_MIN).count()
-        };
-        free[family] = null.saturating_sub(before);
-        before = null;
-    }
-    free
+    (normal, weight)
 }
 
 /// What a small similarity of a part does to the unknowns: three translations, three rotations about the part's middle and
@@ -221,8 +226,8 @@ fn generators(rig: &Rig, x: &[f64], part: &[usize]) -> [Vec<f64>; 7] {
     let centres: Vec<Vector3<f64>> =
         part.iter().map(|station| Vector3::from_row_slice(&rig.station(x, *station)[3..])).collect();
     let middle = centres.iter().sum::<Vector3<f64>>() / part.len().max(1) as f64;
-    let mut move_place = |first: usize, place: Vector3<f64>| {
-        let from_middle = place - middle;
+    let mut move_position = |first: usize, position: Vector3<f64>| {
+        let from_middle = position - middle;
         for k in 0..3 {
             let axis = Vector3::from_fn(|row, _| f64::from(u8::from(row == k)));
             let turned = axis.cross(&from_middle);
@@ -239,12 +244,12 @@ fn generators(rig: &Rig, x: &[f64], part: &[usize]) -> [Vec<f64>; 7] {
     points.dedup();
     for point in points {
         if let Some(first) = rig.point_unknown(point) {
-            move_place(first, Vector3::from(rig.point(x, point)));
+            move_position(first, Vector3::from(rig.point(x, point)));
         }
     }
     for (station, centre) in part.iter().zip(&centres) {
         if let Some(first) = rig.station_unknown(*station) {
-            move_place(first + 3, *centre);
+            move_position(first + 3, *centre);
         }
     }
     for &station in part {

@@ -1,9 +1,9 @@
-//! Numbers out of a JSON document, each refused by its place.
+//! Numbers out of a JSON document, each refused by its path in it.
 
 use crate::error::InputError;
 use serde_json::Value;
 
-/// A value with the place it stands in, such as `block.json: station_start[3]`.
+/// A value with its path, such as `block.json: station_start[3]`.
 #[derive(Clone, Debug)]
 pub(super) struct Field<'a> {
     pub(super) at: String,

@@ -119,15 +119,15 @@ fn surrounding(heads: &[[f64; HEAD]], f_px: f64, size: [u32; 2]) -> Option<[u32;
 /// Covariance of the angles after the turn into the virtual camera's frame, which is taken as given; `None` unless all
 /// angles after the first head's were unknown.
 fn covariance(calibration: &Calibration, symmetrised: &Symmetrised) -> Option<Covariance> {
-    let mut places = Vec::new();
+    let mut indices = Vec::new();
     for head in 1..calibration.heads.len() {
         for angle in 0..3 {
             let is_it = |of: &super::HeadUnknown| (of.head, of.number) == (head, angle);
-            places.push(calibration.unknowns.iter().position(is_it)?);
+            indices.push(calibration.unknowns.iter().position(is_it)?);
         }
     }
-    let count = places.len();
-    let before = DMatrix::from_fn(count, count, |i, j| calibration.covariance[places[i]][places[j]]);
+    let count = indices.len();
+    let before = DMatrix::from_fn(count, count, |i, j| calibration.covariance[indices[i]][indices[j]]);
     let mut turn = DMatrix::<f64>::zeros(count, count);
     for (index, head) in calibration.heads.iter().skip(1).enumerate() {
         let by = turned_by(head, &symmetrised.platform_from_virtual);

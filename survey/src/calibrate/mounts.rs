@@ -72,7 +72,7 @@ fn mount(first: &[Exterior], other: &[Exterior], number: usize) -> Result<Mount,
     let Some((mean, least)) = rotation::nearest(sum) else {
         return Err(InputError::new(format!("the rotations of head {number} have no mean")));
     };
-    // Equal rotations add up to singular values of their number; a reflection has no place among them.
+    // Equal rotations add up to singular values of their number; a reflection is none of them.
     if least < AGREEING_MIN * count as f64 {
         return Err(InputError::new(format!(
             "the exposures of head {number} disagree by many degrees: row i of each has to be the same exposure"
@@ -180,14 +180,14 @@ pub fn resected(block: &Block, observations: &Observations) -> Result<Vec<Vec<Ex
 pub fn read_exterior(path: &Path) -> Result<Vec<Exterior>, InputError> {
     let (text, name) = text_of(path)?;
     let table = Table::parse(&text, name)?;
-    let mut places = [0; 6];
-    for (place, wanted) in places.iter_mut().zip(["easting", "northing", "height", "omega", "phi", "kappa"]) {
+    let mut columns = [0; 6];
+    for (column, wanted) in columns.iter_mut().zip(["easting", "northing", "height", "omega", "phi", "kappa"]) {
         let plain = |name: &str| name.split('[').next().is_some_and(|name| name.trim().eq_ignore_ascii_case(wanted));
-        *place = table.column_that(wanted, plain)?;
+        *column = table.column_that(wanted, plain)?;
     }
     let mut pictures = Vec::new();
     for row in 0..table.rows.len() {
-        let [east, north, up, omega, phi, kappa] = table.numbers_of(row, places)?;
+        let [east, north, up, omega, phi, kappa] = table.numbers_of(row, columns)?;
         pictures.push(Exterior {
             rotation: omega_phi_kappa([omega, phi, kappa].map(f64::to_radians)),
             centre_m: Vector3::new(east, north, up),

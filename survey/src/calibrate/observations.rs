@@ -48,7 +48,7 @@ impl Observations {
         let mut first: HashMap<(usize, usize, usize), usize> = HashMap::new();
         for (row, (line, fields)) in table.rows.iter().enumerate() {
             let line = *line;
-            let place = |k: usize, count: usize, what: &str| -> Result<usize, InputError> {
+            let index = |k: usize, count: usize, what: &str| -> Result<usize, InputError> {
                 match fields[k].parse::<usize>() {
                     Ok(number) if number < count => Ok(number),
                     Ok(number) => Err(InputError::new(format!(
@@ -62,9 +62,9 @@ impl Observations {
                 value.ok_or_else(|| table.wrong(row, k, "no image coordinate"))
             };
             let seen = Observation {
-                station: place(0, block.stations.len(), "station")?,
-                head: place(1, block.heads.len(), "head")?,
-                point: place(2, block.points.len(), "point")?,
+                station: index(0, block.stations.len(), "station")?,
+                head: index(1, block.heads.len(), "head")?,
+                point: index(2, block.points.len(), "point")?,
                 image_px: [image(3)?, image(4)?],
             };
             if let Some(before) = first.insert((seen.station, seen.head, seen.point), line) {

@@ -4,10 +4,10 @@ use super::block::Block;
 use super::check::check;
 use super::observations::Observations;
 use crate::adjust::rig::{HEAD, Rig, head_name};
-use crate::adjust::{Adjustment, At, Loss, Model, Options, SolveError};
+use crate::adjust::{Adjustment, At, Cofactors, Loss, Model, Options, Redundancy, SolveError};
 use crate::error::InputError;
 
-/// Standardised residual from which an observation is told as an outlier: one of 15,000 good ones.
+/// Standardised residual from which an observation is reported as an outlier: one of 15,000 good ones.
 pub const OUTLIER_SIGMAS: f64 = 4.0;
 /// Redundancy below which a residual says nothing of its observation.
 const REDUNDANCY_MIN: f64 = 1e-6;
@@ -93,7 +93,7 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Adjusts a block; `told` hears of each step.
+    /// Adjusts a block; `on_step` is called after each step with its number and the cost after it.
     ///
     /// # Errors
     /// What [`check`] refuses; unknowns that nothing determines; start values from which the steps do not come to an end;
@@ -101,22 +101,22 @@ impl Calibration {
     pub fn new(
         block: &Block,
         observations: &Observations,
-        told: &mut dyn FnMut(usize, f64),
+        on_step: &mut dyn FnMut(usize, f64),
     ) -> Result<Self, InputError> {
         let rig = block.rig(&observations.seen);
         check(block, observations, &rig)?;
-        Self::of_rig(&rig, &options(block), told)
+        Self::of_rig(&rig, &options(block), on_step)
             .map_err(|error| refused(&error, &rig, observations))
             .and_then(|calibration| calibration.plausible(&observations.name))
     }
 
-    /// Adjusts a rig whose observations are known to be enough.
+    /// Adjusts a rig whose observations are known to be enough; `on_step` as above.
     ///
     /// # Errors
     /// [`SolveError`].
-    pub fn of_rig(rig: &Rig, options: &Options, told: &mut dyn FnMut(usize, f64)) -> Result<Self, SolveError> {
+    pub fn of_rig(rig: &Rig, options: &Options, on_step: &mut dyn FnMut(usize, f64)) -> Result<Self, SolveError> {
         let adjustment = Adjustment::new(rig, options.loss)?;
-        let solution = adjustment.solve(rig.start(), options, told)?;
+        let solution = adjustment.solve(rig.start(), options, on_step)?;
         let x = &solution.x;
         let cofactors = adjustment.cofactors(x)?;
         let structure = rig.structure();
@@ -128,47 +128,12 @@ impl Calibration {
         let sigma0 = options.loss.variance(&whitened, of_priors.max(0.0), (equations - unknowns) as f64).sqrt();
         let sigma_px = rig.sigma_px.iter().sum::<f64>() / rig.sigma_px.len() as f64;
 
-        let heads: Vec<[f64; HEAD]> = (0..rig.heads.len()).map(|head| rig.head(x, head)).collect();
-        let of_heads: Vec<(usize, usize, usize)> = (0..heads.len())
-            .flat_map(|head| rig.heads[head].free.iter().map(move |number| (head, *number)))
-            .filter_map(|(head, number)| Some((head, number, rig.head_unknown(head, number)?)))
-            .collect();
-        let variance = sigma0 * sigma0;
-        let scaled = |matrix: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-            matrix.into_iter().map(|row| row.into_iter().map(|value| value * variance).collect()).collect()
-        };
-        let covariance = scaled(cofactors.of(&of_heads.iter().map(|(_, _, unknown)| *unknown).collect::<Vec<_>>()));
-        let unknowns_of_heads = of_heads
-            .iter()
-            .enumerate()
-            .map(|(k, (head, number, unknown))| HeadUnknown {
-                head: *head,
-                number: *number,
-                value: x[*unknown],
-                sigma: covariance[k][k].sqrt(),
-            })
-            .collect();
-
+        let (unknowns_of_heads, covariance) = of_heads(rig, x, &cofactors, sigma0);
         let (redundancies, cofactors_of_points) = cofactors.redundancies()?;
-        let residuals: Vec<Residual> = rig
-            .observations
-            .iter()
-            .zip(&redundancies)
-            .enumerate()
-            .map(|(observation, (seen, redundancy))| {
-                let sigma = rig.sigma_px[seen.head];
-                let whitened = whitened[observation];
-                let standardised = [0, 1].map(|k| {
-                    let scale = sigma0 * redundancy[k].max(0.0).sqrt();
-                    if redundancy[k] > REDUNDANCY_MIN && scale > 0.0 { -whitened[k] / scale } else { 0.0 }
-                });
-                Residual { v_px: whitened.map(|v| -v * sigma), redundancy: *redundancy, standardised }
-            })
-            .collect();
+        let residuals = residuals(rig, &whitened, &redundancies, sigma0);
         let mut outliers: Vec<usize> =
             (0..residuals.len()).filter(|index| residuals[*index].worst() > OUTLIER_SIGMAS).collect();
         outliers.sort_by(|a, b| residuals[*b].worst().total_cmp(&residuals[*a].worst()));
-
         let mut of_points = cofactors_of_points.iter();
         let point_sigmas_m = rig
             .points
@@ -184,6 +149,7 @@ impl Calibration {
             iterations: solution.iterations,
             size: (equations, unknowns),
             cost: (solution.cost_start, solution.cost_end),
+            heads: (0..rig.heads.len()).map(|head| rig.head(x, head)).collect(),
             unknowns: unknowns_of_heads,
             covariance,
             stations: (0..rig.stations.len()).map(|station| rig.station(x, station)).collect(),
@@ -193,7 +159,6 @@ impl Calibration {
             outliers,
             correlations: correlations(rig, &cofactors),
             eigenvalue_min: cofactors.eigenvalue_min,
-            heads,
         })
     }
 
@@ -205,7 +170,7 @@ impl Calibration {
         }
         Err(InputError::new(format!(
             "{name}: the adjustment ends after {} iterations with a sigma0 of {:.1} px, which no camera leaves: the start \
-             values lead to a wrong place, or the observations are another block's",
+             values lead to a wrong minimum, or the observations are another block's",
             self.iterations, self.sigma0_px
         )))
     }
@@ -220,8 +185,46 @@ impl Calibration {
     }
 }
 
+/// The heads' unknowns with their covariance.
+fn of_heads(rig: &Rig, x: &[f64], cofactors: &Cofactors<'_, Rig>, sigma0: f64) -> (Vec<HeadUnknown>, Vec<Vec<f64>>) {
+    let of_heads: Vec<(usize, usize, usize)> = (0..rig.heads.len())
+        .flat_map(|head| rig.heads[head].free.iter().map(move |number| (head, *number)))
+        .filter_map(|(head, number)| Some((head, number, rig.head_unknown(head, number)?)))
+        .collect();
+    let variance = sigma0 * sigma0;
+    let mut covariance = cofactors.of(&of_heads.iter().map(|(_, _, unknown)| *unknown).collect::<Vec<_>>());
+    covariance.iter_mut().flatten().for_each(|value| *value *= variance);
+    let unknowns = of_heads
+        .into_iter()
+        .enumerate()
+        .map(|(k, (head, number, unknown))| HeadUnknown {
+            head,
+            number,
+            value: x[unknown],
+            sigma: covariance[k][k].sqrt(),
+        })
+        .collect();
+    (unknowns, covariance)
+}
+
+/// The observations after the adjustment, from their residuals over their standard deviations.
+fn residuals(rig: &Rig, whitened: &[[f64; 2]], redundancies: &[Redundancy], sigma0: f64) -> Vec<Residual> {
+    rig.observations
+        .iter()
+        .zip(whitened.iter().zip(redundancies))
+        .map(|(seen, (whitened, redundancy))| {
+            let sigma = rig.sigma_px[seen.head];
+            let standardised = [0, 1].map(|k| {
+                let scale = sigma0 * redundancy[k].max(0.0).sqrt();
+                if redundancy[k] > REDUNDANCY_MIN && scale > 0.0 { -whitened[k] / scale } else { 0.0 }
+            });
+            Residual { v_px: whitened.map(|v| -v * sigma), redundancy: *redundancy, standardised }
+        })
+        .collect()
+}
+
 /// Angles with line elements: of the first unknown station with itself and, for the heads, angles with the station's.
-fn correlations(rig: &Rig, cofactors: &crate::adjust::Cofactors<'_, Rig>) -> Vec<Correlation> {
+fn correlations(rig: &Rig, cofactors: &Cofactors<'_, Rig>) -> Vec<Correlation> {
     let Some(first) = (0..rig.stations.len()).find_map(|station| rig.station_unknown(station)) else {
         return Vec::new();
     };
@@ -264,7 +267,7 @@ fn refused(error: &SolveError, rig: &Rig, observations: &Observations) -> InputE
         }
         SolveError::Parallel { point } => {
             let point = rig.free_point(*point).unwrap_or(*point);
-            format!("{name}: the rays of point {point} are parallel, its place cannot be told")
+            format!("{name}: the rays of point {point} are parallel, its position cannot be determined")
         }
         SolveError::Singular { along } => {
             let parts: Vec<String> = along.iter().map(|(unknown, _)| rig.name(*unknown)).collect();

@@ -16,14 +16,14 @@ pub struct Virtual {
     pub head_half_px: [f64; 2],
 }
 
-/// A mismatch at a place.
+/// A mismatch at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mismatch {
     /// The two heads.
     pub heads: [usize; 2],
     /// Where in the virtual image, x right and y up, pixels.
     pub at_px: [f64; 2],
-    /// The first head's place minus the second's, pixels.
+    /// Where the first head shows it minus where the second does, pixels.
     pub by_px: [f64; 2],
 }
 

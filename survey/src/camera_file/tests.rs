@@ -67,7 +67,7 @@ fn the_checksum_is_of_the_text_without_its_line() {
     }
     let altered = format!("crc32 = {sum}\n{SIX}").replace("40", "41");
     assert!(error_of(&altered).contains("crc32"));
-    // A line that the checksum cannot be told from.
+    // A line that could be taken for the checksum.
     assert!(error_of(&format!("\"crc32\" = {sum}\n{SIX}")).contains("line of its own"));
 }
 

@@ -27,11 +27,62 @@ pub(super) struct Definition {
     pub geographic: bool,
     /// EPSG code of the geographic system: its own, or the one a projected system stands on.
     pub base_epsg: Option<u32>,
-    /// Name of the projection, `utm` told as `tmerc`.
+    /// Name of the projection, `tmerc` also where the list has `utm`.
     pub projection: &'static str,
     /// The projection string as it goes to the library.
     pub proj4: &'static str,
-    tokens: Vec<(&'static str, &'static str)>,
+    tokens: Tokens,
+}
+
+/// The keys and values of a projection string; a flag's value is empty.
+#[derive(Debug)]
+struct Tokens(Vec<(&'static str, &'static str)>);
+
+impl Tokens {
+    fn new(proj4: &'static str) -> Self {
+        let token = |token: &'static str| {
+            let token = token.trim_start_matches('+');
+            token.split_once('=').unwrap_or((token, ""))
+        };
+        Tokens(proj4.split_whitespace().map(token).collect())
+    }
+
+    fn value(&self, key: &str) -> Option<&'static str> {
+        self.0.iter().find(|(k, _)| *k == key).map(|(_, v)| *v)
+    }
+
+    fn projection(&self) -> &'static str {
+        self.value("proj").unwrap_or("none")
+    }
+
+    /// Refuses what the projection library does not handle, or not as it is meant.
+    fn check(&self, geographic: bool) -> Result<(), String> {
+        let value = |key: &str| self.value(key);
+        let projection = self.projection();
+        let refuse = |why: &str| Err(why.to_owned());
+        if value("pm").is_some() {
+            return refuse("its longitudes do not count from Greenwich");
+        }
+        if value("nadgrids") == Some("@null") {
+            return refuse("it is not conformal, its metre is not a ground metre");
+        }
+        if value("nadgrids").is_some() || value("datum") == Some("NAD27") {
+            return refuse("its datum shift needs a grid file");
+        }
+        if !PROJECTIONS.contains(&projection) || geographic != (projection == "longlat") {
+            return Err(format!("the projection {projection} is not handled"));
+        }
+        if !geographic && value("units") != Some("m") {
+            return refuse("its coordinates are not in metres");
+        }
+        if let Some((key, _)) = self.0.iter().find(|(key, _)| !KEYS.contains(key)) {
+            return Err(format!("its parameter {key} is not handled"));
+        }
+        if value("datum").is_some() == value("towgs84").is_some() {
+            return refuse("the shift of its datum to WGS 84 is not known");
+        }
+        Ok(())
+    }
 }
 
 /// Every code the EPSG list can hold.
@@ -46,7 +97,8 @@ impl Definition {
             return Err(InputError::new(format!("EPSG:{epsg} is not in the list of reference systems")));
         };
         let name = entry.wkt.split('"').nth(1).unwrap_or("unnamed");
-        let refuse = |why: &str| Err(InputError::new(format!("cannot use EPSG:{epsg} ({name}): {why}")));
+        let refusal = |why: &str| InputError::new(format!("cannot use EPSG:{epsg} ({name}): {why}"));
+        let refuse = |why: &str| Err(refusal(why));
 
         let geographic = entry.wkt.starts_with("GEOGCS[");
         if !geographic && !entry.wkt.starts_with("PROJCS[") {
@@ -58,38 +110,8 @@ impl Definition {
         if geographic && !entry.wkt.contains("UNIT[\"degree\"") {
             return refuse("its angles are not in degrees");
         }
-        let tokens: Vec<_> = entry
-            .proj4
-            .split_whitespace()
-            .map(|token| {
-                let token = token.trim_start_matches('+');
-                token.split_once('=').unwrap_or((token, ""))
-            })
-            .collect();
-        let value = |key: &str| tokens.iter().find(|(k, _)| *k == key).map(|(_, v)| *v);
-
-        let projection = value("proj").unwrap_or("none");
-        if value("pm").is_some() {
-            return refuse("its longitudes do not count from Greenwich");
-        }
-        if value("nadgrids") == Some("@null") {
-            return refuse("it is not conformal, its metre is not a ground metre");
-        }
-        if value("nadgrids").is_some() || value("datum") == Some("NAD27") {
-            return refuse("its datum shift needs a grid file");
-        }
-        if !PROJECTIONS.contains(&projection) || geographic != (projection == "longlat") {
-            return refuse(&format!("the projection {projection} is not handled"));
-        }
-        if !geographic && value("units") != Some("m") {
-            return refuse("its coordinates are not in metres");
-        }
-        if let Some((key, _)) = tokens.iter().find(|(key, _)| !KEYS.contains(key)) {
-            return refuse(&format!("its parameter {key} is not handled"));
-        }
-        if value("datum").is_some() == value("towgs84").is_some() {
-            return refuse("the shift of its datum to WGS 84 is not known");
-        }
+        let tokens = Tokens::new(entry.proj4);
+        tokens.check(geographic).map_err(|why| refusal(&why))?;
         let base_epsg = if geographic { Some(epsg) } else { base_epsg(entry.wkt) };
         let trusted = base_epsg
             .and_then(|code| u16::try_from(code).ok())
@@ -97,20 +119,16 @@ impl Definition {
         if !trusted {
             return refuse("the shift of its datum to WGS 84 is not known for certain");
         }
-        Ok(Self {
-            epsg,
-            name,
-            geographic,
-            base_epsg,
-            projection: if projection == "utm" { "tmerc" } else { projection },
-            proj4: entry.proj4,
-            tokens,
-        })
+        let projection = match tokens.projection() {
+            "utm" => "tmerc",
+            other => other,
+        };
+        Ok(Self { epsg, name, geographic, base_epsg, projection, proj4: entry.proj4, tokens })
     }
 
-    /// A projection parameter in degrees, metres or as a ratio; those of a UTM zone are spelt out.
+    /// A projection parameter in degrees, metres or as a ratio; those of a UTM zone are computed.
     pub fn parameter(&self, name: &str) -> Option<f64> {
-        let value = |key: &str| self.tokens.iter().find(|(k, _)| *k == key).map(|(_, v)| *v);
+        let value = |key: &str| self.tokens.value(key);
         if let Some(zone) = value("zone") {
             let zone: f64 = zone.parse().ok()?;
             return match name {

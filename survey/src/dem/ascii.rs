@@ -1,6 +1,6 @@
 //! ESRI ASCII grids: a header of keys and values, then heights from the north west, row by row.
 //!
-//! Format: ESRI's, as told in its documentation (`ncols`, `nrows`, `xllcorner` or `xllcenter`, `yllcorner` or `yllcenter`,
+//! Format: ESRI's, as its documentation states it (`ncols`, `nrows`, `xllcorner` or `xllcenter`, `yllcorner` or `yllcenter`,
 //! `cellsize`, `NODATA_value`), and GDAL's `dx` and `dy` in the place of `cellsize`. Keys come in any order and case,
 //! heights may wrap over lines.
 

@@ -46,7 +46,7 @@ impl DemFile {
     ///
     /// # Errors
     /// The file is missing, neither of the two kinds, broken; it has no georeference, one with a rotation or south up;
-    /// its reference system cannot be told for certain; its units are not metres (degrees for a geographic system).
+    /// its reference system is not certain; its units are not metres (degrees for a geographic system).
     pub fn open(path: &Path) -> Result<Self, InputError> {
         let mut start = Vec::new();
         let (mut file, _) = open(path)?;
@@ -108,7 +108,7 @@ impl DemFile {
     }
 
     /// Reads the posts within `bounds_m` (x0, y0, x1, y1 in working metres) and one beyond on each side, as far as there are
-    /// any. `progress` is told how many rows of how many are read.
+    /// any. `progress` is called with the rows read and all rows.
     ///
     /// Memory is that of the heights, eight bytes a post, and of one strip or tile. Of a GeoTIFF the strips or tiles that
     /// hold the window are read and no others. An ASCII grid is read to its end, without a look at what lies outside.
@@ -209,7 +209,7 @@ impl DemFile {
     }
 }
 
-/// The posts from place `first` to place `last` and one beyond on each side, of `count`; `None` if both are on the same side
+/// The posts from position `first` to position `last` and one beyond on each side, of `count`; `None` if both are on the same side
 /// of them all.
 fn posts(first: f64, last: f64, count: usize) -> Option<Range<usize>> {
     let end = (count - 1) as f64;

@@ -1,6 +1,6 @@
 //! The reference system of an ASCII grid: well-known text in a file beside it.
 //!
-//! Either the text names an EPSG code at its root, or it is ESRI's kind, which names none: then the geographic system is told
+//! Either the text names an EPSG code at its root, or it is ESRI's kind, which names none: then the geographic system is known
 //! by ESRI's name for it and the projection by its parameters, which have to be those of a system in the EPSG list.
 
 use std::fs;
@@ -112,6 +112,11 @@ fn system(text: &str) -> Result<System, String> {
 
 /// Metres of a vertical system's unit; in WKT 2 its axis may have it.
 fn height_unit_m(vertical: &Node) -> Result<f64, String> {
+    let axis_down = |axis: &Node| axis.text(1).is_some_and(|direction| direction.eq_ignore_ascii_case("down"));
+    let esri_down = |parameter: &Node| parameter.text(0) == Some("Direction") && parameter.number(1) == Some(-1.0);
+    if vertical.children("AXIS").any(axis_down) || vertical.children("PARAMETER").any(esri_down) {
+        return Err("its heights are depths".into());
+    }
     let unit = |node: &Node| ["UNIT", "LENGTHUNIT"].iter().find_map(|unit| node.child(unit)?.number(1));
     let unit_m = unit(vertical).or_else(|| vertical.child("AXIS").and_then(unit));
     unit_m.filter(|unit_m| *unit_m > 0.0 && unit_m.is_finite()).ok_or_else(|| "its vertical system has no unit".into())
@@ -229,7 +234,7 @@ mod tests {
 
     /// The vertical systems as pyproj 3.7's `CRS.from_epsg(6360).to_wkt(...)` writes them.
     #[test]
-    fn heights_in_feet_are_told_by_the_vertical_system() {
+    fn the_vertical_system_states_heights_in_feet() {
         const GDAL: &str = "VERT_CS[\"NAVD88 height (ftUS)\",VERT_DATUM[\"North American Vertical Datum 1988\",2005],\
             UNIT[\"US survey foot\",0.304800609601219],AXIS[\"Up\",UP],AUTHORITY[\"EPSG\",\"6360\"]]";
         const ESRI: &str = "VERTCS[\"NAVD_1988_Foot_US\",VDATUM[\"North_American_Vertical_Datum_1988\"],\
@@ -243,6 +248,9 @@ mod tests {
         assert_eq!(system(&metres), wanted(1.0));
         assert!(system(&compound.replace("UNIT[\"US survey foot\",0.304800609601219],", "")).is_err());
         assert!(system(&format!("{compound},{ESRI}")).is_err());
+        assert!(system(&compound.replace("\"Up\",UP", "\"Depth\",DOWN")).is_err());
+        let depth = ESRI.replace("\"Direction\",1.0", "\"Direction\",-1.0");
+        assert!(system(&format!("{},{depth}", utm_33_south())).is_err());
     }
 
     #[test]

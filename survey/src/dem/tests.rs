@@ -2,7 +2,7 @@
 
 mod ascii;
 mod geotiff;
-mod made_up;
+mod synthetic;
 mod mutations;
 
 use std::path::{Path, PathBuf};

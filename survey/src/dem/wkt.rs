@@ -51,7 +51,7 @@ impl<'a> Node<'a> {
         self.nodes().filter(move |node| node.keyword.eq_ignore_ascii_case(keyword))
     }
 
-    /// The text or word at a place.
+    /// The text or word at an index.
     pub fn text(&self, index: usize) -> Option<&'a str> {
         match self.values.get(index)? {
             Value::Text(text) | Value::Word(text) => Some(text),
@@ -59,7 +59,7 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// The number at a place.
+    /// The number at an index.
     pub fn number(&self, index: usize) -> Option<f64> {
         self.text(index)?.parse().ok()
     }

@@ -39,7 +39,7 @@ impl<'a> Table<'a> {
         Ok(Table { name, header, rows })
     }
 
-    /// Place of the one column of that name.
+    /// Index of the one column of that name.
     ///
     /// # Errors
     /// There is none, or more than one.
@@ -47,14 +47,14 @@ impl<'a> Table<'a> {
         self.column_that(wanted, |name| name == wanted)
     }
 
-    /// Place of the one column whose name `is` the wanted one.
+    /// Index of the one column whose name `is` the wanted one.
     ///
     /// # Errors
     /// As [`Self::column`].
     pub fn column_that(&self, wanted: &str, is: impl Fn(&str) -> bool) -> Result<usize, InputError> {
-        let mut places = self.header.iter().enumerate().filter(|(_, name)| is(name)).map(|(place, _)| place);
-        match (places.next(), places.next()) {
-            (Some(place), None) => Ok(place),
+        let mut columns = self.header.iter().enumerate().filter(|(_, name)| is(name)).map(|(column, _)| column);
+        match (columns.next(), columns.next()) {
+            (Some(column), None) => Ok(column),
             (Some(_), Some(_)) => Err(InputError::new(format!("{}: more than one column {wanted}", self.name))),
             (None, _) => {
                 Err(InputError::new(format!("{} has no column {wanted}, only {}", self.name, self.header.join(", "))))
@@ -66,10 +66,10 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// It is none.
-    pub fn number(&self, row: usize, place: usize) -> Result<f64, InputError> {
-        match self.rows[row].1[place].parse::<f64>() {
+    pub fn number(&self, row: usize, column: usize) -> Result<f64, InputError> {
+        match self.rows[row].1[column].parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(self.wrong(row, place, "not a finite number")),
+            _ => Err(self.wrong(row, column, "not a finite number")),
         }
     }
 
@@ -77,39 +77,42 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// As [`Self::number`].
-    pub fn numbers_of<const N: usize>(&self, row: usize, places: [usize; N]) -> Result<[f64; N], InputError> {
+    pub fn numbers_of<const N: usize>(&self, row: usize, columns: [usize; N]) -> Result<[f64; N], InputError> {
         let mut numbers = [0.0; N];
-        for (number, place) in numbers.iter_mut().zip(places) {
-            *number = self.number(row, place)?;
+        for (number, column) in numbers.iter_mut().zip(columns) {
+            *number = self.number(row, column)?;
         }
         Ok(numbers)
     }
 
-    /// The places of several columns.
+    /// The indices of several columns.
     ///
     /// # Errors
     /// As [`Self::column`].
     pub fn columns<const N: usize>(&self, names: [&str; N]) -> Result<[usize; N], InputError> {
-        let mut places = [0; N];
-        for (place, name) in places.iter_mut().zip(names) {
-            *place = self.column(name)?;
+        let mut columns = [0; N];
+        for (column, name) in columns.iter_mut().zip(names) {
+            *column = self.column(name)?;
         }
-        Ok(places)
+        Ok(columns)
     }
 
     /// An error about a field: `what` it is instead of what it should be.
     #[must_use]
-    pub fn wrong(&self, row: usize, place: usize, what: &str) -> InputError {
+    pub fn wrong(&self, row: usize, column: usize, what: &str) -> InputError {
         let (line, fields) = &self.rows[row];
-        InputError::new(format!("{}, line {line}: {} = \"{}\" is {what}", self.name, self.header[place], fields[place]))
+        InputError::new(format!(
+            "{}, line {line}: {} = \"{}\" is {what}",
+            self.name, self.header[column], fields[column]
+        ))
     }
 
     /// A whole column of numbers.
     ///
     /// # Errors
     /// As [`Self::number`].
-    pub fn numbers(&self, place: usize) -> Result<Vec<f64>, InputError> {
-        (0..self.rows.len()).map(|row| self.number(row, place)).collect()
+    pub fn numbers(&self, column: usize) -> Result<Vec<f64>, InputError> {
+        (0..self.rows.len()).map(|row| self.number(row, column)).collect()
     }
 }
 

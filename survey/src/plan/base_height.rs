@@ -1,7 +1,7 @@
 //! The base plane: the height from which the flying height counts (paper 004, 1.1).
 
 use super::area::Area;
-use super::relief::SNAP;
+use super::terrain::SNAP;
 use crate::dem::Dem;
 use crate::error::InputError;
 

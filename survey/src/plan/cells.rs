@@ -2,9 +2,9 @@
 
 use super::area::Area;
 use super::intersect::{Sigmas, covariance};
-use super::relief::Relief;
 use super::sight::{Photos, Ray};
 use super::simulate::Simulation;
+use super::terrain::Terrain;
 use crate::dem::Dem;
 use rayon::prelude::*;
 
@@ -70,8 +70,8 @@ impl Cells {
     /// Cells over `area` (x, y): as fine as the elevation model, but no more than about `most`, and not coarser than a
     /// twentieth of the area's shorter side; finer where a thin area slips between them.
     #[must_use]
-    pub fn new(relief: &Relief<'_>, area: &Area, most: usize) -> Self {
-        let dem = relief.dem();
+    pub fn new(terrain: &Terrain<'_>, area: &Area, most: usize) -> Self {
+        let dem = terrain.dem();
         let [x0, y0, x1, y1] = area.bounds();
         let (shorter_m, longer_m) = ((x1 - x0).min(y1 - y0), (x1 - x0).max(y1 - y0));
         let coarsest_m = (shorter_m * longer_m / most as f64).sqrt().max(longer_m / most as f64);
@@ -83,7 +83,7 @@ impl Cells {
         }
         let mut inside = std::mem::take(&mut cells.inside);
         inside.par_iter_mut().for_each(|cell| {
-            cell.clear_slope = relief.clear_slope(cells.centre(cell.col, cell.row), cell.height_m);
+            cell.clear_slope = terrain.clear_slope(cells.centre(cell.col, cell.row), cell.height_m);
         });
         Cells { inside, ..cells }
     }
@@ -127,7 +127,7 @@ impl Cells {
         self.inside.par_iter().map_init(Vec::new, of).collect()
     }
 
-    /// Root mean square of the errors of all cells' intersections, horizontal and height, with noise made up `rounds` times; `None`
+    /// Root mean square of the errors of all cells' intersections, horizontal and height, with noise drawn `rounds` times; `None`
     /// where no cell is determined.
     #[must_use]
     pub fn simulated(&self, photos: &Photos<'_>, sigmas: &Sigmas, seed: u64, rounds: u64) -> Option<[f64; 2]> {

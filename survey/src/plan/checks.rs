@@ -3,8 +3,8 @@
 use super::file::Checks;
 use super::flown::{Leg, flown};
 use super::lines::{Layout, Strip};
-use super::relief::{Relief, Zone};
 use super::request::Request;
+use super::terrain::{Terrain, Zone};
 use crate::dem::Dem;
 use crate::error::InputError;
 
@@ -135,12 +135,12 @@ fn on_the_way(strips: &[Strip], radius_m: f64) -> impl Iterator<Item = Zone> {
 }
 
 fn highest_of(layout: &Layout<'_>, zones: impl Iterator<Item = Zone>) -> Option<f64> {
-    zones.filter_map(|zone| layout.relief.highest_in(&layout.axes, &zone)).reduce(f64::max)
+    zones.filter_map(|zone| layout.terrain.highest_in(&layout.axes, &zone)).reduce(f64::max)
 }
 
 /// Photos whose footprints on the base plane reach beyond the outermost posts or hold one whose height is unknown.
 fn beyond_dem(layout: &Layout<'_>, strips: &[Strip]) -> usize {
-    let dem = layout.relief.dem();
+    let dem = layout.terrain.dem();
     let [x0, y0, x1, y1] = dem.bounds();
     let [half_along, half_across] = layout.view.footprint_m.map(|side| 0.5 * side);
     // Posts where nothing is known stand out in a model of their own.
@@ -148,7 +148,7 @@ fn beyond_dem(layout: &Layout<'_>, strips: &[Strip]) -> usize {
         let heights = dem.heights.iter().map(|height| if height.is_nan() { 1.0 } else { f64::NAN });
         Dem { heights: heights.collect(), ..*dem }
     });
-    let unknown = unknown.as_ref().map(Relief::new);
+    let unknown = unknown.as_ref().map(Terrain::new);
     let is_beyond = |along: f64, across: f64| {
         let footprint = Zone {
             along: [along - half_along, along + half_along],

@@ -9,7 +9,7 @@ use crate::error::InputError;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What a plan is told of its progress: steps done, and all of them.
+/// Called with the progress of a plan: steps done, and all of them.
 pub type Progress<'p> = &'p (dyn Fn(usize, usize) + Sync);
 
 /// What a plan has to keep.
@@ -35,7 +35,7 @@ pub const COUNT: usize = 77;
 
 impl Layout<'_> {
     /// All combinations over this area in ascending order, side before forward, each laid, seen and its intersections' covariances
-    /// formed; none is chosen yet. `progress` is told after each, from
+    /// formed; none is chosen yet. `progress` is called after each, from
     /// any thread.
     ///
     /// # Errors
@@ -59,7 +59,7 @@ impl Layout<'_> {
                 }
                 Err(error) => return Err(error),
             };
-            let known = cells.known(&Photos::new(&strips, self.relief, self.axes, &self.view), sigmas);
+            let known = cells.known(&Photos::new(&strips, self.terrain, self.axes, &self.view), sigmas);
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, COUNT);
             Ok(combination(overlaps, &strips, &known, limits))
         });

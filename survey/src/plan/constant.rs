@@ -73,7 +73,7 @@ fn exposures([from_m, to_m]: [f64; 2], base_m: f64) -> impl Iterator<Item = f64>
     (0..steps(to_m - from_m, base_m) + 2).map(move |photo| from_m + (photo as f64 - 1.0) * base_m)
 }
 
-/// The step of the fewest places over a length for which `holds` says that it does, tried from the nominal one down.
+/// The step of the fewest positions over a length for which `holds` says that it does, tried from the nominal one down.
 fn cheapest(length_m: f64, nominal_m: f64, holds: impl Fn(usize, f64) -> bool) -> Result<f64, InputError> {
     if length_m <= 0.0 {
         return Ok(nominal_m);

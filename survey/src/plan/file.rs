@@ -4,6 +4,7 @@
 //! geographic; local metres where it has none), `z` metres above its height datum.
 
 mod check;
+mod numbers;
 
 use crate::camera_file::{CameraFile, Distortion};
 use serde::{Deserialize, Serialize};
@@ -44,7 +45,7 @@ pub struct PlanFile {
     pub photo_count: usize,
     /// Shortest base and the time it takes.
     pub base_min_m: f64,
-    /// The same as time.
+    /// That base as time.
     pub interval_min_s: f64,
     /// Corners of the area, the first not repeated.
     pub area: Vec<[f64; 2]>,
@@ -70,7 +71,7 @@ pub struct PlanFile {
     #[serde(default)]
     pub dem_path: Option<String>,
     #[serde(default)]
-    #[expect(missing_docs, reason = "told with the path")]
+    #[expect(missing_docs, reason = "stated with the path")]
     pub dem_sha256: Option<String>,
 }
 
@@ -195,9 +196,9 @@ pub struct Accuracy {
     pub plan_m: f64,
     /// Height.
     pub height_m: f64,
-    /// The same from made-up noise, intersected.
+    /// Horizontal, from intersections with simulated noise.
     pub simulated_plan_m: f64,
-    /// The same of the height.
+    /// Height, from simulated noise.
     pub simulated_height_m: f64,
     /// Largest predicted horizontal standard deviation of a cell.
     pub plan_max_m: f64,

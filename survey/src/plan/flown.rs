@@ -24,7 +24,7 @@ impl Leg<'_> {
         self.end(!self.is_back)
     }
 
-    /// Exposures have at least one place.
+    /// Exposures have at least one position.
     fn end(&self, is_high: bool) -> f64 {
         let along_m = &self.strip.along_m;
         if is_high { along_m[along_m.len() - 1] } else { along_m[0] }

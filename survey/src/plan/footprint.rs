@@ -22,7 +22,7 @@ impl<'p> Sight<'p> {
     /// Looks once through all posts.
     #[must_use]
     pub fn new(layout: &'p Layout<'p>) -> Self {
-        let (dem, view) = (layout.relief.dem(), &layout.view);
+        let (dem, view) = (layout.terrain.dem(), &layout.view);
         Sight {
             layout,
             dem,

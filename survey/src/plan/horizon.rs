@@ -1,9 +1,9 @@
 //! From which slope on a ray leaves the ground for good.
 
-use super::relief::Relief;
+use super::terrain::Terrain;
 use crate::dem::Dem;
 
-impl Relief<'_> {
+impl Terrain<'_> {
     /// A rise over run from which on every ray from the ground point at (x, y) meets no terrain again, in any direction: the
     /// steepest ground in the cells around, and the steepest view of any other cell, taken at its highest post and its nearest place.
     #[must_use]
@@ -50,23 +50,23 @@ mod tests {
         // Level at 0, a wall of 100 m from x = 500 on.
         let heights = (0..40 * 40).map(|k| if k % 40 >= 25 { 100.0 } else { 0.0 }).collect();
         let dem = Dem { cols: 40, rows: 40, west_m: 0.0, south_m: 0.0, step_m: [20.0; 2], heights };
-        let relief = Relief::new(&dem);
+        let terrain = Terrain::new(&dem);
         // The cell that rises begins at 480.
-        assert!((relief.clear_slope([280.0, 400.0], 0.0) - 0.5).abs() < 1e-12);
-        assert_eq!(relief.clear_slope([700.0, 400.0], 100.0), 0.0);
+        assert!((terrain.clear_slope([280.0, 400.0], 0.0) - 0.5).abs() < 1e-12);
+        assert_eq!(terrain.clear_slope([700.0, 400.0], 100.0), 0.0);
         // On the wall itself.
-        assert_eq!(relief.clear_slope([490.0, 400.0], 50.0), 5.0);
+        assert_eq!(terrain.clear_slope([490.0, 400.0], 50.0), 5.0);
     }
 
     #[test]
     fn no_ray_that_is_called_clear_meets_the_ground() {
         let heights = (0..60 * 50).map(|k| ((k * 7919 + k / 60 * 104_729) % 97) as f64).collect();
         let dem = Dem { cols: 60, rows: 50, west_m: 3.0, south_m: -8.0, step_m: [12.0, 9.0], heights };
-        let relief = Relief::new(&dem);
+        let terrain = Terrain::new(&dem);
         for k in 0..200_u32 {
             let [x, y] = [3.0 + f64::from(k * 37 % 600) + 20.0, -8.0 + f64::from(k * 91 % 380) + 15.0];
             let ground = dem.height(x, y).expect("inside");
-            let slope = relief.clear_slope([x, y], ground);
+            let slope = terrain.clear_slope([x, y], ground);
             let (sin, cos) = (f64::from(k) * 0.7).sin_cos();
             for run in 1..400 {
                 let run = f64::from(run);

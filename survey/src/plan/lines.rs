@@ -8,12 +8,12 @@
 
 use super::area::{Area, merged};
 use super::axes::Axes;
-use super::relief::{Relief, Zone};
+use super::terrain::{Terrain, Zone};
 use crate::error::InputError;
 
 /// Most photos of a plan.
 const PHOTOS_MAX: usize = 500_000;
-/// Places this close to an end have reached it: sums of bases that divide an area exactly are off by rounding.
+/// Positions this close to an end have reached it: sums of bases that divide an area exactly are off by rounding.
 pub(super) const END_M: f64 = 1e-6;
 /// Steps of a fixed point; each takes in more of the terrain, and a handful is usual.
 const STEPS_MAX: usize = 10_000;
@@ -45,7 +45,7 @@ pub struct Strip {
     pub line: usize,
     /// Place across.
     pub across_m: f64,
-    /// Places along, ascending.
+    /// Positions along, ascending.
     pub along_m: Vec<f64>,
 }
 
@@ -105,7 +105,7 @@ impl View {
 #[derive(Debug)]
 pub struct Layout<'a> {
     /// The terrain.
-    pub relief: &'a Relief<'a>,
+    pub terrain: &'a Terrain<'a>,
     /// The strips' axes.
     pub axes: Axes,
     /// The area in `[along, across]`.
@@ -145,14 +145,14 @@ impl Layout<'_> {
     }
 
     /// Exposures of one run, from its low end.
-    fn exposures(&self, across_m: f64, [from_m, to_m]: [f64; 2], room: usize) -> Result<Vec<f64>, InputError> {
+    fn exposures(&self, across_m: f64, [from_m, to_m]: [f64; 2], most: usize) -> Result<Vec<f64>, InputError> {
         let [nominal_m, _] = self.view.nominal_m(&self.overlaps);
         let mut at_m = from_m;
         let mut along_m = vec![at_m];
         while at_m < to_m - END_M {
             at_m += self.fixed_point(nominal_m, |base_m| self.view.forward_zone(at_m, base_m, across_m))?;
             along_m.push(at_m);
-            if along_m.len() > room {
+            if along_m.len() > most {
                 return Err(too_many());
             }
         }
@@ -162,7 +162,7 @@ impl Layout<'_> {
     fn fixed_point(&self, nominal_m: f64, zone: impl Fn(f64) -> Zone) -> Result<f64, InputError> {
         let mut distance_m = nominal_m;
         for _ in 0..STEPS_MAX {
-            let highest_m = self.relief.highest_in(&self.axes, &zone(distance_m));
+            let highest_m = self.terrain.highest_in(&self.axes, &zone(distance_m));
             let suits_m = nominal_m * self.view.share(highest_m)?;
             if suits_m >= distance_m {
                 return Ok(distance_m);

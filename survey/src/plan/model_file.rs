@@ -37,9 +37,9 @@ impl PlanFile {
         let named = Path::new(&self.dem);
         let folder = plan.parent().unwrap_or(Path::new(""));
         let beside = named.file_name().map(|name| folder.join(name));
-        let places =
+        let candidates =
             [self.dem_path.as_ref().map(PathBuf::from), Some(folder.join(named)), beside, Some(named.to_owned())];
-        let found: Vec<PathBuf> = places.into_iter().flatten().filter(|place| place.is_file()).collect();
+        let found: Vec<PathBuf> = candidates.into_iter().flatten().filter(|path| path.is_file()).collect();
         let refuse = |why: String| {
             Err(InputError::new(format!(
                 "{}: its elevation model {} {why}; --dem names another",
@@ -49,9 +49,9 @@ impl PlanFile {
         };
         let Some(first) = found.first() else { return refuse("is not there".to_owned()) };
         let Some(wanted) = &self.dem_sha256 else { return Ok(first.clone()) };
-        for place in &found {
-            if sha256(place)? == *wanted {
-                return Ok(place.clone());
+        for path in &found {
+            if sha256(path)? == *wanted {
+                return Ok(path.clone());
             }
         }
         refuse(format!("has another content than when the plan was made (SHA-256 of {})", first.display()))

@@ -25,22 +25,6 @@ impl Planned<'_> {
         dem: &ModelFile,
     ) -> Result<PlanFile, InputError> {
         let (layout, view) = (&self.layout, &self.layout.view);
-        let world = |metres: [f64; 2]| place.frame().world(metres);
-        let z = view.base_height_m + view.height_m;
-        let photo = |across_m: f64, along_m: f64| {
-            let metres = layout.axes.point([along_m, across_m]);
-            let ([x, y], deg) = (world(metres), place.wgs84(metres)?);
-            Ok(Photo { x, y, z, lat: deg.map(|deg| deg.0), lon: deg.map(|deg| deg.1) })
-        };
-        let strips = flown(&self.strips).map(|leg| {
-            let photos = leg.strip.along_m.iter().map(|along_m| photo(leg.strip.across_m, *along_m));
-            let turned_deg = if leg.is_back { 180.0 } else { 0.0 };
-            Ok(StripFile {
-                line: leg.strip.line,
-                heading_deg: layout.axes.heading_deg() + turned_deg,
-                photos: photos.collect::<Result<_, InputError>>()?,
-            })
-        });
         let photos = photo_count(&self.strips);
         let Limits { speed_m_s, min_interval_s, .. } = request.limits;
         Ok(PlanFile {
@@ -60,26 +44,50 @@ impl Planned<'_> {
             photo_count: photos,
             base_min_m: self.base_min_m,
             interval_min_s: self.base_min_m / speed_m_s,
-            area: request.area.corners().iter().map(|corner| world(*corner)).collect(),
-            strips: strips.collect::<Result<_, InputError>>()?,
+            area: request.area.corners().iter().map(|corner| place.frame().world(*corner)).collect(),
+            strips: self.strip_files(place)?,
             noise,
             accuracy: self.accuracy(request.seed),
             checks: self.checks,
-            constant_base: self.constant.as_ref().map(|constant| {
-                let constant_photos = photo_count(&constant.strips);
-                ConstantBase {
-                    base_m: constant.base_m,
-                    spacing_m: constant.spacing_m,
-                    lines: line_count(&constant.strips),
-                    photos: constant_photos,
-                    photos_saved: constant_photos as i64 - photos as i64,
-                }
-            }),
+            constant_base: self.constant_base(),
             combinations: self.combinations.clone(),
             flight_order: self.flight_order(),
             swath_min: SwathMin { side: layout.swath_min(&self.strips) },
             dem_path: Some(dem.path.clone()),
             dem_sha256: Some(dem.sha256.clone()),
+        })
+    }
+
+    /// The strips in the order of flight.
+    fn strip_files(&self, place: &Place) -> Result<Vec<StripFile>, InputError> {
+        let (axes, view) = (&self.layout.axes, &self.layout.view);
+        let z = view.base_height_m + view.height_m;
+        let photo = |across_m: f64, along_m: f64| {
+            let metres = axes.point([along_m, across_m]);
+            let ([x, y], deg) = (place.frame().world(metres), place.wgs84(metres)?);
+            Ok(Photo { x, y, z, lat: deg.map(|deg| deg.0), lon: deg.map(|deg| deg.1) })
+        };
+        let strip = |leg: Leg<'_>| {
+            let photos = leg.strip.along_m.iter().map(|along_m| photo(leg.strip.across_m, *along_m));
+            let turned_deg = if leg.is_back { 180.0 } else { 0.0 };
+            Ok(StripFile {
+                line: leg.strip.line,
+                heading_deg: axes.heading_deg() + turned_deg,
+                photos: photos.collect::<Result<_, InputError>>()?,
+            })
+        };
+        flown(&self.strips).map(strip).collect()
+    }
+
+    fn constant_base(&self) -> Option<ConstantBase> {
+        let constant = self.constant.as_ref()?;
+        let photos = photo_count(&constant.strips);
+        Some(ConstantBase {
+            base_m: constant.base_m,
+            spacing_m: constant.spacing_m,
+            lines: line_count(&constant.strips),
+            photos,
+            photos_saved: photos as i64 - photo_count(&self.strips) as i64,
         })
     }
 

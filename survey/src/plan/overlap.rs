@@ -4,7 +4,7 @@
 //! so the share of a photo that the next one sees too is 1 - B / (l (1 - dh / H)), smallest at the highest terrain of the overlap.
 
 use super::lines::{Layout, Strip};
-use super::relief::Zone;
+use super::terrain::Zone;
 
 /// Smallest overlaps of a set of strips; `None` where it has no such pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,14 +42,14 @@ impl Layout<'_> {
     }
 
     fn overlap(&self, distance_m: f64, footprint_m: f64, zone: &Zone) -> f64 {
-        let highest_m = self.relief.highest_in(&self.axes, zone).unwrap_or(self.view.base_height_m);
+        let highest_m = self.terrain.highest_in(&self.axes, zone).unwrap_or(self.view.base_height_m);
         let share = 1.0 - (highest_m - self.view.base_height_m) / self.view.height_m;
         // Terrain that reaches the camera leaves nothing to overlap.
         if share > 0.0 { 1.0 - distance_m / (footprint_m * share) } else { f64::NEG_INFINITY }
     }
 }
 
-/// Places across of the lines, ascending.
+/// Positions across of the lines, ascending.
 #[must_use]
 pub fn lines(strips: &[Strip]) -> Vec<f64> {
     let mut across_m: Vec<f64> = strips.iter().map(|strip| strip.across_m).collect();

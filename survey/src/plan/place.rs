@@ -67,7 +67,7 @@ impl Place {
         let [x, y] = metres;
         if !(x.abs() <= LOCAL_MAX_M && y.abs() <= LOCAL_MAX_M) {
             return Err(InputError::new(format!(
-                "x {x}, y {y} is farther from the local grid's origin than {LOCAL_MAX_M} m, so its place on Earth is not told"
+                "x {x}, y {y} is farther from the local grid's origin than {LOCAL_MAX_M} m, so its position on Earth is not known"
             )));
         }
         let [meridian_m, prime_vertical_m] = radii_m(lat_deg);

@@ -9,16 +9,16 @@ use super::constant::Constant;
 use super::file::{Checks, Combination, Limit};
 use super::lines::{Layout, Overlaps, Strip, View};
 use super::overlap::Achieved;
-use super::relief::Relief;
 use super::request::Request;
 use super::sight::Photos;
+use super::terrain::Terrain;
 use crate::error::InputError;
 
 /// Cells that a plan's accuracy is looked at on, about.
 const CELLS_MOST: usize = 40_000;
 /// Cells that each combination is looked at on, about.
 const CELLS_OF_A_COMBINATION: usize = 2_500;
-/// Times that noise is made up for a plan.
+/// How often noise is drawn for a plan.
 const ROUNDS: u64 = 8;
 /// Overlaps at which headings are compared when overlaps are yet to be chosen: the least of the combinations.
 pub const LEAST: Overlaps = Overlaps { forward: 0.6, side: 0.3 };
@@ -46,7 +46,7 @@ pub struct Planned<'r> {
     pub known: Vec<Known>,
     /// Predicted accuracy and gaps; `None` where no cell is determined.
     pub summary: Option<Summary>,
-    /// Accuracy from made-up noise, horizontal and height.
+    /// Accuracy from simulated noise, horizontal and height.
     pub simulated_m: Option<[f64; 2]>,
     /// The cheapest constant bases; `None` where all have too many photos.
     pub constant: Option<Constant>,
@@ -61,8 +61,8 @@ impl Request {
     ///
     /// # Errors
     /// The model has an unknown height under the area.
-    fn view(&self, relief: &Relief<'_>) -> Result<View, InputError> {
-        let base_height_m = base_height_m(relief.dem(), &self.area)?;
+    fn view(&self, terrain: &Terrain<'_>) -> Result<View, InputError> {
+        let base_height_m = base_height_m(terrain.dem(), &self.area)?;
         let footprint_m = self.half_tangent.map(|tangent| 2.0 * tangent * self.height_m);
         Ok(View { height_m: self.height_m, base_height_m, footprint_m })
     }
@@ -72,11 +72,11 @@ impl Request {
     /// # Errors
     /// One sentence: heights unknown under the area, terrain at or above the flying height, no combination of overlaps left,
     /// exposures that follow each other too fast, too many photos.
-    pub fn plan<'r>(&self, relief: &'r Relief<'r>, progress: Progress<'_>) -> Result<Planned<'r>, InputError> {
-        let view = self.view(relief)?;
+    pub fn plan<'r>(&self, terrain: &'r Terrain<'r>, progress: Progress<'_>) -> Result<Planned<'r>, InputError> {
+        let view = self.view(terrain)?;
         let layout = |heading_deg: f64, overlaps: Overlaps| {
             let axes = Axes::new(heading_deg);
-            Layout { relief, axes, area: self.area.mapped(|corner| axes.of(corner)), view, overlaps }
+            Layout { terrain, axes, area: self.area.mapped(|corner| axes.of(corner)), view, overlaps }
         };
         let heading_deg = match self.heading_deg {
             Some(heading_deg) => heading_deg,
@@ -85,10 +85,10 @@ impl Request {
         let mut layout = layout(heading_deg, self.overlaps.unwrap_or(LEAST));
         let mut combinations = Vec::new();
         if self.overlaps.is_none() {
-            let cells = Cells::new(relief, &self.area, CELLS_OF_A_COMBINATION);
+            let cells = Cells::new(terrain, &self.area, CELLS_OF_A_COMBINATION);
             combinations = layout.combinations(&cells, &self.sigmas, &self.limits, progress)?;
         }
-        let cells = Cells::new(relief, &self.area, CELLS_MOST);
+        let cells = Cells::new(terrain, &self.area, CELLS_MOST);
         if cells.inside.is_empty() {
             return Err(InputError::new(
                 "the area is too thin or too small to be planned for: no cell of it can be looked at",
@@ -102,7 +102,7 @@ impl Request {
                 return Err(InputError::new(nothing_left(&combinations)));
             }
             let strips = layout.variable()?;
-            let known = cells.known(&Photos::new(&strips, relief, layout.axes, &view), &self.sigmas);
+            let known = cells.known(&Photos::new(&strips, terrain, layout.axes, &view), &self.sigmas);
             match chosen.map(|chosen| &mut combinations[chosen]) {
                 // A gap that the coarser cells had missed.
                 Some(chosen) if known.iter().any(Known::is_gap) => chosen.ruled_out = Some(Limit::Gap),
@@ -114,7 +114,7 @@ impl Request {
         };
         let base_min_m = base_min_m(&strips);
         self.is_slow_enough(base_min_m)?;
-        let photos = Photos::new(&strips, relief, layout.axes, &view);
+        let photos = Photos::new(&strips, terrain, layout.axes, &view);
         let simulated_m = cells.simulated(&photos, &self.sigmas, self.seed, ROUNDS);
         let checks = Checks::new(&layout, &strips, self)?;
         Ok(Planned {

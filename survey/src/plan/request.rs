@@ -28,6 +28,6 @@ pub struct Request {
     pub exposure_s: f64,
     /// Least height above the ground along strips and turns that counts as safe.
     pub min_clearance_m: f64,
-    /// What made-up noise comes from.
+    /// Seed of the simulated noise.
     pub seed: u64,
 }

@@ -2,7 +2,7 @@
 
 use super::axes::Axes;
 use super::lines::{Strip, View};
-use super::relief::Relief;
+use super::terrain::Terrain;
 
 /// A photo that sees a point: which, and the direction of the ray as tangents from the vertical.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Ray {
 #[derive(Debug)]
 pub struct Photos<'p> {
     strips: &'p [Strip],
-    relief: &'p Relief<'p>,
+    terrain: &'p Terrain<'p>,
     axes: Axes,
     up_m: f64,
     /// Half a footprint over the height.
@@ -31,8 +31,8 @@ pub struct Photos<'p> {
 impl<'p> Photos<'p> {
     /// Photos of `strips`, which are in the order of their lines.
     #[must_use]
-    pub fn new(strips: &'p [Strip], relief: &'p Relief<'p>, axes: Axes, view: &View) -> Self {
-        Photos { strips, relief, axes, up_m: view.base_height_m + view.height_m, half_tangent: view.half_tangent() }
+    pub fn new(strips: &'p [Strip], terrain: &'p Terrain<'p>, axes: Axes, view: &View) -> Self {
+        Photos { strips, terrain, axes, up_m: view.base_height_m + view.height_m, half_tangent: view.half_tangent() }
     }
 
     /// Their strips.
@@ -42,7 +42,7 @@ impl<'p> Photos<'p> {
     }
 
     /// The rays of all photos that see the ground point at (x, y), strip by strip; no terrain stands between. `clear` is the
-    /// slope from which none can ([`Relief::clear_slope`]).
+    /// slope from which none can ([`Terrain::clear_slope`]).
     pub fn rays(&self, [x, y]: [f64; 2], ground_m: f64, clear: f64, rays: &mut Vec<Ray>) {
         rays.clear();
         let depth_m = self.up_m - ground_m;
@@ -71,8 +71,8 @@ impl<'p> Photos<'p> {
     fn is_clear(&self, ground: [f64; 3], photo: [f64; 2]) -> bool {
         let [x, y] = self.axes.point(photo);
         let (run_m, rise_m) = ((x - ground[0]).hypot(y - ground[1]), self.up_m - ground[2]);
-        let Some(highest_m) = self.relief.highest() else { return true };
-        let dem = self.relief.dem();
+        let Some(highest_m) = self.terrain.highest() else { return true };
+        let dem = self.terrain.dem();
         let step_m = 0.5 * dem.step_m[0].min(dem.step_m[1]);
         // Above all terrain nothing stands in the way.
         let until = ((highest_m - ground[2]) / rise_m).min(1.0);

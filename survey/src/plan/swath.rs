@@ -2,14 +2,14 @@
 //!
 //! The overlap is that of photos over level ground at the height of the highest terrain that both see. On a slope the edges of
 //! two swaths lie at different heights, so the ground between them is wider or narrower than that. Here the edge rays are
-//! followed to the terrain, at the place along of each exposure.
+//! followed to the terrain, at the position along of each exposure.
 
 use super::footprint::Sight;
 use super::lines::{Layout, Strip};
 use rayon::prelude::*;
 
 impl Layout<'_> {
-    /// The smallest width between the edges of neighbouring strips, as a share of the wider of their swaths at that place along;
+    /// The smallest width between the edges of neighbouring strips, as a share of the wider of their swaths at that position along;
     /// `None` where all strips lie on one line. Below 0 they leave a gap.
     #[must_use]
     pub fn swath_min(&self, strips: &[Strip]) -> Option<f64> {
@@ -23,8 +23,8 @@ impl Layout<'_> {
             .windows(2)
             .flat_map(|pair| {
                 let [low_m, high_m] = [pair[0][0].across_m, pair[1][0].across_m];
-                let places = pair.iter().copied().flatten().flat_map(|strip| &strip.along_m);
-                places.map(move |along_m| (*along_m, low_m, high_m))
+                let positions = pair.iter().copied().flatten().flat_map(|strip| &strip.along_m);
+                positions.map(move |along_m| (*along_m, low_m, high_m))
             })
             .collect();
         let share = |&(along_m, low_m, high_m): &(f64, f64, f64)| {

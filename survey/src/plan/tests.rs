@@ -6,7 +6,7 @@ use super::base_height::base_height_m;
 use super::combinations::base_min_m;
 use super::lines::{Layout, Overlaps, Strip, View, line_count, photo_count};
 use super::overlap::lines;
-use super::relief::Relief;
+use super::terrain::Terrain;
 use crate::dem::Dem;
 
 /// z = 100 + 80 sin(x / 700) cos(y / 500) on posts 50 m apart.
@@ -38,9 +38,9 @@ pub(super) fn view(base_height_m: f64) -> View {
     View { height_m: 555.0, base_height_m, footprint_m: [555.0 * 108.0 / 50.0, 555.0 * 72.0 / 50.0] }
 }
 
-fn layout<'a>(relief: &'a Relief<'a>, area: Area, forward: f64, side: f64) -> Layout<'a> {
-    let base = base_height_m(relief.dem(), &area).expect("known");
-    Layout { relief, axes: Axes::new(90.0), area, view: view(base), overlaps: Overlaps { forward, side } }
+fn layout<'a>(terrain: &'a Terrain<'a>, area: Area, forward: f64, side: f64) -> Layout<'a> {
+    let base = base_height_m(terrain.dem(), &area).expect("known");
+    Layout { terrain, axes: Axes::new(90.0), area, view: view(base), overlaps: Overlaps { forward, side } }
 }
 
 fn counts(strips: &[Strip]) -> Vec<usize> {
@@ -56,8 +56,8 @@ fn golden_base_height() {
 #[test]
 fn golden_strips_60_30() {
     let dem = portable();
-    let relief = Relief::new(&dem);
-    let layout = layout(&relief, golden_area(), 0.6, 0.3);
+    let terrain = Terrain::new(&dem);
+    let layout = layout(&terrain, golden_area(), 0.6, 0.3);
     let strips = layout.variable().expect("laid");
     assert_eq!(counts(&strips), [17, 17, 16, 17]);
     for (ours, golden) in lines(&strips).iter().zip([500.0, 1_026.543_760, 1_504.010_117, 1_979.204_286]) {
@@ -76,8 +76,8 @@ fn golden_strips_60_30() {
 #[test]
 fn golden_strips_80_60() {
     let dem = portable();
-    let relief = Relief::new(&dem);
-    let strips = layout(&relief, golden_area(), 0.8, 0.6).variable().expect("laid");
+    let terrain = Terrain::new(&dem);
+    let strips = layout(&terrain, golden_area(), 0.8, 0.6).variable().expect("laid");
     assert_eq!((line_count(&strips), photo_count(&strips)), (7, 212));
     assert!((base_min_m(&strips) - 203.654_644_031).abs() < 1e-9, "{}", base_min_m(&strips));
 }
@@ -86,9 +86,9 @@ fn golden_strips_80_60() {
 fn golden_level_ground() {
     let dem =
         Dem { cols: 200, rows: 60, west_m: -1000.0, south_m: -500.0, step_m: [50.0; 2], heights: vec![42.0; 12_000] };
-    let relief = Relief::new(&dem);
+    let terrain = Terrain::new(&dem);
     for (forward, side, lines, photos) in [(0.6, 0.3, 4, 64), (0.8, 0.6, 6, 168)] {
-        let layout = layout(&relief, rectangle([0.0, 0.0, 5800.0, 1400.0]), forward, side);
+        let layout = layout(&terrain, rectangle([0.0, 0.0, 5800.0, 1400.0]), forward, side);
         let strips = layout.variable().expect("laid");
         assert_eq!((line_count(&strips), photo_count(&strips)), (lines, photos));
         // Level ground needs no other base than the nominal one.
@@ -117,8 +117,8 @@ fn with_peak(corners: &[[f64; 2]], [x, y]: [f64; 2], peak_m: f64, speed_m_s: f64
         min_clearance_m: 50.0,
         seed: 1,
     };
-    let relief = Relief::new(&dem);
-    let planned = request.plan(&relief, &|_, _| ()).map_err(|error| error.to_string())?;
+    let terrain = Terrain::new(&dem);
+    let planned = request.plan(&terrain, &|_, _| ()).map_err(|error| error.to_string())?;
     for strip in planned.strips.windows(2).filter(|pair| pair[0].line == pair[1].line) {
         let apart = strip[1].along_m[0] - strip[0].along_m[strip[0].along_m.len() - 1];
         assert!(apart >= planned.layout.view.nominal_m(&planned.layout.overlaps)[0] - 1e-6, "parts {apart} m apart");

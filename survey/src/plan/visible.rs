@@ -6,8 +6,8 @@
 use crate::camera_file::CameraFile;
 use crate::error::InputError;
 
-/// Places along a border of the frame.
-const PLACES: u32 = 64;
+/// Points along a border of the frame.
+const POINTS: u32 = 64;
 /// Steps that undo a lens, and what is left of them.
 const STEPS_MAX: usize = 100;
 const LEFT_MAX: f64 = 1e-9;
@@ -32,8 +32,8 @@ pub fn half_tangents(camera: &CameraFile) -> Result<[f64; 2], InputError> {
         return Ok(nearer);
     }
     let mut least = nearer;
-    for place in 0..=PLACES {
-        let share = 2.0 * f64::from(place) / f64::from(PLACES) - 1.0;
+    for point in 0..=POINTS {
+        let share = 2.0 * f64::from(point) / f64::from(POINTS) - 1.0;
         for side in [-1.0, 1.0] {
             let along_edge = [side * half[0] - offset[0], share * half[1] - offset[1]];
             let across_edge = [share * half[0] - offset[0], side * half[1] - offset[1]];
@@ -41,7 +41,7 @@ pub fn half_tangents(camera: &CameraFile) -> Result<[f64; 2], InputError> {
                 let ideal = undistorted(camera, border).ok_or_else(|| {
                     InputError::new("the camera's distortion cannot be undone on the border of its frame")
                 })?;
-                least[k] = if place == 0 && side < 0.0 { ideal[k].abs() } else { least[k].min(ideal[k].abs()) };
+                least[k] = if point == 0 && side < 0.0 { ideal[k].abs() } else { least[k].min(ideal[k].abs()) };
             }
         }
     }

@@ -6,7 +6,7 @@ use super::error::{SmoothError, TURN_MAX_DEG};
 /// sample) stay and are passed over. Degrees.
 ///
 /// # Errors
-/// [`SmoothError::TurnTooFar`]: which way round it went cannot be told.
+/// [`SmoothError::TurnTooFar`]: which way round it went is not certain.
 pub fn unwrap_degrees(values: &mut [f64]) -> Result<(), SmoothError> {
     let mut before: Option<f64> = None;
     for (sample, value) in values.iter_mut().enumerate().filter(|(_, value)| value.is_finite()) {

@@ -72,46 +72,56 @@ impl SmoothError {
     /// One sentence without a full stop; `place` names a sample, for example by the line it stands in.
     #[must_use]
     pub fn sentence(&self, place: &dyn Fn(usize) -> String) -> String {
+        match self.sample() {
+            Some(sample) => format!("{}: {}", place(sample), self.reason()),
+            None => self.reason(),
+        }
+    }
+
+    /// The sample at which it lies, where it lies at one.
+    fn sample(&self) -> Option<usize> {
         match self {
-            SmoothError::TurnTooFar { sample, turn_deg } => format!(
-                "{}: the angle turns by {turn_deg:.1} deg; beyond {TURN_MAX_DEG} the way round is not certain",
-                place(*sample)
-            ),
+            SmoothError::TurnTooFar { sample, .. }
+            | SmoothError::NotFinite { sample, .. }
+            | SmoothError::NotForward { sample, .. }
+            | SmoothError::SpacingOutOfRange { sample, .. }
+            | SmoothError::BadWeight { sample, .. } => Some(*sample),
+            SmoothError::GapTooLong { gaps, .. } => gaps.first().map(|gap| gap.after),
+            _ => None,
+        }
+    }
+
+    /// The sentence without the sample.
+    fn reason(&self) -> String {
+        match self {
+            SmoothError::TurnTooFar { turn_deg, .. } => {
+                format!("the angle turns by {turn_deg:.1} deg; beyond {TURN_MAX_DEG} the way round is not certain")
+            }
             SmoothError::TooFew { samples, order } => {
                 let samples = if *samples == 1 { "1 sample".to_owned() } else { format!("{samples} samples") };
                 format!("{samples}, but order {order} needs {} at least", order.differences() + 1)
             }
-            SmoothError::NotFinite { sample, what } => format!("{}: the {what} is not a finite number", place(*sample)),
-            SmoothError::NotForward { sample, t_s, before_s } if t_s == before_s => {
-                format!("{}: the time {t_s} is repeated", place(*sample))
+            SmoothError::NotFinite { what, .. } => format!("the {what} is not a finite number"),
+            SmoothError::NotForward { t_s, before_s, .. } if t_s == before_s => format!("the time {t_s} is repeated"),
+            SmoothError::NotForward { t_s, before_s, .. } => {
+                format!("the time {t_s} goes back, {before_s} stands before it")
             }
-            SmoothError::NotForward { sample, t_s, before_s } => {
-                format!("{}: the time {t_s} goes back, {before_s} stands before it", place(*sample))
-            }
-            SmoothError::SpacingOutOfRange { sample, spacing_s } => {
-                format!("{}: {spacing_s:e} after the time before, beyond the range of numbers", place(*sample))
+            SmoothError::SpacingOutOfRange { spacing_s, .. } => {
+                format!("{spacing_s:e} after the time before, beyond the range of numbers")
             }
             SmoothError::ValuesTooSmall { largest } => {
                 format!("no value is above {largest:e}: their squares are beyond the range of numbers")
             }
-            SmoothError::GapTooLong { gaps, limit_s } => {
-                let told = |gap: &Gap| format!("{:.3} s at {}", gap.length_s(), gap.from_s);
-                let named: Vec<String> = gaps.iter().take(NAMED).map(told).collect();
-                let more = if gaps.len() > NAMED { format!(" and {} more", gaps.len() - NAMED) } else { String::new() };
-                let place = gaps.first().map_or_else(String::new, |gap| place(gap.after));
-                // A limit of so many spacings has the digits of a mean.
-                let limit = (limit_s * 1e6).round() / 1e6;
-                format!("{place}: gap longer than the limit of {limit} s: {}{more}", named.join(", "))
-            }
-            SmoothError::BadWeight { sample, weight } => {
-                format!("{}: {weight} is no weight (0, or between 1e-6 and 1e6 of the mean)", place(*sample))
+            SmoothError::GapTooLong { gaps, limit_s } => gaps_too_long(gaps, *limit_s),
+            SmoothError::BadWeight { weight, .. } => {
+                format!("{weight} is no weight (0, or between 1e-6 and 1e6 of the mean)")
             }
             SmoothError::RankDeficient { counting, order } => format!(
                 "rank-deficient: {counting} samples have a weight above 0, order {order} needs {}",
                 order.differences() + 1
             ),
             SmoothError::AllEqual { value } => {
-                format!("all samples are equal ({value}): a stuck sensor, whose noise cannot be told")
+                format!("all samples are equal ({value}): a stuck sensor, whose noise cannot be estimated")
             }
             SmoothError::NothingToWeigh { order } => format!(
                 "GCV is undefined: the samples lie on a polynomial of degree {}, which every alpha reproduces",
@@ -135,6 +145,15 @@ impl SmoothError {
             }
         }
     }
+}
+
+fn gaps_too_long(gaps: &[Gap], limit_s: f64) -> String {
+    let name = |gap: &Gap| format!("{:.3} s at {}", gap.length_s(), gap.from_s);
+    let named: Vec<String> = gaps.iter().take(NAMED).map(name).collect();
+    let more = if gaps.len() > NAMED { format!(" and {} more", gaps.len() - NAMED) } else { String::new() };
+    // A limit of so many spacings has the digits of a mean.
+    let limit = (limit_s * 1e6).round() / 1e6;
+    format!("gap longer than the limit of {limit} s: {}{more}", named.join(", "))
 }
 
 impl std::fmt::Display for SmoothError {

@@ -47,8 +47,12 @@ pub fn fit_without_outliers(
 fn outliers(fit: &Fit, weights: &[f64], gate: f64) -> Vec<usize> {
     let n = weights.len();
     let off = |i: usize| {
-        let room = 1.0 - fit.leverage[i];
-        if weights[i] > 0.0 && room > 0.0 { fit.residuals[i].abs() * (weights[i] / room).sqrt() } else { 0.0 }
+        let redundancy = 1.0 - fit.leverage[i];
+        if weights[i] > 0.0 && redundancy > 0.0 {
+            fit.residuals[i].abs() * (weights[i] / redundancy).sqrt()
+        } else {
+            0.0
+        }
     };
     let all: Vec<f64> = (0..n).map(off).collect();
     let mut sorted: Vec<f64> = (0..n).filter(|&i| weights[i] > 0.0).map(|i| all[i]).collect();

@@ -5,7 +5,7 @@ use super::problem::Problem;
 
 /// Smallest alpha that is tried, for unit weights: the curve passes through the samples.
 pub const ALPHA_MIN: f64 = 1e-6;
-/// Places that are tried in each power of ten.
+/// Values that are tried in each power of ten.
 const PER_DECADE: f64 = 4.0;
 /// The search ends when the decimal logarithm of alpha is known to this.
 const PRECISE: f64 = 1e-4;
@@ -13,7 +13,7 @@ const PRECISE: f64 = 1e-4;
 /// Alpha at the smallest n V'PV / (n - tr H)², and whether it lies at an end of the range.
 ///
 /// The range from [`ALPHA_MIN`] to the largest that the equations bear is scanned in quarters of a power of ten, since the score may
-/// have several minima; the golden section takes over between the neighbours of the lowest place.
+/// have several minima; the golden section takes over between the neighbours of the lowest value.
 pub fn minimum(problem: &Problem) -> Result<(f64, bool), SmoothError> {
     let order = problem.order;
     if problem.counting < order.differences() + 2 {
@@ -24,20 +24,20 @@ pub fn minimum(problem: &Problem) -> Result<(f64, bool), SmoothError> {
     }
     let (low, high) = ((ALPHA_MIN * problem.mean_weight()).log10(), problem.alpha_max().log10());
     let steps = ((high - low) * PER_DECADE).ceil().max(2.0);
-    let place = |i: f64| low + (high - low) * i / steps;
+    let exponent = |i: f64| low + (high - low) * i / steps;
     let (mut best, mut lowest) = (0.0, f64::INFINITY);
     let mut i = 0.0;
     while i <= steps {
-        let score = score(problem, place(i));
+        let score = score(problem, exponent(i));
         if score < lowest {
             (best, lowest) = (i, score);
         }
         i += 1.0;
     }
     if best == 0.0 || best == steps {
-        return Ok((10f64.powf(place(best)), true));
+        return Ok((10f64.powf(exponent(best)), true));
     }
-    Ok((10f64.powf(golden_section(|x| score(problem, x), place(best - 1.0), place(best + 1.0))), false))
+    Ok((10f64.powf(golden_section(|x| score(problem, x), exponent(best - 1.0), exponent(best + 1.0))), false))
 }
 
 /// The score at a decimal logarithm of alpha; infinite where it cannot be had.

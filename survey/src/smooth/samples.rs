@@ -37,10 +37,10 @@ impl Samples {
         };
         let mut channels = Vec::new();
         for column in columns {
-            let place = table.column(column)?;
+            let index = table.column(column)?;
             let value = |row: usize| {
-                let missing = weights[row] == 0.0 && table.rows[row].1[place].is_empty();
-                if missing { Ok(f64::NAN) } else { table.number(row, place) }
+                let missing = weights[row] == 0.0 && table.rows[row].1[index].is_empty();
+                if missing { Ok(f64::NAN) } else { table.number(row, index) }
             };
             channels.push((0..table.rows.len()).map(value).collect::<Result<_, _>>()?);
         }
@@ -50,10 +50,10 @@ impl Samples {
 
     /// An error about these samples: the file, the column where it is one's own, the line.
     #[must_use]
-    pub fn told(&self, error: &SmoothError, column: Option<&str>) -> InputError {
+    pub fn error_at(&self, error: &SmoothError, column: Option<&str>) -> InputError {
         let column = column.map(|column| format!(", column {column}")).unwrap_or_default();
-        let place = |sample: usize| self.lines.get(sample).map_or_else(String::new, |line| format!("line {line}"));
-        InputError::new(format!("{}{column}: {}", self.name, error.sentence(&place)))
+        let line_of = |sample: usize| self.lines.get(sample).map_or_else(String::new, |line| format!("line {line}"));
+        InputError::new(format!("{}{column}: {}", self.name, error.sentence(&line_of)))
     }
 }
 
@@ -64,9 +64,9 @@ impl Samples {
 pub fn read_instants(path: &Path, time: &str) -> Result<Vec<f64>, InputError> {
     let (text, name) = text_of(path)?;
     let table = Table::parse(&text, name)?;
-    let place =
+    let column =
         if table.header.len() == 1 && table.header[0].parse::<f64>().is_err() { 0 } else { table.column(time)? };
-    let instants = table.numbers(place)?;
+    let instants = table.numbers(column)?;
     if instants.is_empty() {
         return Err(InputError::new(format!("{} holds no time", table.name)));
     }

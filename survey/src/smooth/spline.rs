@@ -16,8 +16,8 @@ pub struct Spline {
     bends: Vec<f64>,
 }
 
-/// A place in an interval, and the cubic's coefficients there.
-struct Place {
+/// A position in an interval, and the cubic's coefficients there.
+struct Position {
     interval: usize,
     h: f64,
     /// Shares of the left and the right knot.
@@ -37,16 +37,16 @@ impl Spline {
     }
 
     /// The interval of an instant; an instant outside belongs to the interval at that end.
-    fn place(&self, t: f64) -> Place {
+    fn position(&self, t: f64) -> Position {
         let interval = self.t.partition_point(|&knot| knot <= t).saturating_sub(1).min(self.t.len() - 2);
         let h = self.t[interval + 1] - self.t[interval];
         let b = (t - self.t[interval]) / h;
-        Place { interval, h, a: 1.0 - b, b }
+        Position { interval, h, a: 1.0 - b, b }
     }
 
     /// Value and rate at `t`.
     pub fn at(&self, t: f64) -> [f64; 2] {
-        let Place { interval: k, h, a, b } = self.place(t);
+        let Position { interval: k, h, a, b } = self.position(t);
         let [(y0, m0), (y1, m1)] = [k, k + 1].map(|i| (self.values[i], self.bends[i]));
         let value = a * y0 + b * y1 + ((a * a * a - a) * m0 + (b * b * b - b) * m1) * h * h / 6.0;
         let rate = (y1 - y0) / h + ((3.0 * b * b - 1.0) * m1 - (3.0 * a * a - 1.0) * m0) * h / 6.0;
@@ -55,7 +55,7 @@ impl Spline {
 
     /// The value at `t` as a sum over values at knots: the first of these knots and the factors.
     pub fn shares(&self, t: f64) -> (usize, Vec<f64>) {
-        let Place { interval: k, h, a, b } = self.place(t);
+        let Position { interval: k, h, a, b } = self.position(t);
         let n = self.t.len();
         let (from, to) = (k.saturating_sub(REACH), (k + 1 + REACH).min(n - 1));
         let mut shares = vec![0.0; to - from + 1];

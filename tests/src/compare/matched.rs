@@ -31,52 +31,13 @@ pub fn cases(
 ) -> Result<Vec<Case>, Failure> {
     let Some(&first) = poses.first() else { return Ok(Vec::new()) };
     let step_m = ground.resolution_m / f64::from(View::new(frame, ground, first)?.ratio());
-    let half = |px: usize| 0.5 * (px as f64 - 1.0) * step_m;
-    let grid = world::Grid {
-        cols: land.cols,
-        rows: land.rows,
-        data: land.pixels.iter().map(|&pixel| f32::from(pixel)).collect(),
-        west_m: -half(land.cols),
-        north_m: half(land.rows),
-        step_m,
-    };
-    let land = world::Ground::new(grid, None, 0).map_err(|error| error.to_string())?;
-    let (cols, rows) = (usize::from(ground.cells.0 + 2 * RADIUS), usize::from(ground.cells.1 + 2 * RADIUS));
-    let corner = |cells: usize| 0.5 * (cells as f64 - 1.0) * ground.resolution_m;
-    let as_it_is = Radiometry { gamma: 1.0, gain: 1.0, offset: 0.0, noise_dn: 0.0, changed_fraction: 0.0, seed: 0 };
-    let pixels = reference_tile(&land, -corner(cols), corner(rows), cols, rows, ground.resolution_m, &as_it_is);
-    let tile = Picture { cols, rows, pixels };
-
-    let fov = |px: u16| {
-        let tangent = (0.5 * ground.fov_deg.to_radians()).tan() / f64::from(frame.0.max(frame.1));
-        2.0 * (f64::from(px) * tangent).atan()
-    };
-    let camera = RenderCamera {
-        cols: frame.0.into(),
-        rows: frame.1.into(),
-        fov_h_rad: fov(frame.0),
-        fov_v_rad: fov(frame.1),
-        offset_m_px: 0.0,
-        offset_n_px: 0.0,
-        distortion: None,
-    };
-    let renderer = Renderer::new(camera, RAYS);
+    let land = surface(land, step_m)?;
+    let tile = reference(&land, ground);
+    let renderer = Renderer::new(camera(frame, ground), RAYS);
     let views = poses.iter().flat_map(|&pose| PLACES.map(|place| (pose, place)));
     views
         .map(|(pose, truth)| {
-            let [heading_rad, pitch_rad, roll_rad] =
-                [pose.heading_deg, pose.pitch_deg, pose.roll_deg].map(f64::to_radians);
-            let station = Station {
-                east_m: truth.0 * ground.resolution_m,
-                north_m: -truth.1 * ground.resolution_m,
-                up_m: ground.height_m,
-                heading_rad,
-                pitch_rad,
-                roll_rad,
-                follow_up_rad: if pose.is_followed { follow_up_exact(heading_rad, pitch_rad, roll_rad) } else { 0.0 },
-                boresight_rad: [0.0; 3],
-            };
-            let rendered = renderer.render(&land, &station, 0.0, 0, 0);
+            let rendered = renderer.render(&land, &station(pose, truth, ground), 0.0, 0, 0);
             if rendered.outside > 0 {
                 return Err(format!("{picture}: a frame sees beyond the land, {pose}"));
             }
@@ -91,4 +52,58 @@ pub fn cases(
             })
         })
         .collect()
+}
+
+/// The picture as level ground, its middle at the origin.
+fn surface(picture: &Picture, step_m: f64) -> Result<world::Ground, Failure> {
+    let half = |px: usize| 0.5 * (px as f64 - 1.0) * step_m;
+    let grid = world::Grid {
+        cols: picture.cols,
+        rows: picture.rows,
+        data: picture.pixels.iter().map(|&pixel| f32::from(pixel)).collect(),
+        west_m: -half(picture.cols),
+        north_m: half(picture.rows),
+        step_m,
+    };
+    world::Ground::new(grid, None, 0).map_err(|error| error.to_string())
+}
+
+/// The land's area averages over the reference's cells.
+fn reference(land: &world::Ground, ground: Ground) -> Picture {
+    let (cols, rows) = (usize::from(ground.cells.0 + 2 * RADIUS), usize::from(ground.cells.1 + 2 * RADIUS));
+    let corner = |cells: usize| 0.5 * (cells as f64 - 1.0) * ground.resolution_m;
+    let as_it_is = Radiometry { gamma: 1.0, gain: 1.0, offset: 0.0, noise_dn: 0.0, changed_fraction: 0.0, seed: 0 };
+    let pixels = reference_tile(land, -corner(cols), corner(rows), cols, rows, ground.resolution_m, &as_it_is);
+    Picture { cols, rows, pixels }
+}
+
+fn camera(frame: (u16, u16), ground: Ground) -> RenderCamera {
+    let fov = |px: u16| {
+        let tangent = (0.5 * ground.fov_deg.to_radians()).tan() / f64::from(frame.0.max(frame.1));
+        2.0 * (f64::from(px) * tangent).atan()
+    };
+    RenderCamera {
+        cols: frame.0.into(),
+        rows: frame.1.into(),
+        fov_h_rad: fov(frame.0),
+        fov_v_rad: fov(frame.1),
+        offset_m_px: 0.0,
+        offset_n_px: 0.0,
+        distortion: None,
+    }
+}
+
+/// Where the camera is: `truth` in cells east and south of the reference's centre.
+fn station(pose: Pose, truth: (f64, f64), ground: Ground) -> Station {
+    let [heading_rad, pitch_rad, roll_rad] = [pose.heading_deg, pose.pitch_deg, pose.roll_deg].map(f64::to_radians);
+    Station {
+        east_m: truth.0 * ground.resolution_m,
+        north_m: -truth.1 * ground.resolution_m,
+        up_m: ground.height_m,
+        heading_rad,
+        pitch_rad,
+        roll_rad,
+        follow_up_rad: if pose.is_followed { follow_up_exact(heading_rad, pitch_rad, roll_rad) } else { 0.0 },
+        boresight_rad: [0.0; 3],
+    }
 }

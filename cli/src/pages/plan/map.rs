@@ -62,7 +62,7 @@ impl Map {
             north_m: y1,
             units_per_m,
             height: (y1 - y0) * units_per_m,
-            relief: relief::picture(layout.relief.dem(), [x0, y0, x1, y1]),
+            relief: relief::picture(layout.terrain.dem(), [x0, y0, x1, y1]),
         }
     }
 

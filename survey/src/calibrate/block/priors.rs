@@ -29,9 +29,9 @@ pub struct PointPrior {
 
 /// Rows of unit variance for single numbers with sigmas.
 fn rows_of(sigmas: &[(usize, f64)]) -> Vec<Vec<f64>> {
-    let row = |(place, sigma): &(usize, f64)| {
+    let row = |(index, sigma): &(usize, f64)| {
         let mut row = vec![0.0; 6];
-        row[*place] = 1.0 / sigma;
+        row[*index] = 1.0 / sigma;
         row
     };
     sigmas.iter().map(row).collect()

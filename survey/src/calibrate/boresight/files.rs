@@ -105,11 +105,11 @@ impl Poses {
         let (mut by_instant, mut seen) = (HashMap::new(), HashMap::new());
         for row in 0..table.rows.len() {
             let at_us = microseconds(&table, row, instant, &mut seen)?;
-            let angle = |place: usize| Ok((table.number(row, place)? % 360.0).to_radians());
+            let angle = |column: usize| Ok((table.number(row, column)? % 360.0).to_radians());
             let attitude_rad = [angle(angles[0])?, angle(angles[1])?, angle(angles[2])?];
-            for (place, angle) in angles.into_iter().zip(attitude_rad).skip(1) {
+            for (column, angle) in angles.into_iter().zip(attitude_rad).skip(1) {
                 if angle.cos() <= 0.0 {
-                    return Err(table.wrong(row, place, "not within -90 and 90 degrees"));
+                    return Err(table.wrong(row, column, "not within -90 and 90 degrees"));
                 }
             }
             let pose = Sighting {
@@ -129,25 +129,25 @@ impl Poses {
     }
 }
 
-fn above_0(table: &Table<'_>, row: usize, place: usize) -> Result<f64, InputError> {
-    let value = table.number(row, place)?;
-    if value > 0.0 { Ok(value) } else { Err(table.wrong(row, place, "not above 0")) }
+fn above_0(table: &Table<'_>, row: usize, column: usize) -> Result<f64, InputError> {
+    let value = table.number(row, column)?;
+    if value > 0.0 { Ok(value) } else { Err(table.wrong(row, column, "not above 0")) }
 }
 
 /// An instant that has not been there before.
 fn microseconds(
     table: &Table<'_>,
     row: usize,
-    place: usize,
+    column: usize,
     seen: &mut HashMap<u64, usize>,
 ) -> Result<u64, InputError> {
     let (line, fields) = &table.rows[row];
-    let whole = fields[place].parse::<u64>();
-    let at_us = whole.map_err(|_| table.wrong(row, place, "not a whole number of microseconds"))?;
+    let whole = fields[column].parse::<u64>();
+    let at_us = whole.map_err(|_| table.wrong(row, column, "not a whole number of microseconds"))?;
     match seen.insert(at_us, *line) {
         Some(before) => {
             let what = format!("that of line {before} already");
-            Err(table.wrong(row, place, &what))
+            Err(table.wrong(row, column, &what))
         }
         None => Ok(at_us),
     }

@@ -2,7 +2,7 @@
 //!
 //! The patch's pixel in the direction r from the believed camera, r = (east, north, -1) in tangents, is filled with what the
 //! frame shows along B0' M' r. M is the ground from the camera's mount (heading, pitch, roll, follow-up angle), B0 the mount
-//! from the camera as the board was told. The picture was taken along M B B0' M' r with the true B, so this pixel shows the
+//! from the camera as the board is configured. The picture was taken along M B B0' M' r with the true B, so this pixel shows the
 //! ground where that ray meets it. The matching moves the patch as a whole: the fix is off by the height times the mean of
 //! the rays' displacements in tangents, over the part of the patch that the frame fills. The nadir's ray alone, r = (0, 0,
 //! -1), is not enough: a tilt by d moves a point at the tangent u by d (1 + u²), in a camera of 60 degrees 11 % more in the mean.
@@ -62,8 +62,8 @@ impl Footprint {
     }
 
     fn holds(&self, camera_ray: &Vector3<f64>) -> bool {
-        let place = [camera_ray.x / -camera_ray.z, camera_ray.y / -camera_ray.z];
-        camera_ray.z < 0.0 && (0..2).all(|k| (place[k] - self.centre[k]).abs() <= self.frame[k])
+        let at = [camera_ray.x / -camera_ray.z, camera_ray.y / -camera_ray.z];
+        camera_ray.z < 0.0 && (0..2).all(|k| (at[k] - self.centre[k]).abs() <= self.frame[k])
     }
 }
 
@@ -85,13 +85,13 @@ pub(super) struct Rays {
 }
 
 impl Rays {
-    /// Those of `sighting` with the boresight that the board was told; `None` where the frame shows nothing around the nadir.
-    pub(super) fn new(sighting: &Sighting, footprint: &Footprint, told_rad: [f64; 3]) -> Option<Self> {
+    /// Those of `sighting` with the configured boresight; `None` where the frame shows nothing around the nadir.
+    pub(super) fn new(sighting: &Sighting, footprint: &Footprint, configured_rad: [f64; 3]) -> Option<Self> {
         let ground_from_mount = ground_from_mount(sighting.attitude_rad, sighting.follow_up_rad);
-        let camera_from_ground = (ground_from_mount * rotation::matrix(told_rad)).transpose();
-        let place = |i: usize| (2 * i + 1) as f64 / SIDE as f64 - 1.0;
+        let camera_from_ground = (ground_from_mount * rotation::matrix(configured_rad)).transpose();
+        let middle = |i: usize| (2 * i + 1) as f64 / SIDE as f64 - 1.0;
         let ray = |index: usize| {
-            let at = Vector2::new(place(index % SIDE) * footprint.patch[0], place(index / SIDE) * footprint.patch[1]);
+            let at = Vector2::new(middle(index % SIDE) * footprint.patch[0], middle(index / SIDE) * footprint.patch[1]);
             let camera_ray = camera_from_ground * Vector3::new(at.x, at.y, -1.0);
             footprint.holds(&camera_ray).then_some((at, camera_ray))
         };

@@ -7,8 +7,8 @@ use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::TAU;
 
-/// 0.5, -0.3 and 0.2 degrees beyond what the board was told.
-const TOLD_RAD: [f64; 3] = [0.004, 0.002, -0.005];
+/// 0.5, -0.3 and 0.2 degrees beyond what the board was configured with.
+const CONFIGURED_RAD: [f64; 3] = [0.004, 0.002, -0.005];
 const TRUE_RAD: [f64; 3] = [0.004 + 0.008_73, 0.002 - 0.005_24, -0.005 + 0.003_49];
 
 fn footprint(fov_deg: f64) -> Footprint {
@@ -28,6 +28,18 @@ fn flight(count: usize, heading_rad: f64, tilt_rad: f64) -> Vec<Sighting> {
 
 /// The flight of a camera that really is mounted so.
 fn flight_of(true_rad: [f64; 3], count: usize, heading_rad: f64, tilt_rad: f64) -> Vec<Sighting> {
+    flight_with(CONFIGURED_RAD, true_rad, &footprint(60.0), count, heading_rad, tilt_rad)
+}
+
+/// That of a board that was configured so, whose matching weighs what `matched` covers.
+fn flight_with(
+    configured_rad: [f64; 3],
+    true_rad: [f64; 3],
+    matched: &Footprint,
+    count: usize,
+    heading_rad: f64,
+    tilt_rad: f64,
+) -> Vec<Sighting> {
     let sighting = |index| {
         let blank = Sighting {
             fix_m: [0.0; 2],
@@ -37,7 +49,7 @@ fn flight_of(true_rad: [f64; 3], count: usize, heading_rad: f64, tilt_rad: f64) 
             attitude_rad: [heading_rad * spread(index, 3), tilt_rad * spread(index, 4), tilt_rad * spread(index, 5)],
             follow_up_rad: 0.0,
         };
-        let rays = Rays::new(&blank, &footprint(60.0), TOLD_RAD).expect("sees the ground");
+        let rays = Rays::new(&blank, matched, configured_rad).expect("sees the ground");
         let (mean, _) = rays.displacement(true_rad).expect("sees the ground");
         let fix_m = std::array::from_fn(|axis| blank.position_m[axis] + blank.height_m * mean[axis]);
         Sighting { fix_m, ..blank }
@@ -58,7 +70,7 @@ fn noisy(mut sightings: Vec<Sighting>, seed: u64) -> Vec<Sighting> {
 }
 
 fn found(sightings: &[Sighting], with_offset: bool) -> Result<Boresight, BoresightError> {
-    estimate(sightings, &footprint(60.0), TOLD_RAD, with_offset)
+    estimate(sightings, &footprint(60.0), CONFIGURED_RAD, with_offset)
 }
 
 /// Three axes turned one after the other, each about itself, and no rotation matrix: a camera that hardly sees more than the
@@ -82,12 +94,12 @@ fn the_nadir_by_active_turns() {
             let rotation = rotation::matrix(angles_rad);
             [0, 1, 2].map(|k| mount[0] * rotation[(0, k)] + mount[1] * rotation[(1, k)] + mount[2] * rotation[(2, k)])
         };
-        let (told, truly) = (camera(TOLD_RAD), camera(TRUE_RAD));
-        let ray: Vector3<f64> = (0..3).map(|k| truly[k] * -told[k].z).sum();
+        let (configured, truly) = (camera(CONFIGURED_RAD), camera(TRUE_RAD));
+        let ray: Vector3<f64> = (0..3).map(|k| truly[k] * -configured[k].z).sum();
         let sighting = Sighting { attitude_rad, follow_up_rad, ..blank };
         let mut narrow = footprint(60.0);
         narrow.patch = [1e-7; 2];
-        let (mean, _) = Rays::new(&sighting, &narrow, TOLD_RAD)
+        let (mean, _) = Rays::new(&sighting, &narrow, CONFIGURED_RAD)
             .expect("sees the ground")
             .displacement(TRUE_RAD)
             .expect("sees the ground");
@@ -110,7 +122,7 @@ fn a_patch_moves_farther_than_its_nadir() {
 #[test]
 fn derivatives_are_differences() {
     let sighting = flight(3, 2.0, 0.2)[2];
-    let rays = Rays::new(&sighting, &footprint(60.0), TOLD_RAD).expect("sees the ground");
+    let rays = Rays::new(&sighting, &footprint(60.0), CONFIGURED_RAD).expect("sees the ground");
     let (_, derivatives) = rays.displacement(TRUE_RAD).expect("sees the ground");
     for k in 0..3 {
         let moved = |by: f64| {
@@ -184,8 +196,8 @@ fn the_standard_deviations_are_those_of_the_errors() {
 fn level_flights_do_not_show_kappa() {
     let found = found(&noisy(flight(100, 3.0, 1e-4), 1), false).expect("found");
     assert_eq!(found.determined, [true, true, false]);
-    assert_eq!(found.angles_rad[2], TOLD_RAD[2]);
-    assert!(found.sd_rad[2] > SD_MAX_RAD);
+    assert_eq!(found.angles_rad[2], CONFIGURED_RAD[2]);
+    assert!(found.sd_rad[2] > SD_MAX_RAD && found.next_rad == [None; 3], "{found:?}");
     for (k, truth_rad) in TRUE_RAD.into_iter().enumerate().take(2) {
         // The kappa that is kept is wrong, but moves nothing.
         assert!((found.angles_rad[k] - truth_rad).abs() < 3.5 * found.sd_rad[k] + 1e-4, "{k}: {found:?}");
@@ -195,16 +207,41 @@ fn level_flights_do_not_show_kappa() {
 /// Half of a correction of kappa is uncertain: of one of 0.5 degrees more than the 0.2 that are stated as the most.
 #[test]
 fn no_angle_is_written_whose_standard_deviation_is_beyond_the_limit() {
-    let kappa = |off_deg: f64| [TRUE_RAD[0], TRUE_RAD[1], TOLD_RAD[2] + off_deg.to_radians()];
+    let kappa = |off_deg: f64| [TRUE_RAD[0], TRUE_RAD[1], CONFIGURED_RAD[2] + off_deg.to_radians()];
     let near = found(&flight_of(kappa(0.3), 100, 3.0, 0.17), false).expect("found");
-    assert_eq!(near.determined, [true; 3]);
+    assert_eq!((near.determined, near.next_rad), ([true; 3], [None; 3]));
     let found = found(&flight_of(kappa(0.5), 100, 3.0, 0.17), false).expect("found");
     assert!(found.random_sd_rad[2] < SD_MAX_RAD && found.sd_rad[2] > SD_MAX_RAD, "{found:?}");
-    assert_eq!((found.determined, found.angles_rad[2]), ([true, true, false], TOLD_RAD[2]));
+    assert_eq!((found.determined, found.angles_rad[2]), ([true, true, false], CONFIGURED_RAD[2]));
+    let half_rad = CONFIGURED_RAD[2] + 0.25_f64.to_radians();
+    assert!(found.next_rad[2].is_some_and(|next_rad| (next_rad - half_rad).abs() < 1e-9), "{found:?}");
+}
+
+/// Whether the matching weighs the whole patch, as the model has it, or the nadir alone, at the other end.
+#[test]
+fn a_large_correction_is_found_by_further_flights() {
+    let true_rad = [TRUE_RAD[0], TRUE_RAD[1], CONFIGURED_RAD[2] + 1_f64.to_radians()];
+    let mut nadir = footprint(60.0);
+    nadir.patch = [1e-7; 2];
+    for matched in [footprint(60.0), nadir] {
+        let (mut mount_rad, mut off_rad) = (CONFIGURED_RAD, 1_f64.to_radians());
+        let flights = (1..9).find(|_| {
+            let sightings = flight_with(mount_rad, true_rad, &matched, 100, 3.0, 0.17);
+            let found = estimate(&sightings, &footprint(60.0), mount_rad, false).expect("found");
+            mount_rad = std::array::from_fn(|k| found.next_rad[k].unwrap_or(found.angles_rad[k]));
+            let left_rad = (mount_rad[2] - true_rad[2]).abs();
+            // Half is left at one end, a tenth on the other side at the other; then the correction is written, share and all.
+            assert!(found.determined[2] || left_rad < 0.55 * off_rad, "{left_rad} {off_rad} {found:?}");
+            off_rad = left_rad;
+            assert!(!found.determined[2] || left_rad < 1.5 * found.sd_rad[2] + 1e-9, "{left_rad} {found:?}");
+            found.determined[2]
+        });
+        assert!(flights.is_some_and(|flights| (2..5).contains(&flights)), "{flights:?}");
+    }
 }
 
 #[test]
-fn what_cannot_be_told_apart_is_refused() {
+fn what_cannot_be_separated_is_refused() {
     for heading_rad in [0.0, 0.1, 0.25] {
         let outcome = found(&noisy(flight(100, heading_rad, 0.17), 1), true);
         assert!(

@@ -1,14 +1,14 @@
-//! Made-up GeoTIFFs of every layout, and how much of them is read.
+//! Synthetic GeoTIFFs of every layout, and how much of them is read.
 
 use std::io::{Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::made_up::{Layout, PLAIN, geotiff};
+use super::synthetic::{Layout, PLAIN, geotiff};
 use super::*;
 use crate::io::output::tests::scratch;
 use crate::io::tiff::{Part, TiffFile};
 
-/// Made-up heights, none a whole number, and different everywhere.
+/// Synthetic heights, none a whole number, and different everywhere.
 fn height(col: usize, row: usize, band: usize) -> f32 {
     300.25 + 1.5 * col as f32 - 0.125 * row as f32 + 1000.0 * band as f32 + ((col * row) % 7) as f32 / 3.0
 }
@@ -229,7 +229,7 @@ fn a_window_costs_the_strips_or_tiles_it_touches() {
         let file = geotiff(&layout, |col, row, _| noise(col, row).to_ne_bytes().to_vec());
         let bytes = std::cell::Cell::new(0);
         let reader = Counting { file: Cursor::new(&file), bytes: &bytes };
-        let tiff = TiffFile::open(reader, file.len() as u64, Path::new("made up")).expect("a file");
+        let tiff = TiffFile::open(reader, file.len() as u64, Path::new("synthetic")).expect("a file");
         let header = bytes.get();
         let mut found = 0;
         let mut take = |row: usize, col: usize, heights: &[f64]| {

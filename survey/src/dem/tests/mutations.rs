@@ -3,16 +3,16 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use super::made_up::{Layout, PLAIN, geotiff};
+use super::synthetic::{Layout, PLAIN, geotiff};
 use super::*;
 use crate::io::output::tests::scratch;
 
 const SEED: u64 = 20_240;
 const FILES: usize = 20_000;
 
-/// Changes one to six places: bytes turned, set to telling values, left out, doubled, or the end cut off.
+/// One to six changes: bytes inverted, set to extreme values, left out, doubled, or the end cut off.
 fn mutate(bytes: &mut Vec<u8>, random: &mut ChaCha8Rng) {
-    const TELLING: [u8; 12] = [0, 1, 2, 255, 127, 128, b' ', b'\n', b'-', b'9', b'e', b'['];
+    const EXTREME: [u8; 12] = [0, 1, 2, 255, 127, 128, b' ', b'\n', b'-', b'9', b'e', b'['];
     for _ in 0..=random.next_u32() % 6 {
         if bytes.is_empty() {
             return;
@@ -24,7 +24,7 @@ fn mutate(bytes: &mut Vec<u8>, random: &mut ChaCha8Rng) {
             2 => bytes.insert(at, bytes[at]),
             3..=6 => bytes[at] ^= 1 << (random.next_u32() % 8),
             7 => bytes[at] = random.next_u32() as u8,
-            _ => bytes[at] = TELLING[random.next_u32() as usize % TELLING.len()],
+            _ => bytes[at] = EXTREME[random.next_u32() as usize % EXTREME.len()],
         }
     }
 }

@@ -8,16 +8,27 @@ use super::user_defined;
 
 /// Units of length by their EPSG codes, in metres: metre, international foot, US survey foot.
 const UNITS_M: [(u16, f64); 3] = [(METRE, 1.0), (9002, 0.3048), (9003, 1200.0 / 3937.0)];
-/// Systems of heights in feet by their EPSG codes, as the EPSG dataset has them: NGVD29 and NAVD88 in US survey feet, NAVD88,
-/// the mean sea level and the three of the Cayman Islands in international ones. All others are in metres.
-const IN_FEET_M: [(u16, f64); 7] = [
+/// Systems of heights in feet by their EPSG codes: NGVD29, NAVD88 and mean sea level in US survey feet; the three of the Cayman
+/// Islands, mean sea level and NAVD88 in international ones; Poolbeg in British feet of 1936. All others are in metres. A test
+/// compares this list and the next with the EPSG dataset (v11.022).
+const IN_FEET_M: [(u16, f64); 9] = [
     (5702, 1200.0 / 3937.0),
     (6360, 1200.0 / 3937.0),
-    (8228, 0.3048),
-    (8050, 0.3048),
+    (8052, 1200.0 / 3937.0),
     (6130, 0.3048),
     (6131, 0.3048),
     (6132, 0.3048),
+    (8050, 0.3048),
+    (8228, 0.3048),
+    (5754, 0.304_800_749_1),
+];
+/// Systems of depths, which count downwards.
+#[rustfmt::skip]
+const DEPTHS: [u16; 52] = [
+    5336, 5612, 5614, 5706, 5715, 5734, 5739, 5789, 5831, 5861, 5862, 5863, 5864, 5865, 5866, 5867, 5873, 6357,
+    6358, 6359, 7976, 8051, 8053, 8358, 8378, 8897, 9287, 9288, 9672, 10150, 10151, 10349, 10364, 10370, 10371,
+    10372, 10373, 10374, 10375, 10376, 10377, 10378, 10379, 10547, 10548, 10549, 10550, 10551, 10552, 10649, 10650,
+    10678,
 ];
 /// Names of units of height that GDAL writes, in lower case.
 const NAMES_M: [(&str, f64); 10] = [
@@ -34,7 +45,7 @@ const NAMES_M: [(&str, f64); 10] = [
 ];
 
 /// EPSG code of the horizontal system, `None` where the file names none. Units other than metres and degrees,
-/// and systems that cannot be told for certain, are refused.
+/// and systems that are not certain, are refused.
 pub(super) fn epsg(keys: &GeoKeys) -> Result<Option<u32>, String> {
     match keys.short(MODEL_TYPE) {
         Some(MODEL_PROJECTED) => {
@@ -69,7 +80,7 @@ fn unit_is(keys: &GeoKeys, key: u16, wanted: u16, unit: &str) -> Result<(), Stri
     }
 }
 
-/// Metres of a unit of height. Three places may name it: the key of the unit, the vertical system (key 4096), and GDAL's own
+/// Metres of a unit of height. Three entries may name it: the key of the unit, the vertical system (key 4096), and GDAL's own
 /// metadata (`UNITTYPE`), in which GDAL keeps it where the file has no vertical system. All that do have to agree; metres
 /// where none does.
 pub(super) fn height_unit_m(keys: &GeoKeys, metadata: Option<&str>) -> Result<f64, String> {
@@ -80,7 +91,10 @@ pub(super) fn height_unit_m(keys: &GeoKeys, metadata: Option<&str>) -> Result<f6
             .ok_or_else(|| format!("its heights are in EPSG unit {code}, which is neither metres nor feet"))
     });
     let by_system = keys.short(VERTICAL_CRS).filter(|code| *code != USER_DEFINED);
-    let by_system = by_system.map(|code| Ok(listed(&IN_FEET_M, code).unwrap_or(1.0)));
+    let by_system = by_system.map(|code| match DEPTHS.binary_search(&code) {
+        Ok(_) => Err(format!("its heights are depths (EPSG:{code})")),
+        Err(_) => Ok(listed(&IN_FEET_M, code).unwrap_or(1.0)),
+    });
     let by_name = metadata.and_then(unit_type).map(|name| {
         let known = NAMES_M.iter().find(|(known, _)| name.eq_ignore_ascii_case(known)).map(|(_, metres)| *metres);
         known.ok_or_else(|| format!("its heights are in \"{name}\", which is neither metres nor feet"))
@@ -139,8 +153,24 @@ mod tests {
         }
     }
 
+    /// Every vertical system of the EPSG dataset, as PROJ's copy of it has them.
     #[test]
-    fn the_unit_of_heights_is_told_by_key_system_or_metadata() {
+    fn units_and_directions_of_vertical_systems_are_those_of_the_epsg_dataset() {
+        let vectors = include_str!("../../../tests/vertical_epsg.csv");
+        let rows = vectors.lines().filter(|line| !line.starts_with('#')).skip(1);
+        let mut count = 0;
+        for row in rows {
+            let [code, unit_m, direction, ..] = row.split(',').collect::<Vec<_>>()[..] else { panic!("{row}") };
+            let found = height_unit_m(&keys(&[(4096, code.parse().expect("a code"))]), None).ok();
+            let wanted = Some(unit_m.parse::<f64>().expect("a unit")).filter(|_| direction == "up");
+            assert!(found.zip(wanted).map_or(found == wanted, |(a, b)| (a / b - 1.0).abs() < 1e-9), "{row}: {found:?}");
+            count += 1;
+        }
+        assert_eq!(count, 291);
+    }
+
+    #[test]
+    fn the_unit_of_heights_is_stated_by_key_system_or_metadata() {
         let us_foot = 1200.0 / 3937.0;
         let feet = "<GDALMetadata>\n  <Item name=\"UNITTYPE\" sample=\"0\" role=\"unittype\">US survey foot</Item>\n</GDALMetadata>";
         let other = feet.replace("US survey foot", "dB");

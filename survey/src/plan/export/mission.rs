@@ -95,7 +95,7 @@ impl Outputs<'_> {
         let layout = &self.planned.layout;
         let Some(leg) = self.legs().next() else { return Ok(json!([0, 0, 0])) };
         let at = layout.axes.point([self.led(&leg)[0], leg.strip.across_m]);
-        let ground_m = layout.relief.dem().height(at[0], at[1]).unwrap_or(layout.view.base_height_m);
+        let ground_m = layout.terrain.dem().height(at[0], at[1]).unwrap_or(layout.view.base_height_m);
         let [lon, lat] = self.known(at)?;
         Ok(json!([lat, lon, centimetres(ground_m)]))
     }

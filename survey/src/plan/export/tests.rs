@@ -14,7 +14,7 @@ use crate::plan::file::Noise;
 use crate::plan::intersect::Sigmas;
 use crate::plan::lines::Overlaps;
 use crate::plan::place::Place;
-use crate::plan::relief::Relief;
+use crate::plan::terrain::Terrain;
 use crate::plan::{ModelFile, Request};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -58,7 +58,7 @@ impl Scene {
     fn outputs(&self, look: impl FnOnce(&Outputs<'_>)) {
         let [x, y] = self.corner;
         let dem = Dem::from_fn((161, 141), [x - 3000.0, y - 3000.0], [50.0; 2], self.height);
-        let relief = Relief::new(&dem);
+        let terrain = Terrain::new(&dem);
         let corners = [[x, y], [x + 1200.0, y], [x + 1200.0, y + 600.0], [x, y + 600.0]];
         let corners = if self.is_triangle { &corners[..3] } else { &corners[..] };
         let half_tangent = [0.72_f64, 1.08];
@@ -76,7 +76,7 @@ impl Scene {
             min_clearance_m: 50.0,
             seed: 1,
         };
-        let planned = request.plan(&relief, &|_, _| {}).expect("planned");
+        let planned = request.plan(&terrain, &|_, _| {}).expect("planned");
         let [fov_v, fov_h] = half_tangent.map(|tangent| 2.0 * tangent.atan().to_degrees());
         let camera = format!(
             "cols = 1080\nrows = 720\nfov_h_deg = {fov_h}\nfov_v_deg = {fov_v}\noffset_m_px = 0\noffset_n_px = 0\n"

@@ -1,6 +1,6 @@
-//! A plan's file read, every value of it checked once, here.
+//! A plan's file read, every value of it checked once: its numbers one by one in `numbers.rs`, here what belongs together.
 
-use super::{PlanFile, VERSION};
+use super::{PlanFile, VERSION, numbers};
 use crate::camera_file::CameraFile;
 use crate::error::InputError;
 use crate::io::table::text_of;
@@ -21,6 +21,7 @@ impl PlanFile {
             Some(version) => return Err(refuse(format!("plan version {version} is not read, only {VERSION} is"))),
             None => return Err(refuse("it has no version, so it is no plan".to_owned())),
         }
+        numbers::check(&value).map_err(refuse)?;
         let plan: PlanFile =
             serde_json::from_value(value).map_err(|error| refuse(format!("it is no plan: {error}")))?;
         plan.check().map_err(refuse)?;
@@ -39,40 +40,6 @@ impl PlanFile {
         CameraFile::from(&self.camera)
             .checked_toml_string(Path::new("of the plan"))
             .map_err(|error| error.to_string())?;
-        let (noise, checks) = (&self.noise, &self.checks);
-        for (key, value) in [
-            ("height_m", self.height_m),
-            ("gsd_m", self.gsd_m),
-            ("speed_m_s", self.speed_m_s),
-            ("min_interval_s", self.min_interval_s),
-            ("base_min_m", self.base_min_m),
-            ("interval_min_s", self.interval_min_s),
-            ("noise.image_px", noise.image_px),
-            ("checks.exposure_s", checks.exposure_s),
-            ("checks.turn_radius_m", checks.turn_radius_m),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(format!("{key} is {value}, which is not above 0"));
-            }
-        }
-        for (key, value) in [
-            ("noise.position_m", noise.position_m),
-            ("noise.attitude_deg", noise.attitude_deg),
-            ("checks.clearance_wanted_m", checks.clearance_wanted_m),
-            ("checks.length_m", checks.length_m),
-            ("checks.flight_time_s", checks.flight_time_s),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(format!("{key} is {value}, which is not 0 or more"));
-            }
-        }
-        for (key, value) in
-            [("overlap_wanted.forward", self.overlap_wanted.forward), ("overlap_wanted.side", self.overlap_wanted.side)]
-        {
-            if !(0.0..1.0).contains(&value) {
-                return Err(format!("{key} is {value}, which is not a share from 0 to below 1"));
-            }
-        }
         if let Some([lat, lon]) = self.origin_deg
             && !is_on_earth(lat, lon)
         {
@@ -81,7 +48,7 @@ impl PlanFile {
         Ok(())
     }
 
-    /// Strips, photos, area: numbers and places.
+    /// Strips, photos, area: how many, and where on Earth.
     fn check_strips(&self) -> Result<(), String> {
         let photos = || self.strips.iter().flat_map(|strip| &strip.photos);
         if let Some(empty) = self.strips.iter().position(|strip| strip.photos.is_empty()) {
@@ -93,12 +60,6 @@ impl PlanFile {
         if let Some(wrong) = self.strips.iter().position(|strip| strip.line >= self.strips.len()) {
             return Err(format!("strips[{wrong}].line is {}, more than there are strips", self.strips[wrong].line));
         }
-        let places = photos().map(|photo| [photo.x, photo.y, photo.z]);
-        let corners = self.area.iter().map(|[x, y]| [*x, *y, 0.0]);
-        let headings = self.strips.iter().map(|strip| [strip.heading_deg, self.strip_heading_deg, self.base_height_m]);
-        if places.chain(corners).chain(headings).flatten().any(|value| !value.is_finite()) {
-            return Err("a coordinate, a heading or base_height_m is not finite".to_owned());
-        }
         if self.area.len() < 3 {
             return Err(format!("area has {} corners", self.area.len()));
         }
@@ -108,7 +69,7 @@ impl PlanFile {
         });
         match on_earth.enumerate().find(|(_, is_there)| !is_there) {
             Some((number, _)) => {
-                Err(format!("photo {number} of all has no latitude and longitude of a place on Earth"))
+                Err(format!("photo {number} of all has no latitude and longitude of a point on Earth"))
             }
             None => Ok(()),
         }

@@ -73,6 +73,62 @@ fn every_value_that_no_plan_has_is_refused_by_its_name() {
     }
 }
 
+/// A plan as it is written, with everything in it that a plan can have.
+fn whole() -> Value {
+    let mut json = json();
+    json["epsg"] = json!(32633);
+    json["overlap_min"]["side"] = json!(0.3);
+    json["swath_min"] = json!({ "side": 0.2 });
+    json["flight_order"] = json!([[0, 0], [0, 1]]);
+    json["accuracy"] = json!({ "plan_m": 0.1, "height_m": 0.2, "simulated_plan_m": 0.1, "simulated_height_m": 0.2,
+        "plan_max_m": 0.3, "height_max_m": 0.4, "cells": 9, "gaps": 1, "seed": u64::MAX });
+    json["constant_base"] = json!({ "base_m": 80.0, "spacing_m": 60.0, "lines": 1, "photos": 1, "photos_saved": -1 });
+    json["combinations"] = json!([{ "forward": 0.6, "side": 0.3, "lines": 1, "photos": 2, "interval_min_s": 3.0,
+        "gaps": 0, "plan_m": 0.1, "height_m": 0.2, "ruled_out": null, "chosen": true }]);
+    let photo = &mut json["strips"][0]["photos"][0];
+    (photo["lat"], photo["lon"]) = (json!(48.0), json!(11.0));
+    serde_json::to_value(serde_json::from_value::<PlanFile>(json).expect("a plan")).expect("written")
+}
+
+/// The pointers of all numbers.
+fn numbers_of(value: &Value, at: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Object(entries) => {
+            entries.iter().for_each(|(key, value)| numbers_of(value, &format!("{at}/{key}"), found))
+        }
+        Value::Array(items) => {
+            items.iter().enumerate().for_each(|(k, value)| numbers_of(value, &format!("{at}/{k}"), found));
+        }
+        Value::Number(_) => found.push(at.to_owned()),
+        _ => {}
+    }
+}
+
+/// No absurd value of any number is accepted, and what refuses it names it.
+#[test]
+fn every_number_of_a_plan_is_checked_by_its_name() {
+    let plan = whole();
+    read(&plan, "whole").expect("read");
+    let mut pointers = Vec::new();
+    numbers_of(&plan, "", &mut pointers);
+    assert!(pointers.len() > 80, "{}", pointers.len());
+    for pointer in pointers {
+        let is_whole = !plan.pointer(&pointer).expect("a number").is_f64();
+        let absurd = [json!(-1e30), json!(1e30), json!("NaN"), json!([]), json!(true)];
+        for value in absurd.into_iter().chain(is_whole.then(|| json!(0.5))).chain(is_whole.then(|| json!(-1e9 as i64)))
+        {
+            let mut changed = plan.clone();
+            *changed.pointer_mut(&pointer).expect("a value") = value.clone();
+            let error = read(&changed, "absurd").expect_err(&format!("{pointer} {value}"));
+            let key = pointer.split('/').rfind(|key| key.parse::<usize>().is_err()).expect("a key");
+            assert!(error.contains(key) || value == json!([]), "{pointer} {value}: {error}");
+        }
+    }
+    let mut changed = plan;
+    changed["strips"][0]["photos"][1]["z"] = json!(-1e30);
+    assert!(read(&changed, "indices").is_err_and(|error| error.contains("strips[0].photos[1].z is -1e")));
+}
+
 #[test]
 fn the_order_of_flight_has_each_photo_once() {
     for (order, is_one) in [

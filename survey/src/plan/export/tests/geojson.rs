@@ -76,7 +76,7 @@ fn footprints_lie_on_the_ground() {
             for [x, y] in ring {
                 let depth_m = (x - photo.x).abs() / 0.72;
                 assert!(((y - photo.y).abs() - 1.08 * depth_m).abs() < 5e-3, "not on the ray");
-                let ground_m = outputs.planned.layout.relief.dem().height(*x, *y).expect("known");
+                let ground_m = outputs.planned.layout.terrain.dem().height(*x, *y).expect("known");
                 assert!((photo.z - depth_m - ground_m).abs() < 0.01, "{ground_m}");
             }
         }

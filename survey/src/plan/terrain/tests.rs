@@ -29,7 +29,7 @@ fn slow(dem: &Dem, x: [f64; 2], y: [f64; 2]) -> f64 {
 #[test]
 fn along_the_grid_it_is_the_rule_of_posts() {
     let dem = dem(83, 71);
-    let relief = Relief::new(&dem);
+    let terrain = Terrain::new(&dem);
     let mut state = 1_u64;
     let mut draw = |low: f64, high: f64| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -39,8 +39,8 @@ fn along_the_grid_it_is_the_rule_of_posts() {
         let (x, y) = ([draw(-200.0, 900.0), draw(0.0, 400.0)], [draw(-100.0, 700.0), draw(0.0, 300.0)]);
         let (x, y) = ([x[0], x[0] + x[1]], [y[0], y[0] + y[1]]);
         let expected = slow(&dem, x, y);
-        let east = relief.highest_in(&Axes::new(90.0), &Zone { along: x, across: y });
-        let north = relief.highest_in(&Axes::new(0.0), &Zone { along: y, across: x });
+        let east = terrain.highest_in(&Axes::new(90.0), &Zone { along: x, across: y });
+        let north = terrain.highest_in(&Axes::new(0.0), &Zone { along: y, across: x });
         assert_eq!((east, north), (Some(expected), Some(expected)), "{x:?} {y:?}");
     }
 }
@@ -48,12 +48,12 @@ fn along_the_grid_it_is_the_rule_of_posts() {
 #[test]
 fn askew_no_ground_inside_is_higher_and_no_cell_outside_counts() {
     let dem = dem(83, 71);
-    let relief = Relief::new(&dem);
+    let terrain = Terrain::new(&dem);
     for (k, heading) in [17.0, 45.0, 63.5, 120.0, 179.0, 89.999_999].into_iter().enumerate() {
         let axes = Axes::new(heading);
         let centre = axes.of([200.0 + 40.0 * k as f64, 250.0]);
         let zone = Zone { along: [centre[0] - 90.0, centre[0] + 60.0], across: [centre[1] - 25.0, centre[1] + 70.0] };
-        let highest = relief.highest_in(&axes, &zone).expect("known");
+        let highest = terrain.highest_in(&axes, &zone).expect("known");
         // A cell touches the zone if one of many points of it lies inside, or of the zone inside the cell.
         let mut by_points = f64::MIN;
         for i in 0..=600 {
@@ -75,11 +75,11 @@ fn unknown_posts_are_passed_over() {
     dem.heights.fill(f64::NAN);
     let axes = Axes::new(90.0);
     let everywhere = Zone { along: [-1e4, 1e4], across: [-1e4, 1e4] };
-    assert_eq!(Relief::new(&dem).highest_in(&axes, &everywhere), None);
+    assert_eq!(Terrain::new(&dem).highest_in(&axes, &everywhere), None);
     dem.heights[123] = -7.0;
-    assert_eq!(Relief::new(&dem).highest_in(&axes, &everywhere), Some(-7.0));
-    assert_eq!(Relief::new(&dem).highest(), Some(-7.0));
+    assert_eq!(Terrain::new(&dem).highest_in(&axes, &everywhere), Some(-7.0));
+    assert_eq!(Terrain::new(&dem).highest(), Some(-7.0));
     // Far off askew there is nothing; the grid's own rule clips to the border.
     let far = Zone { along: [5e4, 6e4], across: [5e4, 6e4] };
-    assert_eq!(Relief::new(&dem).highest_in(&Axes::new(30.0), &far), None);
+    assert_eq!(Terrain::new(&dem).highest_in(&Axes::new(30.0), &far), None);
 }

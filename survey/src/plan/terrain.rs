@@ -12,7 +12,7 @@ use crate::dem::Dem;
 
 /// Blocks of a level make one of the next, along each side.
 const FACTOR: usize = 8;
-/// Places closer to a post than this share of a cell are taken to be on it: 0.1 + 0.2 is no reason for another row.
+/// Positions closer to a post than this share of a cell are taken to be on it: 0.1 + 0.2 is no reason for another row.
 pub(super) const SNAP: f64 = 1e-9;
 
 /// A rectangle along the axes of strips, metres.
@@ -35,13 +35,13 @@ struct Level {
 
 /// The terrain, searchable.
 #[derive(Debug)]
-pub struct Relief<'d> {
+pub struct Terrain<'d> {
     dem: &'d Dem,
     /// From the smallest blocks to one that holds all.
     levels: Vec<Level>,
 }
 
-impl<'d> Relief<'d> {
+impl<'d> Terrain<'d> {
     /// Gathers the blocks: one pass over the posts. The model has at least 2 x 2 posts.
     #[must_use]
     pub fn new(dem: &'d Dem) -> Self {
@@ -53,7 +53,7 @@ impl<'d> Relief<'d> {
             let next = last.gathered();
             levels.push(next);
         }
-        Relief { dem, levels }
+        Terrain { dem, levels }
     }
 
     /// The terrain itself.

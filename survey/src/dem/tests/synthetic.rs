@@ -1,4 +1,4 @@
-//! GeoTIFFs made up in memory, in every layout a decoder has to read.
+//! Synthetic GeoTIFFs, in every layout a decoder has to read.
 
 use std::io::Cursor;
 
@@ -8,7 +8,7 @@ use tiff::encoder::compression::{
 };
 use tiff::tags::Tag;
 
-/// How a made-up file is laid out.
+/// How a synthetic file is laid out.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Layout {
     pub cols: usize,
