@@ -32,7 +32,7 @@ const LONG: (Depth, Depth) = (All, Nightly);
 /// The two lanes of each suit two cores: what cargo does for the host, in its development profile alone, and what is
 /// compiled, linked and emulated for the boards, most of which is work for one core. The flight computer's images belong to
 /// the long steps: they take a third profile, in which embassy-stm32 alone is minutes, and the emulated board's have the
-/// application.
+/// application. So does clippy, which checks all that we depend on anew: four minutes of the cores.
 const PHASES: [Phase; 3] = [
     &[&[("set-up", EACH, |_| set_up::emulator().map(drop).into())]],
     &[
@@ -46,13 +46,13 @@ const PHASES: [Phase; 3] = [
             ("tests, also the long ones", LONG, |_| {
                 run(cargo().args(["test", "--workspace", "--no-fail-fast", "--", "--include-ignored"])).into()
             }),
-            ("clippy (host)", EACH, |_| clippy(&["--workspace", "--all-targets"], None)),
+            ("clippy (host)", LONG, |_| clippy(&["--workspace", "--all-targets"], None)),
             ("documentation", LONG, |_| {
                 run(cargo().args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings")).into()
             }),
         ],
         &[
-            ("clippy (emulated board)", EACH, |compiler| {
+            ("clippy (emulated board)", LONG, |compiler| {
                 clippy(&["--features", build::AN500, "--profile", places::PROFILE], Some(compiler))
             }),
             ("self-test of the emulated board", EACH, |_| selftest::selftest().into()),
