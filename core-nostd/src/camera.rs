@@ -53,7 +53,7 @@ pub struct Camera {
     fold_r2: f32,
 }
 
-/// Largest square of a tangent that is looked at for a fold: 80 degrees off the axis.
+/// Largest square of a tangent that is searched for a fold: 80 degrees off the axis.
 const FOLD_R2_MAX: f32 = 32.0;
 const FOLD_STEP: f32 = 1.0 / 256.0;
 

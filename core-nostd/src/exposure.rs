@@ -150,7 +150,7 @@ impl Exposures {
     }
 
     /// What to commit to `now`, the camera being at `camera`. To be called ten times a second.
-    pub fn look(&mut self, plan: &impl Planned, camera: &PositionState, now: Micros) -> Option<Exposure> {
+    pub fn commit(&mut self, plan: &impl Planned, camera: &PositionState, now: Micros) -> Option<Exposure> {
         if self.along(plan, camera).is_none() {
             self.enter(plan, camera)?;
         }

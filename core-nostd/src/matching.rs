@@ -64,7 +64,7 @@ pub struct Match {
     pub shift: (f32, f32),
     /// Whole-pixel shift with the highest score.
     pub peak: (i16, i16),
-    /// Normalised cross-correlation of the greys at the peak and at the best other place, 0 where there is none.
+    /// Normalised cross-correlation of the greys at the peak and at the best other shift, 0 where there is none.
     pub grey_correlation: [f32; 2],
     /// The shift that deserves to become a fix, or why none does.
     pub accepted: Result<Shift, Rejection>,
@@ -86,7 +86,7 @@ pub trait Matcher {
     /// Bytes of working memory that a search takes at most.
     const WORKING_BYTES: usize;
 
-    /// The patch's place in the tile. `memory`: [`Matcher::WORKING_BYTES`] of any content.
+    /// Where the patch lies in the tile. `memory`: [`Matcher::WORKING_BYTES`] of any content.
     ///
     /// # Errors
     /// [`MatchError`] where nothing could be tried; whether what was found is good enough, [`Match::accepted`] says.
@@ -115,7 +115,7 @@ pub enum Rejection {
     OnBorder,
     /// The correlation is too low for the number of pixels.
     LowScore,
-    /// Another place is almost as good.
+    /// Another shift is almost as good.
     Ambiguous,
     /// The sub-pixel solution's own sigma is too large, or too little of the picture agrees with it.
     Imprecise,

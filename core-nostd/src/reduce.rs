@@ -98,7 +98,7 @@ impl Reduction {
         self.stride() * self.size.1 as usize
     }
 
-    /// Places that a sum is shifted right so that those of the longest row fit 16 bits: none up to 256 boxes.
+    /// Bits that a sum is shifted right so that those of the longest row fit 16 bits: none up to 256 boxes.
     pub fn shift(&self) -> u32 {
         self.size.0.div_ceil(256).next_power_of_two().trailing_zeros()
     }

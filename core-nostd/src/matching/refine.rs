@@ -85,7 +85,7 @@ const REACH_PX: f32 = 1.5;
 /// Rows and columns around a patch pixel that have to be valid: to each side one for the smoothing, one for the gradient.
 const AROUND: usize = 5;
 
-/// The sub-pixel shift around `peak`. `reference` is the view that was searched, `radius` the search's; `bytes`: room
+/// The sub-pixel shift around `peak`. `reference` is the view that was searched, `radius` the search's; `bytes`: space
 /// for the smoothed patch.
 ///
 /// # Errors
@@ -149,7 +149,7 @@ struct Inner {
 impl Inner {
     fn new(runs: &[Run]) -> Self {
         let mut kept = Vec::new();
-        // Those that find no room are made each time.
+        // Those beyond its capacity are made each time.
         (0..runs.len()).map(|index| Inner::at(runs, index)).try_for_each(|run| kept.push(run)).unwrap_or(());
         Inner { kept }
     }

@@ -88,7 +88,7 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
         History { samples: Deque::new() }
     }
 
-    /// Takes a sample; the oldest one makes room.
+    /// Takes a sample; where the ring is full, the oldest is dropped.
     ///
     /// # Errors
     /// [`Backwards`] when its stamp is not after the newest one's; nothing changes then.
@@ -99,7 +99,7 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
         if self.samples.is_full() {
             self.samples.pop_front();
         }
-        // There is room now: the push cannot fail.
+        // The ring is not full now: the push cannot fail.
         let _ = self.samples.push_back((sampled_at, value));
         Ok(())
     }

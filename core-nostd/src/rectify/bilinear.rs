@@ -216,7 +216,7 @@ impl Line<'_> {
         }
     }
 
-    /// Counts cells as valid; `false` where that takes a run for which there is no place.
+    /// Counts cells as valid; `false` where that takes a run more than the list holds.
     fn keep(&mut self, col: usize, count: usize) -> bool {
         let (start, end) = (col as u16, (col + count) as u16);
         match self.runs.last_mut() {

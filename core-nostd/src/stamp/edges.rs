@@ -66,7 +66,7 @@ impl Edges {
         Edges { kept: Deque::new(), newest: None, arrival: None }
     }
 
-    /// Takes an edge; the oldest makes room. The first of an edge and its bounces is the edge. After an opening one
+    /// Takes an edge; where the ring is full, the oldest is dropped. The first of an edge and its bounces is the edge. After an opening one
     /// that is followed by a closing one within the hold-off, a third that opens again says that both were bounces of
     /// the first; without it the two were a stray pulse.
     ///
@@ -98,7 +98,7 @@ impl Edges {
         if self.kept.is_full() {
             self.kept.pop_front();
         }
-        // There is room now: the push cannot fail.
+        // The ring is not full now: the push cannot fail.
         let _ = self.kept.push_back(Kept { latched: edge.at, opens, is_doubtful: false });
         Ok(())
     }

@@ -69,7 +69,7 @@ fn a_tick_a_bit_or_the_order() {
     let at = place(|r| matches!(r, Record::Frame(report, ..) if report.fix.is_some()));
     let off = changed(&log.items[at], |r| match r {
         Record::Frame(mut report, instant, fix) => {
-            let east = &mut report.fix.as_mut()?[0];
+            let east = &mut report.fix.as_mut()?.east_m;
             *east = f32::from_bits(east.to_bits() ^ 1);
             Some(Record::Frame(report, instant, fix))
         }
@@ -78,7 +78,7 @@ fn a_tick_a_bit_or_the_order() {
     let found = with(at, off.expect("a fix"));
     assert_eq!((found.different, found.same), (1, found.frames - 1));
     // The pose before the samples that it waited for.
-    let at = place(|r| matches!(r, Record::Look(_)));
+    let at = place(|r| matches!(r, Record::Pose(_)));
     let mut items = log.items.clone();
     items.swap(at - 1, at);
     assert!(run(&log, items).different > 0);
