@@ -65,3 +65,24 @@ fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
     if low <= high { [low, high] } else { [0.0, 0.0] }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Map;
+
+    #[test]
+    fn the_square_holds_the_larger_extent_with_its_margins() {
+        let points = [(10.0, -3.0), (30.0, 1.0), (f64::NAN, f64::INFINITY), (20.0, 0.0)];
+        let map = Map::around(points.iter(), 0.05, 1.0);
+        assert_eq!((map.centre, map.half), ((20.0, -1.0), 11.0));
+        assert_eq!((map.at(-1.0, 0.0), map.at(0.5, 1.0)), ((9.0, -1.0), (25.5, 10.0)));
+    }
+
+    #[test]
+    fn a_point_or_none_has_the_least_width() {
+        for (points, centre) in [(vec![(5.0, 6.0)], (5.0, 6.0)), (vec![], (0.0, 0.0))] {
+            let map = Map::around(points.iter(), 0.05, 20.0);
+            assert_eq!((map.centre, map.half), (centre, 10.0));
+        }
+    }
+}

@@ -152,7 +152,7 @@ impl Camera {
     /// Whether the ideal point (`m`, `n`) lies within the radius where the radial distortion folds back. Beyond it,
     /// points far outside the field of view land inside the frame, a second time where the model opens out again; they
     /// must not be sampled there.
-    pub fn is_invertible_at(&self, m: f32, n: f32) -> bool {
+    pub(crate) fn is_invertible_at(&self, m: f32, n: f32) -> bool {
         let (x, y) = (m * self.k_h, n * self.k_v);
         x * x + y * y < self.fold_r2
     }

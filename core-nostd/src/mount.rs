@@ -37,12 +37,12 @@ pub struct Mount {
 
 impl Mount {
     /// Whether the camera looks exactly where it should.
-    pub fn is_aligned(&self) -> bool {
+    pub(crate) fn is_aligned(&self) -> bool {
         self.boresight == Attitude::default()
     }
 
     /// Whether the camera looks aside, so that its footprint lies beside the nadir.
-    pub fn looks_aside(&self) -> bool {
+    pub(crate) fn looks_aside(&self) -> bool {
         self.boresight.pitch.0.abs() > LEAN_RAD || self.boresight.roll.0.abs() > LEAN_RAD
     }
 

@@ -89,7 +89,7 @@ impl Homography {
     ///
     /// A ground point at tangents t from here is at (t H − moved)/(H + up) from there; in pixels m H/(H + up) −
     /// east/((H + up) kH), and n likewise, which is put into the three linear functions.
-    pub fn displaced(&self, camera: &Camera, height_m: f32, moved: Displacement) -> Self {
+    pub(crate) fn displaced(&self, camera: &Camera, height_m: f32, moved: Displacement) -> Self {
         let (k_h, k_v) = camera.tangent_per_px();
         let there = height_m + moved.up_m;
         let scale = height_m / there;

@@ -18,7 +18,8 @@ use crate::image::{Run, View};
 use fine::{Fine, Found};
 use ranking::{CANDIDATES, Candidate, coarse};
 use sizes::Span;
-pub use sizes::{FINE_PX, LONG_PX, working_bytes};
+pub use sizes::working_bytes;
+pub(super) use sizes::{FINE_PX, LONG_PX};
 
 /// Windows that a climb may move on by: a candidate is off by a box at most, which is one window.
 const CLIMB: usize = 3;

@@ -44,10 +44,12 @@ const CANDIDATES: usize = 6;
 /// A local maximum that lies further than this below the highest is no candidate, but for the best one away from it: the
 /// standard deviation of the difference of two scores. Chosen: of normal numbers 3 in 100,000 lie further off.
 const BELOW: f32 = 4.0;
-/// Stride of the rows that set the clipping threshold, in the reference and in the patch: a median of a quarter of a
-/// thousand values is off by a few per cent.
+/// Stride of the rows that set the clipping threshold, in the reference and in the patch: the median of the
+/// sizes of n normal values has a relative deviation of 1.17/√n, 7 % for a quarter of a thousand.
 const CLIPPING_STRIDE: usize = 4;
-/// Bytes behind the reference's high-pass image that may be read: two turns of the ranking's sums read ahead.
+/// Bytes behind the reference's high-pass image that may be read. The ranking reads up to 18 beyond the pixel under a piece's
+/// last one: 7 by which a piece is rounded up to pairs of words, 8 for two more sums beside the first, 3 by which the shifts
+/// are rounded up to words. Rounded up to pairs of words.
 const READ_AHEAD: usize = 24;
 
 /// Bytes that a search in a reference of `size` needs. Where the patch's high-pass image fits in too, with three more a row,

@@ -106,7 +106,7 @@ impl Predictor {
     ///
     /// # Errors
     /// Those of [`Predictor::at`].
-    pub fn propagated_to<const N: usize>(
+    pub(crate) fn propagated_to<const N: usize>(
         &self,
         history: &History<PositionState, 4, N>,
         at: Micros,

@@ -29,9 +29,11 @@ pub enum EdgeError {
     Bounce,
 }
 
-/// Edges kept: some exposures' without a frame, and strays.
+/// Edges kept. Chosen between two, those of the one exposure that a frame belongs to, and as many as a bouncing line could
+/// fill within [`MEMORY_TICKS`]: those of eight exposures, of which some have no frame or are strays.
 const EDGES_MAX: usize = 16;
-/// What is older than this belongs to no frame that is still to come: the longest exposure and the longest readout.
+/// What is older than this belongs to no frame that is still to come: half a second of the longest exposure
+/// and a second of the longest readout, with a margin of half a second.
 const MEMORY_TICKS: i32 = 2_000_000;
 
 /// An edge that was taken.
