@@ -17,8 +17,9 @@ use crate::image::{Run, View};
 
 /// Largest value.
 const MAX: i32 = i8::MAX as i32;
-/// Values beyond this many medians of their size are clipped: such a value says "different", not "how different". Chosen
-/// on the default scene with 10 % changed ground.
+/// Values beyond this many medians of their size are clipped: such a value says "different", not "how different". Over
+/// the four series the peak is wrong 0, 0, 0 and 38 times of 1,500 each. With one median it is 0, 0, 0 and 35 times, but a
+/// quarter of the weak matches that are accepted now are refused; with four it is 0, 0, 48 and 144 times.
 const CLIP_MEDIANS: f32 = 2.0;
 
 /// Rows around one, as they come, each from two columns before the strip on.

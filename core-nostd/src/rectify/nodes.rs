@@ -25,7 +25,8 @@ impl Node {
 /// Shortest stretch of a line of nodes between two that are computed exactly, in cells: each takes two exact positions, its
 /// middle and its end, so a shorter one saves nothing.
 const SHORTEST: u16 = 2;
-/// Position error allowed between them, boxes.
+/// Position error allowed between them, boxes. Over five attitudes with tilts of up to 25°, from a sixteenth to a quarter one
+/// cell in 8,000 differs from exact nodes, by a grey level.
 const TOLERANCE: f32 = 1.0 / 16.0;
 /// Positions beyond this and steps above that, in boxes, are refused. Q16 holds positions up to 32,768 and Q24 steps up to
 /// 128: a quarter and a half of that, so that no sum on the way leaves them. A frame has 8,192 boxes at most.
