@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_that_is_dead_under_a_plan_is_told_within_a_second_and_a_look() {
+    fn a_sensor_that_is_dead_under_a_plan_is_reported_within_a_second_and_a_check() {
         // A photo every three seconds: never a frame, or none from the fourth on.
         assert!(is_silent_in_time(&changes(0, 3000, 60, |_| false), 0));
         assert!(is_silent_in_time(&changes(0, 3000, 60, |number| number < 4), 9_000));
