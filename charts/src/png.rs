@@ -3,6 +3,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use crc::{CRC_32_ISO_HDLC, Crc};
 
 /// Samples of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +18,9 @@ pub enum Colour {
     Rgba = 4,
 }
 
-/// Longest stored block, bytes.
+/// Of each chunk's kind and data (ISO/IEC 15948, 5.5).
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+/// Longest stored block, bytes: its length has 16 bits (RFC 1951, 3.2.4).
 const BLOCK_MAX: usize = 65_535;
 
 /// A PNG file of `cols` x `rows` pixels of 8-bit samples, row-major. Missing samples are left out, which no decoder
@@ -70,15 +73,10 @@ fn stored(data: &[u8]) -> Vec<u8> {
 
 fn chunk(png: &mut Vec<u8>, kind: &[u8; 4], data: &[u8]) {
     png.extend((data.len() as u32).to_be_bytes());
+    let summed = png.len();
     png.extend(kind);
     png.extend(data);
-    png.extend(crc32(kind.iter().chain(data)).to_be_bytes());
-}
-
-fn crc32<'a>(bytes: impl Iterator<Item = &'a u8>) -> u32 {
-    !bytes.fold(u32::MAX, |crc, &byte| {
-        (0..8).fold(crc ^ u32::from(byte), |crc, _| (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg()))
-    })
+    png.extend(CRC.checksum(&png[summed..]).to_be_bytes());
 }
 
 fn adler32(data: &[u8]) -> u32 {

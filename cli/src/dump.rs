@@ -8,7 +8,7 @@ use plumbline_core::image::View;
 use plumbline_core::pipeline::{Buffers, FollowUpMode, Pipeline, Situation};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Metres, Micros, Radians};
-use plumbline_firmware::wire::telemetry::FrameReport;
+use plumbline_firmware::wire::telemetry::{FrameReport, PositionReport, SituationReport};
 use plumbline_sim::run::{Flight, FrameRecord};
 use plumbline_sim::setup::Setup;
 use plumbline_survey::error::InputError;
@@ -62,9 +62,9 @@ fn rectified(setup: &Setup, record: &FrameRecord, frame: &Picture) -> Option<Rec
 fn rectified_again(setup: &Setup, report: &FrameReport, frame: &Picture) -> Option<(Picture, Picture)> {
     let configuration = &setup.flash.configuration;
     let settings = configuration.settings().ok()?;
-    let [height_m, heading, pitch, roll, follow_up] = report.situation?;
-    let attitude = Attitude { heading: Radians(heading), pitch: Radians(pitch), roll: Radians(roll) };
-    let follow_up = (Radians(follow_up), settings.follow_up == FollowUpMode::Followed);
+    let SituationReport { height_m, heading_rad, pitch_rad, roll_rad, follow_up_rad } = report.situation?;
+    let attitude = Attitude { heading: Radians(heading_rad), pitch: Radians(pitch_rad), roll: Radians(roll_rad) };
+    let follow_up = (Radians(follow_up_rad), settings.follow_up == FollowUpMode::Followed);
     let mut buffers = Box::new(Buffers::new());
     let mut frame_memory = vec![0; FRAME_MEMORY_BYTES];
     let tile = setup.flash.head.tile(&setup.flash.tile).ok()?;
@@ -92,8 +92,8 @@ fn rectified_again(setup: &Setup, report: &FrameReport, frame: &Picture) -> Opti
 /// The tile's pixels under the patch where it was matched.
 fn reference(setup: &Setup, report: &FrameReport, size: (u16, u16)) -> Option<Picture> {
     let head = &setup.flash.head;
-    let [east_m, north_m] = report.predicted?;
-    let [d_col, d_row] = report.matched.map_or([0.0; 2], |matched| [matched[0], matched[1]]);
+    let PositionReport { east_m, north_m } = report.predicted?;
+    let [d_col, d_row] = report.matched.map_or([0.0; 2], |matched| [matched.d_col, matched.d_row]);
     let middle = |side: u16| 0.5 * (f32::from(side) - 1.0);
     let col = middle(head.size.0) + east_m / head.resolution_m + d_col - middle(size.0);
     let row = middle(head.size.1) - north_m / head.resolution_m + d_row - middle(size.1);
@@ -195,15 +195,14 @@ mod tests {
         let mut compared = 0;
         for record in &flown.flight.frames {
             let Some(rectified) = views(&flown.setup, record).and_then(|views| views.rectified) else { continue };
-            let Some([d_col, d_row, score, _, peak_col, peak_row]) = record.report.and_then(|r| r.matched) else {
-                continue;
-            };
+            let Some(matched) = record.report.and_then(|r| r.matched) else { continue };
             // The firmware's score is that of the whole-pixel peak.
-            if (d_col - peak_col).abs() >= 0.5 || (d_row - peak_row).abs() >= 0.5 {
+            if (matched.d_col - matched.peak_col).abs() >= 0.5 || (matched.d_row - matched.peak_row).abs() >= 0.5 {
                 continue;
             }
             let reference = rectified.reference.as_ref().expect("a match lies in the tile");
             let here = correlation(&rectified, reference, 0);
+            let score = matched.correlation;
             assert!((here - f64::from(score)).abs() < 1e-3, "frame {}: {here}, not {score}", record.exposure.frame);
             assert!(correlation(&rectified, reference, 1) < here, "frame {}", record.exposure.frame);
             compared += 1;

@@ -53,7 +53,7 @@ pub struct Camera {
     fold_r2: f32,
 }
 
-/// Largest square of a tangent that is looked at for a fold: 80 degrees off the axis.
+/// Largest square of a tangent that is searched for a fold: 80 degrees off the axis.
 const FOLD_R2_MAX: f32 = 32.0;
 const FOLD_STEP: f32 = 1.0 / 256.0;
 
@@ -152,7 +152,7 @@ impl Camera {
     /// Whether the ideal point (`m`, `n`) lies within the radius where the radial distortion folds back. Beyond it,
     /// points far outside the field of view land inside the frame, a second time where the model opens out again; they
     /// must not be sampled there.
-    pub fn is_invertible_at(&self, m: f32, n: f32) -> bool {
+    pub(crate) fn is_invertible_at(&self, m: f32, n: f32) -> bool {
         let (x, y) = (m * self.k_h, n * self.k_v);
         x * x + y * y < self.fold_r2
     }

@@ -19,7 +19,7 @@ use crate::units::{Micros, Radians};
 /// of this ahead then.
 pub const COMMIT_US: u32 = 200_000;
 /// What is nearer than this cannot be triggered any more, microseconds.
-pub const LEAST_US: u32 = 40_000;
+pub(crate) const LEAST_US: u32 = 40_000;
 /// Slower than this, metres a second, nothing flies along a strip.
 const SPEED_MIN: f32 = 0.5;
 /// Cosine of the largest angle between velocity and strip, 45 degrees: beyond it the vehicle turns.
@@ -29,11 +29,12 @@ const COS_ENTERED: f32 = 0.966;
 /// Multiple of the limit across within which a vehicle still flies this strip, and its points are missed; beyond it is
 /// elsewhere. Chosen.
 const BESIDE: f32 = 3.0;
-/// Exposures that are remembered until their frames have been stamped: 50 ms apart, those of [`COMMIT_US`] ahead and of as long
-/// behind, in which a frame is read out and worked on.
+/// Exposures that are remembered until their frames have been stamped. A call commits to one at most, and calls are 50 ms apart
+/// where positions and beats both come ten times a second: those of [`COMMIT_US`] ahead, and of as long behind, in which a
+/// frame is read out and worked on.
 const TAKEN: usize = 8;
-/// A frame's mid-exposure is this near to the one that was committed to, microseconds. Chosen:
-/// above a stamp's error, below the least interval of a camera.
+/// A frame's mid-exposure is this near to the one that was committed to, microseconds. Chosen between what a stamp by
+/// pulses is off, some microseconds, and 25 ms, half of the 50 ms between two exposures.
 const SAME_US: u32 = 5_000;
 
 /// A strip in the order of flight.
@@ -150,7 +151,7 @@ impl Exposures {
     }
 
     /// What to commit to `now`, the camera being at `camera`. To be called ten times a second.
-    pub fn look(&mut self, plan: &impl Planned, camera: &PositionState, now: Micros) -> Option<Exposure> {
+    pub fn commit(&mut self, plan: &impl Planned, camera: &PositionState, now: Micros) -> Option<Exposure> {
         if self.along(plan, camera).is_none() {
             self.enter(plan, camera)?;
         }

@@ -18,7 +18,7 @@ use rolling::Bands;
 
 /// The smallest denominator that counts as in front of the camera. den is the depth of the ground point along the
 /// optical axis in heights; 0.02 is 89° off the axis, where the picture of the ground has no use left.
-pub const DEN_MIN: f32 = 0.02;
+pub(crate) const DEN_MIN: f32 = 0.02;
 
 /// Coefficients of numerators and denominator, each linear in (m, n, 1). Ideal pixels, before distortion and offset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

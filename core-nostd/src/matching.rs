@@ -5,7 +5,13 @@
 //!
 //! [`mod@correlation`] is the matcher that flies: [`mod@search`], correlation of high-pass images over whole-pixel shifts;
 //! [`mod@refine`], least squares around the peak; [`acceptance`], what both must reach to become a fix. Far from the
-//! predicted position [`mod@reacquire`] takes the place of the search.
+//! predicted position [`mod@reacquire`] replaces the search.
+//!
+//! Constants whose doc speaks of *the four series* were measured over 1,500 synthetic matches of each: a tilted footprint in 34 x
+//! 34 pixels, searched within ±10, shifted by up to 8; textures as in `tests/src/textures.rs`, waves of 5 to 40 pixels. Easy: 40
+//! grey levels, noise of 3 in the reference and 2 in the patch. Turned: a heading off by 0.5° (one sigma) and a tenth of the
+//! rows of other ground besides. Hard: 15 grey levels, noise of 5 and 3, 0.5°, a fifth of other ground. Weak: 8 grey levels,
+//! noise of 6 and 3, 0.3°, a tenth of other ground. Of none of them a match that was off by a pixel was accepted.
 
 pub(crate) mod kernels;
 mod histogram;
@@ -64,7 +70,7 @@ pub struct Match {
     pub shift: (f32, f32),
     /// Whole-pixel shift with the highest score.
     pub peak: (i16, i16),
-    /// Normalised cross-correlation of the greys at the peak and at the best other place, 0 where there is none.
+    /// Normalised cross-correlation of the greys at the peak and at the best other shift, 0 where there is none.
     pub grey_correlation: [f32; 2],
     /// The shift that deserves to become a fix, or why none does.
     pub accepted: Result<Shift, Rejection>,
@@ -86,7 +92,7 @@ pub trait Matcher {
     /// Bytes of working memory that a search takes at most.
     const WORKING_BYTES: usize;
 
-    /// The patch's place in the tile. `memory`: [`Matcher::WORKING_BYTES`] of any content.
+    /// Where the patch lies in the tile. `memory`: [`Matcher::WORKING_BYTES`] of any content.
     ///
     /// # Errors
     /// [`MatchError`] where nothing could be tried; whether what was found is good enough, [`Match::accepted`] says.
@@ -115,7 +121,7 @@ pub enum Rejection {
     OnBorder,
     /// The correlation is too low for the number of pixels.
     LowScore,
-    /// Another place is almost as good.
+    /// Another shift is almost as good.
     Ambiguous,
     /// The sub-pixel solution's own sigma is too large, or too little of the picture agrees with it.
     Imprecise,

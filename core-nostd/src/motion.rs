@@ -182,7 +182,7 @@ impl Flow {
 
 /// Angular rate of the camera on its own axes (forward, up, right). Each elementary turn of eq. 1 adds its rate about
 /// its axis, turned by those that follow it: ω = β' eu + RY(β) (γ' ef + RX(γ) (θ' er − φ' RZ(θ) eu)).
-pub fn angular_rate(attitude: Attitude, follow_up: Radians, rates: Rates) -> Vector3<f32> {
+pub(crate) fn angular_rate(attitude: Attitude, follow_up: Radians, rates: Rates) -> Vector3<f32> {
     let (sb, cb) = math::sin_cos(follow_up.0);
     let (sg, cg) = math::sin_cos(attitude.roll.0);
     let (st, ct) = math::sin_cos(attitude.pitch.0);

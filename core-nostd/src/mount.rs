@@ -24,25 +24,25 @@ pub struct LeverArm {
 /// meant to look along its mount's axis: 11.5 degrees.
 const LEAN_RAD: f32 = 0.2;
 
-/// The camera's place and turn in the vehicle. A head of a combined camera is mounted as any camera is: its rotation and the
-/// platform's boresight are one turn, which is in the homography once a frame.
+/// Position and rotation of the camera in the vehicle. A head of a combined camera is mounted as any camera is: its rotation and the
+/// platform's boresight are one rotation, which is in the homography once a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Mount {
-    /// Its place.
+    /// Its position.
     pub lever_arm: LeverArm,
-    /// Its turn against where the follow-up axis has it look, in the same three angles as an attitude.
+    /// Its rotation against the direction that the follow-up axis gives it, in the same three angles as an attitude.
     pub boresight: Attitude,
 }
 
 impl Mount {
     /// Whether the camera looks exactly where it should.
-    pub fn is_aligned(&self) -> bool {
+    pub(crate) fn is_aligned(&self) -> bool {
         self.boresight == Attitude::default()
     }
 
     /// Whether the camera looks aside, so that its footprint lies beside the nadir.
-    pub fn looks_aside(&self) -> bool {
+    pub(crate) fn looks_aside(&self) -> bool {
         self.boresight.pitch.0.abs() > LEAN_RAD || self.boresight.roll.0.abs() > LEAN_RAD
     }
 
@@ -55,7 +55,7 @@ impl Mount {
         camera_from_local(self.boresight, Radians(0.0)) * mount_from_local
     }
 
-    /// The camera's place relative to the point that positions refer to, `[north, up, east]` metres.
+    /// The camera's position relative to the point that positions refer to, `[north, up, east]` metres.
     pub fn camera_offset(&self, attitude: Attitude) -> [f32; 3] {
         let LeverArm { forward_m, right_m, down_m } = self.lever_arm;
         if self.lever_arm == LeverArm::default() {

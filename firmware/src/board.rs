@@ -70,7 +70,7 @@ pub trait PerformanceCounters {
     fn counted<R>(&self, work: impl FnOnce() -> R) -> (R, u32);
     /// Rows lost to overruns since start.
     fn overruns(&self) -> u32;
-    /// Bytes of RAM: static, and the stack's high-water mark. Zeros where the board cannot tell.
+    /// Bytes of RAM: static, and the stack's high-water mark. Zeros where the board does not know.
     fn memory(&self) -> (u32, u32);
 }
 

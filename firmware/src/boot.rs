@@ -5,7 +5,7 @@ use crate::journal::Journal;
 use crate::stores::plan::Plan;
 use crate::stores::{StoreError, configuration, plan, tiles};
 use plumbline_core::budget::SEARCH_MAX_PX;
-use plumbline_core::pipeline::{Buffers, Pipeline, Settings};
+use plumbline_core::pipeline::{Buffers, Pipeline, Settings, SettingsError};
 use plumbline_core::stamp::StampSettings;
 use plumbline_core::tile::Tile;
 
@@ -48,6 +48,15 @@ impl BootError {
             BootError::FrameMemory => 0x31,
             BootError::Astray => 0x32,
             BootError::Plan(error) => 0x40 + error.code(),
+        }
+    }
+}
+
+impl From<SettingsError> for BootError {
+    fn from(error: SettingsError) -> Self {
+        match error {
+            SettingsError::FrameMemory => BootError::FrameMemory,
+            error => BootError::Configuration(StoreError::Settings(error)),
         }
     }
 }
@@ -98,10 +107,10 @@ pub fn read<'f>(configuration: &[u8], tiles: &'f [u8], plan: &'f [u8]) -> Result
 }
 
 impl<'t> Flight<'t> {
-    /// The application; `journal` is told all that decides.
+    /// The application; `journal` records all that decides.
     ///
     /// # Errors
-    /// [`BootError::FrameMemory`].
+    /// [`BootError::FrameMemory`]; settings that [`read`] has not checked may be refused as well.
     // Inlined, it is built where it is to lie; otherwise boot carries copies of it over the stack.
     #[inline(always)]
     pub fn app(
@@ -111,7 +120,7 @@ impl<'t> Flight<'t> {
         journal: &'t dyn Journal,
     ) -> Result<App<'t>, BootError> {
         let Flight { settings, stamps, tile, plan, send_patches } = self;
-        let pipeline = Pipeline::new(settings, tile, buffers, frame_memory).map_err(|_| BootError::FrameMemory)?;
+        let pipeline = Pipeline::new(settings, tile, buffers, frame_memory)?;
         Ok(App::new(pipeline, &stamps, plan, send_patches, journal))
     }
 }

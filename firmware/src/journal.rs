@@ -33,8 +33,8 @@ pub enum Event<'a> {
     Begin,
     /// What became of its rows; its stamp is made at once.
     Rows(Result<(), Refusal>),
-    /// The look at the streams after which the frame waits no longer: the timer.
-    Look(Ticks),
+    /// The pose is computed from the streams as they are, and the frame waits no longer: the timer.
+    Pose(Ticks),
     /// A frame's result, and its fix in degrees.
     Frame(&'a FrameReport, &'a InstantReport, Option<Geographic>),
 }
@@ -46,8 +46,8 @@ pub enum Gate {
     Beat,
     /// Before [`Event::Begin`].
     Begin,
-    /// Before [`Event::Look`].
-    Look,
+    /// Before [`Event::Pose`].
+    Pose,
 }
 
 /// Where events go.

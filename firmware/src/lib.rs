@@ -4,7 +4,7 @@
 //! in the emulated Cortex-M7 and on a board differ in who delivers the bytes and in nothing else.
 //!
 //! [`stores`]: what lies in flash (camera and settings, reference tile). [`boot`]: from there to the application.
-//! [`wire`]: MAVLink 2 in and out. [`app`]: the tasks. [`journal`]: what they tell so that a flight can be run again,
+//! [`wire`]: MAVLink 2 in and out. [`app`]: the tasks. [`journal`]: what they record so that a flight can be run again,
 //! [`mod@log`]: where it is kept. [`run`]: the executor's loop. [`shared_memory`]: what the emulator and the simulator both see.
 //! [`serial`]: the simulator's line to a board. [`mod@bench`]: what a frame costs. `an500` and [`h743`]: the boards.
 #![no_std]

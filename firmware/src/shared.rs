@@ -39,7 +39,7 @@ impl<T, const N: usize> Queue<T, N> {
     /// Puts an item in.
     ///
     /// # Errors
-    /// The item, where there is no room.
+    /// The item, where the queue is full.
     pub fn try_send(&self, item: T) -> Result<(), T> {
         let mut waiting = Some(item);
         let put = |items: &mut Deque<T, N>| {
@@ -59,8 +59,8 @@ impl<T, const N: usize> Queue<T, N> {
         }
     }
 
-    /// Whether there is room.
-    pub fn has_room(&self) -> bool {
+    /// Whether there is a free slot.
+    pub fn has_free_slot(&self) -> bool {
         self.items.with(|items| items.is_full()) == Some(false)
     }
 
@@ -105,14 +105,14 @@ mod tests {
     }
 
     #[test]
-    fn a_queue_keeps_the_order_and_refuses_what_finds_no_room() {
+    fn a_queue_keeps_the_order_and_refuses_what_it_cannot_hold() {
         let queue = Queue::<u8, 2>::new();
         assert_eq!((queue.try_send(1), queue.try_send(2), queue.try_send(3)), (Ok(()), Ok(()), Err(3)));
-        assert!(!queue.has_room());
+        assert!(!queue.has_free_slot());
         let context = &mut Context::from_waker(Waker::noop());
         for wanted in [1, 2] {
             assert_eq!(pin!(queue.receive()).poll(context), Poll::Ready(wanted));
         }
-        assert!(queue.has_room() && pin!(queue.receive()).poll(context).is_pending());
+        assert!(queue.has_free_slot() && pin!(queue.receive()).poll(context).is_pending());
     }
 }

@@ -45,9 +45,9 @@ pub const ROW_TIME_NS: usize = 0x30;
 pub const RING_ROWS: usize = 0x34;
 
 /// Ring of the newest edges, two words each: the tick, and 1 for a rising or 0 for a falling edge. Edge k, counted from 0,
-/// lies in place k modulo [`EDGE_RING`].
+/// lies in slot k modulo [`EDGE_RING`].
 pub const EDGE_WORDS: usize = 0x40;
-/// Places of that ring.
+/// Slots of that ring.
 pub const EDGE_RING: usize = 8;
 
 /// Word, written by the firmware: the last step done.

@@ -40,7 +40,7 @@ pub enum StoreError {
     Stamps(stamp::SettingsError),
     /// The reference's size, resolution or georeference is unusable.
     Reference(TileError),
-    /// The plan's strips, places or limits cannot be flown.
+    /// The plan's strips, points or limits cannot be flown.
     Plan,
 }
 

@@ -3,7 +3,7 @@
 //! A macro, since an embassy task cannot be generic: its memory is a static of its own type.
 
 /// Makes an embassy task of each for the board `$board`, and `spawn_application`, which spawns them and says whether there was
-/// room for all: each can be spawned once.
+/// memory for all: each can be spawned once.
 #[macro_export]
 macro_rules! embassy_tasks {
     ($board:ty, $($name:ident = $module:ident::$task:ident($($part:ident: $Part:ident),*))*) => {
@@ -15,12 +15,12 @@ macro_rules! embassy_tasks {
                 $(mut $part: <$board as $crate::board::Board>::$Part,)*
             ) -> ! {
                 use $crate::{app::$module, board::Board, task_list::Task};
-                // In one piece: a variable for the work would take its room a second time.
+                // In one piece: a variable for the work would take its memory a second time.
                 Board::watched(board, Task::$name, $module::$task(app, $(&mut $part),*)).await
             }
         )*
 
-        /// Spawns the application's tasks; whether there was room for all.
+        /// Spawns the application's tasks; whether there was memory for all.
         pub fn spawn_application(
             spawner: embassy_executor::Spawner,
             app: &'static $crate::app::App<'static>,

@@ -56,7 +56,7 @@ impl GroundStation {
         let mut rest = bytes;
         let mut decoder = std::mem::take(&mut self.decoder);
         while !rest.is_empty() {
-            let room = decoder.room();
+            let room = decoder.free();
             let count = room.len().min(rest.len());
             room[..count].copy_from_slice(&rest[..count]);
             decoder.filled(count);

@@ -21,7 +21,7 @@ pub use matching::{MatchRate, MatchingError, length};
 use matching::{lengths, match_rate, matching_error};
 use plan::{Flown, flown};
 use plumbline_firmware::serial::message::Counts;
-use plumbline_firmware::wire::telemetry::StampHealth;
+use plumbline_firmware::wire::telemetry::{SituationReport, StampHealth};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::output::write_file;
 use serde::Serialize;
@@ -70,32 +70,36 @@ fn score_frame(setup: &Setup, record: &FrameRecord, raw_px: Option<[f64; 2]>) ->
     let truth_px = report.and_then(|report| fixes::truth_px(report, true_m, resolution));
     let against = |d: [f32; 2]| truth_px.map(|t| [f64::from(d[0]) - t[0], f64::from(d[1]) - t[1]]);
     let matched = report.and_then(|r| r.matched);
-    let fix = report.and_then(|r| r.fix).map(|fix| fix.map(f64::from));
+    let fix = report.and_then(|r| r.fix);
     let [east_m, north_m, _] = antenna(truth, &setup.payload.mount);
-    let error_m = fix.map(|fix| [fix[0] + setup.tile_centre[0] - east_m, fix[1] + setup.tile_centre[1] - north_m]);
-    let nees = fix
-        .zip(error_m)
-        .map(|([_, _, ee, en, nn], [e, n])| (e * e * nn - 2.0 * e * n * en + n * n * ee) / (ee * nn - en * en));
+    let error_m = fix.map(|fix| {
+        [f64::from(fix.east_m) + setup.tile_centre[0] - east_m, f64::from(fix.north_m) + setup.tile_centre[1] - north_m]
+    });
+    let nees = fix.zip(error_m).map(|(fix, [e, n])| {
+        let [ee, en, nn] = [fix.variance_east_m2, fix.covariance_m2, fix.variance_north_m2].map(f64::from);
+        (e * e * nn - 2.0 * e * n * en + n * n * ee) / (ee * nn - en * en)
+    });
     let cost = report.map(|r| r.instructions.iter().map(|&i| u64::from(i)).sum()).filter(|&sum| sum > 0);
     Scored {
         frame: record.exposure.frame,
         accepted: fix.is_some(),
         truth_px,
-        error_px: matched.and_then(|m| against([m[0], m[1]])),
-        integer_px: matched.and_then(|m| against([m[4], m[5]])),
+        error_px: matched.and_then(|m| against([m.d_col, m.d_row])),
+        integer_px: matched.and_then(|m| against([m.peak_col, m.peak_row])),
         raw_px,
         error_m,
         nees,
-        attitude_px: report.and_then(|r| r.situation).map(|s| attitude_part(setup, truth, s)),
+        attitude_px: report.and_then(|r| r.situation).map(|s| attitude_part(setup, truth, &s)),
         cost,
     }
 }
 
 /// Where the nadir would be sought with the pose that the firmware used, in pixels off the true one: the tilt's error
 /// turned to the ground, heading and height having no effect at the nadir itself. Columns east, rows south.
-fn attitude_part(setup: &Setup, truth: &crate::vehicle::motion::TrueState, used: [f32; 5]) -> [f64; 2] {
+fn attitude_part(setup: &Setup, truth: &crate::vehicle::motion::TrueState, used: &SituationReport) -> [f64; 2] {
     use crate::oracle::matrix_a;
-    let [height, heading, pitch, roll, _] = used.map(f64::from);
+    let [height, heading, pitch, roll] =
+        [used.height_m, used.heading_rad, used.pitch_rad, used.roll_rad].map(f64::from);
     // Plumb line in the body by truth, brought to the ground by the pose used.
     let plumb = matrix_a(truth.heading_rad, truth.pitch_rad, truth.roll_rad, 0.0).map(|row| -row[1]);
     let used = matrix_a(heading, pitch, roll, 0.0);

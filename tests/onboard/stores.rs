@@ -215,7 +215,7 @@ proptest! {
 fn messages(bytes: &[u8]) -> Vec<(u32, Vec<u8>)> {
     let (mut decoder, mut found) = (Decoder::new(), Vec::new());
     for byte in bytes {
-        decoder.room()[0] = *byte;
+        decoder.free()[0] = *byte;
         decoder.filled(1);
         while let Some(packet) = decoder.next() {
             found.push((packet.id, packet.payload.to_vec()));

@@ -40,7 +40,7 @@ fn decode(stream: &[u8], mut chunk: impl FnMut() -> usize) -> (Vec<Delivered>, L
     let bytes: Vec<u8> = stream.iter().copied().chain([0; 300]).collect();
     let mut rest = bytes.as_slice();
     while !rest.is_empty() {
-        let room = decoder.room();
+        let room = decoder.free();
         assert!(!room.is_empty(), "no room although every message was taken");
         let count = room.len().min(rest.len()).min(chunk());
         room[..count].copy_from_slice(&rest[..count]);

@@ -1,8 +1,7 @@
 //! Rules of the source code that no compiler checks: dependencies between modules go one way, files and functions stay
 //! short, documents lead where they say.
 //!
-//! `cargo test -p plumbline-structure` reads the sources of every crate. What breaks a rule today is listed in
-//! `exceptions.txt`, which may only get shorter.
+//! `cargo test -p plumbline-structure` reads the sources of every crate.
 
 pub mod circles;
 #[cfg(test)]

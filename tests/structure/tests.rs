@@ -1,6 +1,6 @@
 //! The rules, for every crate.
 
-use crate::circles::siblings;
+use crate::circles::{Siblings, siblings};
 use crate::modules::Crate;
 use crate::sizes::{FILE_LINES, FUNCTION_LINES, functions, is_assembly};
 use crate::workspace::{relative, root, sources, targets};
@@ -8,19 +8,9 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// What breaks a rule: its line in `exceptions.txt`, and the details.
-type Found = BTreeMap<String, String>;
-
-/// Compares what breaks a rule with the lines of `exceptions.txt` that begin with `kind`.
-fn hold(kind: &str, found: &Found) {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("exceptions.txt");
-    let text = fs::read_to_string(file).expect("exceptions.txt is there");
-    let listed: Vec<&str> = text.lines().filter(|line| line.starts_with(kind)).collect();
-    let new = found.iter().filter(|(line, _)| !listed.contains(&line.as_str()));
-    let new: Vec<String> = new.map(|(line, details)| format!("{line}\n    {details}")).collect();
-    let gone: Vec<&&str> = listed.iter().filter(|line| !found.contains_key(**line)).collect();
-    assert!(new.is_empty(), "these break the rule:\n{}", new.join("\n"));
-    assert!(gone.is_empty(), "these do no longer; take their lines out of exceptions.txt:\n{gone:#?}");
+/// Fails with what breaks a rule.
+fn hold(broken: &[String]) {
+    assert!(broken.is_empty(), "these break the rule:\n{}", broken.join("\n"));
 }
 
 /// Each crate, by its first source file.
@@ -30,33 +20,27 @@ fn crates() -> BTreeMap<String, Crate> {
 
 #[test]
 fn no_modules_of_one_folder_use_each_other() {
-    let mut found = Found::new();
+    let mut broken = Vec::new();
     for (file, modules) in crates() {
         for (folder, siblings) in siblings(&modules) {
             for name in siblings.on_circles() {
                 let path: Vec<String> = folder.iter().cloned().chain([name.clone()]).collect();
-                found.insert(
-                    format!("circle {file} {}", path.join("::")),
-                    siblings.on_circle_with(&name).join("\n    "),
-                );
+                let uses = siblings.on_circle_with(&name).join("\n    ");
+                broken.push(format!("circle {file} {}\n    {uses}", path.join("::")));
             }
         }
     }
-    hold("circle ", &found);
+    hold(&broken);
 }
 
 #[test]
 fn each_module_of_the_core_uses_only_what_is_declared_before_it() {
-    let file = Path::new("core-nostd/src/lib.rs");
-    let modules = Crate::read(&root(), file);
-    let mut found = Found::new();
-    for (folder, siblings) in siblings(&modules) {
-        for sentence in siblings.against(modules.children(&folder)) {
-            let (uses, places) = sentence.split_once(", ").unwrap_or((&sentence, ""));
-            found.insert(format!("order /{} {uses}", folder.join("::")), places.to_owned());
-        }
-    }
-    hold("order ", &found);
+    let modules = Crate::read(&root(), Path::new("core-nostd/src/lib.rs"));
+    let of_folder = |(folder, siblings): (Vec<String>, _)| {
+        let against = Siblings::against(&siblings, modules.children(&folder)).into_iter();
+        against.map(|sentence| format!("/{} {sentence}", folder.join("::"))).collect::<Vec<_>>()
+    };
+    hold(&siblings(&modules).into_iter().flat_map(of_folder).collect::<Vec<_>>());
 }
 
 /// What reads the sources sees them: a use that is there is found, through an import and through a re-export.
@@ -74,27 +58,22 @@ fn uses_are_found() {
 
 #[test]
 fn files_are_short() {
-    let mut found = Found::new();
-    for file in sources().iter().filter(|file| !is_assembly(file)) {
-        let lines = fs::read_to_string(root().join(file)).expect("a source file is text").lines().count();
-        if lines > FILE_LINES {
-            found.insert(format!("file {}", file.display()), format!("{lines} lines"));
-        }
-    }
-    hold("file ", &found);
+    let lines = |file: &Path| fs::read_to_string(root().join(file)).expect("a source file is text").lines().count();
+    let files = sources().into_iter().filter(|file| !is_assembly(file)).map(|file| (lines(&file), file));
+    let long = files.filter(|(lines, _)| *lines > FILE_LINES);
+    hold(&long.map(|(lines, file)| format!("{}: {lines} lines", file.display())).collect::<Vec<_>>());
 }
 
 #[test]
 fn functions_are_short() {
-    let mut found = Found::new();
+    let mut broken = Vec::new();
     for file in sources().iter().filter(|file| !is_assembly(file)) {
         let text = fs::read_to_string(root().join(file)).expect("a source file is text");
         for function in functions(&text).iter().filter(|function| function.lines > FUNCTION_LINES) {
-            let line = format!("function {} {}", file.display(), function.name);
-            found.insert(line, format!("{} lines", function.lines));
+            broken.push(format!("{}, {}: {} lines", file.display(), function.name, function.lines));
         }
     }
-    hold("function ", &found);
+    hold(&broken);
 }
 
 #[test]

@@ -3,11 +3,13 @@
 use super::positive;
 use crate::files::Files;
 use crate::outcome::{Failure, Outcome};
+use plumbline_core::tile::Georeference;
 use plumbline_firmware::boot::BootError;
 use plumbline_firmware::stores::framing::checksum;
 use plumbline_firmware::stores::tiles::{BEFORE_PIXELS, BOARD_BYTES, DFU_BYTES};
 use plumbline_sim::link::tile_store;
 use plumbline_sim::setup::orthophoto;
+use plumbline_sim::world::Bounds;
 use plumbline_sim::world::reference::Radiometry;
 use plumbline_sim::world::tile::area::area;
 use plumbline_sim::world::tile::{Frame, SIDE_MAX, Tile};
@@ -58,79 +60,93 @@ struct Summary {
     crc32: String,
 }
 
+/// Cells that the board's flash holds.
+const CELLS_MAX: usize = BOARD_BYTES - BEFORE_PIXELS;
+
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
     check_files(args)?;
-    let name = args.ortho.display();
-    let refuse = |why: String| InputError::new(format!("{name}: {why}"));
+    let refuse = |why: String| InputError::new(format!("{}: {why}", args.ortho.display()));
     let ground = orthophoto(&args.ortho)?;
     let crs = Crs::from_epsg(ground.epsg()).map_err(|error| refuse(error.to_string()))?;
     if crs.is_geographic() {
         return Err(refuse(format!("it is in degrees (EPSG:{}); a grid in metres is needed", crs.epsg())).into());
     }
-    let r = args.resolution_m;
     let bounds = ground.bounds();
     let wanted = args.area.as_deref().map_or(Ok(bounds), |text| area(text, &crs))?;
-    // What ends at the picture's outer border is meant to be covered: less than a cell is cut off.
+    check_area(&bounds, &wanted, args.resolution_m).map_err(refuse)?;
+    let frame = Frame::within(&ground, &wanted, args.resolution_m);
+    check_frame(&frame).map_err(refuse)?;
+    let tile = Tile::lay(&ground, &frame, &Radiometry::SAME);
+    if tile.unknown as f64 > UNKNOWN_MAX * frame.area() {
+        let (unknown, all) = (tile.unknown, tile.cols * tile.rows);
+        return Err(refuse(format!("nothing is known of {unknown} of the area's {all} pixels")).into());
+    }
+    let head = tile.head(&crs).map_err(|error| refuse(error.to_string()))?;
+    let store = tile_store(&head, &tile.pixels).map_err(|error| refuse(BootError::Tiles(error).to_string()))?;
+    write_file(&args.out, &store)?;
+    let summary = Summary::new(&tile, &head.georeference, &store);
+    Outcome::new(args.json, &summary, || table(&summary, &args.out.display().to_string()))
+}
+
+/// Whether the orthophoto covers what is wanted.
+fn check_area(bounds: &Bounds, wanted: &Bounds, resolution_m: f64) -> Result<(), String> {
     let beyond = [
         bounds.west_m - wanted.west_m,
         wanted.east_m - bounds.east_m,
         bounds.south_m - wanted.south_m,
         wanted.north_m - bounds.north_m,
     ];
-    if beyond.iter().any(|&metres| metres > r) {
-        return Err(refuse(format!(
-            "the area reaches beyond it: it ends at {:.1}, {:.1}, {:.1}, {:.1}",
-            bounds.west_m, bounds.south_m, bounds.east_m, bounds.north_m
-        ))
-        .into());
+    // What ends at the picture's outer border is meant to be covered: less than a cell is cut off.
+    if beyond.iter().any(|&metres| metres > resolution_m) {
+        let Bounds { west_m, south_m, east_m, north_m } = bounds;
+        return Err(format!(
+            "the area reaches beyond it: it ends at {west_m:.1}, {south_m:.1}, {east_m:.1}, {north_m:.1}"
+        ));
     }
-    let frame = Frame::within(&ground, &wanted, r);
-    let cells_max = BOARD_BYTES - BEFORE_PIXELS;
-    let km2 = |cells: f64, scale: f64| cells * (r / scale).powi(2) * 1e-6;
-    if frame.cols < 1.0 || frame.rows < 1.0 {
-        return Err(refuse(format!("the area has not one whole pixel of {r} m")).into());
+    Ok(())
+}
+
+/// Whether there are cells, and no more than the board's flash holds.
+fn check_frame(frame: &Frame) -> Result<(), String> {
+    let Frame { cols, rows, resolution_m, .. } = *frame;
+    if cols < 1.0 || rows < 1.0 {
+        return Err(format!("the area has not one whole pixel of {resolution_m} m"));
     }
-    if frame.area() > cells_max as f64 || frame.cols > SIDE_MAX || frame.rows > SIDE_MAX {
-        return Err(refuse(format!(
-            "{} x {} pixels are {:.3} km2, and the board's flash holds {:.3} km2 at {r} m",
-            frame.cols,
-            frame.rows,
-            km2(frame.area(), 1.0),
-            km2(cells_max as f64, 1.0)
-        ))
-        .into());
+    if frame.area() > CELLS_MAX as f64 || cols > SIDE_MAX || rows > SIDE_MAX {
+        let (wanted, most) = (km2(frame.area(), resolution_m), km2(CELLS_MAX as f64, resolution_m));
+        return Err(format!(
+            "{cols} x {rows} pixels are {wanted:.3} km2, and the board's flash holds {most:.3} km2 at {resolution_m} m"
+        ));
     }
-    let tile = Tile::lay(&ground, &frame, &Radiometry::SAME);
-    if tile.unknown as f64 > UNKNOWN_MAX * frame.area() {
-        return Err(refuse(format!(
-            "nothing is known of {} of the area's {} pixels",
-            tile.unknown,
-            tile.cols * tile.rows
-        ))
-        .into());
+    Ok(())
+}
+
+/// Square kilometres of cells of a side in metres.
+fn km2(cells: f64, side_m: f64) -> f64 {
+    cells * side_m.powi(2) * 1e-6
+}
+
+impl Summary {
+    fn new(tile: &Tile, g: &Georeference, store: &[u8]) -> Self {
+        let point_scale = f64::from(g.point_scale);
+        let ground_m = tile.resolution_m / point_scale;
+        Summary {
+            cols: tile.cols,
+            rows: tile.rows,
+            resolution_m: tile.resolution_m,
+            epsg: g.epsg,
+            centre_lat: f64::from(g.centre.lat_e7) * 1e-7,
+            centre_lon: f64::from(g.centre.lon_e7) * 1e-7,
+            convergence_deg: f64::from(g.convergence.0).to_degrees(),
+            point_scale,
+            bytes: store.len(),
+            km2: km2((tile.cols * tile.rows) as f64, ground_m),
+            km2_max: km2(CELLS_MAX as f64, ground_m),
+            km2_max_dfu: km2((DFU_BYTES - BEFORE_PIXELS) as f64, ground_m),
+            unknown_cells: tile.unknown,
+            crc32: format!("{:08x}", checksum(store)),
+        }
     }
-    let head = tile.head(&crs).map_err(|error| refuse(error.to_string()))?;
-    let store = tile_store(&head, &tile.pixels).map_err(|error| refuse(BootError::Tiles(error).to_string()))?;
-    write_file(&args.out, &store)?;
-    let g = head.georeference;
-    let scale = f64::from(g.point_scale);
-    let summary = Summary {
-        cols: tile.cols,
-        rows: tile.rows,
-        resolution_m: r,
-        epsg: g.epsg,
-        centre_lat: f64::from(g.centre.lat_e7) * 1e-7,
-        centre_lon: f64::from(g.centre.lon_e7) * 1e-7,
-        convergence_deg: f64::from(g.convergence.0).to_degrees(),
-        point_scale: scale,
-        bytes: store.len(),
-        km2: km2(frame.area(), scale),
-        km2_max: km2(cells_max as f64, scale),
-        km2_max_dfu: km2((DFU_BYTES - BEFORE_PIXELS) as f64, scale),
-        unknown_cells: tile.unknown,
-        crc32: format!("{:08x}", checksum(&store)),
-    };
-    Outcome::new(args.json, &summary, || table(&summary, &args.out.display().to_string()))
 }
 
 fn check_files(args: &Args) -> Result<(), InputError> {

@@ -1,8 +1,6 @@
 //! Expected instants are those of the uniform motion that is flown: where a point lies `x` metres behind the start of a
 //! flight at speed v, it is passed after x / v.
 
-extern crate std;
-
 use super::*;
 use std::vec::Vec;
 
@@ -47,23 +45,23 @@ fn fly_at(
     (from, velocity): ([f32; 2], [f32; 2]),
     seconds: f32,
 ) -> Vec<Exposure> {
-    let look = |count: u32| {
+    let commit = |count: u32| {
         let t_s = 0.1 * count as f32;
-        let place = PositionState {
+        let state = PositionState {
             east_m: from[0] + velocity[0] * t_s,
             north_m: from[1] + velocity[1] * t_s,
             east_m_per_s: velocity[0],
             north_m_per_s: velocity[1],
         };
         let now = Micros(start_us + u64::from(count) * 100_000);
-        let exposure = exposures.look(plan, &place, now);
+        let exposure = exposures.commit(plan, &state, now);
         if let Some(exposure) = exposure {
             let ahead_us = exposure.mid.since(now);
             assert!((LEAST_US as i32..=COMMIT_US as i32).contains(&ahead_us), "{ahead_us}");
         }
         exposure
     };
-    (0..(10.0 * seconds) as u32).filter_map(look).collect()
+    (0..(10.0 * seconds) as u32).filter_map(commit).collect()
 }
 
 fn photos(exposures: &[Exposure]) -> Vec<u32> {
@@ -149,9 +147,9 @@ fn against_the_strip_across_it_and_in_turns_nothing_happens() {
     for step in 0..80 {
         let (s, c) = math::sin_cos(core::f32::consts::PI * step as f32 / 80.0);
         let (east_m, north_m) = (450.0 + 100.0 * s, 100.0 - 100.0 * c);
-        let place = PositionState { east_m, north_m, east_m_per_s: SPEED * c, north_m_per_s: SPEED * s };
+        let state = PositionState { east_m, north_m, east_m_per_s: SPEED * c, north_m_per_s: SPEED * s };
         let now = Micros(20_000_000 + 98_000 * step);
-        assert_eq!(exposures.look(&plan, &place, now), None, "{step}");
+        assert_eq!(exposures.commit(&plan, &state, now), None, "{step}");
     }
     assert_eq!(exposures.counts(), Counts { exposed: 5, ..Counts::default() });
 }
@@ -187,10 +185,10 @@ fn points_that_follow_too_soon_are_left_out() {
 #[test]
 fn an_autopilot_that_boots_anew_is_not_waited_for() {
     let mut exposures = Exposures::new(LIMITS);
-    let place = |east_m: f32| PositionState { east_m, north_m: 0.0, east_m_per_s: SPEED, north_m_per_s: 0.0 };
-    let first = exposures.look(&plan(), &place(-5.0), Micros(500_000_000));
+    let state = |east_m: f32| PositionState { east_m, north_m: 0.0, east_m_per_s: SPEED, north_m_per_s: 0.0 };
+    let first = exposures.commit(&plan(), &state(-5.0), Micros(500_000_000));
     assert_eq!(first.map(|first| first.photo), Some(0));
-    let second = exposures.look(&plan(), &place(95.0), Micros(300_000));
+    let second = exposures.commit(&plan(), &state(95.0), Micros(300_000));
     assert_eq!(second, Some(Exposure { photo: 1, mid: Micros(425_000) }));
 }
 
@@ -212,14 +210,14 @@ fn no_place_no_speed_and_no_plan_expose_nothing() {
     let values = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, SPEED, f32::MAX];
     let (plan, nothing) = (plan(), Plan(Vec::new()));
     for number in 0..6usize.pow(4) {
-        let value = |place: u32| values[number / 6usize.pow(place) % 6];
-        let place =
+        let value = |digit: u32| values[number / 6usize.pow(digit) % 6];
+        let state =
             PositionState { east_m: value(0), north_m: value(1), east_m_per_s: value(2), north_m_per_s: value(3) };
         let mut exposures = Exposures::new(LIMITS);
-        let exposure = exposures.look(&plan, &place, Micros(START_US));
-        // The one good place among them is at the first point itself: too late for it.
-        assert_eq!(exposure, None, "{place:?}");
-        assert_eq!(Exposures::new(LIMITS).look(&nothing, &place, Micros(START_US)), None);
+        let exposure = exposures.commit(&plan, &state, Micros(START_US));
+        // The one good state among them is at the first point itself: too late for it.
+        assert_eq!(exposure, None, "{state:?}");
+        assert_eq!(Exposures::new(LIMITS).commit(&nothing, &state, Micros(START_US)), None);
     }
     // Limits that are no numbers let nothing through.
     let limits = Limits { across_m: f32::NAN, ..LIMITS };

@@ -5,7 +5,7 @@
 //! rate of ω and an angular acceleration of α, and the instants τ apart, blending is off by (ω² + α) τ²/8: at 20°/s,
 //! 100°/s² and 2.5 ms by 1.5e-6 rad, less than 1e-3 px.
 //!
-//! The row at which a ground point is seen decides the instant at which it is looked for, so it is found by a
+//! The row at which a ground point is seen decides the instant at which it is seen, so it is found by a
 //! fixed-point iteration. g(r), the row at which the instant of row r shows the point, is a contraction: |g'| =
 //! (velocity of its image along the columns) x (readout/rows) = q, and [`Bands::new`] refuses q above [`MOTION_MAX`] =
 //! 1/16, where one step takes fifteen sixteenths off the error. Started in the middle row, which is at most half a
@@ -84,12 +84,12 @@ pub fn offset_us(index: usize, count: usize, readout_us: u32) -> i32 {
 }
 
 impl Homography {
-    /// This homography for the picture of another place: `self` maps the undistorted picture taken `moved` away,
+    /// This homography for the picture taken from another position: `self` maps the undistorted picture taken `moved` away,
     /// the result the one taken here, `height_m` above the same level ground.
     ///
     /// A ground point at tangents t from here is at (t H − moved)/(H + up) from there; in pixels m H/(H + up) −
     /// east/((H + up) kH), and n likewise, which is put into the three linear functions.
-    pub fn displaced(&self, camera: &Camera, height_m: f32, moved: Displacement) -> Self {
+    pub(crate) fn displaced(&self, camera: &Camera, height_m: f32, moved: Displacement) -> Self {
         let (k_h, k_v) = camera.tangent_per_px();
         let there = height_m + moved.up_m;
         let scale = height_m / there;
@@ -130,15 +130,15 @@ impl Bands {
 
     /// Largest velocity along the columns, rows a row, of what is seen at the corners, sides and centre of the frame
     /// from one instant to the next; infinite where no ground is seen. Points that are over the horizon are left out.
-    /// So is the lens's distortion, for whose local scale of 1 + 3 k1 r² the limit has room.
+    /// So is the lens's distortion, for whose local scale of 1 + 3 k1 r² the limit has a margin.
     fn fastest(&self, camera: &Camera) -> f32 {
         let rows_apart = (camera.rows() as f32 - 1.0).max(1.0) / (self.homographies.len() as f32 - 1.0).max(1.0);
         let half = (0.5 * camera.cols() as f32, 0.5 * camera.rows() as f32);
         let (mut most, mut is_seen) = (0.0f32, false);
         for pair in self.homographies.windows(2) {
             let [now, next] = pair else { continue };
-            for place in 0..9u8 {
-                let (m, n) = ((place % 3) as f32 - 1.0, (place / 3) as f32 - 1.0);
+            for point in 0..9u8 {
+                let (m, n) = ((point % 3) as f32 - 1.0, (point / 3) as f32 - 1.0);
                 let (m, n) = (m * half.0, n * half.1);
                 let Some((_, later)) = now.undo(m, n).and_then(|(m, n)| next.ideal(m, n)) else { continue };
                 is_seen = true;
@@ -154,11 +154,11 @@ impl Bands {
     #[inline(never)]
     fn at(&self, late: f32) -> Option<Homography> {
         let intervals = self.homographies.len().checked_sub(1)?;
-        let place = late.clamp(-BEYOND, 1.0 + BEYOND) * intervals as f32;
+        let at = late.clamp(-BEYOND, 1.0 + BEYOND) * intervals as f32;
         // A cast saturates, at 0 for what lies below.
-        let first = (place as usize).min(intervals.saturating_sub(1));
+        let first = (at as usize).min(intervals.saturating_sub(1));
         let [now, next] = self.homographies.get(first..)?.first_chunk()?;
-        let share = place - first as f32;
+        let share = at - first as f32;
         let mut blend = *now;
         let mut pairs = blend.rows.as_flattened_mut().iter_mut().zip(next.rows.as_flattened());
         let mut left = 9;

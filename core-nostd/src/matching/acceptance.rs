@@ -12,10 +12,10 @@ use crate::math::{ln, sqrt};
 pub struct AcceptRule {
     /// Valid pixels at least.
     pub valid_min: u32,
-    /// Correlation of the details at the peak, in its own standard deviations were there nothing to see: the highest of
-    /// some hundred chance values reaches 3.5.
+    /// Correlation of the high-pass images at the peak, in the standard deviation that it has over unrelated ground: the
+    /// highest of some hundred chance values reaches 3.5.
     pub score_min: f32,
-    /// Lead over the second summit, in its own standard deviations.
+    /// Lead over the second peak, in that standard deviation.
     pub lead_min: f32,
     /// Share of the picture that must agree with the sub-pixel solution.
     pub agreement_min: f32,
@@ -29,7 +29,7 @@ impl Default for AcceptRule {
     }
 }
 
-/// Independent details per valid pixel.
+/// Independent high-pass values per valid pixel.
 const INDEPENDENT: f32 = 0.5;
 
 impl AcceptRule {

@@ -64,7 +64,7 @@ impl Matcher for Correlation {
 pub struct Located {
     /// The whole-pixel peak.
     pub peak: Peak,
-    /// Normalised cross-correlation of the greys at the peak and at the second place, 0 where there is none.
+    /// Normalised cross-correlation of the greys at the peak and at the second one, 0 where there is none.
     pub grey_correlation: [f32; 2],
     /// The sub-pixel match around the peak.
     pub refined: Result<SubPixel, RefineError>,
@@ -94,7 +94,7 @@ impl From<Located> for Match {
 
 /// Searches `patch` in `reference` within ±`radius` around its centre, refines the peak and tests both.
 ///
-/// `bytes`: [`search::working_bytes`] or more, `scores`: room for (2 `radius` + 1)²; both are working space.
+/// `bytes`: [`search::working_bytes`] or more, `scores`: space for (2 `radius` + 1)²; both are working space.
 ///
 /// # Errors
 /// [`MatchError`] where nothing could be searched.
@@ -114,7 +114,7 @@ pub fn locate(
     Ok(Located { peak, grey_correlation: [score((peak.d_col, peak.d_row)), second], refined, accepted })
 }
 
-/// Searches within ±`radius`, far more than [`locate`] can hold, of the place where the patch was predicted: `at`, the
+/// Searches within ±`radius`, far more than [`locate`] can hold, of the position where the patch was predicted: `at`, the
 /// tile's (column, row) under its upper left pixel. The search ends where the tile does. The more shifts there are, the more
 /// the peak must reach: see [`AcceptRule::among`].
 ///

@@ -3,7 +3,7 @@
 //! A value is the difference of a pixel to the mean of the 5 x 5 around it. Fields, shadows of clouds and other slow changes
 //! vanish in it, a new field keeps its border only, and neighbouring pixels hardly correlate any more: the correlation of
 //! two high-pass images has a sharp peak. Over the default scene with 10 % changed ground the correlation of the greys
-//! themselves has its peak at a wrong place in 6 % of the frames, that of the high-pass images in none.
+//! themselves has its peak at a wrong shift in 6 % of the frames, that of the high-pass images in none.
 //!
 //! Every pixel has 5 x 5 around it: beyond the end of a run its last pixel goes on, beyond the first and the last row that
 //! row. Over true matches this correlates as well as the mean of those pixels that are valid, and no pixel needs a count
@@ -17,8 +17,9 @@ use crate::image::{Run, View};
 
 /// Largest value.
 const MAX: i32 = i8::MAX as i32;
-/// Values beyond this many medians of their size are clipped: such a value says "different", not "how different". Chosen
-/// on the default scene with 10 % changed ground.
+/// Values beyond this many medians of their size are clipped: such a value says "different", not "how different". Over
+/// the four series the peak is wrong 0, 0, 0 and 38 times of 1,500 each. With one median it is 0, 0, 0 and 35 times, but a
+/// quarter of the weak matches that are accepted now are refused; with four it is 0, 0, 48 and 144 times.
 const CLIP_MEDIANS: f32 = 2.0;
 
 /// Rows around one, as they come, each from two columns before the strip on.

@@ -18,7 +18,7 @@ pub(super) fn highest<'r, E, S: Copy + PartialOrd, const N: usize>(
     scores: &[E],
     (cols, rows): (usize, usize),
     score: impl Fn(&E) -> S + Copy,
-    room: &'r mut [LocalMaximum<S>; N],
+    buffer: &'r mut [LocalMaximum<S>; N],
 ) -> &'r [LocalMaximum<S>] {
     let mut count = 0;
     let mut lowest = None;
@@ -26,12 +26,12 @@ pub(super) fn highest<'r, E, S: Copy + PartialOrd, const N: usize>(
         for (col, own) in line.iter().map(score).enumerate() {
             let is_among = lowest.is_none_or(|lowest| own > lowest);
             if is_among && is_local_maximum(scores, (cols, rows), score, (col, row), own) {
-                insert(room, &mut count, LocalMaximum { col: col as u16, row: row as u16, score: own });
-                lowest = room.last().filter(|_| count == N).map(|last| last.score);
+                insert(buffer, &mut count, LocalMaximum { col: col as u16, row: row as u16, score: own });
+                lowest = buffer.last().filter(|_| count == N).map(|last| last.score);
             }
         }
     }
-    room.get(..count).unwrap_or(&[])
+    buffer.get(..count).unwrap_or(&[])
 }
 
 /// Whether no neighbour is higher. The flank of a main lobe is none, however high it is where the lobe's own ring ends.
@@ -54,14 +54,14 @@ fn is_local_maximum<E, S: PartialOrd>(
 /// Sorts a maximum in, behind those as high. Kept apart: it is rare.
 #[inline(never)]
 fn insert<S: Copy + PartialOrd, const N: usize>(
-    room: &mut [LocalMaximum<S>; N],
+    buffer: &mut [LocalMaximum<S>; N],
     count: &mut usize,
     maximum: LocalMaximum<S>,
 ) {
-    let at = room.iter().take(*count).position(|other| maximum.score > other.score).unwrap_or(*count);
+    let at = buffer.iter().take(*count).position(|other| maximum.score > other.score).unwrap_or(*count);
     *count = (*count + 1).min(N);
     let mut moved = maximum;
-    for other in room.iter_mut().take(*count).skip(at) {
+    for other in buffer.iter_mut().take(*count).skip(at) {
         core::mem::swap(other, &mut moved);
     }
 }
@@ -77,9 +77,9 @@ mod tests {
     use super::*;
 
     fn found(scores: &[i16], size: (usize, usize)) -> ([LocalMaximum<i16>; 3], usize) {
-        let mut room = [LocalMaximum::default(); 3];
-        let count = highest(scores, size, |&score| score, &mut room).len();
-        (room, count)
+        let mut buffer = [LocalMaximum::default(); 3];
+        let count = highest(scores, size, |&score| score, &mut buffer).len();
+        (buffer, count)
     }
 
     #[test]
@@ -91,16 +91,16 @@ mod tests {
             0, 0, 3, 0, 0,
             9, 8, 0, 0, 4,
         ];
-        let (room, count) = found(&scores, (5, 4));
+        let (buffer, count) = found(&scores, (5, 4));
         assert_eq!(count, 3);
-        assert_eq!(room.map(|m| (m.col, m.row, m.score)), [(0, 3, 9), (4, 0, 7), (0, 0, 5)]);
+        assert_eq!(buffer.map(|m| (m.col, m.row, m.score)), [(0, 3, 9), (4, 0, 7), (0, 0, 5)]);
     }
 
     #[test]
     fn of_a_plateau_every_shift_is_one_and_the_first_comes_first() {
-        let (room, count) = found(&[2; 6], (3, 2));
+        let (buffer, count) = found(&[2; 6], (3, 2));
         assert_eq!(count, 3);
-        assert_eq!(room.map(|m| (m.col, m.row)), [(0, 0), (1, 0), (2, 0)]);
+        assert_eq!(buffer.map(|m| (m.col, m.row)), [(0, 0), (1, 0), (2, 0)]);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! shift that they can tell. Half a box off, true ground still correlates half as well as on it, and over a few hundred boxes
 //! that stands among the highest of some thousand chance values; which of them it is, the pictures themselves decide: around
 //! each of the highest local maxima they are correlated within ±[`FINE_PX`] in full resolution. The peak's second is the best
-//! other place of all of these.
+//! other shift of all of these.
 
 mod sizes;
 mod boxes;
@@ -18,7 +18,8 @@ use crate::image::{Run, View};
 use fine::{Fine, Found};
 use ranking::{CANDIDATES, Candidate, coarse};
 use sizes::Span;
-pub use sizes::{FINE_PX, LONG_PX, working_bytes};
+pub use sizes::working_bytes;
+pub(super) use sizes::{FINE_PX, LONG_PX};
 
 /// Windows that a climb may move on by: a candidate is off by a box at most, which is one window.
 const CLIMB: usize = 3;
@@ -42,8 +43,8 @@ pub(super) fn reacquire(
     let aligned = bytes.as_ptr().align_offset(4);
     let bytes = bytes.get_mut(aligned..).ok_or(MatchError::Capacity)?;
     let span = Span::new(patch, tile, at, radius).ok_or(MatchError::OutsideReference)?;
-    let mut room = [Candidate::default(); CANDIDATES];
-    let candidates = coarse(patch, runs, tile, at, &span, bytes, &mut room)?;
+    let mut buffer = [Candidate::default(); CANDIDATES];
+    let candidates = coarse(patch, runs, tile, at, &span, bytes, &mut buffer)?;
     let mut fine = Fine::new(patch, runs, bytes)?;
     let mut found: [Option<Found>; CANDIDATES] = [None; CANDIDATES];
     for (found, candidate) in found.iter_mut().zip(candidates) {
@@ -53,35 +54,35 @@ pub(super) fn reacquire(
     let mut best = None;
     for rank in 0..2 {
         for _ in 0..CLIMB {
-            let Some((index, place)) = highest(&found, if rank == 0 { None } else { best }) else { break };
-            let next = span.nearest((place.peak.d_col, place.peak.d_row));
-            if !place.local.on_border || next == place.centre {
+            let Some((index, found_at)) = highest(&found, if rank == 0 { None } else { best }) else { break };
+            let next = span.nearest((found_at.peak.d_col, found_at.peak.d_row));
+            if !found_at.local.on_border || next == found_at.centre {
                 break;
             }
             if let Some(found) = found.get_mut(index) {
                 *found = Some(fine.search(tile, at, next)?);
             }
         }
-        best = highest(&found, None).map(|(_, place)| place);
+        best = highest(&found, None).map(|(_, found_at)| found_at);
     }
     let mut best = best.ok_or(MatchError::Featureless)?;
     second_into(&mut best.peak, &found);
     Ok(best)
 }
 
-/// The best other place of all that were `found` becomes the peak's second.
+/// The best other shift of all that were `found` becomes the peak's second.
 fn second_into(peak: &mut Peak, found: &[Option<Found>]) {
     for other in found.iter().flatten() {
         let own = ((other.peak.d_col, other.peak.d_row), other.peak.score);
-        for (place, score) in [own, (other.peak.second_at, other.peak.second)] {
-            if score > peak.second && apart(place, (peak.d_col, peak.d_row)) >= MAIN_LOBE_PX {
-                (peak.second, peak.second_at) = (score, place);
+        for (found_at, score) in [own, (other.peak.second_at, other.peak.second)] {
+            if score > peak.second && apart(found_at, (peak.d_col, peak.d_row)) >= MAIN_LOBE_PX {
+                (peak.second, peak.second_at) = (score, found_at);
             }
         }
     }
 }
 
-/// The highest place, of those that do not lie on the main lobe of `but` where that is given.
+/// The highest shift, of those that do not lie on the main lobe of `but` where that is given.
 fn highest(found: &[Option<Found>], but: Option<Found>) -> Option<(usize, Found)> {
     let at = |found: &Found| (found.peak.d_col, found.peak.d_row);
     let others = found.iter().enumerate().filter_map(|(index, found)| found.map(|found| (index, found)));
@@ -89,7 +90,7 @@ fn highest(found: &[Option<Found>], but: Option<Found>) -> Option<(usize, Found)
     others.reduce(|best, next| if next.1.peak.score > best.1.peak.score { next } else { best })
 }
 
-/// Steps between two places, the larger of both axes.
+/// Steps between two shifts, the larger of both axes.
 fn apart(a: (i16, i16), b: (i16, i16)) -> i16 {
     (a.0 - b.0).abs().max((a.1 - b.1).abs())
 }

@@ -51,22 +51,25 @@ pub struct SubPixel {
     pub agreement: f32,
 }
 
-/// Passes at most, and how many of them may take every row. Chosen: over the default flight six are the most, and what has
-/// not settled after ten does not.
+/// Passes at most, and how many of them may take every row where the patch is not large. Over the four series eight passes were
+/// the most; five at most refuse five more of the 6,000 matches, twenty change none. Every row: chosen between two, one
+/// behind the first that is below [`SETTLED_PX`], and all.
 const PASSES: usize = 10;
 const FULL_PASSES: usize = 4;
-/// The first passes take part of the rows only, until a step is below this, pixels: a pass over part of them is off by a few
-/// hundredths of a pixel itself, so more of them gain nothing.
+/// The first passes take part of the rows only, until a step is below this, pixels. Over the four series half as
+/// much costs 0.2 passes over every row more and takes 2, 13, 2 and 0.5 % off the mean error, twice as much saves 0.15 and
+/// adds 8, 22, 5 and 0.4 %.
 const NEAR_PX: f32 = 0.07;
-/// Pixels that these passes take at least, where the patch has them, and their largest stride of rows. Chosen: 300 pixels are
-/// 50 for each unknown.
+/// Pixels that these passes take at least, where the patch has them, and their largest stride of rows. 300 pixels are 50
+/// for each unknown. Over the four series half as many save 0.1 passes over every row, add 4, 3, 5 and 1 % to the mean error and
+/// refuse ten more; twice as many cost 0.3 and take off 0, 5, 1 and 2 %.
 const COARSE_PX: usize = 300;
 const COARSE_STRIDE: usize = 4;
 /// Behind a step of every row that was below this, one more settles it, pixels: each leaves a fifth of the way to go at
 /// most, two of them less than [`SYSTEMATIC_PX`].
 const SETTLED_PX: f32 = 0.1;
-/// In patches of more pixels than this, passes over every fourth row come near enough for one pass over all of them: those
-/// have 150 pixels at least, and the patch's own sigma is small.
+/// In patches of more pixels than this, one pass over every row follows those over a part of them. Chosen by its cost: a second
+/// one in those of 790 pixels of the four series takes 2, 22, 5 and 2 % off the mean error, for 1.0 to 1.4 passes.
 const LARGE_PX: usize = 600;
 /// Reweighting alone falls short of the solution, the more so the more weights hang on residuals. For normal ones it
 /// makes E[ψ']/E[w] = 0.67 of the way (by quadrature), which is made good in passes over every row; passes over part of
@@ -85,7 +88,7 @@ const REACH_PX: f32 = 1.5;
 /// Rows and columns around a patch pixel that have to be valid: to each side one for the smoothing, one for the gradient.
 const AROUND: usize = 5;
 
-/// The sub-pixel shift around `peak`. `reference` is the view that was searched, `radius` the search's; `bytes`: room
+/// The sub-pixel shift around `peak`. `reference` is the view that was searched, `radius` the search's; `bytes`: space
 /// for the smoothed patch.
 ///
 /// # Errors
@@ -149,7 +152,7 @@ struct Inner {
 impl Inner {
     fn new(runs: &[Run]) -> Self {
         let mut kept = Vec::new();
-        // Those that find no room are made each time.
+        // Those beyond its capacity are made each time.
         (0..runs.len()).map(|index| Inner::at(runs, index)).try_for_each(|run| kept.push(run)).unwrap_or(());
         Inner { kept }
     }

@@ -1,7 +1,9 @@
 //! Every reason for which a frame ends without a fix. Each is counted and reported; none is fatal.
 
+use super::SituateError;
 use crate::homography::rolling::BandsError;
 use crate::matching::{MatchError, Rejection};
+use crate::pose::PoseError;
 use crate::rectify::RectifyError;
 use crate::reduce::ReduceError;
 use crate::stamp::StampError;
@@ -47,7 +49,7 @@ pub enum Refusal {
     OnBorder = 17,
     /// The correlation is too low.
     LowScore = 18,
-    /// A second place is almost as good.
+    /// A second shift is almost as good.
     Ambiguous = 19,
     /// The sub-pixel solution is too uncertain or left the peak.
     Imprecise = 20,
@@ -139,6 +141,21 @@ impl Refusal {
             Refusal::NoExposure => "no_exposure",
             Refusal::UncertainClock => "uncertain_clock",
             Refusal::FrameBackwards => "frame_backwards",
+        }
+    }
+}
+
+impl From<SituateError> for Refusal {
+    fn from(error: SituateError) -> Self {
+        match error {
+            SituateError::Attitude(PoseError::Gap) => Refusal::AttitudeGap,
+            SituateError::Attitude(PoseError::Frozen) => Refusal::AttitudeStuck,
+            SituateError::Attitude(PoseError::TooOld | PoseError::NotYet) => Refusal::NoAttitude,
+            SituateError::FollowUp(_) => Refusal::NoFollowUp,
+            SituateError::Range(_) => Refusal::NoRange,
+            SituateError::Position(_) => Refusal::NoPosition,
+            SituateError::Tilt => Refusal::Tilt,
+            SituateError::OffTheMap => Refusal::OutsideReference,
         }
     }
 }

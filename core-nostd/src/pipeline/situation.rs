@@ -1,15 +1,12 @@
 //! Everything that holds at the instant of mid-exposure: pose, height, predicted position, and what they are worth.
 
-use super::{FollowUpMode, Pipeline, Refusal};
 use crate::budget::PATCH_MAX_PX;
 use crate::camera::Camera;
 use crate::homography::Homography;
 use crate::homography::rolling::{Band, Bands, BandsError, Displacement, offset_us};
-use crate::math::{self, hypot};
 use crate::motion::{Moving, Rates, Velocity};
 use crate::mount::Mount;
-use crate::pose::position::PositionState;
-use crate::pose::{Estimate, Method, PoseError, Wait};
+use crate::pose::Method;
 use crate::tile::Local;
 use crate::tilt::{Attitude, equivalent_tilt, follow_up_command};
 use crate::units::{Micros, Radians};
@@ -63,152 +60,11 @@ pub struct Situation {
     pub position_method: Method,
 }
 
-/// A follow-up angle, its rate per second and its sigma.
-struct FollowUp {
-    angle: Radians,
-    rate: f32,
-    sigma_rad: f32,
-}
-
-/// Smallest a22 that is worked with: 60° between optical axis and plumb line.
-const COS_TILT_MIN: f32 = 0.5;
 /// Instants of a rolling shutter's readout at which the pose is taken: 5 ms apart for 20 ms, between which blending is off
 /// by less than 0.01 px of the frame.
 const BANDS: usize = 5;
 /// Smallest patch side, pixels: less is no template.
 const PATCH_MIN_PX: f32 = 7.0;
-
-impl Pipeline<'_> {
-    /// Every stream at mid-exposure, an instant with its sigma in microseconds. `Ok(None)`: a stream's next samples have not arrived yet; try again when they have, as
-    /// long as patience lasts, and then with [`Wait::No`], which takes what is there.
-    ///
-    /// # Errors
-    /// The [`Refusal`] that waiting cannot mend.
-    pub fn situate(
-        &self,
-        (mid_exposure_at, sigma_us): (Micros, f32),
-        wait: Wait,
-    ) -> Result<Option<Situation>, Refusal> {
-        let settings = self.settings();
-        let (smoothers, streams) = (&self.smoothers, &self.streams);
-        let history = streams.attitude.history();
-        let attitude = match smoothers.attitude.at(history, mid_exposure_at, settings.gap_us, wait) {
-            Err(PoseError::NotYet) => return Ok(None),
-            other => other.map_err(|error| match error {
-                PoseError::Gap => Refusal::AttitudeGap,
-                PoseError::Frozen => Refusal::AttitudeStuck,
-                PoseError::TooOld | PoseError::NotYet => Refusal::NoAttitude,
-            })?,
-        };
-        let slant = match streams.slant.history().at(mid_exposure_at, settings.range_gap_us) {
-            Err(PoseError::NotYet) => return Ok(None),
-            other => other.map_err(|_| Refusal::NoRange)?,
-        };
-        let cos_tilt = attitude.value.cos_tilt();
-        if !attitude.value.looks_down() || cos_tilt < COS_TILT_MIN {
-            return Err(Refusal::Tilt);
-        }
-        let Some(follow_up) = self.follow_up(mid_exposure_at, &attitude)? else { return Ok(None) };
-        let height_m = slant.value * cos_tilt;
-        // White noise is averaged by the fit, drift is not.
-        let sigmas = &settings.sigmas;
-        // What turns while the stamp may be off is uncertain by that.
-        let ([heading, pitch, roll], [_, pitch_sigma, roll_sigma]) = (attitude.rate, attitude.rate_sigma);
-        let sigma_s = sigma_us * 1e-6;
-        let late = |sigma: f32, rate: f32| hypot(sigma, rate * sigma_s);
-        let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
-        let sigma_tilt_rad = hypot(tilt, sigmas.tilt_drift_rad);
-        let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
-        let sigma_heading_rad = hypot(hypot(heading_sigma, sigmas.heading_drift_rad), follow_up.sigma_rad);
-        let sigma_range_m = sigmas.range_m * slant.noise_factor();
-        // H = s cos t: a tilt error changes the height by s sin t.
-        let sigma_lean_m = slant.value * math::sqrt((1.0 - cos_tilt * cos_tilt).max(0.0)) * sigma_tilt_rad;
-        let [offset_north_m, _, offset_east_m] = settings.mount.camera_offset(attitude.value);
-        let camera_offset_m = [offset_east_m, offset_north_m];
-        let (prediction, position_method) = self.predict(mid_exposure_at, camera_offset_m)?;
-        Ok(Some(Situation {
-            mid_exposure_at,
-            attitude: attitude.value,
-            follow_up: follow_up.angle,
-            followed: settings.follow_up == FollowUpMode::Followed,
-            mount: settings.mount,
-            rates: Rates { heading, pitch, roll, follow_up: follow_up.rate },
-            sigma_rate_rad_s: pitch_sigma.max(roll_sigma),
-            height_m,
-            prediction,
-            camera_offset_m,
-            sigma_tilt_rad,
-            sigma_heading_rad,
-            sigma_height_m: hypot(sigma_range_m, sigma_lean_m),
-            sigma_stamp_s: sigma_s,
-            attitude_method: attitude.method,
-            position_method,
-        }))
-    }
-
-    /// The follow-up angle at an instant; `Ok(None)` while its next sample has not arrived.
-    fn follow_up(&self, at: Micros, attitude: &Estimate<Attitude, 3>) -> Result<Option<FollowUp>, Refusal> {
-        let settings = self.settings();
-        let sigma_rad = settings.sigmas.follow_up_rad;
-        Ok(Some(match settings.follow_up {
-            // A servo that follows exactly turns as the heading does, but for terms of the tilt's square.
-            FollowUpMode::Followed => {
-                FollowUp { angle: follow_up_command(attitude.value), rate: attitude.rate[0], sigma_rad }
-            }
-            FollowUpMode::Fixed => FollowUp { angle: Radians(0.0), rate: 0.0, sigma_rad: 0.0 },
-            // Linearly: its noise turns the patch about the nadir, which the matching finds and no fix feels.
-            FollowUpMode::Measured => match self.streams.follow_up.history().at(at, settings.gap_us) {
-                Err(PoseError::NotYet) => return Ok(None),
-                Err(PoseError::Gap | PoseError::TooOld | PoseError::Frozen) => return Err(Refusal::NoFollowUp),
-                Ok(found) => {
-                    FollowUp { angle: found.value, rate: found.rate[0], sigma_rad: sigma_rad * found.noise_factor() }
-                }
-            },
-        }))
-    }
-
-    /// Which stream a frame waited for in vain.
-    pub fn missing_at(&self, mid_exposure_at: Micros) -> Refusal {
-        let settings = self.settings();
-        if self.streams.attitude.history().at(mid_exposure_at, settings.gap_us).err() == Some(PoseError::NotYet) {
-            Refusal::NoAttitude
-        } else if self.streams.slant.history().at(mid_exposure_at, settings.range_gap_us).err()
-            == Some(PoseError::NotYet)
-        {
-            Refusal::NoRange
-        } else {
-            Refusal::NoFollowUp
-        }
-    }
-
-    /// Where the camera is at `at` and how fast: the newest position propagated with its velocity, and the lever arm by the newest
-    /// attitude; for instants near them. `None` without them.
-    pub fn camera_at(&self, at: Micros) -> Option<PositionState> {
-        if self.is_off_the_map {
-            return None;
-        }
-        let (_, attitude) = self.streams.attitude.history().newest()?;
-        let [north_m, _, east_m] = self.settings().mount.camera_offset(attitude);
-        let (history, age_us) = (self.streams.position.history(), self.settings().position_age_us);
-        let state = self.smoothers.position.propagated_to(history, at, age_us).ok()?.state;
-        Some(PositionState { east_m: state.east_m + east_m, north_m: state.north_m + north_m, ..state })
-    }
-
-    /// Where the camera should be: the navigation's position propagated, plus the lever arm.
-    fn predict(&self, at: Micros, offset_m: [f32; 2]) -> Result<(Prediction, Method), Refusal> {
-        if self.is_off_the_map {
-            return Err(Refusal::OutsideReference);
-        }
-        let history = self.streams.position.history();
-        let age_us = self.settings().position_age_us;
-        let predicted = self.smoothers.position.at(history, at, age_us).map_err(|_| Refusal::NoPosition)?;
-        let state = predicted.state;
-        let [east_m, north_m] = offset_m;
-        let local = Local { east_m: state.east_m + east_m, north_m: state.north_m + north_m };
-        let velocity_m_per_s = [state.east_m_per_s, state.north_m_per_s];
-        Ok((Prediction { local, velocity_m_per_s, sigma_m: predicted.sigma_m }, predicted.method))
-    }
-}
 
 impl Situation {
     /// An attitude, a follow-up angle and a height that are known exactly, of a camera that is mounted exactly and stands

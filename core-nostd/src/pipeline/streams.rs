@@ -57,7 +57,8 @@ const SLANT_MAX_M: f32 = 655.0;
 /// than that even by TIMESYNC alone.
 const FUTURE_US: i32 = 100_000;
 /// Consecutive samples with stamps before the newest after which the sender's clock counts as restarted: what is remembered is
-/// of another time. Chosen: a tenth of a second of attitudes, four seconds of positions.
+/// of another time. Chosen between 2, since a link may deliver a few samples late, and 40, the longest ring: each one refused is
+/// time without a pose. 20 are a tenth of a second of attitudes at 200 Hz, four seconds of positions at 5 Hz.
 const BACKWARDS_MAX: u8 = 20;
 
 /// One sensor's samples, its calibrated latency, and how long its newest sample took.

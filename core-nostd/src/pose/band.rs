@@ -84,7 +84,7 @@ impl Band {
 }
 
 impl Factors {
-    /// Room for factors.
+    /// The identity's, to be overwritten.
     pub const NONE: Factors = Factors { lower: [[0.0; BELOW]; ROWS], reciprocal: [1.0; ROWS] };
 
     /// x of A x = `right`.

@@ -71,7 +71,7 @@ pub struct Interpolated<T, const C: usize> {
 
 impl<T, const C: usize> Interpolated<T, C> {
     /// Standard deviation of the value for white sample noise of one sigma: √((1−u)² + u²), between 0.71 and 1.
-    pub fn noise_factor(&self) -> f32 {
+    pub(crate) fn noise_factor(&self) -> f32 {
         crate::math::sqrt((1.0 - self.u) * (1.0 - self.u) + self.u * self.u)
     }
 }
@@ -88,7 +88,7 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
         History { samples: Deque::new() }
     }
 
-    /// Takes a sample; the oldest one makes room.
+    /// Takes a sample; where the ring is full, the oldest is dropped.
     ///
     /// # Errors
     /// [`Backwards`] when its stamp is not after the newest one's; nothing changes then.
@@ -99,7 +99,7 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
         if self.samples.is_full() {
             self.samples.pop_front();
         }
-        // There is room now: the push cannot fail.
+        // The ring is not full now: the push cannot fail.
         let _ = self.samples.push_back((sampled_at, value));
         Ok(())
     }
@@ -115,7 +115,7 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
     }
 
     /// How many samples are later than `at`.
-    pub fn later_than(&self, at: Micros) -> usize {
+    pub(crate) fn later_than(&self, at: Micros) -> usize {
         self.samples.iter().rev().take_while(|(stamp, _)| *stamp > at).count()
     }
 

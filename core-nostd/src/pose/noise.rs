@@ -3,7 +3,7 @@
 //!
 //! An estimate is a weighted sum Σ x L of the window's samples. White noise of variance σ² leaves σ² Σ x² in it, and a motion
 //! of amplitude A and angular frequency ω is off by A²/2 |Σ x e^{jωt} − e^{jωt₀}|² in the mean over its phase. The smallest
-//! sum of both is looked for, once, before the flight. The best α at the window's edge is orders of magnitude below that in
+//! sum of both is searched for, once, before the flight. The best α at the window's edge is orders of magnitude below that in
 //! its middle: α = 100, best for a whole flight of paper 001's positions, is off by 0.56 m at its newest sample, α = 1 by
 //! 0.10 m.
 

@@ -67,11 +67,11 @@ impl Penalty {
         }
     }
 
-    /// How rough the `channels` are, each in units of its `sigmas`; one of sigma 0 is not looked at. They must end where the
+    /// How rough the `channels` are, each in units of its `sigmas`; one of sigma 0 is left out. They must end where the
     /// penalty's samples do.
     pub fn roughness<const C: usize>(&self, channels: &[Column; C], sigmas: [f32; C]) -> Roughness {
         let scales = sigmas.map(|sigma| if sigma > 0.0 { 1.0 / (sigma * sigma) } else { 0.0 });
-        let looked_at = sigmas.iter().filter(|sigma| **sigma > 0.0).count() as f32;
+        let tested = sigmas.iter().filter(|sigma| **sigma > 0.0).count() as f32;
         let (mut squares, mut norms, mut excess) = (0.0f32, 0.0f32, 0.0f32);
         for (first, ([a, b, c, d], part)) in self.rows.iter().enumerate() {
             if *part == 0.0 {
@@ -87,7 +87,7 @@ impl Penalty {
             }
             norms += norm;
         }
-        Roughness { squares, norms: norms * looked_at, is_spiked: excess > 0.0 }
+        Roughness { squares, norms: norms * tested, is_spiked: excess > 0.0 }
     }
 
     /// α R g. Differences of neighbours come first, so it is exact where its product with a band of large numbers is not.

@@ -101,12 +101,12 @@ impl Predictor {
         }
     }
 
-    /// The propagated position without a look at the fit: a second copy of it would cost a board 4 KB, and smooths white noise alone, which
-    /// is the smaller part of a navigation's error.
+    /// The propagated position without the fit, of which a second copy would cost a board 4 KB, and which smooths white noise
+    /// alone, the smaller part of a navigation's error.
     ///
     /// # Errors
     /// Those of [`Predictor::at`].
-    pub fn propagated_to<const N: usize>(
+    pub(crate) fn propagated_to<const N: usize>(
         &self,
         history: &History<PositionState, 4, N>,
         at: Micros,

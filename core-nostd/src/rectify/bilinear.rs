@@ -18,11 +18,14 @@ use heapless::VecView;
 /// How far a position may be off the exact one, frame pixels: less than a grey level at the steepest edge that an 8-bit
 /// picture can have.
 const TOLERANCE_PX: f32 = 1.0 / 280.0;
-/// The part of it that is taken by two readings that share a step: as much to one side as to the other.
+/// The part of it that may be taken by two readings that share a step, as much to one side as to the other. Chosen between none,
+/// no shared steps, and all of it, no error left for the parabola: four fifths.
 const PAIR_TOLERANCE_PX: f32 = 1.0 / 350.0;
-/// Cells nearer to the border than this are tested one by one: more than the tolerance, rounding and what a stretch's ends keep from the border.
+/// Cells nearer to the border than this are tested one by one: more than the tolerance, 0.0036,
+/// rounding to Q16 and half a weight, 0.002, and what a stretch's ends keep from the border, 0.0078.
 const MARGIN_PX: f32 = 1.0 / 64.0;
-/// Cells of the shortest and the longest stretch, as powers of two.
+/// Cells of the shortest and the longest stretch, as powers of two. Chosen between one cell, where every
+/// position is exact anyway, and what [`GUARD`] allows for: 128 truncated steps.
 const SHORTEST: u32 = 3;
 const LONGEST: u32 = 7;
 /// Longest side of a frame; Q16 holds four times as much.
@@ -216,7 +219,7 @@ impl Line<'_> {
         }
     }
 
-    /// Counts cells as valid; `false` where that takes a run for which there is no place.
+    /// Counts cells as valid; `false` where that takes a run more than the list holds.
     fn keep(&mut self, col: usize, count: usize) -> bool {
         let (start, end) = (col as u16, (col + count) as u16);
         match self.runs.last_mut() {

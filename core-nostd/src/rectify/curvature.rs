@@ -4,7 +4,8 @@
 use super::scanline::ScanlineMap;
 use crate::homography::FrameFromPatch;
 
-/// Pieces of a line at whose ends the map is evaluated.
+/// Pieces of a line at whose ends the map is evaluated. Chosen between 3, the fewest that have a third difference, and the
+/// cells of a line.
 const PIECES: usize = 8;
 /// Largest error of a parabola through both ends and the middle of a stretch, over its third difference: 1/(72 √3). The
 /// third difference over a stretch of L cells is L³ x''' itself.

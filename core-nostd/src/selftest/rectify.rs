@@ -15,8 +15,8 @@ const NODES: usize = 32;
 #[inline]
 fn nodes<const N: usize>(inputs: &mut Inputs, size: (u16, u16)) -> [Node; N] {
     let mut at = |boxes: u16| inputs.below((boxes as usize) << 8) as i32;
-    let places: [[i32; 2]; N] = core::array::from_fn(|_| [at(size.0), at(size.1)]);
-    places.map(|at| Node { at, integrals: [inputs.word(), inputs.word()] })
+    let positions: [[i32; 2]; N] = core::array::from_fn(|_| [at(size.0), at(size.1)]);
+    positions.map(|at| Node { at, integrals: [inputs.word(), inputs.word()] })
 }
 
 #[inline]
@@ -68,8 +68,8 @@ fn stretch(inputs: &mut Inputs, (turns, count): (usize, usize)) -> Option<Stretc
     for _ in 0..8 {
         let mut draft = Draft::new();
         for (axis, pixels) in [FRAME.0, FRAME.1].into_iter().enumerate() {
-            let room = (pixels as usize - 1) << 16;
-            let (from, to) = (inputs.below(room) as i32, inputs.below(room) as i32);
+            let end = (pixels as usize - 1) << 16;
+            let (from, to) = (inputs.below(end) as i32, inputs.below(end) as i32);
             // Steps are Q24; they change by up to an eighth on the way.
             let step = ((to - from) as i64 * 256 / count.max(1) as i64) as i32;
             let growth = inputs.around_zero(step.abs() / (8 * turns.max(1) as i32) + 1);

@@ -22,9 +22,10 @@ use crate::units::Ticks;
 
 /// Sigmas within which an edge is where it should be: one in two million is not.
 const GATE_SIGMAS: f32 = 5.0;
-/// Ticks that roundings may add to a gate.
+/// Ticks that roundings may add to a gate: up to one for each of two latches.
 const GATE_SLACK: f32 = 2.0;
-/// Jitter, in ticks, from which on the roundings of two latches have nothing to do with each other.
+/// Jitter, in ticks, from which on the roundings of two latches have nothing to do with each other: with normal jitter σ
+/// their correlation falls as exp(−2 π² σ²), which is 4 % there.
 const DITHER_TICKS: f32 = 0.4;
 
 /// The edges associated with a frame.

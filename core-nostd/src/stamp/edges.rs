@@ -29,9 +29,11 @@ pub enum EdgeError {
     Bounce,
 }
 
-/// Edges kept: some exposures' without a frame, and strays.
+/// Edges kept. Chosen between two, those of the one exposure that a frame belongs to, and as many as a bouncing line could
+/// fill within [`MEMORY_TICKS`]: those of eight exposures, of which some have no frame or are strays.
 const EDGES_MAX: usize = 16;
-/// What is older than this belongs to no frame that is still to come: the longest exposure and the longest readout.
+/// What is older than this belongs to no frame that is still to come: half a second of the longest exposure
+/// and a second of the longest readout, with a margin of half a second.
 const MEMORY_TICKS: i32 = 2_000_000;
 
 /// An edge that was taken.
@@ -66,7 +68,7 @@ impl Edges {
         Edges { kept: Deque::new(), newest: None, arrival: None }
     }
 
-    /// Takes an edge; the oldest makes room. The first of an edge and its bounces is the edge. After an opening one
+    /// Takes an edge; where the ring is full, the oldest is dropped. The first of an edge and its bounces is the edge. After an opening one
     /// that is followed by a closing one within the hold-off, a third that opens again says that both were bounces of
     /// the first; without it the two were a stray pulse.
     ///
@@ -98,7 +100,7 @@ impl Edges {
         if self.kept.is_full() {
             self.kept.pop_front();
         }
-        // There is room now: the push cannot fail.
+        // The ring is not full now: the push cannot fail.
         let _ = self.kept.push_back(Kept { latched: edge.at, opens, is_doubtful: false });
         Ok(())
     }

@@ -83,9 +83,9 @@ impl LockstepPeripherals {
         }
         let number = register(at::EDGES).wrapping_sub(waiting.min(at::EDGE_RING as u32));
         self.seen_edges.set(number.wrapping_add(1));
-        let place = at::EDGE_WORDS + number as usize % at::EDGE_RING * 8;
-        let polarity = if register(place + 4) == 1 { Polarity::Rising } else { Polarity::Falling };
-        Some(Edge { at: Ticks(register(place)), polarity })
+        let address = at::EDGE_WORDS + number as usize % at::EDGE_RING * 8;
+        let polarity = if register(address + 4) == 1 { Polarity::Rising } else { Polarity::Falling };
+        Some(Edge { at: Ticks(register(address)), polarity })
     }
 }
 

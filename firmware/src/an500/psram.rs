@@ -55,11 +55,11 @@ pub unsafe fn frame_memory() -> &'static mut [u8] {
     unsafe { core::slice::from_raw_parts_mut((ADDRESS + FRAME_MEMORY) as *mut u8, FRAME_MEMORY_BYTES) }
 }
 
-/// Room of an image that shares nothing with the simulator; `None` where it is not all inside the PSRAM.
+/// Memory of an image that shares nothing with the simulator; `None` where it is not all inside the PSRAM.
 ///
 /// # Safety
 /// Nobody else uses these bytes.
-pub unsafe fn room(offset: usize, length: usize) -> Option<&'static mut [u8]> {
+pub unsafe fn memory(offset: usize, length: usize) -> Option<&'static mut [u8]> {
     if offset.checked_add(length)? > SIZE {
         return None;
     }

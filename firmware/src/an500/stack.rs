@@ -1,4 +1,4 @@
-//! What RAM is in use. cortex-m-rt paints the stack's room before `main`; what is no longer painted was used.
+//! What RAM is in use. cortex-m-rt paints the stack's memory before `main`; what is no longer painted was used.
 
 use cortex_m_rt::STACK_PAINT_VALUE;
 
@@ -13,7 +13,7 @@ pub fn static_bytes() -> u32 {
     ((&raw const _stack_end).addr() - (&raw const _ram_start).addr()) as u32
 }
 
-/// Most bytes the stack has ever taken, interrupts included. The whole room means that it may have overflowed.
+/// Most bytes the stack has ever taken, interrupts included. All of it means that it may have overflowed.
 pub fn high_water_bytes() -> u32 {
     let (end, start) = (&raw const _stack_end, &raw const _stack_start);
     let words = (start.addr() - end.addr()) / size_of::<u32>();

@@ -1,7 +1,7 @@
 //! The vehicle's link: UART 0, received by interrupt into a ring.
 //!
 //! When the ring is full the newest byte stays in the receiver, which makes the emulator hold back the sender. So no
-//! byte is ever lost, and no interrupt comes until a reader has made room.
+//! byte is ever lost, and no interrupt comes until a reader has taken some.
 
 use super::byte_ring::ByteRing;
 use super::serial::Serial;

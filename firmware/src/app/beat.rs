@@ -8,7 +8,7 @@ use plumbline_core::units::Ticks;
 const INTERVAL_TICKS: u32 = 100_000;
 const BEATS_PER_SECOND: u32 = 10;
 
-/// Beats for ever. A frame that waits for a pose that never comes looks at its patience on each beat.
+/// Beats for ever. A frame that waits for a pose that never comes checks its patience on each beat.
 pub async fn beat(app: &App<'_>, timer: &mut impl Timer) -> ! {
     app.gate(Gate::Beat).await;
     let mut now = timer.now();

@@ -3,7 +3,9 @@
 use super::{App, FrameOut, Out};
 use crate::board::{FrameStart, FrontEnd, PerformanceCounters, Rows, Timer};
 use crate::journal::{Event, Gate};
-use crate::wire::telemetry::{FrameReport, PoseReport, StampReport};
+use crate::wire::telemetry::{
+    FixReport, FrameReport, MatchReport, PoseReport, PositionReport, SituationReport, StampReport,
+};
 use plumbline_core::pipeline::{Outcome, Pipeline, Refusal, Situation};
 use plumbline_core::pose::Wait;
 use plumbline_core::units::Micros;
@@ -31,7 +33,7 @@ pub async fn camera(
                 frame.report_to(app);
             }
             for frame in (0..lost).map(|n| FrameOut::busy(expected.wrapping_add(n))) {
-                app.outbox.frame_room().await;
+                app.outbox.takes_frame().await;
                 app.outbox.put(Out::Frame(frame));
             }
         }
@@ -48,7 +50,7 @@ pub async fn camera(
             app.count(|c| c.fixes += 1);
         }
         work.out.report_to(app);
-        app.outbox.frame_room().await;
+        app.outbox.takes_frame().await;
         app.outbox.put(Out::Frame(work.out));
     }
 }
@@ -99,14 +101,8 @@ impl Work {
         self.out.situation = Some(situation);
         self.out.instant.pose = Some(PoseReport::new(&situation));
         let report = &mut self.out.report;
-        report.predicted = Some([situation.prediction.local.east_m, situation.prediction.local.north_m]);
-        report.situation = Some([
-            situation.height_m,
-            situation.attitude.heading.0,
-            situation.attitude.pitch.0,
-            situation.attitude.roll.0,
-            situation.follow_up.0,
-        ]);
+        report.predicted = Some(PositionReport::new(situation.prediction.local));
+        report.situation = Some(SituationReport::new(&situation));
         // From here on the patch's buffer belongs to this frame.
         app.patch.set(app.patch.get().wrapping_add(1));
         app.pipeline
@@ -186,12 +182,12 @@ impl Work {
     ) -> Result<Situation, Refusal> {
         let mid_exposure_at = mid.0;
         loop {
-            app.gate(Gate::Look).await;
+            app.gate(Gate::Pose).await;
             app.fresh.reset();
             // On a clock that has been tied anew the exposure may lie ahead.
             let tick = timer.now();
             let now = app.instant(tick);
-            let look = |pipeline: &mut Pipeline<'_>| {
+            let situate = |pipeline: &mut Pipeline<'_>| {
                 let settings = pipeline.settings();
                 let is_late = now.is_none_or(|now| now.since(mid_exposure_at).unsigned_abs() > settings.patience_us);
                 let wait = if is_late { Wait::No } else { settings.wait() };
@@ -201,10 +197,11 @@ impl Work {
                     Ok(None) if is_late => Err(pipeline.missing_at(mid_exposure_at)),
                     situation => situation,
                 }
+                .map_err(Refusal::from)
             };
-            let situation = app.pipeline.with(look).unwrap_or(Err(Refusal::Busy));
+            let situation = app.pipeline.with(situate).unwrap_or(Err(Refusal::Busy));
             if situation != Ok(None) {
-                app.event(Event::Look(tick));
+                app.event(Event::Pose(tick));
                 return situation?.ok_or(Refusal::Busy);
             }
             app.fresh.wait().await;
@@ -214,17 +211,9 @@ impl Work {
     fn outcome(&mut self, outcome: &Outcome) -> Result<(), Refusal> {
         let report = &mut self.out.report;
         report.search_px = outcome.search_px;
-        report.matched = Some([
-            outcome.d_col,
-            outcome.d_row,
-            outcome.grey_correlation[0],
-            outcome.grey_correlation[1],
-            outcome.peak[0],
-            outcome.peak[1],
-        ]);
+        report.matched = Some(MatchReport::new(outcome));
         let fix = outcome.fix?;
-        let c = &fix.covariance;
-        report.fix = Some([fix.local.east_m, fix.local.north_m, c[(0, 0)], c[(0, 1)], c[(1, 1)]]);
+        report.fix = Some(FixReport::new(&fix));
         self.out.fix = Some(fix);
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! The exposures of a plan: looked for at each position and each beat, told before they happen, and found again when their
+//! The exposures of a plan: checked at each position and each beat, reported before they happen, and found again when their
 //! frames have been stamped.
 
 use super::{App, Out};
@@ -62,15 +62,15 @@ impl App<'_> {
         }
     }
 
-    /// Commits to an exposure that is due, and tells it.
+    /// Commits to an exposure that is due, and reports it.
     pub(super) fn look_for_exposure(&self, tick: Ticks) {
         let Some(flown) = &self.flown else { return };
-        // What cannot be told is not done; the next look is in time.
-        let Some(now) = self.instant(tick).filter(|_| self.outbox.has_photo_room()) else { return };
+        // What cannot be reported is not done; the next check is in time.
+        let Some(now) = self.instant(tick).filter(|_| self.outbox.takes_photo()) else { return };
         let committed = self.pipeline.with(|pipeline| {
-            let place = pipeline.camera_at(now)?;
+            let camera = pipeline.camera_at(now)?;
             let plan = flown.plan.on(pipeline.tile().georeference());
-            flown.exposures.with(|exposures| exposures.look(&plan, &place, now))?
+            flown.exposures.with(|exposures| exposures.commit(&plan, &camera, now))?
         });
         if let Some(Some(exposure)) = committed {
             flown.commit(&exposure, (tick, now));

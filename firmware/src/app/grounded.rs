@@ -1,8 +1,8 @@
 //! What a vehicle does whose stores were refused: it says so, and nothing else.
 //!
-//! Instead of the application's tasks two run: [`drain`] reads the link and drops it, [`tell`] sends once a second a
-//! heartbeat of state CRITICAL, and every five seconds the reason as STATUSTEXT, and what else the board has to tell. No
-//! frame is looked at and no servo is moved.
+//! Instead of the application's tasks two run: [`drain`] reads the link and drops it, [`report`] sends once a second a
+//! heartbeat of state CRITICAL, and every five seconds the reason as STATUSTEXT, and what else the board has to report. No
+//! frame is read and no servo is moved.
 
 use super::Line;
 use crate::board::{Reader, Timer, Writer};
@@ -24,7 +24,7 @@ pub async fn drain(reader: &mut impl Reader) -> ! {
 
 /// Tells for ever: the reason in two parts, as [`BootError::words`](crate::boot::BootError::words) has it, and the board's
 /// own notices.
-pub async fn tell(
+pub async fn report(
     reason: [&'static str; 2],
     notices: &[(MavSeverity, Line)],
     writer: &mut impl Writer,

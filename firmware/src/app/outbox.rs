@@ -1,7 +1,7 @@
 //! What waits to be sent, the most urgent first.
 //!
-//! Nothing that is asked for at a fixed rate waits behind what is large: each kind has a place of its own, so heartbeats,
-//! time requests and photo commitments do not compete with frames for room. Of the servo's commands only the newest counts.
+//! Nothing that is asked for at a fixed rate waits behind what is large: each kind has a slot or queue of its own, so heartbeats,
+//! time requests and photo commitments do not compete with frames. Of the servo's commands only the newest counts.
 
 use super::{FrameOut, Line, Out};
 use crate::shared::{Queue, Shared};
@@ -12,7 +12,7 @@ use embassy_sync::signal::Signal;
 use mavlink::dialects::common::MavSeverity;
 use plumbline_core::units::Radians;
 
-/// Photo commitments that may wait. A look at the plan makes one at most, and looks are 50 ms apart where positions come ten
+/// Photo commitments that may wait. A check of the plan makes one at most, and checks are 50 ms apart where positions come ten
 /// times a second: these are 200 ms of them, and a message takes a millisecond.
 const PHOTOS: usize = 4;
 
@@ -46,7 +46,7 @@ impl Outbox {
         }
     }
 
-    /// Puts something in, in the place of what waits of its kind; photos queue up, and one too many is dropped.
+    /// Puts something in, instead of what waits of its kind; photos queue up, and one too many is dropped.
     pub fn put(&self, out: Out) {
         match out {
             Out::Beat => self.is_beat_due.set(true),
@@ -56,7 +56,7 @@ impl Outbox {
             }
             Out::Servo(command) => self.servo.set(Some(command)),
             Out::Frame(frame) => {
-                self.frame.with(|place| *place = Some(frame));
+                self.frame.with(|slot| *slot = Some(frame));
             }
             Out::Text(severity, line) => self.text.set(Some((severity, line))),
         }
@@ -91,20 +91,20 @@ impl Outbox {
         self.filled.wait().await;
     }
 
-    /// Whether a photo finds room.
-    pub fn has_photo_room(&self) -> bool {
-        self.photos.has_room()
+    /// Whether the queue takes a photo.
+    pub fn takes_photo(&self) -> bool {
+        self.photos.has_free_slot()
     }
 
-    /// Waits until a frame finds room. It is put in afterwards: a future that held it would need its size again.
-    pub async fn frame_room(&self) {
+    /// Waits until the queue takes a frame. It is put in afterwards: a future that held it would need its size again.
+    pub async fn takes_frame(&self) {
         while self.frame.with(|frame| frame.is_some()) == Some(true) {
             self.frame_taken.wait().await;
         }
     }
 
-    /// Waits until a line of text finds room.
-    pub async fn text_room(&self) {
+    /// Waits until the queue takes a line of text.
+    pub async fn takes_text(&self) {
         while self.text.get().is_some() {
             self.text_taken.wait().await;
         }
@@ -136,15 +136,15 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_waits_for_room_and_nothing_else_does() {
+    fn a_frame_waits_for_its_slot_and_nothing_else_does() {
         let outbox = Outbox::new();
         outbox.put(Out::Frame(FrameOut::new(1)));
         let context = &mut Context::from_waker(Waker::noop());
-        let mut room = pin!(outbox.frame_room());
-        assert!(room.as_mut().poll(context).is_pending());
-        assert!(outbox.has_photo_room() && pin!(outbox.text_room()).poll(context).is_ready());
+        let mut waiting = pin!(outbox.takes_frame());
+        assert!(waiting.as_mut().poll(context).is_pending());
+        assert!(outbox.takes_photo() && pin!(outbox.takes_text()).poll(context).is_ready());
         assert_eq!(outbox.take(), Some(Out::Frame(FrameOut::new(1))));
-        assert!(room.as_mut().poll(context).is_ready());
+        assert!(waiting.as_mut().poll(context).is_ready());
         assert!(pin!(outbox.filled()).poll(context).is_ready() && pin!(outbox.filled()).poll(context).is_pending());
         outbox.put(Out::Beat);
         assert!(pin!(outbox.filled()).poll(context).is_ready());

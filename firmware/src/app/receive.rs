@@ -22,11 +22,11 @@ pub async fn receive(app: &App<'_>, reader: &mut impl Reader, timer: &impl Timer
     let mut decoder = Decoder::new();
     let mut state = State::default();
     loop {
-        let room = decoder.room();
-        let count = reader.read(room).await;
+        let free = decoder.free();
+        let count = reader.read(free).await;
         // One reading of the timer for all that these bytes complete.
         let now = timer.now();
-        app.event(Event::Bytes(now, room.get(..count).unwrap_or(&[])));
+        app.event(Event::Bytes(now, free.get(..count).unwrap_or(&[])));
         decoder.filled(count);
         while let Some(packet) = decoder.next() {
             match incoming(&packet, (SYSTEM, COMPONENT)) {

@@ -113,7 +113,7 @@ pub enum CaseError {
     Empty,
 }
 
-/// Runs a case in every pose. `frame`: 512 x 512; `patch`: room for 256 x 256; `memory`: what is kept of the frame.
+/// Runs a case in every pose. `frame`: 512 x 512; `patch`: 256 x 256; `memory`: what is kept of the frame.
 ///
 /// # Errors
 /// [`CaseError`].

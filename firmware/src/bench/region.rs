@@ -6,7 +6,7 @@ use core::hint::black_box;
 /// What a board lends the bench.
 pub trait Stand {
     /// Prints a line.
-    fn tell(&mut self, line: Arguments<'_>);
+    fn report(&mut self, line: Arguments<'_>);
     /// The processor's cycle counter, 32 bits, wrapping; `None` where it has none that counts.
     fn cycles(&mut self) -> Option<u32>;
 }
@@ -25,9 +25,9 @@ pub fn region<R>(
     let result = black_box(work());
     end_marker();
     match begin.zip(stand.cycles()) {
-        None => stand.tell(format_args!("region: {workload} | {stage} | {pose}")),
+        None => stand.report(format_args!("region: {workload} | {stage} | {pose}")),
         Some((begin, end)) => {
-            stand.tell(format_args!("region: {workload} | {stage} | {pose} | {} cycles", end.wrapping_sub(begin)));
+            stand.report(format_args!("region: {workload} | {stage} | {pose} | {} cycles", end.wrapping_sub(begin)));
         }
     }
     result

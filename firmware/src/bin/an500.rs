@@ -37,7 +37,7 @@ mod board {
 
     #[embassy_executor::task]
     async fn tell_task(reason: BootError, mut writer: Port, mut timer: Port) -> ! {
-        grounded::tell(reason.words(), &[], &mut writer, &mut timer).await
+        grounded::report(reason.words(), &[], &mut writer, &mut timer).await
     }
 
     /// Flash as the simulator has filled it. A function of its own, so that what it builds is off the stack when the flight

@@ -24,10 +24,10 @@ mod board {
     static SPACE: ConstStaticCell<rectify::Space> = ConstStaticCell::new(rectify::Space::new());
     static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
 
-    /// Room for the largest patch: the board's RAM above what the linker gives away, the upper half of what the flight
+    /// Memory for the largest patch: the board's RAM above what the linker gives away, the upper half of what the flight
     /// computer has as tightly coupled memory.
     const PATCH: usize = 0x2001_0000;
-    /// Room for what is kept of a frame where a case wants more than the board has: memory behind the frame.
+    /// Memory for what is kept of a frame where a case wants more than the board has: memory behind the frame.
     const PLENTY: usize = shared_memory::ADDRESS + 0x10_0000;
     const _: () = assert!(shared_memory::FRAME + 512 * 512 <= 0x10_0000);
     const _: () = assert!(0x10_0000 + rectify::BESIDES_BYTES <= shared_memory::FRAME_MEMORY);
@@ -35,7 +35,7 @@ mod board {
     struct Bench(Option<Counter>);
 
     impl Stand for Bench {
-        fn tell(&mut self, line: Arguments<'_>) {
+        fn report(&mut self, line: Arguments<'_>) {
             eprintln!("{line}");
         }
 

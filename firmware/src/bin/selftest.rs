@@ -1,7 +1,7 @@
 //! Proves the emulated board's layer, without the application. `cargo xtask test` is the other half: it shares the
-//! window's file, sends bytes that must come back, rings, and looks at the exit code.
+//! window's file, sends bytes that must come back, rings, and compares the exit code.
 //!
-//! Results are told on the emulator's standard error, one line each.
+//! Results are reported on the emulator's standard error, one line each.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
@@ -180,9 +180,9 @@ mod board {
     }
 
     fn finish() -> ! {
-        let (fixed, used, room) = (stack::static_bytes(), stack::high_water_bytes(), stack::room_bytes());
+        let (fixed, used, whole) = (stack::static_bytes(), stack::high_water_bytes(), stack::room_bytes());
         check("bytes of static RAM", fixed > 0 && fixed < 65536, u64::from(fixed));
-        check("bytes of stack at most", used > 64 && used < room, u64::from(used));
+        check("bytes of stack at most", used > 64 && used < whole, u64::from(used));
         check("bytes received", uart::received_total() > 0 && !uart::has_unread(), u64::from(uart::received_total()));
         // The clock stands while the host is waited for. Were a timer running, the emulator would skip to its end.
         let host_us = (Instant::now().as_micros() as u32).wrapping_sub(LEFT_US.load(Ordering::Relaxed));

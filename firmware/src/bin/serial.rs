@@ -77,7 +77,7 @@ mod board {
         #[inline(never)]
         fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]> {
             // SAFETY: a session boots once at most, and nothing else uses these parts of the PSRAM.
-            let (frame, rows) = unsafe { (psram::frame_memory(), psram::room(ROWS.0, ROWS.1)) };
+            let (frame, rows) = unsafe { (psram::frame_memory(), psram::memory(ROWS.0, ROWS.1)) };
             let memory = Memory { buffers: BUFFERS.take(), frame };
             let app: &'static App<'static> = APP.uninit().write(application(uploaded, memory)?);
             let (port, counters) = (Port(wires), LineCounters(wires));
@@ -98,12 +98,12 @@ mod board {
 
     /// This boot's number.
     fn boots() -> u32 {
-        let place = &raw mut BOOTS;
+        let boots = &raw mut BOOTS;
         // SAFETY: called once, before anything else runs; any bits are two words.
         unsafe {
-            let (mark, before) = place.cast::<(u32, u32)>().read_volatile();
+            let (mark, before) = boots.cast::<(u32, u32)>().read_volatile();
             let boot = if mark == MARK { before.wrapping_add(1) } else { 1 };
-            place.cast::<(u32, u32)>().write_volatile((MARK, boot));
+            boots.cast::<(u32, u32)>().write_volatile((MARK, boot));
             boot
         }
     }
@@ -115,8 +115,8 @@ mod board {
         let executor = FLIGHT_EXECUTOR.init(run::executor(&FLIGHT));
         let line = LINE_EXECUTOR.init(run::executor(&LINE));
         // SAFETY: `main` runs once, and nothing else uses these parts of the PSRAM.
-        let rooms = unsafe { [CONFIGURATION, TILE, PLAN].map(|(start, size)| psram::room(start, size)) };
-        if let [Some(configuration), Some(tile), Some(plan)] = rooms {
+        let memories = unsafe { [CONFIGURATION, TILE, PLAN].map(|(start, size)| psram::memory(start, size)) };
+        if let [Some(configuration), Some(tile), Some(plan)] = memories {
             let machine = Emulated { boot, executor };
             let session =
                 SESSION.init_with(|| Session::new(machine, WIRES.take(), Stores::new(configuration, tile, plan)));

@@ -52,7 +52,7 @@ pub mod register {
     pub const GAIN_MAX: u8 = 0xab;
     /// Automatic exposure and gain.
     pub const AUTOMATIC: u8 = 0xaf;
-    /// Pixels that the automatic controls look at, eighths of a frame's.
+    /// Pixels that the automatic controls use, eighths of a frame's.
     pub const PIXEL_COUNT: u8 = 0xb0;
     /// Exposure, pixel clocks beyond the whole rows.
     pub const FINE_SHUTTER: u8 = 0xd5;

@@ -38,7 +38,7 @@ impl Reason {
         all.into_iter().find(|reason| *reason as u32 == code)
     }
 
-    /// The finest reason that the core's fault status tells: CFSR and MMFAR of ARMv7-M. `guard` is the region
+    /// The finest reason that the core's fault status holds: CFSR and MMFAR of ARMv7-M. `guard` is the region
     /// below the stack.
     pub fn of_fault(cfsr: u32, mmfar: u32, guard: core::ops::Range<u32>) -> Reason {
         // MSTKERR and MLSPERR: registers could not be pushed. MMARVALID: the address counts.
@@ -88,7 +88,7 @@ const CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc
 pub const GOOD_S: u32 = 60;
 /// More faults in a row than this lead into the safe state.
 pub const FAULTS_MAX: u32 = 3;
-/// How long the safe state lasts, seconds: no exposures, no fixes; the link is up and tells why.
+/// How long the safe state lasts, seconds: no exposures, no fixes; the link is up and reports why.
 pub const SAFE_S: u32 = 30;
 
 impl Record {

@@ -1,6 +1,6 @@
 //! Where the camera's DMA stands in the ring of rows, by arithmetic: which rows are there, and whether they still are.
 //!
-//! The controller tells how many words are left of the lap it is on, never which lap; the camera interface tells each row's
+//! The controller reports how many words are left of the lap it is on, never which lap; the camera interface reports each row's
 //! end by an interrupt, which may come late. Together they give the position since the frame began: the count nearest to
 //! the rows counted that agrees with what is left. That holds while the interrupt is less than half a ring late.
 
@@ -33,9 +33,9 @@ impl RowRing {
     /// Bytes written since the frame began, from the words left of this lap and the rows that have ended.
     pub fn written(&self, words_left: u16, rows_ended: u32) -> u32 {
         let lap = self.lap.get();
-        let place = lap.saturating_sub(words_left as u32 * 4) % self.lap;
+        let at = lap.saturating_sub(words_left as u32 * 4) % self.lap;
         let expected = rows_ended * self.row_bytes;
-        let behind = (expected % self.lap + lap - place) % self.lap;
+        let behind = (expected % self.lap + lap - at) % self.lap;
         // Behind what was counted by less than half a ring, or ahead of it by the rest.
         if behind <= lap / 2 { expected.saturating_sub(behind) } else { expected + (lap - behind) }
     }
@@ -52,7 +52,7 @@ impl RowRing {
     }
 
     /// Where row `row` begins in the ring, bytes; and how many rows from it on follow each other before the ring's end.
-    pub fn place(&self, row: u32) -> (u32, u32) {
+    pub fn slot(&self, row: u32) -> (u32, u32) {
         let slot = row % self.rows;
         (slot * self.row_bytes, self.rows.get() - slot)
     }
@@ -106,9 +106,9 @@ mod tests {
     #[test]
     fn rows_lie_behind_each_other_up_to_the_rings_end() {
         let ring = RowRing::new(100, 8).unwrap();
-        assert_eq!(ring.place(0), (0, 8));
-        assert_eq!(ring.place(15), (700, 1));
-        assert_eq!(ring.place(16), (0, 8));
+        assert_eq!(ring.slot(0), (0, 8));
+        assert_eq!(ring.slot(15), (700, 1));
+        assert_eq!(ring.slot(16), (0, 8));
     }
 
     #[test]

@@ -117,7 +117,7 @@ pub fn data_outcome(star: u32) -> Option<Result<(), Fault>> {
     }
 }
 
-/// Whether the card, by its status, has room for data and is in its state "transfer": no longer programming.
+/// Whether the card, by its status, is ready for data and is in its state "transfer": no longer programming.
 pub fn is_ready(status: u32) -> bool {
     const READY_FOR_DATA: u32 = 1 << 8;
     const TRANSFER: u32 = 4;
@@ -150,8 +150,8 @@ impl Identity {
         Identity { address, blocks, counts_blocks: ocr & command::COUNTS_BLOCKS != 0 }
     }
 
-    /// A block's place, as commands want it.
-    pub fn place(&self, index: u32) -> u32 {
+    /// A block's address, as commands want it.
+    pub fn address(&self, index: u32) -> u32 {
         if self.counts_blocks { index } else { index.saturating_mul(512) }
     }
 }
@@ -161,8 +161,8 @@ mod tests {
     use super::{ALL_FLAGS, Answer, Fault, Identity, command_outcome, data_outcome, is_ready};
 
     #[test]
-    fn a_card_is_ready_in_transfer_with_room_alone() {
-        // As a card answers when idle between transfers; then without room, stand-by, receiving, programming.
+    fn a_card_is_ready_in_transfer_and_for_data_alone() {
+        // As a card answers when idle between transfers; then not ready for data, stand-by, receiving, programming.
         assert!(is_ready(0x0000_0900));
         let others = [0x0000_0800, 0x0000_0700, 0x0000_0d00, 0x0000_0f00, 0x0000_0e00, 0, u32::MAX];
         assert!(others.iter().all(|status| !is_ready(*status)));
@@ -197,11 +197,11 @@ mod tests {
     fn sizes_are_those_of_real_cards() {
         // Descriptions as Linux shows them (/sys/block/mmcblk0/device/csd), bytes there 15931539456 and 1967128576.
         let large = Identity::new(0xc0ff_8000, 0xaaaa_0000, [0x400e_0032, 0x5b59_0000, 0x76b2_7f80, 0x0a40_4013]);
-        assert_eq!((large.blocks, large.place(7)), ((0x76b2 + 1) * 1024, 7));
+        assert_eq!((large.blocks, large.address(7)), ((0x76b2 + 1) * 1024, 7));
         // Version 1 by hand: C_SIZE 3751, C_SIZE_MULT 7, READ_BL_LEN 10: 3752 * 512 KiB * 1 KiB.
         let (size, mult, len) = (3751u32, 7u32, 10u32);
         let words = [0x002e_0032, 0x5b50_0000 | len << 16 | size >> 2, (size & 3) << 30 | mult << 15, 0];
         let small = Identity::new(0x80ff_8000, 0x0001_0000, words);
-        assert_eq!((u64::from(small.blocks) * 512, small.place(7)), (3752 * 512 * 1024, 3584));
+        assert_eq!((u64::from(small.blocks) * 512, small.address(7)), (3752 * 512 * 1024, 3584));
     }
 }

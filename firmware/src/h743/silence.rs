@@ -11,7 +11,7 @@ pub const SILENT_US: i32 = 1_000_000;
 /// A return is counted over this time, microseconds, and over at most twice as long: stray rows are no return.
 pub const BACK_US: i32 = 500_000;
 
-/// What there is to tell.
+/// What changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// The sensor has fallen silent.
@@ -34,7 +34,7 @@ pub struct Counts {
 /// What was seen of the counts so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Silence {
-    /// The newest answer at the last look.
+    /// The newest answer at the last check.
     answered: u32,
     /// Since when a trigger has been waiting for its frame.
     waiting_since: Option<Ticks>,
@@ -43,8 +43,8 @@ pub struct Silence {
 }
 
 impl Silence {
-    /// Looks at the counts; each change is told once. To be asked some four times a second.
-    pub fn look(&mut self, now: Ticks, counts: Counts) -> Option<Change> {
+    /// Compares the counts; each change is reported once. To be asked some four times a second.
+    pub fn check(&mut self, now: Ticks, counts: Counts) -> Option<Change> {
         let has_progress = counts.answered != self.answered;
         self.answered = counts.answered;
         self.waiting_since = match self.waiting_since {
@@ -79,12 +79,12 @@ mod tests {
     use plumbline_core::units::Ticks;
     use std::vec::Vec;
 
-    /// From look to look, as the board does it, milliseconds.
+    /// From check to check, as the board does it, milliseconds.
     const LOOK_MS: u32 = 250;
 
     /// Triggers every `interval_ms`; a frame comes 20 ms behind each where `comes` says so of the trigger's number from 1.
     /// Changes with their milliseconds since the first trigger; all counts begin at `start`.
-    fn told(start: u32, interval_ms: u32, seconds: u32, comes: impl Fn(u32) -> bool) -> Vec<(u32, Change)> {
+    fn changes(start: u32, interval_ms: u32, seconds: u32, comes: impl Fn(u32) -> bool) -> Vec<(u32, Change)> {
         let mut counts = Counts { triggers: start, frames: start, answered: start };
         let mut silence = Silence { answered: start, ..Silence::default() };
         let (mut number, mut changes) = (0, Vec::new());
@@ -99,13 +99,13 @@ mod tests {
             }
             if ms % LOOK_MS == 0 {
                 let now = Ticks(start.wrapping_add(ms * 1000));
-                changes.extend(silence.look(now, counts).map(|change| (ms, change)));
+                changes.extend(silence.check(now, counts).map(|change| (ms, change)));
             }
         }
         changes
     }
 
-    /// Whether the one change is a silence, told at most a look after its time.
+    /// Whether the one change is a silence, reported at most a check after its time.
     fn is_silent_in_time(changes: &[(u32, Change)], from_ms: u32) -> bool {
         let due = from_ms + SILENT_US as u32 / 1000;
         matches!(changes, [(ms, Change::Silent)] if (due..=due + LOOK_MS).contains(ms))
@@ -116,7 +116,7 @@ mod tests {
         let gap = |number| !(101..=300).contains(&number);
         // The counts wrap, and so does the timer.
         for start in [0, u32::MAX - 110] {
-            let changes = told(start, 50, 50, gap);
+            let changes = changes(start, 50, 50, gap);
             assert!(is_silent_in_time(&changes[..1], 5_000), "{changes:?}");
             let [_, (back_ms, Change::Back)] = changes[..] else { panic!("{changes:?}") };
             assert!((15_000..15_000 + 3 * BACK_US as u32 / 1000 + LOOK_MS).contains(&back_ms), "{back_ms}");
@@ -124,30 +124,30 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_that_is_dead_under_a_plan_is_told_within_a_second_and_a_look() {
+    fn a_sensor_that_is_dead_under_a_plan_is_reported_within_a_second_and_a_check() {
         // A photo every three seconds: never a frame, or none from the fourth on.
-        assert!(is_silent_in_time(&told(0, 3000, 60, |_| false), 0));
-        assert!(is_silent_in_time(&told(0, 3000, 60, |number| number < 4), 9_000));
+        assert!(is_silent_in_time(&changes(0, 3000, 60, |_| false), 0));
+        assert!(is_silent_in_time(&changes(0, 3000, 60, |number| number < 4), 9_000));
         // It comes back with its first photos.
-        let changes = told(0, 3000, 60, |number| number != 4);
+        let changes = changes(0, 3000, 60, |number| number != 4);
         assert!(matches!(changes[..], [(_, Change::Silent), (_, Change::Back)]), "{changes:?}");
     }
 
     #[test]
     fn lost_frames_are_no_silence() {
-        assert_eq!(told(0, 50, 60, |number| number % 15 == 0), []);
+        assert_eq!(changes(0, 50, 60, |number| number % 15 == 0), []);
     }
 
     #[test]
     fn stray_rows_are_no_return() {
         // One in 50 triggers, for ever; and one in three, which are fewer than half.
-        assert!(is_silent_in_time(&told(0, 50, 250, |number| number % 50 == 0), 0));
-        assert!(is_silent_in_time(&told(0, 50, 50, |number| number > 200 && number % 3 == 0), 0));
+        assert!(is_silent_in_time(&changes(0, 50, 250, |number| number % 50 == 0), 0));
+        assert!(is_silent_in_time(&changes(0, 50, 50, |number| number > 200 && number % 3 == 0), 0));
     }
 
     #[test]
     fn a_board_without_triggers_waits_for_no_frame() {
         let mut silence = Silence::default();
-        assert!((0..1000).all(|look| silence.look(Ticks(look * 250_000), Counts::default()).is_none()));
+        assert!((0..1000).all(|check| silence.check(Ticks(check * 250_000), Counts::default()).is_none()));
     }
 }

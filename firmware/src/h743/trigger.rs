@@ -1,4 +1,4 @@
-//! When the next exposure is triggered, and what the 16-bit timer behind the trigger's pin must be told.
+//! When the next exposure is triggered, and what the 16-bit timer behind the trigger's pin is set to.
 //!
 //! TIM3 counts as TIM2 does, from the same instant on, and so shows its lower half. A compare register of 16 bits means a
 //! tick within the next 65 ms, so the trigger is armed when it is nearer than [`ARM_AHEAD_US`] and farther than
@@ -16,7 +16,7 @@ pub const PULSE_US: u16 = 100;
 /// What to do about a trigger that is due at a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Due {
-    /// It is too far ahead: look again at this tick.
+    /// It is too far ahead: try again at this tick.
     Later(Ticks),
     /// Arm the compare register with this value.
     Arm(u16),

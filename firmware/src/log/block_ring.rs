@@ -30,7 +30,7 @@ pub struct BlockRing<'b, const N: usize> {
 }
 
 impl<'b, const N: usize> BlockRing<'b, N> {
-    /// Room that a loss waits for, half of all, so that what follows is a stretch and not a crumb.
+    /// Free space that a loss waits for, half of all, so that what follows is a stretch and not a crumb.
     const AFTER_LOSS: usize = N * PAYLOAD / 2;
 
     /// An empty log of this number; what `blocks` held is written over.
@@ -43,21 +43,21 @@ impl<'b, const N: usize> BlockRing<'b, N> {
         self.lost_total
     }
 
-    /// Whether the last record was dropped, so that others are until there is room again.
+    /// Whether the last record was dropped, so that others are until there is space again.
     pub fn is_losing(&self) -> bool {
         self.lost > 0
     }
 
-    /// Payload bytes that still find room.
-    pub fn room(&self) -> usize {
+    /// Payload bytes that still fit.
+    pub fn free(&self) -> usize {
         ((N - self.sealed) * PAYLOAD).saturating_sub(self.used)
     }
 
-    /// Appends a record, or counts it as lost. Records behind a loss are told so first.
+    /// Appends a record, or counts it as lost. After a loss a record of it comes first.
     pub fn push(&mut self, record: &Record<'_>) {
         let Ok(size) = serialize_with_flavor(record, Size::default()) else { return self.lose() };
         let needed = if self.lost > 0 { (LENGTH + size + GAP_MAX).max(Self::AFTER_LOSS) } else { LENGTH + size };
-        if size > u16::MAX as usize || needed > self.room() {
+        if size > u16::MAX as usize || needed > self.free() {
             return self.lose();
         }
         if self.lost > 0 {
@@ -74,7 +74,7 @@ impl<'b, const N: usize> BlockRing<'b, N> {
         self.lost_total = self.lost_total.saturating_add(1);
     }
 
-    /// For a record whose room has been looked after.
+    /// For a record that fits.
     fn append(&mut self, record: &Record<'_>, size: usize) {
         if self.first == NONE {
             self.first = self.used as u16;
@@ -88,11 +88,11 @@ impl<'b, const N: usize> BlockRing<'b, N> {
         let mut rest = bytes;
         while !rest.is_empty() {
             let index = (self.oldest + self.sealed) % N;
-            let room = self.blocks.get_mut(index).and_then(|b| b.get_mut(HEAD + self.used..HEAD + PAYLOAD));
-            let Some(room) = room else { return };
-            let count = room.len().min(rest.len());
+            let target = self.blocks.get_mut(index).and_then(|b| b.get_mut(HEAD + self.used..HEAD + PAYLOAD));
+            let Some(target) = target else { return };
+            let count = target.len().min(rest.len());
             let Some((now, later)) = rest.split_at_checked(count) else { return };
-            room.iter_mut().zip(now).for_each(|(to, from)| *to = *from);
+            target.iter_mut().zip(now).for_each(|(to, from)| *to = *from);
             rest = later;
             self.used += count;
             if self.used == PAYLOAD {
@@ -127,7 +127,7 @@ impl<'b, const N: usize> BlockRing<'b, N> {
         count
     }
 
-    /// Gives the room of the `count` oldest blocks free: they have been written.
+    /// Frees the `count` oldest blocks: they have been written.
     pub fn release(&mut self, count: usize) {
         let count = count.min(self.sealed);
         self.oldest = (self.oldest + count) % N;

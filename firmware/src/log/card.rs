@@ -29,9 +29,9 @@ pub struct Area {
     pub end: u32,
 }
 
-/// Why there is no place.
+/// Why there is no area for a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoPlace {
+pub enum NoArea {
     /// The card cannot be read.
     Unreadable,
     /// Something else is on it.
@@ -48,15 +48,15 @@ const TOLERATED: u32 = 4;
 /// Where the next log goes.
 ///
 /// # Errors
-/// [`NoPlace`].
-pub async fn place<D: BlockDevice>(device: &mut D) -> Result<Area, NoPlace> {
+/// [`NoArea`].
+pub async fn area<D: BlockDevice>(device: &mut D) -> Result<Area, NoArea> {
     let mut block = [0; BLOCK];
-    device.read(0, &mut block).await.map_err(|_| NoPlace::Unreadable)?;
+    device.read(0, &mut block).await.map_err(|_| NoArea::Unreadable)?;
     let is_blank = |byte: u8| block.iter().all(|&b| b == byte);
     let area = if block.starts_with(&MAGIC) || is_blank(0) || is_blank(0xff) {
         Area { first: 0, end: device.blocks() }
     } else {
-        partition(&block).ok_or(NoPlace::Foreign)?
+        partition(&block).ok_or(NoArea::Foreign)?
     };
     let mut first = area.first;
     while first < area.end {
@@ -65,7 +65,7 @@ pub async fn place<D: BlockDevice>(device: &mut D) -> Result<Area, NoPlace> {
             None => return Ok(Area { first, end: area.end.min(device.blocks()) }),
         }
     }
-    Err(NoPlace::Full)
+    Err(NoArea::Full)
 }
 
 /// The first partition that is meant for logs.
@@ -81,17 +81,17 @@ fn partition(block: &[u8; BLOCK]) -> Option<Area> {
     })
 }
 
-async fn head<D: BlockDevice>(device: &mut D, index: u32) -> Result<Option<Head>, NoPlace> {
+async fn head<D: BlockDevice>(device: &mut D, index: u32) -> Result<Option<Head>, NoArea> {
     if index >= device.blocks() {
         return Ok(None);
     }
     let mut block = [0; BLOCK];
-    device.read(index, &mut block).await.map_err(|_| NoPlace::Unreadable)?;
+    device.read(index, &mut block).await.map_err(|_| NoArea::Unreadable)?;
     Ok(open(&block).ok().map(|(head, _)| head))
 }
 
 /// The number of the log that begins there, even where its first blocks are damaged.
-async fn log_at<D: BlockDevice>(device: &mut D, first: u32) -> Result<Option<u32>, NoPlace> {
+async fn log_at<D: BlockDevice>(device: &mut D, first: u32) -> Result<Option<u32>, NoArea> {
     for sequence in 0..TOLERATED {
         let found = head(device, first.saturating_add(sequence)).await?;
         if let Some(head) = found.filter(|head| head.sequence == sequence) {
@@ -102,7 +102,7 @@ async fn log_at<D: BlockDevice>(device: &mut D, first: u32) -> Result<Option<u32
 }
 
 /// Blocks of the log that begins at `first`: the last one is between one that is there and one twice as far that is not.
-async fn length<D: BlockDevice>(device: &mut D, first: u32, log: u32) -> Result<u32, NoPlace> {
+async fn length<D: BlockDevice>(device: &mut D, first: u32, log: u32) -> Result<u32, NoArea> {
     let (mut there, mut beyond) = (0, 1);
     while has(device, first, log, beyond).await? {
         there = beyond;
@@ -116,7 +116,7 @@ async fn length<D: BlockDevice>(device: &mut D, first: u32, log: u32) -> Result<
 }
 
 /// Whether the log reaches its block `sequence`: it or one of the next is there.
-async fn has<D: BlockDevice>(device: &mut D, first: u32, log: u32, sequence: u32) -> Result<bool, NoPlace> {
+async fn has<D: BlockDevice>(device: &mut D, first: u32, log: u32, sequence: u32) -> Result<bool, NoArea> {
     for sequence in sequence..sequence.saturating_add(TOLERATED) {
         let found = head(device, first.saturating_add(sequence)).await?;
         if found.is_some_and(|head| head.log == log && head.sequence == sequence) {

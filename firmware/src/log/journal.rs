@@ -18,7 +18,7 @@ use plumbline_core::stamp::Polarity;
 const PIECE: usize = 1024;
 
 /// A journal that becomes a log: `N` borrowed blocks of RAM, and both stores, which are logged too so that a log is all that a replay
-/// needs. The tile store goes in the background, as fast as there is room beside the flight's records.
+/// needs. The tile store goes in the background, as fast as the flight's records leave space.
 #[allow(missing_debug_implementations, reason = "embassy-sync's primitives have none")]
 pub struct LogJournal<'f, const N: usize> {
     ring: Shared<BlockRing<'f, N>>,
@@ -38,7 +38,7 @@ pub fn record<'a>(event: &Event<'a>) -> Record<'a> {
         Event::Start(start) => Record::Start(start.sequence, start.arrival.0, start.size),
         Event::Begin => Record::Begin,
         Event::Rows(rows) => Record::Rows(rows.map_or_else(|refusal| refusal.code(), |()| 0)),
-        Event::Look(at) => Record::Look(at.0),
+        Event::Pose(at) => Record::Pose(at.0),
         Event::Frame(report, instant, fix) => {
             Record::Frame(*report, *instant, fix.map(|position| (position.lat_e7, position.lon_e7)))
         }
@@ -88,12 +88,12 @@ impl<'f, const N: usize> LogJournal<'f, N> {
         self.ring.with(BlockRing::seal);
     }
 
-    /// Records that found no room.
+    /// Records dropped since the ring was full.
     pub fn lost(&self) -> u32 {
         self.ring.with(|ring| ring.lost_in_all()).unwrap_or(0)
     }
 
-    /// Blocks to be written, copied into `into`; how many. Goes on with the tile store while there is room for it.
+    /// Blocks to be written, copied into `into`; how many. Goes on with the tile store while it fits.
     pub(super) fn waiting(&self, into: &mut [[u8; BLOCK]]) -> usize {
         self.ring.with(|ring| self.fill(ring).oldest(into)).unwrap_or(0)
     }
@@ -101,7 +101,7 @@ impl<'f, const N: usize> LogJournal<'f, N> {
     /// Puts pieces of the tile store into `ring`: as far as half of it, the other half is the flight's, and none behind a loss
     /// before the flight's own records go on.
     fn fill<'r>(&self, ring: &'r mut BlockRing<'f, N>) -> &'r BlockRing<'f, N> {
-        while !ring.is_losing() && ring.room() > N * PAYLOAD / 2 + PIECE {
+        while !ring.is_losing() && ring.free() > N * PAYLOAD / 2 + PIECE {
             let from = self.tiles_done.get();
             let rest = self.tiles.get(from..).unwrap_or(&[]);
             let piece = rest.get(..PIECE).unwrap_or(rest);

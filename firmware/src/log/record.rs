@@ -32,7 +32,7 @@ pub enum Record<'a> {
     Configuration(Blob<'a>),
     /// A piece of the tile store: where it begins, and its bytes. Pieces come in their order, among other records.
     Tiles(u32, Blob<'a>),
-    /// So many records found no room here.
+    /// So many records were dropped here, since the ring was full.
     Gap(u32),
     /// The log was closed as it should be; nothing follows.
     Close,
@@ -52,8 +52,8 @@ pub enum Record<'a> {
     Begin,
     /// Its rows: 0, or the code of the refusal.
     Rows(u8),
-    /// The last look before its pose.
-    Look(u32),
+    /// The timer when its pose was computed.
+    Pose(u32),
     /// Its patch: columns and rows, runs of three little-endian u16 each, pixels.
     Patch((u16, u16), Blob<'a>, Blob<'a>),
     /// What it came to, and latitude and longitude of its fix in 1e-7 degrees.

@@ -30,7 +30,7 @@ pub fn decode<'b, M: Deserialize<'b>>(body: &'b [u8]) -> Option<Envelope<M>> {
 /// The version of a `Hello` or `Welcome` of any version.
 pub fn version(body: &[u8]) -> Option<u16> {
     let (message, crc) = body.split_last_chunk::<4>()?;
-    // Session, id, which message; the first one of both kinds is the one that tells.
+    // Session, id, which message; the first one of both kinds carries the version.
     let (head, _) = postcard::take_from_bytes::<(u32, u32, u32, u16)>(message).ok()?;
     (checksum(message) == u32::from_le_bytes(*crc) && head.2 == 0).then_some(head.3)
 }
@@ -69,8 +69,8 @@ impl Receiver {
         match self.state.feed(byte) {
             Ok(DecodeResult::NoData) => Unframed::Nothing,
             Ok(DecodeResult::DataContinue(byte)) => {
-                if let Some(place) = self.body.get_mut(self.length) {
-                    *place = byte;
+                if let Some(next) = self.body.get_mut(self.length) {
+                    *next = byte;
                 }
                 // One beyond the body says that it is too long.
                 self.length = (self.length + 1).min(BODY_MAX + 1);

@@ -22,7 +22,7 @@ pub struct LineFrontEnd {
 }
 
 impl LineFrontEnd {
-    /// `buffer`: more than [`PIECE_MAX`] bytes; what is beyond is the room for rows.
+    /// `buffer`: more than [`PIECE_MAX`] bytes; what is beyond is for rows.
     pub fn new(wires: &'static Wires, buffer: &'static mut [u8]) -> Self {
         LineFrontEnd { wires, buffer, frame: (0, 0), missing: 0, asked: 0, held: 0..0 }
     }
@@ -33,13 +33,13 @@ impl LineFrontEnd {
         self.held = 0..self.held.len();
         self.wires.wanted.set(Some((self.frame.0, self.asked)));
         let (end, missing) = (self.held.end, self.missing);
-        let room = self.buffer.get_mut(end..).unwrap_or(&mut []);
-        let most = room.len().min(missing);
-        let room = room.get_mut(..most).unwrap_or(&mut []);
+        let free = self.buffer.get_mut(end..).unwrap_or(&mut []);
+        let most = free.len().min(missing);
+        let free = free.get_mut(..most).unwrap_or(&mut []);
         let count = self
             .wires
             .wait(|wires| {
-                let count = wires.rows.borrow_mut().take(room);
+                let count = wires.rows.borrow_mut().take(free);
                 (count > 0 || wires.frame.get().is_some()).then_some(count)
             })
             .await;

@@ -126,7 +126,7 @@ pub enum Answer<'a> {
         cost: u32,
         /// What the simulator has to do next.
         next: Next,
-        /// Whether the application has begun a frame and not yet told what came of it.
+        /// Whether the application has begun a frame and not yet reported what came of it.
         is_at_work: bool,
         /// What the application sent.
         sent: &'a [u8],
@@ -145,18 +145,18 @@ pub struct Welcome<'a> {
     pub version: u16,
     /// Another number after each reboot.
     pub boot: u32,
-    /// Clock of the core, Hz; 0 where there is none to tell.
+    /// Clock of the core, Hz; 0 where there is none.
     pub core_clock_hz: u32,
     /// What its counters counts.
     pub counts: Counts,
     /// Largest piece it takes, bytes.
     pub piece_max: u16,
-    /// Room for the configuration, bytes.
-    pub configuration_room: u32,
-    /// Room for the tile, bytes.
-    pub tile_room: u32,
-    /// Room for the plan, bytes.
-    pub plan_room: u32,
+    /// Largest configuration store it takes, bytes.
+    pub configuration_capacity: u32,
+    /// Largest tile store, bytes.
+    pub tile_capacity: u32,
+    /// Largest plan store, bytes.
+    pub plan_capacity: u32,
     /// Name of the board, at most 32 bytes.
     pub board: &'a str,
     /// Version of the firmware, at most 32 bytes.
@@ -180,16 +180,16 @@ pub enum Counts {
 pub enum Refused<'a> {
     /// An application was started since the last reset: another one needs a reset.
     Busy,
-    /// A store is larger than the room for it.
+    /// A store is larger than the memory for it.
     TooLarge {
-        /// The room, bytes.
-        room: u32,
+        /// That memory, bytes.
+        capacity: u32,
     },
     /// What was uploaded is not what was announced.
     Damaged(Store),
     /// The application cannot fly with what was uploaded, and why; at most 64 bytes.
     Boot(#[serde(borrow)] [&'a str; 2]),
-    /// The request has no place here: a step before the start, a piece out of order.
+    /// The request is out of order: a step before the start, a piece out of order.
     Order,
 }
 

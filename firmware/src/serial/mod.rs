@@ -14,7 +14,7 @@
 //! The simulator sends a request and waits for its answer; it alone resends. Requests of a session are numbered from 1.
 //! The board does the request that follows the last one, repeats its stored answer to the last one, and is silent on all
 //! others: whatever the line loses, doubles, delays or damages, each request is done once and in order. A step's answer
-//! tells what the application sent and what it waits for: rows of its frame, or room for more bytes. So a board holds a
+//! says what the application sent and what it waits for: rows of its frame, or free space for more bytes. So a board holds a
 //! piece of the frame at a time, never a frame.
 //!
 //! A board flies once between two resets: its tasks never end. A second session is refused as [`message::Refused::Busy`]
@@ -30,7 +30,7 @@ pub mod stores;
 pub mod wires;
 
 /// Version of the protocol. Framing, the envelope and `Hello` and `Welcome` up to their version stay as they are in all
-/// versions, so that two versions can tell each other.
+/// versions, so that two versions recognise each other.
 pub const VERSION: u16 = 2;
 /// Most bytes of payload in a message: a piece of an upload, of a frame's rows, or of what the application sent.
 pub const PIECE_MAX: usize = 2048;

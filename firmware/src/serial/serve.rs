@@ -15,7 +15,7 @@ pub enum End {
     Reset,
 }
 
-/// Serves `session` over a line until it is unplugged, which a reader tells by reading no bytes at all, or until the
+/// Serves `session` over a line until it is unplugged, which a reader reports by reading no bytes at all, or until the
 /// board is to reboot. The application's tasks run inside, on an executor of their own: see [`Machine::run`].
 pub async fn serve<M: Machine>(session: &mut Session<M>, reader: &mut impl Reader, writer: &mut impl Writer) -> End {
     let mut buffer = [0; READ_MAX];

@@ -3,15 +3,15 @@
 use super::message::{Refused, Store};
 use crate::stores::framing::checksum;
 
-/// Room for all, as a board gives it.
+/// Memory for all, as a board gives it.
 #[derive(Debug)]
 pub struct Stores {
     /// Camera, settings, georeference.
-    configuration: Room,
+    configuration: Slot,
     /// The reference tile.
-    tile: Room,
+    tile: Slot,
     /// Where photos are to be taken.
-    plan: Room,
+    plan: Slot,
 }
 
 /// What was uploaded, whole and checked.
@@ -25,9 +25,9 @@ pub struct Uploaded {
     pub plan: &'static [u8],
 }
 
-/// Room for one, and what is in it.
+/// Memory for one, and what is in it.
 #[derive(Debug)]
-struct Room {
+struct Slot {
     memory: &'static mut [u8],
     /// Length and CRC of what is to come.
     announced: Option<(usize, u32)>,
@@ -37,23 +37,23 @@ struct Room {
 impl Stores {
     /// Empty ones in this memory.
     pub fn new(configuration: &'static mut [u8], tile: &'static mut [u8], plan: &'static mut [u8]) -> Self {
-        let room = |memory| Room { memory, announced: None, filled: 0 };
-        Stores { configuration: room(configuration), tile: room(tile), plan: room(plan) }
+        let slot = |memory| Slot { memory, announced: None, filled: 0 };
+        Stores { configuration: slot(configuration), tile: slot(tile), plan: slot(plan) }
     }
 
-    /// Bytes of room for configuration, tile and plan.
-    pub fn room(&self) -> [u32; 3] {
-        [&self.configuration, &self.tile, &self.plan].map(|room| room.memory.len() as u32)
+    /// Bytes that configuration, tile and plan may have.
+    pub fn capacities(&self) -> [u32; 3] {
+        [&self.configuration, &self.tile, &self.plan].map(|slot| slot.memory.len() as u32)
     }
 
     /// Forgets what was announced and uploaded.
     pub fn clear(&mut self) {
-        for room in [&mut self.configuration, &mut self.tile, &mut self.plan] {
-            (room.announced, room.filled) = (None, 0);
+        for slot in [&mut self.configuration, &mut self.tile, &mut self.plan] {
+            (slot.announced, slot.filled) = (None, 0);
         }
     }
 
-    fn of(&mut self, store: Store) -> &mut Room {
+    fn of(&mut self, store: Store) -> &mut Slot {
         match store {
             Store::Configuration => &mut self.configuration,
             Store::Tile => &mut self.tile,
@@ -64,12 +64,12 @@ impl Stores {
     /// # Errors
     /// [`Refused::TooLarge`].
     pub fn announce(&mut self, store: Store, bytes: u32, crc: u32) -> Result<(), Refused<'static>> {
-        let room = self.of(store);
-        let size = room.memory.len();
+        let slot = self.of(store);
+        let size = slot.memory.len();
         if bytes as usize > size {
-            return Err(Refused::TooLarge { room: size as u32 });
+            return Err(Refused::TooLarge { capacity: size as u32 });
         }
-        (room.announced, room.filled) = (Some((bytes as usize, crc)), 0);
+        (slot.announced, slot.filled) = (Some((bytes as usize, crc)), 0);
         Ok(())
     }
 
@@ -78,14 +78,14 @@ impl Stores {
     /// # Errors
     /// [`Refused::Order`] for another than the next one, or more than was announced.
     pub fn piece(&mut self, store: Store, offset: u32, bytes: &[u8]) -> Result<(), Refused<'static>> {
-        let room = self.of(store);
-        let (length, _) = room.announced.ok_or(Refused::Order)?;
-        let end = room.filled + bytes.len();
-        if offset as usize != room.filled || end > length {
+        let slot = self.of(store);
+        let (length, _) = slot.announced.ok_or(Refused::Order)?;
+        let end = slot.filled + bytes.len();
+        if offset as usize != slot.filled || end > length {
             return Err(Refused::Order);
         }
-        room.memory.get_mut(room.filled..end).ok_or(Refused::Order)?.copy_from_slice(bytes);
-        room.filled = end;
+        slot.memory.get_mut(slot.filled..end).ok_or(Refused::Order)?.copy_from_slice(bytes);
+        slot.filled = end;
         Ok(())
     }
 
@@ -95,9 +95,9 @@ impl Stores {
     /// [`Refused::Damaged`] where one is not what was announced; nothing is handed over then.
     pub fn hand_over(&mut self) -> Result<Uploaded, Refused<'static>> {
         for store in [Store::Configuration, Store::Tile, Store::Plan] {
-            let room = self.of(store);
-            let may_be_missing = store == Store::Plan && room.announced.is_none();
-            if !(room.is_whole() || may_be_missing) {
+            let slot = self.of(store);
+            let may_be_missing = store == Store::Plan && slot.announced.is_none();
+            if !(slot.is_whole() || may_be_missing) {
                 return Err(Refused::Damaged(store));
             }
         }
@@ -106,7 +106,7 @@ impl Stores {
     }
 }
 
-impl Room {
+impl Slot {
     fn is_whole(&self) -> bool {
         let filled = self.memory.get(..self.filled).unwrap_or(&[]);
         self.announced == Some((self.filled, checksum(filled)))

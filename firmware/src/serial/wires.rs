@@ -13,7 +13,7 @@ use plumbline_core::units::Ticks;
 
 /// Edges that may wait for the application; a step brings one.
 const EDGES_MAX: usize = 8;
-/// Tasks that may wait: one a stream, and room to spare.
+/// Tasks that may wait: one a stream, and some to spare.
 const TASKS_MAX: usize = 8;
 
 /// What the steps deliver and what they fetch. Lives for ever, used by one thread.
@@ -48,7 +48,7 @@ impl Taken {
         Taken { bytes: Vec::new(), at: 0 }
     }
 
-    /// Puts `bytes` in the place of what was there; more than fit are dropped, which a frame's length rules out.
+    /// Replaces what was there by `bytes`; more than fit are dropped, which a frame's length rules out.
     pub(super) fn fill(&mut self, bytes: &[u8]) {
         self.bytes.clear();
         self.at = 0;
@@ -83,9 +83,9 @@ impl Sent {
             self.bytes.copy_within(self.from..self.to, 0);
             (self.from, self.to) = (0, self.to - self.from);
         }
-        let room = self.bytes.get_mut(self.to..).unwrap_or(&mut []);
-        let count = bytes.len().min(room.len());
-        for (to, from) in room.iter_mut().zip(bytes) {
+        let free = self.bytes.get_mut(self.to..).unwrap_or(&mut []);
+        let count = bytes.len().min(free.len());
+        for (to, from) in free.iter_mut().zip(bytes) {
             *to = *from;
         }
         self.to += count;

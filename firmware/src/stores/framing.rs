@@ -10,7 +10,7 @@
 //! | 16..28 | zeros |
 //! | 28..32 | the same CRC of bytes 0..28 |
 //!
-//! What lies behind the payload is not looked at: a store may be read from a region of flash that is larger.
+//! What lies behind the payload is not read: a store may be read from a region of flash that is larger.
 
 use super::StoreError;
 
@@ -88,7 +88,7 @@ pub fn header(kind: Kind, payload: &[&[u8]]) -> [u8; HEADER_BYTES] {
 }
 
 /// Bytes of the whole store that `region` begins with, header included, if its header holds; for who keeps or copies
-/// stores without looking into them.
+/// stores without reading them.
 pub fn extent(kind: Kind, region: &[u8]) -> Option<usize> {
     payload(kind, region).ok().map(|(payload, _)| HEADER_BYTES + payload.len())
 }

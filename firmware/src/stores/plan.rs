@@ -66,7 +66,7 @@ pub fn read(region: &[u8]) -> Result<Option<Plan<'_>>, StoreError> {
 }
 
 impl<'f> Plan<'f> {
-    /// Whether it can be flown: strips that follow each other, none empty, places and figures that can be meant.
+    /// Whether it can be flown: strips that follow each other, none empty, points and figures that can be meant.
     fn is_sound(&self) -> bool {
         let mut end = 0;
         let is_strip = |(index, &entry): (usize, &[u8; ENTRY_BYTES])| {

@@ -79,13 +79,13 @@ impl Decoder {
         self.filled.saturating_sub(self.used)
     }
 
-    /// Room for more bytes, never empty after [`Decoder::next`] has returned `None`.
-    pub fn room(&mut self) -> &mut [u8] {
+    /// Where more bytes go, never empty after [`Decoder::next`] has returned `None`.
+    pub fn free(&mut self) -> &mut [u8] {
         self.compact();
         self.buffer.get_mut(self.filled..).unwrap_or(&mut [])
     }
 
-    /// Says that `count` bytes were written into [`Decoder::room`].
+    /// Says that `count` bytes were written into [`Decoder::free`].
     pub fn filled(&mut self, count: usize) {
         self.filled = (self.filled + count).min(LONGEST);
     }

@@ -65,8 +65,8 @@ impl Encoder {
         self.sequence = self.sequence.wrapping_add(1);
         // From the length on.
         let checksum = calculate_crc(self.bytes.get(1..end).unwrap_or(&[]), extra).to_le_bytes();
-        if let Some(place) = self.bytes.get_mut(end..).and_then(|rest| rest.first_chunk_mut()) {
-            *place = checksum;
+        if let Some(target) = self.bytes.get_mut(end..).and_then(|rest| rest.first_chunk_mut()) {
+            *target = checksum;
         }
         self.bytes.get(..end + CHECKSUM).unwrap_or(&[])
     }

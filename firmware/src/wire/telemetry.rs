@@ -3,69 +3,19 @@
 //! The payload begins with [`MARK`] and a kind. A frame's report holds everything that the simulator scores and a
 //! ground station would want to see; floats travel as their bits, so every link gives the same figures.
 
+mod frame;
 mod instant;
 mod plan;
 
+pub use frame::{FixReport, FrameReport, MatchReport, PositionReport, STAGES, SituationReport};
 pub use instant::{InstantReport, MotionReport, PoseReport, StampHealth, StampReport};
 pub use plan::{PhotoReport, PlanReport};
-use plumbline_core::pipeline::Refusal;
 use serde::{Deserialize, Serialize};
 
 /// First bytes of every payload of ours, since TUNNEL's own types name other vendors only.
 pub const MARK: [u8; 2] = *b"PL";
 /// Bytes a TUNNEL message carries.
 pub const TUNNEL_BYTES: usize = 128;
-
-/// What one frame came to.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FrameReport {
-    /// Number of the frame.
-    pub sequence: u32,
-    /// Mid-exposure on the autopilot's clock, 0 when it could not be told.
-    pub mid_exposure_us: u64,
-    /// [`Refusal::code`], 0 for an accepted frame.
-    pub refusal: u8,
-    /// Match relative to the prediction: columns east, rows south, pixels of the tile; the correlation at the peak and
-    /// at the second one; the whole-pixel peak's columns and rows, in the same sense as the first two.
-    pub matched: Option<[f32; 6]>,
-    /// Fix: east, north in metres from the tile's centre, then covariance east-east, east-north, north-north.
-    pub fix: Option<[f32; 5]>,
-    /// Predicted position: east, north in metres from the tile's centre.
-    pub predicted: Option<[f32; 2]>,
-    /// Height above ground, metres; heading from grid north, pitch, roll, follow-up angle, radians.
-    pub situation: Option<[f32; 5]>,
-    /// Instructions of each of [`STAGES`]; zeros where the board cannot tell.
-    pub instructions: [u32; STAGES.len()],
-    /// Radius of the search, pixels; 0 where nothing was matched. It stands last, where a reader that does not know it
-    /// does not miss it.
-    pub search_px: u16,
-}
-
-/// The stages of a frame: reading and reducing its rows, mid-exposure on the autopilot's clock, the pose there with all
-/// that holds at that instant, rectification, matching, fix.
-pub const STAGES: [&str; 6] = ["reduce", "stamp", "pose", "rectify", "match", "fix"];
-
-impl FrameReport {
-    /// An empty report for a frame.
-    pub fn new(sequence: u32) -> Self {
-        FrameReport {
-            sequence,
-            mid_exposure_us: 0,
-            refusal: 0,
-            matched: None,
-            fix: None,
-            predicted: None,
-            situation: None,
-            instructions: [0; STAGES.len()],
-            search_px: 0,
-        }
-    }
-
-    /// Why the frame has no fix.
-    pub fn reason(&self) -> Option<Refusal> {
-        Refusal::from_code(self.refusal)
-    }
-}
 
 /// State of the vehicle's link and board, once a second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -93,7 +43,7 @@ pub struct Health {
     /// Bytes of static memory and the stack's high-water mark.
     pub memory: (u32, u32),
     /// How long the newest sample of attitude, follow-up angle, range and position took from the instant at which its value
-    /// held to its arrival, microseconds; 0 where that cannot be told.
+    /// held to its arrival, microseconds; 0 where that is not known.
     pub delays_us: [u32; 4],
     /// What was wrong with edges and pulses.
     pub stamps: StampHealth,

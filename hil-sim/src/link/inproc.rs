@@ -13,7 +13,7 @@ use plumbline_firmware::app::App;
 use plumbline_firmware::board::{FrameStart, FrontEnd, Reader, Rows, Timer, Writer};
 use plumbline_firmware::boot;
 use plumbline_firmware::journal::{Journal, NoJournal};
-use plumbline_firmware::log::card::place;
+use plumbline_firmware::log::card::area;
 use plumbline_firmware::log::writer::write_out;
 use plumbline_firmware::run::{self, Pending};
 use std::cell::{Cell, RefCell};
@@ -110,7 +110,7 @@ impl InProcess {
         if let Some((log, card)) = link.log.clone() {
             tasks::endless(executor, async move {
                 let mut card = card;
-                let Ok(area) = place(&mut card).await else { return };
+                let Ok(area) = area(&mut card).await else { return };
                 write_out(log, &mut card, area).await;
             });
         }

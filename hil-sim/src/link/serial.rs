@@ -55,9 +55,9 @@ impl Serial {
             core_clock_hz: 0,
             counts: message::Counts::Nothing,
             piece_max: 0,
-            configuration_room: 0,
-            tile_room: 0,
-            plan_room: 0,
+            configuration_capacity: 0,
+            tile_capacity: 0,
+            plan_capacity: 0,
             board: String::new(),
         };
         let mut serial = Serial {

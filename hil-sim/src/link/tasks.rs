@@ -54,7 +54,7 @@ pub fn spawn_grounded<P: Reader + Writer + Timer + Copy + 'static>(
 ) {
     let (mut reader, mut writer, mut timer) = (port, port, port);
     endless(executor, async move { grounded::drain(&mut reader).await });
-    endless(executor, async move { grounded::tell(reason.words(), &[], &mut writer, &mut timer).await });
+    endless(executor, async move { grounded::report(reason.words(), &[], &mut writer, &mut timer).await });
 }
 
 /// Spawns a task that never ends.

@@ -160,7 +160,7 @@ fn name(record: &Record<'_>) -> String {
         Record::Begin => "the choice of what to keep of a frame".to_owned(),
         Record::Rows(0) => "a frame's rows".to_owned(),
         Record::Rows(code) => format!("rows refused with {code}"),
-        Record::Look(at) => format!("a pose at tick {at}"),
+        Record::Pose(at) => format!("a pose at tick {at}"),
         Record::Patch((cols, rows), ..) => format!("a patch of {cols} x {rows} with its runs"),
         Record::Frame(report, ..) => format!("frame {}'s report", report.sequence),
         _ => "a record about the log itself".to_owned(),
@@ -198,7 +198,7 @@ impl Journal for Tape {
             let is_mine = match gate {
                 Gate::Beat => matches!(record, Record::Beat(_)),
                 Gate::Begin => matches!(record, Record::Begin),
-                Gate::Look => matches!(record, Record::Look(_)),
+                Gate::Pose => matches!(record, Record::Pose(_)),
             };
             is_mine.then_some(())
         })
@@ -223,7 +223,7 @@ impl Writer for Part {
 
 impl Timer for Part {
     fn now(&self) -> Ticks {
-        if let Some(Record::Bytes(at, _) | Record::Beat(at) | Record::Look(at)) = self.0.record() {
+        if let Some(Record::Bytes(at, _) | Record::Beat(at) | Record::Pose(at)) = self.0.record() {
             self.0.tick.set(at);
         }
         Ticks(self.0.tick.get())

@@ -1,6 +1,6 @@
 //! `fixes.csv`: a row a frame, nothing in it that depends on the link.
 
-use plumbline_firmware::wire::telemetry::FrameReport;
+use plumbline_firmware::wire::telemetry::{FrameReport, PositionReport};
 use std::fmt::Write;
 
 /// What a row is made of.
@@ -24,7 +24,8 @@ pub fn reason(report: Option<&FrameReport>) -> Option<&'static str> {
 
 /// The true place, metres from the tile's centre, in pixels from the predicted one.
 pub fn truth_px(report: &FrameReport, true_m: [f64; 2], resolution_m: f64) -> Option<[f64; 2]> {
-    let [east, north] = report.predicted?.map(f64::from);
+    let PositionReport { east_m, north_m } = report.predicted?;
+    let [east, north] = [east_m, north_m].map(f64::from);
     Some([(true_m[0] - east) / resolution_m, -(true_m[1] - north) / resolution_m])
 }
 
@@ -37,7 +38,7 @@ pub fn csv(tile_centre: [f64; 2], rows: impl Iterator<Item = Row>) -> String {
         let report = row.report.as_ref();
         let mid = report.map_or(0, |r| r.mid_exposure_us);
         let matched = report.and_then(|r| r.matched);
-        let fix = report.and_then(|r| r.fix).map(|fix| fix.map(f64::from));
+        let fix = report.and_then(|r| r.fix);
         let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
         let single = |value: Option<f32>| value.map_or_else(String::new, |v| v.to_string());
         // Writing to a string cannot fail.
@@ -47,16 +48,16 @@ pub fn csv(tile_centre: [f64; 2], rows: impl Iterator<Item = Row>) -> String {
             row.frame,
             u8::from(fix.is_some()),
             reason(report).unwrap_or(""),
-            single(matched.map(|m| m[0])),
-            single(matched.map(|m| m[1])),
+            single(matched.map(|m| m.d_col)),
+            single(matched.map(|m| m.d_row)),
             number(row.truth_px.map(|t| t[0])),
             number(row.truth_px.map(|t| t[1])),
-            number(fix.map(|f| tile_centre[0] + f[0])),
-            number(fix.map(|f| tile_centre[1] + f[1])),
-            number(fix.map(|f| f[2].sqrt())),
-            number(fix.map(|f| f[4].sqrt())),
-            single(matched.map(|m| m[2])),
-            single(matched.map(|m| m[3])),
+            number(fix.map(|f| tile_centre[0] + f64::from(f.east_m))),
+            number(fix.map(|f| tile_centre[1] + f64::from(f.north_m))),
+            number(fix.map(|f| f64::from(f.variance_east_m2).sqrt())),
+            number(fix.map(|f| f64::from(f.variance_north_m2).sqrt())),
+            single(matched.map(|m| m.correlation)),
+            single(matched.map(|m| m.second_correlation)),
         );
     }
     csv

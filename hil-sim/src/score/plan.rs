@@ -173,9 +173,11 @@ fn taken(planned: &Planned, flight: &Flight, of: impl Fn(&FrameRecord) -> Option
 /// The pose that the firmware reported of a frame; its height is above the ground there.
 fn reported(setup: &Setup, record: &FrameRecord) -> Option<Station> {
     let report = record.report?;
-    let [east, north] = report.predicted?.map(f64::from);
-    let [height_m, heading_rad, pitch_rad, roll_rad, follow_up_rad] = report.situation?.map(f64::from);
-    let [east_m, north_m] = [setup.tile_centre[0] + east, setup.tile_centre[1] + north];
+    let (predicted, used) = (report.predicted?, report.situation?);
+    let [height_m, heading_rad, pitch_rad, roll_rad, follow_up_rad] =
+        [used.height_m, used.heading_rad, used.pitch_rad, used.roll_rad, used.follow_up_rad].map(f64::from);
+    let east_m = setup.tile_centre[0] + f64::from(predicted.east_m);
+    let north_m = setup.tile_centre[1] + f64::from(predicted.north_m);
     let up_m = setup.ground.height(east_m, north_m) + height_m;
     let boresight_rad = setup.payload.mount.boresight_rad;
     Some(Station { east_m, north_m, up_m, heading_rad, pitch_rad, roll_rad, follow_up_rad, boresight_rad })

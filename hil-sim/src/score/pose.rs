@@ -39,7 +39,7 @@ pub fn poses(frames: &[FrameRecord]) -> Poses {
         *methods.entry(name).or_default() += 1;
         rejected_samples += usize::from(reported.samples[2]);
         let sigma = f64::from(reported.sigma[0]);
-        for (used, truth) in [(used[2], frame.truth.pitch_rad), (used[3], frame.truth.roll_rad)] {
+        for (used, truth) in [(used.pitch_rad, frame.truth.pitch_rad), (used.roll_rad, frame.truth.roll_rad)] {
             let error = wrapped(f64::from(used) - truth);
             squares.push(error.to_degrees().powi(2));
             if sigma > 0.0 {

@@ -42,7 +42,7 @@ fn match_raw(setup: &Setup, truth: &TrueState, pixels: &[u8], report: Option<&Fr
     let size = setup.flash.head.size;
     let tile = View::new(&setup.flash.tile, size)?;
     let true_m = [truth.east_m - setup.tile_centre[0], truth.north_m - setup.tile_centre[1]];
-    let around = report.and_then(|r| r.predicted).map_or(true_m, |p| p.map(f64::from));
+    let around = report.and_then(|r| r.predicted).map_or(true_m, |p| [p.east_m, p.north_m].map(f64::from));
     let tile_pixel = |m: [f64; 2]| {
         [m[0] / resolution_m + 0.5 * (f64::from(size.0) - 1.0), 0.5 * (f64::from(size.1) - 1.0) - m[1] / resolution_m]
     };

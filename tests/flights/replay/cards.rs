@@ -2,7 +2,7 @@
 
 use at_once::block_on;
 use plumbline_firmware::log::block::{BLOCK, Head, NONE, seal};
-use plumbline_firmware::log::card::{Area, BlockDevice, NoPlace, place};
+use plumbline_firmware::log::card::{Area, BlockDevice, NoArea, area};
 use std::convert::Infallible;
 
 /// A card of a few hundred blocks.
@@ -39,8 +39,8 @@ mod at_once {
     }
 }
 
-fn found(card: &mut Blocks) -> Result<Area, NoPlace> {
-    block_on(place(card))
+fn found(card: &mut Blocks) -> Result<Area, NoArea> {
+    block_on(area(card))
 }
 
 /// Writes a log of so many blocks.
@@ -62,7 +62,7 @@ fn on_a_blank_card_at_its_beginning_and_behind_the_logs_that_are_there() {
         }
         assert_eq!(found(&mut card), Ok(Area { first: 200, end: 300 }));
         write(&mut card, 200, 8, 100);
-        assert_eq!(found(&mut card), Err(NoPlace::Full));
+        assert_eq!(found(&mut card), Err(NoArea::Full));
     }
 }
 
@@ -91,14 +91,14 @@ fn damaged_blocks_do_not_shorten_a_log() {
 fn a_card_with_something_on_it_is_left_alone_but_for_its_partition() {
     let mut card = Blocks(vec![[0; BLOCK]; 300]);
     card.0[0][..3].copy_from_slice(&[0xeb, 0x58, 0x90]);
-    assert_eq!(found(&mut card), Err(NoPlace::Foreign));
+    assert_eq!(found(&mut card), Err(NoArea::Foreign));
     card.0[0][510..].copy_from_slice(&[0x55, 0xaa]);
-    assert_eq!(found(&mut card), Err(NoPlace::Foreign));
+    assert_eq!(found(&mut card), Err(NoArea::Foreign));
     // The second entry: type 0xDA, from block 40, 200 blocks.
     let entry = &mut card.0[0][462..478];
     entry[4] = 0x0c;
     entry[8..16].copy_from_slice(&[40, 0, 0, 0, 200, 0, 0, 0]);
-    assert_eq!(found(&mut card), Err(NoPlace::Foreign), "a partition with a file system");
+    assert_eq!(found(&mut card), Err(NoArea::Foreign), "a partition with a file system");
     card.0[0][466] = 0xda;
     assert_eq!(found(&mut card), Ok(Area { first: 40, end: 240 }));
     write(&mut card, 40, 3, 10);

@@ -79,7 +79,7 @@ fn a_fix_one_bit_off() {
     let at = find(is_fix);
     let off = changed(at, |r| match r {
         Record::Frame(mut report, instant, fix) => {
-            let east = &mut report.fix.as_mut()?[0];
+            let east = &mut report.fix.as_mut()?.east_m;
             *east = f32::from_bits(east.to_bits() ^ 1);
             Some(Record::Frame(report, instant, fix))
         }
@@ -92,7 +92,7 @@ fn a_fix_one_bit_off() {
 #[test]
 fn a_pose_before_its_samples_or_bytes_that_are_missing() {
     // The pose before the samples that it waited for.
-    let at = find(|r| matches!(r, Record::Look(_)));
+    let at = find(|r| matches!(r, Record::Pose(_)));
     let mut items = LOG.items.clone();
     items.swap(at - 1, at);
     assert!(with_items(items).different > 0);

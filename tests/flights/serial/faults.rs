@@ -102,8 +102,10 @@ fn rebooted(setup: &Setup, expected: &Flown, seed: u64) {
         };
         // Tied to other pulses the stamps differ by microseconds; both fixes are of the same place. Sigmas of a fix are
         // those of one axis, and most of what they say both fixes share.
-        let apart_m = f64::from(fix[0] - other[0]).hypot(f64::from(fix[1] - other[1]));
-        let sigma_m = f64::from(fix[2] + fix[4] + other[2] + other[4]).sqrt();
+        let apart_m = f64::from(fix.east_m - other.east_m).hypot(f64::from(fix.north_m - other.north_m));
+        let variance_m2 =
+            fix.variance_east_m2 + fix.variance_north_m2 + other.variance_east_m2 + other.variance_north_m2;
+        let sigma_m = f64::from(variance_m2).sqrt();
         assert!(apart_m <= sigma_m, "frame {frame}: {apart_m} m apart, sigma {sigma_m} m");
         most = most.max(apart_m / sigma_m);
         equal += u64::from(fix == other);

@@ -132,7 +132,7 @@ fn a_board_says_who_it_is_to_anybody_and_changes_nothing() {
     board.fly();
     for session in [1, 99] {
         let look = |answer: Answer<'_>| match answer {
-            Answer::Welcome(welcome) => (welcome.version, welcome.boot, welcome.core_clock_hz, welcome.tile_room),
+            Answer::Welcome(welcome) => (welcome.version, welcome.boot, welcome.core_clock_hz, welcome.tile_capacity),
             other => panic!("{other:?}"),
         };
         // Of another version too.
@@ -187,8 +187,8 @@ fn what_is_uploaded_is_what_was_announced_or_nothing() {
     let mut large = board(idle);
     large.is(1, 1, Request::Open, Answer::Done);
     let announce = |bytes| Request::Announce { store: Store::Tile, bytes, crc: 0 };
-    large.is(1, 2, announce(3001), Answer::Refused(Refused::TooLarge { room: 3000 }));
-    large.is(1, 3, announce(u32::MAX), Answer::Refused(Refused::TooLarge { room: 3000 }));
+    large.is(1, 2, announce(3001), Answer::Refused(Refused::TooLarge { capacity: 3000 }));
+    large.is(1, 3, announce(u32::MAX), Answer::Refused(Refused::TooLarge { capacity: 3000 }));
     large.is(1, 4, announce(2), Answer::Done);
     let piece = |offset, bytes| Request::Piece { store: Store::Tile, offset, bytes };
     large.is(1, 5, piece(1, b"a"), Answer::Refused(Refused::Order));

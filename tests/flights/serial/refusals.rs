@@ -54,7 +54,7 @@ fn answering(name: &str, answer: impl Fn(u32, u32) -> Vec<u8> + Send + 'static) 
     path
 }
 
-fn welcome(version: u16, tile_room: u32) -> impl Fn(u32, u32) -> Vec<u8> + Send + 'static {
+fn welcome(version: u16, tile_capacity: u32) -> impl Fn(u32, u32) -> Vec<u8> + Send + 'static {
     move |session, id| {
         let welcome = Welcome {
             version,
@@ -62,9 +62,9 @@ fn welcome(version: u16, tile_room: u32) -> impl Fn(u32, u32) -> Vec<u8> + Send 
             core_clock_hz: 0,
             counts: Counts::Nothing,
             piece_max: 2048,
-            configuration_room: 4096,
-            tile_room,
-            plan_room: 4096,
+            configuration_capacity: 4096,
+            tile_capacity,
+            plan_capacity: 4096,
             board: "test",
             firmware: "0",
         };

@@ -2,6 +2,7 @@
 
 use super::{Flown, flown, flown_told, mean, scenario};
 use plumbline_core::stamp::StampSource;
+use plumbline_firmware::wire::telemetry::FixReport;
 use plumbline_sim::scenario::Scenario;
 use plumbline_sim::score::stamps::error;
 
@@ -53,7 +54,7 @@ fn perfect(frames: u32) -> Flown {
 fn apart(name: &str, a: &Flown, b: &Flown) -> (f64, usize) {
     let fix = |flown: &Flown, index: usize| flown.frames[index].report.and_then(|report| report.fix);
     let pairs = (0..a.frames.len()).filter_map(|index| fix(a, index).zip(fix(b, index)));
-    let apart = |(a, b): ([f32; 5], [f32; 5])| f64::from(a[0] - b[0]).hypot(f64::from(a[1] - b[1]));
+    let apart = |(a, b): (FixReport, FixReport)| f64::from(a.east_m - b.east_m).hypot(f64::from(a.north_m - b.north_m));
     let apart_px: Vec<f64> = pairs.map(|pair| apart(pair) / a.resolution_m).collect();
     let rms_px = mean(apart_px.iter().map(|px| px * px)).sqrt();
     let max_px = apart_px.iter().copied().fold(0.0, f64::max);

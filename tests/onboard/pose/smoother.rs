@@ -1,8 +1,7 @@
 //! A stream's value at an instant: what is waited for, what serves when the window is short, and which streams have none.
 
 use plumbline_core::pose::noise::{AHEAD, Choices, LAGS, NoiseModel, Wave};
-use plumbline_core::pose::penalty::Order;
-use plumbline_core::pose::{Estimate, History, Method, PoseError, Smoother, Wait};
+use plumbline_core::pose::{Estimate, History, Method, Order, PoseError, Smoother, Wait};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Micros, Radians};
 use plumbline_tests::seeded::Random;

@@ -10,8 +10,8 @@ use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Micros, Radians};
 use plumbline_firmware::wire::outgoing::{self, CHUNK, COMPONENT, Encoder, SYSTEM};
 use plumbline_firmware::wire::telemetry::{
-    FrameReport, Health, InstantReport, MARK, MotionReport, PoseReport, StampHealth, StampReport, TUNNEL_BYTES,
-    Telemetry,
+    FixReport, FrameReport, Health, InstantReport, MARK, MatchReport, MotionReport, PoseReport, PositionReport,
+    SituationReport, StampHealth, StampReport, TUNNEL_BYTES, Telemetry,
 };
 use plumbline_tests::seeded::{Random, config};
 use proptest::prelude::{any, prop_assert, prop_assert_eq, proptest};
@@ -143,18 +143,71 @@ fn a_fix_states_its_worse_axis_and_its_age() {
     }
 }
 
+fn match_report(mut float: impl FnMut() -> f32) -> MatchReport {
+    let [d_col, d_row, correlation, second_correlation, peak_col, peak_row] = std::array::from_fn(|_| float());
+    MatchReport { d_col, d_row, correlation, second_correlation, peak_col, peak_row }
+}
+
+fn fix_report(mut float: impl FnMut() -> f32) -> FixReport {
+    let [east_m, north_m, variance_east_m2, covariance_m2, variance_north_m2] = std::array::from_fn(|_| float());
+    FixReport { east_m, north_m, variance_east_m2, covariance_m2, variance_north_m2 }
+}
+
+fn position_report(mut float: impl FnMut() -> f32) -> PositionReport {
+    PositionReport { east_m: float(), north_m: float() }
+}
+
+fn situation_report(mut float: impl FnMut() -> f32) -> SituationReport {
+    let [height_m, heading_rad, pitch_rad, roll_rad, follow_up_rad] = std::array::from_fn(|_| float());
+    SituationReport { height_m, heading_rad, pitch_rad, roll_rad, follow_up_rad }
+}
+
+/// A report with numbers of all parts, floats taken in the order of the fields.
+fn full_report(mut float: impl FnMut() -> f32) -> FrameReport {
+    FrameReport {
+        matched: Some(match_report(&mut float)),
+        fix: Some(fix_report(&mut float)),
+        predicted: Some(position_report(&mut float)),
+        situation: Some(situation_report(&mut float)),
+        ..FrameReport::new(7)
+    }
+}
+
 /// A report whose every number takes the most bytes.
 fn longest_report() -> FrameReport {
-    let mut report = FrameReport::new(u32::MAX);
-    report.mid_exposure_us = u64::MAX;
-    report.refusal = u8::MAX;
-    report.matched = Some([f32::MIN; 6]);
-    report.fix = Some([f32::MIN; 5]);
-    report.predicted = Some([f32::MIN; 2]);
-    report.situation = Some([f32::MIN; 5]);
-    report.instructions = [u32::MAX; 6];
-    report.search_px = u16::MAX;
-    report
+    FrameReport {
+        sequence: u32::MAX,
+        mid_exposure_us: u64::MAX,
+        refusal: u8::MAX,
+        instructions: [u32::MAX; 6],
+        search_px: u16::MAX,
+        ..full_report(|| f32::MIN)
+    }
+}
+
+/// A ground station that reads the payload by its documented layout: numbers in the order of the fields, floats as their
+/// four bytes, little end first.
+#[test]
+fn a_frame_report_has_its_bytes() {
+    let mut next = 0.0;
+    let counted = full_report(|| {
+        next += 1.0;
+        next
+    });
+    let report =
+        FrameReport { mid_exposure_us: 300, refusal: 19, instructions: [1, 2, 3, 4, 5, 128], search_px: 12, ..counted };
+    let mut expected = vec![b'P', b'L', 0, 7, 0xAC, 0x02, 19];
+    let mut first = 1u8;
+    // Match, fix, prediction, situation: each behind the byte that says that it is there.
+    for floats in [6, 5, 2, 5] {
+        expected.push(1);
+        expected.extend((first..first + floats).flat_map(|number| f32::from(number).to_le_bytes()));
+        first += floats;
+    }
+    expected.extend([1, 2, 3, 4, 5, 0x80, 0x01, 12]);
+    let mut payload = [0; TUNNEL_BYTES];
+    let used = Telemetry::Frame(report).encode(&mut payload).expect("it fits");
+    assert_eq!(payload[..usize::from(used)], expected);
 }
 
 fn longest_health() -> Health {
@@ -254,18 +307,18 @@ proptest! {
         let mut random = Random::new(seed);
         let mut float = || f32::from_bits((random.uniform() * f64::from(u32::MAX)) as u32);
         let mut report = FrameReport::new(seed as u32);
-        report.matched = given[0].then(|| std::array::from_fn(|_| float()));
-        report.fix = given[1].then(|| std::array::from_fn(|_| float()));
-        report.predicted = given[2].then(|| std::array::from_fn(|_| float()));
-        report.situation = given[3].then(|| std::array::from_fn(|_| float()));
+        report.matched = given[0].then(|| match_report(&mut float));
+        report.fix = given[1].then(|| fix_report(&mut float));
+        report.predicted = given[2].then(|| position_report(&mut float));
+        report.situation = given[3].then(|| situation_report(&mut float));
         let mut payload = [0; TUNNEL_BYTES];
         prop_assert!(Telemetry::Frame(report).encode(&mut payload).is_some());
         let Some(Telemetry::Frame(back)) = Telemetry::decode(&payload) else { return Err(proptest::test_runner::TestCaseError::fail("lost")) };
-        let bits = |r: &FrameReport| {
-            let parts = [r.matched.map(|v| v.to_vec()), r.fix.map(|v| v.to_vec()), r.predicted.map(|v| v.to_vec()), r.situation.map(|v| v.to_vec())];
-            parts.map(|part| part.map(|v| v.into_iter().map(f32::to_bits).collect::<Vec<u32>>()))
-        };
-        prop_assert_eq!(bits(&back), bits(&report));
+        // The text compares the fields by their names, the bytes the bits of a NaN.
+        let mut again = [0; TUNNEL_BYTES];
+        prop_assert!(Telemetry::Frame(back).encode(&mut again).is_some());
+        prop_assert_eq!(payload, again);
+        prop_assert_eq!(format!("{back:?}"), format!("{report:?}"));
         let noise: Vec<u8> = MARK.into_iter().chain((0..126).map(|_| random.byte())).collect();
         let _ = Telemetry::decode(&noise);
     }

@@ -78,7 +78,7 @@ impl Target for Mavlink {
         let mut decoder = Decoder::new();
         let (mut rest, mut used) = (input, 0);
         while !rest.is_empty() {
-            let room = decoder.room();
+            let room = decoder.free();
             let count = room.len().min(rest.len());
             if count == 0 {
                 return Err("the decoder has no room left".to_owned());

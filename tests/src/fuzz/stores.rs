@@ -140,7 +140,7 @@ impl Target for Plan {
         for step in 0..40u64 {
             let east_m = 60.0 * step as f32 - 1000.0;
             let place = PositionState { east_m, north_m: 10.0, east_m_per_s: 40.0, north_m_per_s: -(step as f32) };
-            let _ = exposures.look(&on_grid, &place, Micros(1_000_000 + 100_000 * step));
+            let _ = exposures.commit(&on_grid, &place, Micros(1_000_000 + 100_000 * step));
         }
         let counts = exposures.counts();
         let sum =

@@ -5,70 +5,30 @@ use maud::{Markup, html};
 use plotters::element::{Circle, PathElement};
 use plotters::style::Color;
 use plumbline_charts::format::number;
+use plumbline_charts::map::Map;
 use plumbline_charts::page::key;
-use plumbline_charts::plot::{Axes, INK, PlotError, RECTIFIED, REFUSED, UNRECTIFIED, plain, plot};
-use plumbline_sim::score::plan::{Flown, Pair};
+use plumbline_charts::plot::{PlotError, RECTIFIED, REFUSED, UNRECTIFIED};
+use plumbline_sim::score::plan::{Accuracies, Flown, Pair};
 use plumbline_sim::setup::planned::Planned;
 
-/// Room around the map, as a share of its larger side.
-const ROOM: f64 = 0.06;
+/// Margin around the map, as a share of its larger side. Chosen: keeps a ring on the outermost photo inside the frame.
+const MARGIN: f64 = 0.06;
+/// Narrowest map, metres: a plan of one photo has no extent.
+const SIDE_MIN_M: f64 = 1.0;
 
 impl Report<'_> {
     /// Nothing without a plan.
     pub(super) fn plan(&self) -> Result<Markup, PlotError> {
         let (Some(planned), Some(flown)) = (&self.setup.plan, &self.summary.plan) else { return Ok(html! {}) };
         let map = self.map(planned)?;
-        let percent = |share: Option<f64>| share.map(|share| 100.0 * share);
-        let of = |pair: Option<Pair>, pick: fn(&Pair) -> Option<f64>| percent(pair.as_ref().and_then(pick));
-        let forward = [flown.overlap.planned, flown.overlap.achieved, flown.overlap.reported];
-        let coverage = [flown.coverage.planned, flown.coverage.achieved, flown.coverage.reported];
-        let accuracy = |pick: fn(&Flown) -> &plumbline_sim::score::plan::Accuracies, axis: usize| {
-            let both = pick(flown);
-            [both.planned, both.achieved, None].map(|pair| pair.map(|pair| pair[axis]))
-        };
-        let rows: [(&str, &str, [Option<f64>; 3], usize); 7] = [
-            ("Smallest forward overlap", "%", forward.map(|pair| of(pair, |pair| pair.forward)), 1),
-            ("Smallest side overlap", "%", forward.map(|pair| of(pair, |pair| pair.side)), 1),
-            ("Area seen by two photos of a strip", "%", coverage.map(percent), 1),
-            ("Accuracy in plan, covariance", "m", accuracy(|f| &f.accuracy_m, 0), 3),
-            ("Accuracy in height, covariance", "m", accuracy(|f| &f.accuracy_m, 1), 3),
-            ("Accuracy in plan, simulated noise", "m", accuracy(|f| &f.simulated_m, 0), 3),
-            ("Accuracy in height, simulated noise", "m", accuracy(|f| &f.simulated_m, 1), 3),
-        ];
-        let missed = &flown.missed;
-        let off = |axis: usize| {
-            let error = flown.position_error_m.map(|error| error[axis]);
-            error.map_or("-".to_owned(), |e| format!("{}, at most {}", number(e.mean, 2, "m"), number(e.max, 2, "m")))
-        };
         Ok(html! {
             section {
                 h2 { "Plan" }
                 p class="note" {
                     "The firmware decided when each photo was due. Achieved figures are those of the poses at which photos were really taken, reported ones those of its own poses at their stamps; overlap, intersection and noise are the planner’s."
                 }
-                div class="keys" {
-                    (key(&format!("{} of {}", flown.exposed, flown.photos), "photos exposed"))
-                    (key(&missed.sum().to_string(), "missed"))
-                    (key(&off(0), "off the planned place, along"))
-                    (key(&off(1), "off the planned place, across"))
-                }
-                p {
-                    "Missed: " (missed.passed) " passed by, " (missed.off_line) " off the line, " (missed.too_soon)
-                    " too soon after the one before, " (missed.late) " committed to too late, " (missed.not_reached) " not reached."
-                }
-                table {
-                    thead { tr { th { "" } th { "planned" } th { "achieved" } th { "reported" } } }
-                    tbody {
-                        @for (name, unit, values, digits) in rows {
-                            tr {
-                                td { (name) }
-                                @for value in values {
-                                    td { @match value { Some(value) => { (number(value, digits, unit)) }, None => { "-" } } }
-                                }
-                            }
-                        }
-                    }
-                }
+                (exposed(flown))
+                (figures(flown))
                 figure { (map) figcaption {
                     b { "Photos. " }
                     span class="key line" style="--c:#969185" {} "area, "
@@ -91,29 +51,67 @@ impl Report<'_> {
         let mut area: Vec<(f64, f64)> =
             planned.file.area.iter().filter_map(|corner| planned.place.grid(*corner).ok()).map(local).collect();
         area.extend(area.first().copied());
-        let all = || points.iter().chain(&taken).chain(&area);
-        let range = |pick: fn(&(f64, f64)) -> f64| {
-            all().map(pick).fold([f64::MAX, f64::MIN], |[low, high], x| [low.min(x), high.max(x)])
-        };
-        let ([left, right], [bottom, top]) = (range(|at| at.0), range(|at| at.1));
-        let half = 0.5 * ((right - left).max(top - bottom) * (1.0 + 2.0 * ROOM)).max(1.0);
-        let (col, row) = (0.5 * (left + right), 0.5 * (bottom + top));
-        let axes = Axes {
-            x: col - half..col + half,
-            y: row - half..row + half,
-            x_text: "east (m)",
-            y_text: "north (m)",
-            x_label: &|value| plain(*value),
-        };
-        plot("Photos planned and taken: north over east, metres", &axes, |chart| {
+        let map = Map::around(points.iter().chain(&taken).chain(&area), MARGIN, SIDE_MIN_M);
+        map.plot("Photos planned and taken: north over east, metres", |chart| {
             chart.draw_series([PathElement::new(area.clone(), UNRECTIFIED.stroke_width(4))])?;
             chart.draw_series(points.iter().map(|&at| Circle::new(at, 10, REFUSED.stroke_width(3))))?;
             chart.draw_series(taken.iter().map(|&at| Circle::new(at, 6, RECTIFIED.filled())))?;
-            // North is up.
-            let arrow = |x: f64, y: f64| (col + half * x, row + half * y);
-            let path = [arrow(0.93, 0.8), arrow(0.93, 0.95), arrow(0.91, 0.9), arrow(0.95, 0.9), arrow(0.93, 0.95)];
-            chart.draw_series([PathElement::new(path.to_vec(), INK.stroke_width(3))])?;
-            Ok(())
+            map.north_arrow(chart, 0.93, 0.8..0.95)
         })
+    }
+}
+
+/// How many photos were exposed, why the others were not, and how far off their planned positions the vehicle was.
+fn exposed(flown: &Flown) -> Markup {
+    let missed = &flown.missed;
+    let off = |axis: usize| {
+        let error = flown.position_error_m.map(|error| error[axis]);
+        error.map_or("-".to_owned(), |e| format!("{}, at most {}", number(e.mean, 2, "m"), number(e.max, 2, "m")))
+    };
+    html! {
+        div class="keys" {
+            (key(&format!("{} of {}", flown.exposed, flown.photos), "photos exposed"))
+            (key(&missed.sum().to_string(), "missed"))
+            (key(&off(0), "off the planned place, along"))
+            (key(&off(1), "off the planned place, across"))
+        }
+        p {
+            "Missed: " (missed.passed) " passed by, " (missed.off_line) " off the line, " (missed.too_soon)
+            " too soon after the one before, " (missed.late) " committed to too late, " (missed.not_reached) " not reached."
+        }
+    }
+}
+
+/// Overlaps, coverage and accuracies: planned, achieved, reported.
+fn figures(flown: &Flown) -> Markup {
+    let percent = |share: Option<f64>| share.map(|share| 100.0 * share);
+    let of = |pair: Option<Pair>, pick: fn(&Pair) -> Option<f64>| percent(pair.as_ref().and_then(pick));
+    let overlap = [flown.overlap.planned, flown.overlap.achieved, flown.overlap.reported];
+    let coverage = [flown.coverage.planned, flown.coverage.achieved, flown.coverage.reported];
+    let accuracy =
+        |of: &Accuracies, axis: usize| [of.planned, of.achieved, None].map(|pair| pair.map(|pair| pair[axis]));
+    let rows: [(&str, &str, [Option<f64>; 3], usize); 7] = [
+        ("Smallest forward overlap", "%", overlap.map(|pair| of(pair, |pair| pair.forward)), 1),
+        ("Smallest side overlap", "%", overlap.map(|pair| of(pair, |pair| pair.side)), 1),
+        ("Area seen by two photos of a strip", "%", coverage.map(percent), 1),
+        ("Accuracy in plan, covariance", "m", accuracy(&flown.accuracy_m, 0), 3),
+        ("Accuracy in height, covariance", "m", accuracy(&flown.accuracy_m, 1), 3),
+        ("Accuracy in plan, simulated noise", "m", accuracy(&flown.simulated_m, 0), 3),
+        ("Accuracy in height, simulated noise", "m", accuracy(&flown.simulated_m, 1), 3),
+    ];
+    html! {
+        table {
+            thead { tr { th { "" } th { "planned" } th { "achieved" } th { "reported" } } }
+            tbody {
+                @for (name, unit, values, digits) in rows {
+                    tr {
+                        td { (name) }
+                        @for value in values {
+                            td { @match value { Some(value) => { (number(value, digits, unit)) }, None => { "-" } } }
+                        }
+                    }
+                }
+            }
+        }
     }
 }

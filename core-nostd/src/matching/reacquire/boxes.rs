@@ -9,7 +9,7 @@ use crate::matching::high_pass::{ClippingThreshold, clip, filter};
 const CLIPPING_STRIDE: usize = 3;
 
 /// The clipped high-pass image of the boxes of a tile from `corner` on, rows as far apart as [`Sizes::strides`] says. `grey`:
-/// room for the boxes. `None` where they leave the tile, or the room does not suffice.
+/// space for the boxes. `None` where they leave the tile, or the space does not suffice.
 pub(super) fn reference_into(
     tile: &View<'_>,
     corner: (i32, i32),
@@ -31,18 +31,18 @@ pub(super) fn reference_into(
 }
 
 /// The clipped high-pass image of the patch's boxes, rows padded with zeros, and zeros where a box is not wholly valid; how
-/// many are. `None` where there is no texture, or not the room.
+/// many are. `None` where there is no texture, or too little space.
 pub(super) fn patch_into(
     patch: &View<'_>,
     runs: &[Run],
     sizes: &Sizes,
     out: &mut [u8],
-    room: &mut [u8],
+    buffer: &mut [u8],
 ) -> Option<usize> {
     let (width, height) = (patch.size().0 as usize, patch.size().1 as usize);
     let Sizes { factor, own: (cols, rows), .. } = *sizes;
-    let (filled, room) = room.split_at_mut_checked(width * height)?;
-    let (grey, counts) = room.get_mut(..2 * cols * rows)?.split_at_mut_checked(cols * rows)?;
+    let (filled, buffer) = buffer.split_at_mut_checked(width * height)?;
+    let (grey, counts) = buffer.get_mut(..2 * cols * rows)?.split_at_mut_checked(cols * rows)?;
     fill(patch, runs, filled)?;
     count(runs, factor, cols, counts);
     reduce(&View::new(filled, patch.size())?, (0, 0), factor, (cols, rows), grey)?;
@@ -175,8 +175,8 @@ fn filter_into(grey: &[u8], (cols, rows): (usize, usize), stride: usize, out: &m
     let lines = (0..rows).map(|row| Run { row, start: 0, end: cols });
     filter(&picture, lines, |piece, values| {
         let at = piece.row as usize * stride + piece.start as usize;
-        if let Some(room) = out.get_mut(at..at + values.len()) {
-            room.copy_from_slice(values);
+        if let Some(target) = out.get_mut(at..at + values.len()) {
+            target.copy_from_slice(values);
         }
     });
     Some(())

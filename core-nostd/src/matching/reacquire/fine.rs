@@ -28,17 +28,17 @@ pub(super) struct Fine<'a> {
     own: &'a [u8],
     energy: i32,
     runs: &'a [Run],
-    room: &'a mut [u8],
+    buffer: &'a mut [u8],
 }
 
 impl<'a> Fine<'a> {
     pub(super) fn new(patch: &View<'_>, runs: &'a [Run], bytes: &'a mut [u8]) -> Result<Self, MatchError> {
         let sizes = Sizes::fine(patch.size());
-        let (own, room) = bytes.split_at_mut_checked(sizes.bytes()[0]).ok_or(MatchError::Capacity)?;
-        boxes::patch_into(patch, runs, &sizes, own, room).ok_or(MatchError::Featureless)?;
+        let (own, buffer) = bytes.split_at_mut_checked(sizes.bytes()[0]).ok_or(MatchError::Capacity)?;
+        boxes::patch_into(patch, runs, &sizes, own, buffer).ok_or(MatchError::Featureless)?;
         let own = &*own;
         let energy = dot_and_energy(own, own).1;
-        Ok(Fine { sizes, own, energy, runs, room })
+        Ok(Fine { sizes, own, energy, runs, buffer })
     }
 
     /// The peak around a shift of `centre`.
@@ -46,20 +46,20 @@ impl<'a> Fine<'a> {
     pub(super) fn search(&mut self, tile: &View<'_>, at: (i32, i32), centre: (i16, i16)) -> Result<Found, MatchError> {
         let fine = FINE_PX as i32;
         let corner = (at.0 + centre.0 as i32 - fine, at.1 + centre.1 as i32 - fine);
-        let (other, scores) = ranked(self.own, tile, corner, &self.sizes, 1, &mut *self.room)?;
+        let (other, scores) = ranked(self.own, tile, corner, &self.sizes, 1, &mut *self.buffer)?;
         let rank =
             |(col, row): (usize, usize)| scores.get(row * FINE + col).map_or(0.0, |&score| f32::from_le_bytes(score));
         let all = || (0..FINE * FINE).map(|index| (index % FINE, index / FINE));
         let highest = |best: (usize, usize), next: (usize, usize)| if rank(next) > rank(best) { next } else { best };
         let top = all().reduce(highest).unwrap_or((FINE_PX as usize, FINE_PX as usize));
         let strides = self.sizes.strides();
-        let score = |place| score((self.own, self.energy), other, self.runs, strides, place);
+        let score = |shift| score((self.own, self.energy), other, self.runs, strides, shift);
         let is_apart =
-            |place: &(usize, usize)| place.0.abs_diff(top.0).max(place.1.abs_diff(top.1)) >= MAIN_LOBE_PX as usize;
-        let second = all().filter(is_apart).reduce(highest).filter(|&place| rank(place) > 0.0);
+            |shift: &(usize, usize)| shift.0.abs_diff(top.0).max(shift.1.abs_diff(top.1)) >= MAIN_LOBE_PX as usize;
+        let second = all().filter(is_apart).reduce(highest).filter(|&shift| rank(shift) > 0.0);
         let on_border = [top.0, top.1].iter().any(|&at| at == 0 || at == FINE - 1);
         // Ranks are squares of what is as high as the scores but for the mask.
-        let height = |place| sqrt(rank(place).max(0.0));
+        let height = |shift| sqrt(rank(shift).max(0.0));
         let vertex = |before, behind| vertex(height(before), height(top), height(behind));
         let (col, row) = top;
         let vertex = if on_border {
@@ -78,7 +78,7 @@ impl<'a> Fine<'a> {
     }
 }
 
-/// Correlation of the high-pass images at a place of the window, the reference's energy under the mask.
+/// Correlation of the high-pass images at a shift of the window, the reference's energy under the mask.
 fn score(
     (own, own_energy): (&[u8], i32),
     other: &[u8],

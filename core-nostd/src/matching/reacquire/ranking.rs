@@ -26,7 +26,7 @@ pub(super) fn coarse<'s>(
     at: (i32, i32),
     span: &Span,
     bytes: &mut [u8],
-    room: &'s mut [Candidate; CANDIDATES],
+    buffer: &'s mut [Candidate; CANDIDATES],
 ) -> Result<&'s [Candidate], MatchError> {
     let sizes = (smallest_factor(patch.size())..=BOX_MAX).map(|factor| Sizes::new(factor, patch.size(), span));
     let sizes = { sizes }.find(|sizes| sizes.working_bytes(patch.size()) <= bytes.len()).ok_or(MatchError::Capacity)?;
@@ -38,10 +38,10 @@ pub(super) fn coarse<'s>(
     let mut maxima = [LocalMaximum::default(); CANDIDATES];
     let maxima = highest(scores, sizes.shifts, |&score| f32::from_le_bytes(score), &mut maxima);
     let shift = |first: i16, boxes: u16| first + sizes.factor as i16 * boxes as i16;
-    for (candidate, maximum) in room.iter_mut().zip(maxima) {
+    for (candidate, maximum) in buffer.iter_mut().zip(maxima) {
         *candidate = (shift(span.cols.0, maximum.col), shift(span.rows.0, maximum.row));
     }
-    Ok(room.get(..maxima.len()).unwrap_or(&[]))
+    Ok(buffer.get(..maxima.len()).unwrap_or(&[]))
 }
 
 /// Scores of all shifts of the patch's boxes from `corner` of the tile on, over every `stride`th row of boxes, and the
@@ -52,13 +52,13 @@ pub(super) fn ranked<'b>(
     corner: (i32, i32),
     sizes: &Sizes,
     stride: usize,
-    room: &'b mut [u8],
+    buffer: &'b mut [u8],
 ) -> Result<(&'b [u8], &'b [[u8; 4]]), MatchError> {
     let [_, other, rest] = sizes.bytes();
-    let (other, room) = room.split_at_mut_checked(other).ok_or(MatchError::Capacity)?;
-    let room = room.get_mut(..rest).ok_or(MatchError::Capacity)?;
-    boxes::reference_into(tile, corner, sizes, room, other).ok_or(MatchError::OutsideReference)?;
-    let words = room.as_chunks_mut::<4>().0;
+    let (other, buffer) = buffer.split_at_mut_checked(other).ok_or(MatchError::Capacity)?;
+    let buffer = buffer.get_mut(..rest).ok_or(MatchError::Capacity)?;
+    boxes::reference_into(tile, corner, sizes, buffer, other).ok_or(MatchError::OutsideReference)?;
+    let words = buffer.as_chunks_mut::<4>().0;
     let (energies, scores) = words.split_at_mut_checked(sizes.other.0).ok_or(MatchError::Capacity)?;
     let scores = scores.get_mut(..sizes.shifts.0 * sizes.shifts.1).ok_or(MatchError::Capacity)?;
     correlate(own, other, sizes, stride, scores);

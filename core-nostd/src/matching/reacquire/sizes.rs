@@ -3,15 +3,16 @@
 use crate::image::View;
 
 /// Radius of the search around a candidate, pixels: a box, and two for the climb.
-pub const FINE_PX: u16 = 3;
+pub(crate) const FINE_PX: u16 = 3;
 /// Shifts along a side of that search.
 pub(super) const FINE: usize = 2 * FINE_PX as usize + 1;
 /// Patches longer than this are reduced by boxes of 3 x 3, others by 2 x 2, pixels: 16 x 16 boxes of 3 x 3 are twice the
 /// `RANKING` wanted.
-pub const LONG_PX: u16 = 48;
+pub(crate) const LONG_PX: u16 = 48;
 /// Largest boxes: what a candidate can be off must stay within the fine search.
 pub(super) const BOX_MAX: usize = 4;
-/// Bytes behind the reference's high-pass image that may be read: products are made four shifts at a time.
+/// Bytes behind the reference's high-pass image that may be read: products are made four shifts at a time, up to three beyond
+/// the last one, and are read by words of four. Rounded up to a pair of words.
 const READ_AHEAD: usize = 8;
 
 /// The shifts at which a fine search fits the tile: the smallest and the largest of columns and of rows.

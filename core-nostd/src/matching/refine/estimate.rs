@@ -19,7 +19,7 @@ pub(super) const SIGMA_MIN: f32 = 0.5;
 const OUTLIER: f32 = 2.5;
 /// Sigma of a normal distribution over the median of its absolute values: 1/Φ⁻¹(3/4).
 const SIGMA_PER_MEDIAN: f32 = 1.4826;
-/// Largest sigma of the residuals, grey levels: products of weight and residual have room for outliers up to 98 levels,
+/// Largest sigma of the residuals, grey levels: products of weight and residual hold outliers up to 98 levels,
 /// see [`segment::Radiometry`].
 const SIGMA_MAX: f32 = 32.0;
 /// Largest gain, and grey levels of offset, between two pictures of the same ground. Chosen: a picture of 32 grey levels

@@ -1,25 +1,25 @@
 //! From the candidates to the tops of the two best of them.
 
 use super::Peak;
-use super::images::{Images, Place};
+use super::images::{Images, ScoredShift};
 use crate::matching::local_maximum::{MAIN_LOBE_PX, vertex};
 
-/// The second place climbs where it has this share of the top: values a pixel apart correlate by a half, so that one with
+/// The second shift climbs where it has this share of the top: values a pixel apart correlate by a half, so that one with
 /// a quarter at the candidate has no top that comes near.
 const RIVAL: f32 = 0.25;
 /// Steps to the top at most: a local maximum of the ranking is off by one or two.
 const STEPS: usize = 5;
 
-/// Places beside one: left, right, above, below and a corner, twice since places are scored in pairs.
-type Beside = [Place; 6];
+/// Shifts beside one: left, right, above, below and a corner, twice since shifts are scored in pairs.
+type Beside = [ScoredShift; 6];
 
-/// Climbs from the two best of `places`. The second one stays away from the first: a row of trees whose other local maximum
+/// Climbs from the two best of `shifts`. The second one stays away from the first: a row of trees whose other local maximum
 /// the ranking put a pixel aside would seem to lead.
-pub(super) fn climb(images: &Images<'_>, places: &[Place], radius: u16, scores: &[i16]) -> Option<Peak> {
-    let mut top = places.iter().copied().reduce(better)?;
-    let mut second = places.iter().copied().filter(|place| is_apart(&top, place)).reduce(better);
+pub(super) fn climb(images: &Images<'_>, shifts: &[ScoredShift], radius: u16, scores: &[i16]) -> Option<Peak> {
+    let mut top = shifts.iter().copied().reduce(better)?;
+    let mut second = shifts.iter().copied().filter(|shift| is_apart(&top, shift)).reduce(better);
     let mut near = [Beside::default(); 2];
-    let is_rival = |second: Place| second.score >= RIVAL * top.score;
+    let is_rival = |second: ScoredShift| second.score >= RIVAL * top.score;
     let mut moved = (true, second.is_some_and(is_rival));
     for _ in 0..STEPS {
         let asked = match moved {
@@ -37,7 +37,7 @@ pub(super) fn climb(images: &Images<'_>, places: &[Place], radius: u16, scores: 
         images.score(asked.as_flattened_mut());
         let higher = near[0].iter().copied().fold(top, better);
         let beside = second.map(|second| near[1].iter().copied().filter(|p| is_apart(&higher, p)).fold(second, better));
-        let beside = beside.filter(|place| is_apart(&higher, place));
+        let beside = beside.filter(|shift| is_apart(&higher, shift));
         moved = (higher.apart(&top) > 0, beside.zip(second).is_some_and(|(now, before)| now.apart(&before) > 0));
         (top, second) = (higher, beside);
         if let Some(overtaken) = second.as_mut().filter(|second| second.score > top.score) {
@@ -50,27 +50,27 @@ pub(super) fn climb(images: &Images<'_>, places: &[Place], radius: u16, scores: 
     Some(peak(&top, second, (!moved.0).then_some(&near[0]), radius))
 }
 
-/// Whether a place lies off the top's main lobe and correlates at all.
-fn is_apart(top: &Place, place: &Place) -> bool {
-    place.apart(top) >= MAIN_LOBE_PX as u16 && place.score > 0.0
+/// Whether a shift lies off the top's main lobe and correlates at all.
+fn is_apart(top: &ScoredShift, shift: &ScoredShift) -> bool {
+    shift.apart(top) >= MAIN_LOBE_PX as u16 && shift.score > 0.0
 }
 
-/// The places beside one, and of those across its corners the one that the ranking holds highest. Where the search ends,
-/// the nearest place stands for one beyond.
-fn around(place: Place, last: u16, scores: &[i16]) -> Beside {
+/// The shifts beside one, and of those across its corners the one that the ranking holds highest. Where the search ends,
+/// the nearest shift stands for one beyond.
+fn around(shift: ScoredShift, last: u16, scores: &[i16]) -> Beside {
     let step = |at: u16, step: u16| (at + step).saturating_sub(1).min(last);
-    let beside = |(cols, rows)| (step(place.col, cols), step(place.row, rows));
+    let beside = |(cols, rows)| (step(shift.col, cols), step(shift.row, rows));
     let rank = |&(col, row): &(u16, u16)| scores.get(row as usize * (last as usize + 1) + col as usize);
     let corner = [(0, 0), (2, 0), (0, 2), (2, 2)].map(beside).into_iter().max_by_key(rank).unwrap_or_default();
     let [left, right, above, below] = [(0, 1), (2, 1), (1, 0), (1, 2)].map(beside);
-    [left, right, above, below, corner, corner].map(|(col, row)| Place::new(col, row))
+    [left, right, above, below, corner, corner].map(|(col, row)| ScoredShift::new(col, row))
 }
 
-fn peak(top: &Place, second: Option<Place>, around: Option<&Beside>, radius: u16) -> Peak {
-    let centred = |place: &Place| (place.col as i16 - radius as i16, place.row as i16 - radius as i16);
+fn peak(top: &ScoredShift, second: Option<ScoredShift>, around: Option<&Beside>, radius: u16) -> Peak {
+    let centred = |shift: &ScoredShift| (shift.col as i16 - radius as i16, shift.row as i16 - radius as i16);
     let (d_col, d_row) = centred(top);
     let on_border = [top.col, top.row].iter().any(|&at| at == 0 || at == 2 * radius);
-    let vertex = |[before, behind]: [&Place; 2]| vertex(before.score, top.score, behind.score);
+    let vertex = |[before, behind]: [&ScoredShift; 2]| vertex(before.score, top.score, behind.score);
     Peak {
         d_col,
         d_row,
@@ -85,6 +85,6 @@ fn peak(top: &Place, second: Option<Place>, around: Option<&Beside>, radius: u16
     }
 }
 
-fn better(a: Place, b: Place) -> Place {
+fn better(a: ScoredShift, b: ScoredShift) -> ScoredShift {
     if b.score > a.score { b } else { a }
 }

@@ -18,7 +18,7 @@ const RANKING_STRIDE: usize = 3;
 
 /// A shift, from the upper left one on, and what the whole patch says about it.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Place {
+pub(super) struct ScoredShift {
     pub(super) col: u16,
     pub(super) row: u16,
     /// From the reference's first pixel to the one under the patch's.
@@ -29,14 +29,14 @@ pub(super) struct Place {
     pub(super) score: f32,
 }
 
-impl Place {
-    /// A place of which nothing is known yet.
+impl ScoredShift {
+    /// A shift without its score.
     pub(super) fn new(col: u16, row: u16) -> Self {
-        Place { col, row, ..Place::default() }
+        ScoredShift { col, row, ..ScoredShift::default() }
     }
 
-    /// Steps to another place, the larger of both axes.
-    pub(super) fn apart(&self, other: &Place) -> u16 {
+    /// Steps to another shift, the larger of both axes.
+    pub(super) fn apart(&self, other: &ScoredShift) -> u16 {
         self.col.abs_diff(other.col).max(self.row.abs_diff(other.row))
     }
 }
@@ -46,12 +46,12 @@ pub(super) struct Patch<'a> {
     patch: &'a View<'a>,
     runs: &'a [Run],
     threshold: u8,
-    /// The clipped values of every piece, with zeros up to a multiple of four, where there is room for them.
+    /// The clipped values of every piece, with zeros up to a multiple of four, where they fit.
     kept: Option<&'a [u8]>,
 }
 
 impl<'a> Patch<'a> {
-    pub(super) fn new(patch: &'a View<'a>, runs: &'a [Run], room: &'a mut [u8]) -> Self {
+    pub(super) fn new(patch: &'a View<'a>, runs: &'a [Run], buffer: &'a mut [u8]) -> Self {
         let mut threshold = ClippingThreshold::new();
         let mut count = 0;
         let mut add = |piece: &[u8]| {
@@ -62,21 +62,21 @@ impl<'a> Patch<'a> {
         };
         let mut needed = 0;
         each_piece(patch, runs, |piece| needed += padded(&piece));
-        let Some(room) = room.get_mut(..needed) else {
+        let Some(buffer) = buffer.get_mut(..needed) else {
             filter(patch, runs.iter().copied(), |_, values| add(values));
             return Patch { patch, runs, threshold: threshold.value(), kept: None };
         };
         let mut at = 0;
         filter(patch, runs.iter().copied(), |piece, values| {
             add(values);
-            if let Some(kept) = room.get_mut(at..at + padded(&piece)) {
+            if let Some(kept) = buffer.get_mut(at..at + padded(&piece)) {
                 put(values, kept);
                 at += kept.len();
             }
         });
         let threshold = threshold.value();
-        clip(threshold, room);
-        Patch { patch, runs, threshold, kept: Some(room) }
+        clip(threshold, buffer);
+        Patch { patch, runs, threshold, kept: Some(buffer) }
     }
 
     /// The clipped values of `part` pieces in every `whole`, evenly.
@@ -99,11 +99,11 @@ impl<'a> Patch<'a> {
         }
         filter(self.patch, self.runs.iter().copied(), |piece, values| {
             if is_taken() {
-                let mut room = [0; STRIP];
-                let room = &mut room[..padded(&piece).min(STRIP)];
+                let mut buffer = [0; STRIP];
+                let buffer = &mut buffer[..padded(&piece).min(STRIP)];
                 clip(self.threshold, values);
-                put(values, room);
-                each(piece, room);
+                put(values, buffer);
+                each(piece, buffer);
             }
         });
     }
@@ -114,9 +114,9 @@ fn padded(piece: &Run) -> usize {
     ((piece.end - piece.start) as usize).next_multiple_of(4)
 }
 
-/// Copies values into their room, zeros behind them.
-pub(super) fn put(values: &[u8], room: &mut [u8]) {
-    let (own, rest) = room.split_at_mut(values.len().min(room.len()));
+/// Copies values into a buffer, zeros behind them.
+pub(super) fn put(values: &[u8], buffer: &mut [u8]) {
+    let (own, rest) = buffer.split_at_mut(values.len().min(buffer.len()));
     copy(values, own);
     fill(0, rest);
 }
@@ -152,26 +152,26 @@ impl<'a> Images<'a> {
         ranking.counted()
     }
 
-    /// Scores places by the whole patch, two at a time: an even number of them.
-    pub(super) fn score(&self, places: &mut [Place]) {
+    /// Scores shifts by the whole patch, two at a time: an even number of them.
+    pub(super) fn score(&self, shifts: &mut [ScoredShift]) {
         let stride = self.reference.stride();
-        for place in places.iter_mut() {
-            place.offset = place.row as usize * stride + place.col as usize;
+        for shift in shifts.iter_mut() {
+            shift.offset = shift.row as usize * stride + shift.col as usize;
         }
         self.patch.each((1, 1), |piece, own| {
             let length = (piece.end - piece.start) as usize;
             let base = piece.row as usize * stride + piece.start as usize;
-            for [a, b] in places.as_chunks_mut::<2>().0 {
+            for [a, b] in shifts.as_chunks_mut::<2>().0 {
                 let at = [base + a.offset, base + b.offset];
                 let sums = dots_and_energies(own, self.reference.from(0, 0), at, length);
-                for (place, (products, energy)) in [a, b].into_iter().zip(sums) {
-                    place.products += products as i64;
-                    place.energy += energy as i64;
+                for (shift, (products, energy)) in [a, b].into_iter().zip(sums) {
+                    shift.products += products as i64;
+                    shift.energy += energy as i64;
                 }
             }
         });
-        for place in places {
-            place.score = normalised(place.products as f32, self.energy, place.energy);
+        for shift in shifts {
+            shift.score = normalised(shift.products as f32, self.energy, shift.energy);
         }
     }
 }

@@ -184,7 +184,7 @@ pub(crate) fn cell_means(upper: &[Node], lower: &[Node], shift: u32, means: &mut
     }
     let mut areas = 0;
     if !means.is_empty() {
-        // SAFETY: reads one node more than `means` has room for from both lines, as was checked, and fills `means`.
+        // SAFETY: reads one node more than `means` holds from both lines, as was checked, and fills `means`.
         unsafe {
             asm!(
                 "2:",

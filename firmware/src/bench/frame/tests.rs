@@ -13,12 +13,12 @@ use std::string::{String, ToString};
 use std::vec;
 use std::vec::Vec;
 
-/// Keeps what it is told.
+/// Keeps what is reported.
 #[derive(Default)]
 struct Listener(Vec<String>);
 
 impl Stand for Listener {
-    fn tell(&mut self, line: Arguments<'_>) {
+    fn report(&mut self, line: Arguments<'_>) {
         self.0.push(line.to_string());
     }
 
@@ -27,7 +27,7 @@ impl Stand for Listener {
     }
 }
 
-/// Some of every tilt, of a camera that follows and of one that does not: the lines told, and frames.
+/// Some of every tilt, of a camera that follows and of one that does not: the lines reported, and frames.
 fn flown(case: &Case) -> (Vec<String>, usize) {
     let side = usize::from(case.tile_px);
     let mut tile = vec![0; side * side];
@@ -35,8 +35,9 @@ fn flown(case: &Case) -> (Vec<String>, usize) {
     let (mut frame, mut memory) = (vec![0; FRAME_PX as usize * FRAME_PX as usize], vec![0; FRAME_MEMORY_BYTES]);
     let (mut listener, mut buffers, mut frames) = (Listener::default(), Buffers::new(), 0);
     for pose in Pose::all().step_by(7) {
-        let (pictures, room) = ((frame.as_mut_slice(), tile.as_slice()), (&mut buffers, memory.as_mut_slice()));
-        let flown = run(case, &pose, &mut listener, pictures, room).expect("no stage refuses");
+        let (pictures, buffers_and_memory) =
+            ((frame.as_mut_slice(), tile.as_slice()), (&mut buffers, memory.as_mut_slice()));
+        let flown = run(case, &pose, &mut listener, pictures, buffers_and_memory).expect("no stage refuses");
         assert!(flown.outcome.fix.is_ok(), "{pose}: {:?}", flown.outcome);
         assert!(flown.error_px < 0.25, "{pose}: {} px off", flown.error_px);
         frames += 1;

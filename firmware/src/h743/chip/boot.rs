@@ -90,7 +90,7 @@ pub fn memory() -> (&'static mut Buffers, &'static mut [u8]) {
 
 /// Where it lies. To be called once.
 #[inline(always)]
-pub fn place(app: App<'static>) -> &'static App<'static> {
+pub fn keep(app: App<'static>) -> &'static App<'static> {
     APP.uninit().write(app)
 }
 
@@ -109,7 +109,7 @@ pub fn boot(clock_hz: u32, journal: &'static dyn Journal) -> Result<Booted, Grou
     let setting = Setting::new(&Wanted { frame, exposure_us: exposure.us, clock_hz }).map_err(Grounded::Sensor)?;
     let limit_us = image_motion(&camera, &ORDINARY, exposure.us).map_or(0, |motion| motion.exposure_max_us);
     let (buffers, frame_memory) = memory();
-    let app = place(flight.app(buffers, frame_memory, journal).map_err(Grounded::Stores)?);
+    let app = keep(flight.app(buffers, frame_memory, journal).map_err(Grounded::Stores)?);
     Ok(Booted { app, frame, setting, opens_on: shutter.opens_on, blurs: exposure.us > limit_us })
 }
 

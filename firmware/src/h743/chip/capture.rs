@@ -72,7 +72,7 @@ pub fn start(pulse: Peri<'static, PA5>, trigger: Peri<'static, PB4>, prescaler: 
     Pins { _pulse: pulse, _trigger: trigger }
 }
 
-/// Whether both timers count as one: else no trigger's tick could be told.
+/// Whether both timers count as one: else no trigger's tick is known.
 pub fn agree() -> bool {
     // Read around each other: an interrupt or a tick in between shows as a difference of more than one, and is tried again.
     (0..8).any(|_| {

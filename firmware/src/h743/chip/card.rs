@@ -113,7 +113,7 @@ impl MicroSd {
         // What the DMA reads must have been written.
         fence(Ordering::SeqCst);
         cortex_m::asm::dsb();
-        let done = match command(number, self.identity.place(index)) {
+        let done = match command(number, self.identity.address(index)) {
             Ok(_) => {
                 let ended = asked(QUESTIONS, PAUSE_US, || data_outcome(REGISTERS.star().read().0)).await;
                 ended.and_then(|outcome| outcome)

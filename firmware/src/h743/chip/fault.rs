@@ -74,11 +74,11 @@ static mut BOOTS: u32 = 0;
 
 /// This boot's number, for who wants to tell boots apart. To be called once.
 pub fn boots() -> u32 {
-    let place = &raw mut BOOTS;
+    let address = &raw mut BOOTS;
     // SAFETY: volatile accesses to a word of our own, which may hold anything.
     unsafe {
-        let boots = place.read_volatile().wrapping_add(1);
-        place.write_volatile(boots);
+        let boots = address.read_volatile().wrapping_add(1);
+        address.write_volatile(boots);
         boots
     }
 }
@@ -107,11 +107,11 @@ fn end(reason: Reason, pc: u32, lr: u32) -> ! {
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     cortex_m::interrupt::disable();
-    let (line, file) = info.location().map_or((0, 0), |place| (place.line(), hash(place.file())));
+    let (line, file) = info.location().map_or((0, 0), |location| (location.line(), hash(location.file())));
     end(Reason::Panic, line, file)
 }
 
-/// Room for the handlers of faults.
+/// Stack of the handlers of faults.
 #[allow(dead_code, reason = "used by the assembly below")]
 #[repr(align(8))]
 struct Stack([u8; 1024]);

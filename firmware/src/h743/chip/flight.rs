@@ -92,7 +92,7 @@ pub fn spawn<S>(spawner: Spawner, task: Result<embassy_executor::SpawnToken<S>, 
     }
 }
 
-/// Adds a line to be told.
+/// Adds a line to be sent.
 pub fn notice(notices: &mut Notices, severity: MavSeverity, text: &str) {
     let _ = notices.push((severity, Line::new(text)));
 }

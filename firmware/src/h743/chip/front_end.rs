@@ -170,8 +170,8 @@ impl DcmiFrontEnd {
         let bytes = self.ring.row_bytes();
         let (mut row, end) = (first, first + count);
         while row < end {
-            let (offset, room) = self.ring.place(row);
-            let rows = room.min(end - row);
+            let (offset, until_wrap) = self.ring.slot(row);
+            let rows = until_wrap.min(end - row);
             let channel = MDMA.ch(COPY);
             // A copy that would not stop holds its registers locked, and its end would count as this one's.
             if channel.cr().read().en() {

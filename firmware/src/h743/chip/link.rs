@@ -97,10 +97,10 @@ pub struct LinkWriter {
 impl Writer for LinkWriter {
     async fn write(&mut self, bytes: &[u8]) {
         for piece in bytes.chunks(SENT) {
-            let Some(room) = self.buffer.get_mut(..piece.len()) else { return };
-            room.copy_from_slice(piece);
+            let Some(buffer) = self.buffer.get_mut(..piece.len()) else { return };
+            buffer.copy_from_slice(piece);
             // A line that cannot be written to loses the message, as the air would.
-            let _ = self.tx.write(room).await;
+            let _ = self.tx.write(buffer).await;
         }
     }
 }

@@ -5,7 +5,7 @@ use super::memory::Buffer;
 use super::{boot, random};
 use crate::app::{App, Line};
 use crate::log::block::BLOCK;
-use crate::log::card::{NoPlace, place};
+use crate::log::card::{NoArea, area};
 use crate::log::journal::LogJournal;
 use crate::log::writer::{LogEnd, write_out};
 use crate::stores::{configuration, framing::extent, tiles};
@@ -35,7 +35,7 @@ pub fn log() -> Option<&'static Log> {
     Some(LOG.uninit().write(LogJournal::new(random::number(), configuration, tiles, FRAME_MEMORY_BYTES, ring)))
 }
 
-/// Finds the card and a place on it, then writes for ever. What keeps it from that is told once; the ring then fills up and
+/// Finds the card and an area on it, then writes for ever. What keeps it from that is reported once; the ring then fills up and
 /// counts what it drops.
 ///
 /// The watchdog does not ask for this task's life: a card that hangs would reset a board that flies well. It holds nobody
@@ -43,14 +43,14 @@ pub fn log() -> Option<&'static Log> {
 #[embassy_executor::task]
 pub async fn card_task(app: &'static App<'static>, log: &'static Log, parts: Parts) {
     let reason = match MicroSd::new(parts).await {
-        Ok(mut card) => match place(&mut card).await {
+        Ok(mut card) => match area(&mut card).await {
             Ok(area) => match write_out(log, &mut card, area).await {
                 LogEnd::Full => "log ended: the card is full",
                 LogEnd::Broken => "log ended: the card fails",
             },
-            Err(NoPlace::Unreadable) => "no log: the card cannot be read",
-            Err(NoPlace::Foreign) => "no log: the card holds something else",
-            Err(NoPlace::Full) => "no log: the card is full",
+            Err(NoArea::Unreadable) => "no log: the card cannot be read",
+            Err(NoArea::Foreign) => "no log: the card holds something else",
+            Err(NoArea::Full) => "no log: the card is full",
         },
         Err(_) => "no log: no card",
     };

@@ -67,11 +67,11 @@ pub fn static_bytes() -> u32 {
     ((&raw const _ram_end).addr() - (&raw const _stack_start).addr()) as u32
 }
 
-/// Most bytes the stack has ever taken. cortex-m-rt painted its room before `main`.
+/// Most bytes the stack has ever taken. cortex-m-rt painted its memory before `main`.
 pub fn stack_bytes() -> u32 {
     let (end, start) = (&raw const _stack_end, &raw const _stack_start);
     let words = (start.addr() - end.addr()) / size_of::<u32>();
-    // SAFETY: every word of the stack's room is RAM that nothing but the stack uses; volatile, since the words above the
+    // SAFETY: every word of the stack's memory is RAM that nothing but the stack uses; volatile, since the words above the
     // stack pointer are no object of this function.
     let is_painted = |n: &usize| unsafe { end.add(*n).read_volatile() } == cortex_m_rt::STACK_PAINT_VALUE;
     let painted = (0..words).take_while(is_painted).count();
@@ -86,7 +86,7 @@ pub struct Buffer<T>(UnsafeCell<MaybeUninit<T>>);
 unsafe impl<T> Sync for Buffer<T> {}
 
 impl<T> Buffer<T> {
-    /// Room in the section that the static names.
+    /// Memory in the section that the static names.
     pub const fn new() -> Self {
         Buffer(UnsafeCell::new(MaybeUninit::uninit()))
     }
@@ -108,9 +108,9 @@ impl<T> Buffer<T> {
         }
         // SAFETY: taken once, so this is the only reference; zeros are a value of `T`.
         Some(unsafe {
-            let room = self.0.get();
-            room.write_bytes(0, 1);
-            (*room).assume_init_mut()
+            let memory = self.0.get();
+            memory.write_bytes(0, 1);
+            (*memory).assume_init_mut()
         })
     }
 }

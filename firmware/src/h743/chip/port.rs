@@ -32,7 +32,7 @@ impl Board for Mode {
     type Timer = BoardTimer;
     type Counters = ChipCounters;
 
-    /// In the simulator's mode tasks work when they are told to, and the line alone shows life.
+    /// In the simulator's mode tasks work when the simulator steps them, and the line alone shows life.
     fn watched<F: Future>(self, task: Task, work: F) -> impl Future<Output = F::Output> {
         marked(Watched::Application(task), self == Mode::Flight, work)
     }

@@ -26,7 +26,7 @@ use cortex_m::peripheral::DWT;
 use embassy_executor::raw::Executor;
 use static_cell::StaticCell;
 
-/// Rooms, bytes: the configuration store; the plan store; the tile store, 384 KiB; rows, the largest boxes there are, 64 rows of the sensor's 752
+/// Capacities, bytes: the configuration store; the plan store; the tile store, 384 KiB; rows, the largest boxes there are, 64 rows of the sensor's 752
 /// pixels, and a piece.
 const CONFIGURATION: usize = 4096;
 const PLAN: usize = 16 * 1024;
@@ -38,13 +38,13 @@ static WIRES: Buffer<Wires> = Buffer::new();
 #[unsafe(link_section = ".sram123.simulator_session")]
 static SESSION: Buffer<Session<Board>> = Buffer::new();
 #[unsafe(link_section = ".sram123.simulator_rows")]
-static ROOM_ROWS: Buffer<[u8; ROWS]> = Buffer::new();
+static MEMORY_ROWS: Buffer<[u8; ROWS]> = Buffer::new();
 #[unsafe(link_section = ".sram123.simulator_configuration")]
-static ROOM_CONFIGURATION: Buffer<[u8; CONFIGURATION]> = Buffer::new();
+static MEMORY_CONFIGURATION: Buffer<[u8; CONFIGURATION]> = Buffer::new();
 #[unsafe(link_section = ".sram123.simulator_plan")]
-static ROOM_PLAN: Buffer<[u8; PLAN]> = Buffer::new();
+static MEMORY_PLAN: Buffer<[u8; PLAN]> = Buffer::new();
 #[unsafe(link_section = ".axisram.simulator_tiles")]
-static ROOM_TILES: Buffer<[u8; TILES]> = Buffer::new();
+static MEMORY_TILES: Buffer<[u8; TILES]> = Buffer::new();
 static TAKEN: [AtomicBool; 6] = [const { AtomicBool::new(false) }; 6];
 
 static PENDING: Pending = Pending::new();
@@ -64,9 +64,9 @@ impl Machine for Board {
 
     #[inline(never)]
     fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]> {
-        let rows = ROOM_ROWS.take(&TAKEN[2]).ok_or(["the board: ", "its rows are taken"])?;
+        let rows = MEMORY_ROWS.take(&TAKEN[2]).ok_or(["the board: ", "its rows are taken"])?;
         let (buffers, frame) = boot::memory();
-        let app = boot::place(application(uploaded, Memory { buffers, frame })?);
+        let app = boot::keep(application(uploaded, Memory { buffers, frame })?);
         let port = Port(wires);
         let parts = Parts {
             board: Mode::Simulator,
@@ -92,10 +92,10 @@ impl Machine for Board {
 /// The simulator's line.
 #[embassy_executor::task]
 pub async fn line_task(clock_hz: u32, mut line_in: usb::UsbReader, mut line_out: usb::UsbWriter) {
-    let rooms = ROOM_CONFIGURATION.take(&TAKEN[3]).zip(ROOM_TILES.take(&TAKEN[4]));
+    let memories = MEMORY_CONFIGURATION.take(&TAKEN[3]).zip(MEMORY_TILES.take(&TAKEN[4]));
     let wires = WIRES.put(&TAKEN[0], Wires::new);
-    let plan = ROOM_PLAN.take(&TAKEN[5]);
-    let (Some((configuration, tiles)), Some(plan), Some(wires)) = (rooms, plan, wires) else { return };
+    let plan = MEMORY_PLAN.take(&TAKEN[5]);
+    let (Some((configuration, tiles)), Some(plan), Some(wires)) = (memories, plan, wires) else { return };
     let wires: &'static Wires = wires;
     let board = Board { clock_hz, boot: fault::boots(), executor: EXECUTOR.init(run::executor(&PENDING)) };
     let session = SESSION.put(&TAKEN[1], || Session::new(board, wires, Stores::new(configuration, tiles, plan)));

@@ -13,7 +13,6 @@ use crate::run::{self, Pending};
 use core::fmt::Write as _;
 use embassy_executor::Spawner;
 use embassy_executor::raw::Executor;
-use embassy_stm32::Peripherals;
 use embassy_stm32::gpio::{Level, Output, OutputType, Speed};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::peripherals::IWDG1;
@@ -21,6 +20,7 @@ use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::low_level::CountingMode;
 use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
 use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{Peri, Peripherals};
 use mavlink::dialects::common::MavSeverity;
 use static_cell::StaticCell;
 
@@ -89,11 +89,36 @@ fn start_tasks(
     let record = fault::last().filter(|record| record.in_a_row > 0);
     let mut notices = notices(record.as_ref(), cause);
 
+    let (taken, watchdog) = peripherals(board, timer_hz, &mut notices);
+    if let Some((vehicle, device, usb_out)) = taken {
+        spawn(spawner, tasks::usb_task(device));
+        if is_simulator {
+            tasks::show(Indication::Simulator);
+            spawn(spawner, tasks::lamps_task(None, vehicle.lamps));
+            spawn(spawner, simulator::line_task(core_hz, vehicle.usb_in, usb_out));
+        } else {
+            start_flight(spawner, vehicle, notices, record);
+        }
+    }
+    let mut watchdog = IndependentWatchdog::new(watchdog, TIMEOUT_US);
+    watchdog.unleash();
+    watchdog
+}
+
+/// The peripherals by their use: those of the vehicle with USB's device and its sender, if link and USB start, and the
+/// watchdog's.
+// Inlined, since the drivers are large and their copies would lie on the stack.
+#[inline(always)]
+fn peripherals(
+    board: Peripherals,
+    timer_hz: u32,
+    notices: &mut Notices,
+) -> (Option<(Vehicle, usb::Device, usb::UsbWriter)>, Peri<'static, IWDG1>) {
     // Both are exact for either plan of the clocks; see `timing`.
     let pins = prescaler(timer_hz).map(|prescaler| capture::start(board.PA5, board.PB4, prescaler));
     core::mem::forget(pins);
     if !capture::agree() {
-        notice(&mut notices, MavSeverity::MAV_SEVERITY_CRITICAL, "camera: TIM3 does not follow TIM2");
+        notice(notices, MavSeverity::MAV_SEVERITY_CRITICAL, "camera: TIM3 does not follow TIM2");
     }
     let lamps = [
         Output::new(board.PC0, Level::High, Speed::Low),
@@ -139,23 +164,13 @@ fn start_tasks(
 
     // Without an exact divider there is no camera either: the configuration is refused, not flown.
     let wave = square(timer_hz, CAMERA_CLOCK_HZ).unwrap_or(Square { period: 2, high: 1, hz: 0 });
-    if let Some((line, (device, usb_in, usb_out))) = line.zip(serial) {
-        spawn(spawner, tasks::usb_task(device));
-        if is_simulator {
-            tasks::show(Indication::Simulator);
-            spawn(spawner, tasks::lamps_task(None, lamps));
-            spawn(spawner, simulator::line_task(core_hz, usb_in, usb_out));
-        } else {
-            let vehicle = Vehicle { line, usb_in, lamps, pwm, card, sensor, dma: board.DMA2_CH1, wave };
-            start_flight(spawner, vehicle, notices, record);
-        }
-    }
-    let mut watchdog = IndependentWatchdog::new(board.IWDG1, TIMEOUT_US);
-    watchdog.unleash();
-    watchdog
+    let taken = line.zip(serial).map(|(line, (device, usb_in, usb_out))| {
+        (Vehicle { line, usb_in, lamps, pwm, card, sensor, dma: board.DMA2_CH1, wave }, device, usb_out)
+    });
+    (taken, board.IWDG1)
 }
 
-/// What there is to tell of the start.
+/// What there is to report of the start.
 fn notices(record: Option<&Record>, cause: supply::ResetCause) -> Notices {
     let mut notices = Notices::new();
     if let Some(record) = record {

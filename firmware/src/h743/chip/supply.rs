@@ -1,6 +1,6 @@
 //! The supply voltage: what resets the chip, and what warns before.
 //!
-//! The brown-out level is an option byte. It is read and told, never written: a write that the voltage interrupts leaves a
+//! The brown-out level is an option byte. It is read and reported, never written: a write that the voltage interrupts leaves a
 //! board that does not start.
 
 use core::sync::atomic::{AtomicBool, Ordering};

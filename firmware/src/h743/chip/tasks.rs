@@ -29,7 +29,7 @@ use mavlink::dialects::common::MavSeverity;
 /// What the lamps say.
 static STATE: Mutex<CriticalSectionRawMutex, Cell<Indication>> = Mutex::new(Cell::new(Indication::Searching));
 
-/// Lines that are told when somebody listens.
+/// Lines that are sent when somebody listens.
 pub type Notices = Vec<(MavSeverity, Line), 6>;
 
 /// From exposure to exposure, microseconds.
@@ -122,7 +122,7 @@ pub async fn hello_task(app: Option<&'static App<'static>>, mut line: usb::UsbRe
     watched(BoardTask::Hello, work).await
 }
 
-/// Tells what there is to tell once the autopilot is heard, or after ten seconds; then a supply that runs low, and a sensor
+/// Sends these lines once the autopilot is heard, or after ten seconds; then a supply that runs low, and a sensor
 /// that falls silent or comes back.
 #[embassy_executor::task]
 pub async fn notices_task(app: &'static App<'static>, notices: Notices) -> ! {
@@ -140,7 +140,7 @@ pub async fn notices_task(app: &'static App<'static>, notices: Notices) -> ! {
         loop {
             let (triggers, frames) = (trigger::triggers(), front_end::frames());
             let counts = Counts { triggers, frames, answered: front_end::answered() };
-            match silence.look(capture::now(), counts) {
+            match silence.check(capture::now(), counts) {
                 Some(Change::Silent) => {
                     show(Indication::NoSensor);
                     app.say(MavSeverity::MAV_SEVERITY_CRITICAL, Line::new("no fixes: no frames from the sensor")).await;
@@ -170,6 +170,6 @@ pub async fn grounded_task(
     notices: Notices,
 ) -> ! {
     let mut timer = CaptureTimer;
-    let telling = grounded::tell(reason, &notices, &mut line_out, &mut timer);
-    watched(BoardTask::Grounded, join(grounded::drain(&mut line_in), telling)).await.0
+    let reporting = grounded::report(reason, &notices, &mut line_out, &mut timer);
+    watched(BoardTask::Grounded, join(grounded::drain(&mut line_in), reporting)).await.0
 }

@@ -33,7 +33,7 @@ pub async fn trigger(app: &App<'_>, interval_us: u32, opens_on: Polarity) -> ! {
     let mut at = if is_planned { app.exposure().await } else { Ticks(now().0.wrapping_add(interval_us)) };
     loop {
         match due(now(), at, interval_us) {
-            Due::Later(look) => until(look).await,
+            Due::Later(tick) => until(tick).await,
             // A planned one has its own place: it is missed, not made up for.
             Due::Missed(_) if is_planned => at = app.exposure().await,
             Due::Missed(next) => at = next,

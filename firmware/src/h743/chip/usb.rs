@@ -55,7 +55,7 @@ pub fn start(
     Some((builder.build(), UsbReader { class: receiver, packet: [0; PACKET], left: (0, 0) }, UsbWriter(sender)))
 }
 
-/// Receiving side. Bytes of a packet that the caller has no room for are kept for the next call.
+/// Receiving side. Bytes of a packet that the caller's buffer does not hold are kept for the next call.
 #[allow(missing_debug_implementations, reason = "a driver")]
 pub struct UsbReader {
     class: Class<'static, Driver>,

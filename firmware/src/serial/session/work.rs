@@ -3,7 +3,18 @@
 use super::super::message::{Answer, Refused, Request};
 use super::super::stores::Stores;
 use super::super::wires::Wires;
-use super::{Machine, Stage};
+use super::Machine;
+
+/// How far the board is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stage {
+    /// No application yet.
+    Loading,
+    /// An application flies.
+    Flying,
+    /// An application was tried, or its session is over.
+    Spent,
+}
 
 /// What came of a request.
 pub(super) enum Done {
@@ -22,12 +33,16 @@ pub(super) struct Work<'s, M> {
 
 impl<M: Machine> Work<'_, M> {
     pub fn request(&mut self, request: Request<'_>) -> Done {
-        let told =
+        let answer =
             |result: Result<(), Refused<'static>>| Done::Answer(result.map_or_else(Answer::Refused, |()| Answer::Done));
         match (*self.stage, request) {
-            (Stage::Loading, Request::Announce { store, bytes, crc }) => told(self.stores.announce(store, bytes, crc)),
-            (Stage::Loading, Request::Piece { store, offset, bytes }) => told(self.stores.piece(store, offset, bytes)),
-            (Stage::Loading, Request::Start) => told(self.start()),
+            (Stage::Loading, Request::Announce { store, bytes, crc }) => {
+                answer(self.stores.announce(store, bytes, crc))
+            }
+            (Stage::Loading, Request::Piece { store, offset, bytes }) => {
+                answer(self.stores.piece(store, offset, bytes))
+            }
+            (Stage::Loading, Request::Start) => answer(self.start()),
             (Stage::Flying, Request::Step { timer, event }) => {
                 self.wires.step(timer, event);
                 self.run()
@@ -45,10 +60,10 @@ impl<M: Machine> Work<'_, M> {
                 if *self.stage == Stage::Flying {
                     *self.stage = Stage::Spent;
                 }
-                told(Ok(()))
+                answer(Ok(()))
             }
-            (Stage::Spent, _) => told(Err(Refused::Busy)),
-            _ => told(Err(Refused::Order)),
+            (Stage::Spent, _) => answer(Err(Refused::Busy)),
+            _ => answer(Err(Refused::Order)),
         }
     }
 

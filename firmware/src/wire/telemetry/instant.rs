@@ -26,7 +26,7 @@ impl InstantReport {
     }
 }
 
-/// A stamp as it is told.
+/// A stamp as it is reported.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StampReport {
     /// Mid-exposure on the autopilot's clock, microseconds.
@@ -65,7 +65,7 @@ impl StampReport {
     }
 }
 
-/// How a pose was found, as it is told.
+/// How a pose was found, as it is reported.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseReport {
     /// How the attitude was: 0 on the straight way between two samples, 2 or 3 by a fit of that order.
@@ -75,7 +75,7 @@ pub struct PoseReport {
     /// Whole samples between the instant's own interval and the nearer end of the window; samples in the window; samples
     /// left out of it as mistakes.
     pub samples: [u8; 3],
-    /// The samples' noise over what it was said to be.
+    /// The samples' noise over its configured sigma.
     pub noise: f32,
     /// One sigma of pitch and roll, each, radians, and of their rates, radians a second.
     pub sigma: [f32; 2],
@@ -91,7 +91,7 @@ impl PoseReport {
     /// Of a situation.
     pub fn new(situation: &Situation) -> Self {
         let rates = &situation.rates;
-        let told = PoseReport {
+        let report = PoseReport {
             order: 0,
             alpha: 0.0,
             samples: [0; 3],
@@ -102,15 +102,19 @@ impl PoseReport {
             position_sigma_m: situation.prediction.sigma_m,
         };
         match situation.attitude_method {
-            Method::Fitted { order, alpha, lag, count, rejected, scale } => {
-                PoseReport { order: order.number() as u8, alpha, samples: [lag, count, rejected], noise: scale, ..told }
-            }
-            Method::Linear | Method::Propagated => told,
+            Method::Fitted { order, alpha, lag, count, rejected, scale } => PoseReport {
+                order: order.number() as u8,
+                alpha,
+                samples: [lag, count, rejected],
+                noise: scale,
+                ..report
+            },
+            Method::Linear | Method::Propagated => report,
         }
     }
 }
 
-/// Image motion as it is told.
+/// Image motion as it is reported.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionReport {
     /// Longest displacement in the frame, pixels of the frame: the blur.

@@ -1,9 +1,9 @@
-//! What is told of a plan that is flown.
+//! What is reported of a plan that is flown.
 
 use plumbline_core::exposure::{Counts, Exposures};
 use serde::{Deserialize, Serialize};
 
-/// A planned photo: told before its exposure, and again when its frame has been stamped.
+/// A planned photo: reported before its exposure, and again when its frame has been stamped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PhotoReport {
     /// Number in the plan, in the order of flight, from 0.

@@ -33,9 +33,9 @@ impl Serial {
 
     fn check(&self, welcomed: &Welcomed) -> Result<(), String> {
         let rooms = [
-            ("configuration", welcomed.configuration_room),
-            ("reference tile", welcomed.tile_room),
-            ("plan", welcomed.plan_room),
+            ("configuration", welcomed.configuration_capacity),
+            ("reference tile", welcomed.tile_capacity),
+            ("plan", welcomed.plan_capacity),
         ];
         for ((_, bytes), (name, room)) in self.stores.iter().zip(rooms) {
             if bytes.len() > room {

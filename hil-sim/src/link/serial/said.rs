@@ -38,9 +38,9 @@ pub struct Welcomed {
     pub core_clock_hz: u32,
     pub counts: Counts,
     pub piece_max: usize,
-    pub configuration_room: usize,
-    pub tile_room: usize,
-    pub plan_room: usize,
+    pub configuration_capacity: usize,
+    pub tile_capacity: usize,
+    pub plan_capacity: usize,
     /// Name of the board and version of its firmware.
     pub board: String,
 }
@@ -52,9 +52,9 @@ impl From<Welcome<'_>> for Welcomed {
             core_clock_hz: welcome.core_clock_hz,
             counts: welcome.counts,
             piece_max: welcome.piece_max.into(),
-            configuration_room: welcome.configuration_room as usize,
-            tile_room: welcome.tile_room as usize,
-            plan_room: welcome.plan_room as usize,
+            configuration_capacity: welcome.configuration_capacity as usize,
+            tile_capacity: welcome.tile_capacity as usize,
+            plan_capacity: welcome.plan_capacity as usize,
             board: format!("{} {}", welcome.board, welcome.firmware),
         }
     }
@@ -73,7 +73,7 @@ pub fn matches(envelope: &Envelope<Answer<'_>>, session: u32, id: u32) -> Option
         }
         Answer::Refused(refused) => Ok(Said::Refused(match refused {
             Refused::Busy => Refusal::Busy,
-            Refused::TooLarge { room } => Refusal::TooLarge(room),
+            Refused::TooLarge { capacity } => Refusal::TooLarge(capacity),
             Refused::Damaged(Store::Configuration) => {
                 Refusal::Because("the configuration did not arrive whole".to_owned())
             }

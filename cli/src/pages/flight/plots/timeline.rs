@@ -19,8 +19,9 @@ impl Report<'_> {
             frames().filter_map(|(_, s)| Some((f64::from(s.frame), length(s.error_m?)))).collect();
         let sigmas: Vec<(f64, f64)> = frames()
             .filter_map(|(record, scored)| {
-                let [_, _, east, _, north] = record.report?.fix?;
-                Some((f64::from(scored.frame), f64::from(east + north).sqrt()))
+                let fix = record.report?.fix?;
+                let variance_m2 = fix.variance_east_m2 + fix.variance_north_m2;
+                Some((f64::from(scored.frame), f64::from(variance_m2).sqrt()))
             })
             .filter(|(_, sigma)| sigma.is_finite())
             .collect();

@@ -1,11 +1,14 @@
 //! One window: golden values of the reference (adjustment, 1.5), single precision against double, errors, mistakes.
 
 use super::dense::{Uniform, between, fitted};
-use plumbline_core::pose::band::WINDOW;
-use plumbline_core::pose::fit::{FitError, Fitted, Samples};
-use plumbline_core::pose::penalty::Order;
-use plumbline_tests::seeded::{Random, config};
+use crate::pose::band::WINDOW;
+use crate::pose::fit::{FitError, Fitted, Samples};
+use crate::pose::penalty::Order;
 use proptest::prelude::{prop_assert, proptest};
+use proptest::test_runner::{Config, RngSeed};
+use std::println;
+use std::vec;
+use std::vec::Vec;
 
 /// Sigma of uniform noise within ±0.25 m, the reference's.
 const NOISE: f64 = 0.144_337_567;
@@ -183,7 +186,7 @@ fn good_samples_are_not_left_out() {
 }
 
 proptest! {
-    #![proptest_config(config(11, 500))]
+    #![proptest_config(Config { cases: 500, rng_seed: RngSeed::Fixed(11), failure_persistence: None, ..Config::default() })]
 
     /// What the penalty does not see comes back as it was, at any spacing: lines with second differences, parabolas with
     /// third ones; value and rate.
@@ -216,7 +219,7 @@ proptest! {
 /// precision. What is given is a mean of samples all the same, at most a sample's noise; else it is refused.
 #[test]
 fn bunched_samples_are_fitted_well_or_not_at_all() {
-    let mut random = Random::new(1);
+    let mut random = Uniform(1);
     let (mut fits, mut refused) = (0, 0);
     for spacing in [0.5, 0.2, 0.05, 0.01] {
         for (number, alpha) in [(2, 1.0), (2, 100.0), (2, 1e4), (3, 1.0), (3, 100.0), (3, 1e4)] {
@@ -224,7 +227,7 @@ fn bunched_samples_are_fitted_well_or_not_at_all() {
                 let (mut samples, mut time) = (Samples::<1>::new(), -10.3);
                 for _ in 0..WINDOW {
                     samples.push(time as f32, [0.0], 1.0).expect("in order");
-                    time += if random.uniform() < 0.2 { spacing } else { random.between(0.8, 1.2) };
+                    time += if random.unit() < 0.2 { spacing } else { 0.8 + 0.4 * random.unit() };
                 }
                 match samples.fit(order(number), alpha as f32, [1.0]) {
                     Ok(fitted) => {

@@ -1,6 +1,9 @@
 //! The penalised least squares of paper 001 as it is written, in double precision with full matrices: the judge of the core's
 //! band.
 
+use std::vec;
+use std::vec::Vec;
+
 /// (P + α D'D) g = P `values` at unit spacing, by Gaussian elimination with pivots.
 pub fn fitted(values: &[f64], weights: &[f64], order: usize, alpha: f64) -> Vec<f64> {
     let n = values.len();

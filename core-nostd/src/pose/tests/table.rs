@@ -1,11 +1,12 @@
 //! How much is smoothed: the reference's table for a lag of two samples (adjustment, 1.4), found by flying, not by formula.
 
 use super::dense::Uniform;
-use plumbline_core::pose::band::WINDOW;
-use plumbline_core::pose::fit::Samples;
-use plumbline_core::pose::noise::{Choice, Choices, ModelError, NoiseModel, Wave};
-use plumbline_core::pose::penalty::Order;
+use crate::pose::band::WINDOW;
+use crate::pose::fit::Samples;
+use crate::pose::noise::{Choice, Choices, ModelError, NoiseModel, Wave};
+use crate::pose::penalty::Order;
 use std::f64::consts::TAU;
+use std::println;
 
 /// Sigma of a uniform number of width 1.
 const UNIFORM: f64 = 0.288_675_134_6;
@@ -63,7 +64,7 @@ impl Sensor {
     }
 }
 
-/// Lag 2 and W = 21: within 5 % of the reference's analytic root mean squares, and the sigma told is the error's.
+/// Lag 2 and W = 21: within 5 % of the reference's analytic root mean squares, and the sigma stated is the error's.
 #[test]
 fn a_lag_of_two_samples_gives_the_reference_s_errors() {
     for (name, sensor, table) in [
@@ -76,7 +77,7 @@ fn a_lag_of_two_samples_gives_the_reference_s_errors() {
             let (error, sigma) = sensor.flown(choice, 2);
             println!("{name}, {order:?}: {error:.4} for {table}, alpha {:.3}, sigma {sigma:.4}", choice.alpha);
             assert!(error <= 1.05 * table, "{name}, {order:?}: {error} for {table}");
-            assert!((sigma / error - 1.0).abs() < 0.05, "{name}, {order:?}: {sigma} is told, {error} is true");
+            assert!((sigma / error - 1.0).abs() < 0.05, "{name}, {order:?}: {sigma} stated, {error} true");
         }
         // Left free, the better of the two.
         let free = sensor.flown(Choices::of(&sensor.model(), &[Order::Second, Order::Third]).at(2), 2).0;

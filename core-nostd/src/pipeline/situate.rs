@@ -1,0 +1,184 @@
+//! From the stamped streams to the situation at mid-exposure.
+
+use super::{FollowUpMode, Pipeline, Prediction, Situation};
+use crate::math::{self, hypot};
+use crate::motion::Rates;
+use crate::pose::position::PositionState;
+use crate::pose::{Estimate, Interpolated, Method, PoseError, Wait};
+use crate::tile::Local;
+use crate::tilt::{Attitude, follow_up_command};
+use crate::units::{Micros, Radians};
+
+/// Why there is no situation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SituateError {
+    /// No attitude at mid-exposure.
+    Attitude(PoseError),
+    /// No follow-up angle.
+    FollowUp(PoseError),
+    /// No slant range.
+    Range(PoseError),
+    /// No position to predict from.
+    Position(PoseError),
+    /// The optical axis is too near the horizon, or the attitude is not a number.
+    Tilt,
+    /// The newest position lies where the tile's georeference does not reach.
+    OffTheMap,
+}
+
+/// A follow-up angle, its rate per second and its sigma.
+struct FollowUp {
+    angle: Radians,
+    rate: f32,
+    sigma_rad: f32,
+}
+
+/// One sigma of pitch and roll, each, of the heading, and of the height.
+struct Uncertainty {
+    tilt_rad: f32,
+    heading_rad: f32,
+    height_m: f32,
+}
+
+/// Smallest a22 that is worked with: 60° between optical axis and plumb line.
+const COS_TILT_MIN: f32 = 0.5;
+
+impl Pipeline<'_> {
+    /// Every stream at mid-exposure, an instant with its sigma in microseconds. `Ok(None)`: a stream's next samples have not
+    /// arrived yet; try again when they have, as long as patience lasts, and then with [`Wait::No`], which takes what is
+    /// there.
+    ///
+    /// # Errors
+    /// The [`SituateError`] that waiting cannot mend.
+    pub fn situate(
+        &self,
+        (mid_exposure_at, sigma_us): (Micros, f32),
+        wait: Wait,
+    ) -> Result<Option<Situation>, SituateError> {
+        let settings = self.settings();
+        let history = self.streams.attitude.history();
+        let attitude = match self.smoothers.attitude.at(history, mid_exposure_at, settings.gap_us, wait) {
+            Err(PoseError::NotYet) => return Ok(None),
+            other => other.map_err(SituateError::Attitude)?,
+        };
+        let slant = match self.streams.slant.history().at(mid_exposure_at, settings.range_gap_us) {
+            Err(PoseError::NotYet) => return Ok(None),
+            other => other.map_err(SituateError::Range)?,
+        };
+        let cos_tilt = attitude.value.cos_tilt();
+        if !attitude.value.looks_down() || cos_tilt < COS_TILT_MIN {
+            return Err(SituateError::Tilt);
+        }
+        let Some(follow_up) = self.follow_up(mid_exposure_at, &attitude)? else { return Ok(None) };
+        let sigma_s = sigma_us * 1e-6;
+        let sigmas = self.uncertainty(&attitude, &follow_up, (&slant, cos_tilt), sigma_s);
+        let [offset_north_m, _, offset_east_m] = settings.mount.camera_offset(attitude.value);
+        let camera_offset_m = [offset_east_m, offset_north_m];
+        let (prediction, position_method) = self.predict(mid_exposure_at, camera_offset_m)?;
+        let ([heading, pitch, roll], [_, pitch_sigma, roll_sigma]) = (attitude.rate, attitude.rate_sigma);
+        Ok(Some(Situation {
+            mid_exposure_at,
+            attitude: attitude.value,
+            follow_up: follow_up.angle,
+            followed: settings.follow_up == FollowUpMode::Followed,
+            mount: settings.mount,
+            rates: Rates { heading, pitch, roll, follow_up: follow_up.rate },
+            sigma_rate_rad_s: pitch_sigma.max(roll_sigma),
+            height_m: slant.value * cos_tilt,
+            prediction,
+            camera_offset_m,
+            sigma_tilt_rad: sigmas.tilt_rad,
+            sigma_heading_rad: sigmas.heading_rad,
+            sigma_height_m: sigmas.height_m,
+            sigma_stamp_s: sigma_s,
+            attitude_method: attitude.method,
+            position_method,
+        }))
+    }
+
+    /// What attitude and height are worth at an instant known to `sigma_s`: what turns is uncertain by its rate times that.
+    /// White noise is averaged by the fit, drift is not.
+    fn uncertainty(
+        &self,
+        attitude: &Estimate<Attitude, 3>,
+        follow_up: &FollowUp,
+        (slant, cos_tilt): (&Interpolated<f32, 1>, f32),
+        sigma_s: f32,
+    ) -> Uncertainty {
+        let sigmas = &self.settings().sigmas;
+        let [heading, pitch, roll] = attitude.rate;
+        let late = |sigma: f32, rate: f32| hypot(sigma, rate * sigma_s);
+        let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
+        let tilt_rad = hypot(tilt, sigmas.tilt_drift_rad);
+        let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
+        let heading_rad = hypot(hypot(heading_sigma, sigmas.heading_drift_rad), follow_up.sigma_rad);
+        let range_m = sigmas.range_m * slant.noise_factor();
+        // H = s cos t: a tilt error changes the height by s sin t.
+        let lean_m = slant.value * math::sqrt((1.0 - cos_tilt * cos_tilt).max(0.0)) * tilt_rad;
+        Uncertainty { tilt_rad, heading_rad, height_m: hypot(range_m, lean_m) }
+    }
+
+    /// The follow-up angle at an instant; `Ok(None)` while its next sample has not arrived.
+    fn follow_up(&self, at: Micros, attitude: &Estimate<Attitude, 3>) -> Result<Option<FollowUp>, SituateError> {
+        let settings = self.settings();
+        let sigma_rad = settings.sigmas.follow_up_rad;
+        Ok(Some(match settings.follow_up {
+            // A servo that follows exactly turns as the heading does, but for terms of the tilt's square.
+            FollowUpMode::Followed => {
+                FollowUp { angle: follow_up_command(attitude.value), rate: attitude.rate[0], sigma_rad }
+            }
+            FollowUpMode::Fixed => FollowUp { angle: Radians(0.0), rate: 0.0, sigma_rad: 0.0 },
+            // Linearly: its noise turns the patch about the nadir, which the matching finds and no fix feels.
+            FollowUpMode::Measured => match self.streams.follow_up.history().at(at, settings.gap_us) {
+                Err(PoseError::NotYet) => return Ok(None),
+                Err(error) => return Err(SituateError::FollowUp(error)),
+                Ok(found) => {
+                    FollowUp { angle: found.value, rate: found.rate[0], sigma_rad: sigma_rad * found.noise_factor() }
+                }
+            },
+        }))
+    }
+
+    /// Which stream a frame waited for in vain.
+    pub fn missing_at(&self, mid_exposure_at: Micros) -> SituateError {
+        let settings = self.settings();
+        if self.streams.attitude.history().at(mid_exposure_at, settings.gap_us).err() == Some(PoseError::NotYet) {
+            SituateError::Attitude(PoseError::NotYet)
+        } else if self.streams.slant.history().at(mid_exposure_at, settings.range_gap_us).err()
+            == Some(PoseError::NotYet)
+        {
+            SituateError::Range(PoseError::NotYet)
+        } else {
+            SituateError::FollowUp(PoseError::NotYet)
+        }
+    }
+
+    /// Where the camera is at `at` and how fast: the newest position propagated with its velocity, and the lever arm by the
+    /// newest attitude; for instants near them. `None` without them.
+    pub fn camera_at(&self, at: Micros) -> Option<PositionState> {
+        if self.is_off_the_map {
+            return None;
+        }
+        let (_, attitude) = self.streams.attitude.history().newest()?;
+        let [north_m, _, east_m] = self.settings().mount.camera_offset(attitude);
+        let (history, age_us) = (self.streams.position.history(), self.settings().position_age_us);
+        let state = self.smoothers.position.propagated_to(history, at, age_us).ok()?.state;
+        Some(PositionState { east_m: state.east_m + east_m, north_m: state.north_m + north_m, ..state })
+    }
+
+    /// Where the camera should be: the navigation's position propagated, plus the lever arm.
+    fn predict(&self, at: Micros, offset_m: [f32; 2]) -> Result<(Prediction, Method), SituateError> {
+        if self.is_off_the_map {
+            return Err(SituateError::OffTheMap);
+        }
+        let history = self.streams.position.history();
+        let age_us = self.settings().position_age_us;
+        let predicted = self.smoothers.position.at(history, at, age_us).map_err(SituateError::Position)?;
+        let state = predicted.state;
+        let [east_m, north_m] = offset_m;
+        let local = Local { east_m: state.east_m + east_m, north_m: state.north_m + north_m };
+        let velocity_m_per_s = [state.east_m_per_s, state.north_m_per_s];
+        Ok((Prediction { local, velocity_m_per_s, sigma_m: predicted.sigma_m }, predicted.method))
+    }
+}
