@@ -32,6 +32,7 @@ fn fly(setup: &Setup, faults: LineFaults, seed: u64) -> (Flown, LineFaultCounts)
 
 /// One message in a hundred is hit by each kind of fault.
 #[test]
+#[ignore = "long: a thousand frames; everyday runs fly forty over a line that is cut as well"]
 fn a_bad_line_changes_no_fix_of_a_thousand() {
     let frames = 1000;
     let setup = setup(small(5, frames));

@@ -37,7 +37,7 @@ fn samples() {
     for alpha in [one, Alpha::Gcv] {
         assert_eq!(
             said(&[7.5; 8], &all, 2, alpha),
-            "all samples are equal (7.5): a stuck sensor, whose noise cannot be told"
+            "all samples are equal (7.5): a stuck sensor, whose noise cannot be estimated"
         );
     }
 }
