@@ -1,6 +1,6 @@
 //! Limits: the paper's own figures and the sizes that keep us below them.
 //!
-//! They are constants so that a build that passes one fails; what is measured against them is in ARCHITECTURE.md.
+//! They are constants so that a build that passes one fails; what is measured against them is in docs/figures.md.
 
 /// The paper's time for one rectification (Table 2), milliseconds.
 pub const PAPER_TIME_MS: u32 = 38;
@@ -13,8 +13,8 @@ pub const PAPER_CLOCK_HZ: u32 = 167_000_000;
 pub const PATCH_MAX_PX: usize = 64;
 /// Pixels of the largest patch.
 pub const PATCH_MAX_AREA: usize = PATCH_MAX_PX * PATCH_MAX_PX;
-/// Bytes of frame memory that a board should have: sums of boxes of 2 x 2 of a frame of 512 x 512 are 132,096, of 4 x 4
-/// of 752 x 480 45,600 and of 1280 x 960 154,560. The frame itself, which is not kept, would be up to 1.2 MB.
+/// Bytes of frame memory: the sums of boxes of 4 x 4 of a frame of 752 x 480, the flight computer's sensor. Boxes of 2 x 2 of
+/// 512 x 512 would take 132,096, the frame itself, which is not kept, up to 1.2 MB.
 pub const FRAME_MEMORY_BYTES: usize = 45_600;
 /// Largest radius on board of a search of every pixel around the prediction, pixels of the reference; searches beyond are
 /// made from coarse to fine.

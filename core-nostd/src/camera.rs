@@ -55,6 +55,7 @@ pub struct Camera {
 
 /// Largest square of a tangent that is searched for a fold: 80 degrees off the axis.
 const FOLD_R2_MAX: f32 = 32.0;
+/// Step of that search: 0.2 % of the radius at 45 degrees off the axis. Chosen.
 const FOLD_STEP: f32 = 1.0 / 256.0;
 
 impl Distortion {

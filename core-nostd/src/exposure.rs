@@ -1,8 +1,9 @@
 //! When the next planned exposure is due.
 //!
 //! A plan is strips of points on the tile's grid. A point is due when the camera's coordinate along the strip reaches it.
-//! Positions are few and late, so the camera's position is predicted again at every call, and an exposure is committed to as late as
-//! the calls and the trigger allow: [`COMMIT_US`] ahead. What is doubtful is not exposed and counted with its reason.
+//! Positions are few and late, so the camera's position is predicted again at every call, and an exposure is committed to as
+//! late as the calls and the trigger allow: [`COMMIT_US`] ahead. What is doubtful is not exposed and counted with its
+//! reason.
 //!
 //! The order is that of the plan and never goes back: a point is exposed once or never. Turns do not trigger, since points
 //! lie ahead of who turns in towards them, and beside or behind who flies another way. Where a later strip is entered, all
@@ -15,8 +16,8 @@ use crate::pose::position::PositionState;
 use crate::tile::Local;
 use crate::units::{Micros, Radians};
 
-/// An exposure is committed to when it is at most so far ahead, microseconds. Calls are 100 ms apart, so it is more than half
-/// of this ahead then.
+/// An exposure is committed to when it is at most so far ahead, microseconds. Calls are at most 100 ms apart, so it is at
+/// least half of this ahead then.
 pub const COMMIT_US: u32 = 200_000;
 /// What is nearer than this cannot be triggered any more, microseconds.
 pub(crate) const LEAST_US: u32 = 40_000;
@@ -24,7 +25,8 @@ pub(crate) const LEAST_US: u32 = 40_000;
 const SPEED_MIN: f32 = 0.5;
 /// Cosine of the largest angle between velocity and strip, 45 degrees: beyond it the vehicle turns.
 const COS_ALONG: f32 = 0.707;
-/// Cosine of that angle where a later strip is entered, 15 degrees: a turn that crosses its line does not give up the strips before.
+/// Cosine of that angle where a later strip is entered, 15 degrees: a turn that crosses its line does not give up the strips
+/// before.
 const COS_ENTERED: f32 = 0.966;
 /// Multiple of the limit across within which a vehicle still flies this strip, and its points are missed; beyond it is
 /// elsewhere. Chosen.

@@ -62,8 +62,9 @@ impl Footprint {
 /// The fix for a match whose window centre is pixel `window` (col, row) of `tile`, of a camera so high above ground and so
 /// far (east, north) off the point that positions refer to, metres.
 ///
-/// Covariance: the match's own (which holds heading and height through [`crate::matching::Prior`]) plus the tilt's. A tilt error δ about the axis across x moves the ground point (x, y) by δ (H + x²/H, xy/H): not
-/// by H δ alone, but by the mean over the footprint, 11 % more for a 60° lens.
+/// Covariance: the match's own (which holds heading and height through [`crate::matching::Prior`]) plus the tilt's. A tilt
+/// error δ about the axis across x moves the ground point (x, y) by δ (H + x²/H, xy/H): not by H δ alone, but by the mean
+/// over the footprint, 11 % more for a 60° lens.
 pub fn fix(
     tile: &Tile<'_>,
     window: (f32, f32),

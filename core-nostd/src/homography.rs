@@ -108,8 +108,8 @@ pub struct FrameFromPatch<'a> {
 enum Pose<'a> {
     /// All at once.
     Global(Homography),
-    /// One after the other: the poses, and the function that computes a position. Through a pointer, so that an image without a rolling
-    /// shutter does not carry it.
+    /// One after the other: the poses, and the function that computes a position. Through a pointer, so that an image
+    /// without a rolling shutter does not carry it.
     Rolling(&'a Bands, Position),
 }
 
@@ -128,8 +128,8 @@ impl<'a> FrameFromPatch<'a> {
         FrameFromPatch::of(Pose::Global(homography), camera, (height_m, resolution_m), size)
     }
 
-    /// [`FrameFromPatch::new`] for a rolling shutter: `bands` hold the pose of each row. The patch is that of mid-exposure of the
-    /// middle row, at which the vehicle is `height_m` above ground, the height given to [`Bands::new`].
+    /// [`FrameFromPatch::new`] for a rolling shutter: `bands` hold the pose of each row. The patch is that of mid-exposure
+    /// of the middle row, at which the vehicle is `height_m` above ground, the height given to [`Bands::new`].
     pub fn rolling(
         bands: &'a Bands,
         camera: &'a Camera,

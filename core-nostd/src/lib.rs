@@ -14,7 +14,7 @@
 //! One frame of a level camera over synthetic ground, while the navigation says that it is over the reference's centre:
 //!
 //! ```
-//! use plumbline_core::matching::acceptance::AcceptRule;
+//! use plumbline_core::matching::AcceptRule;
 //! use plumbline_core::pipeline::{Buffers, FollowUpMode, Latencies, Motions, Pipeline, PositionSample, Settings, Sigmas};
 //! use plumbline_core::tile::{Geographic, Georeference, Tile};
 //! use plumbline_core::units::{Metres, Micros, Radians};

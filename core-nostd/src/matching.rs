@@ -7,11 +7,12 @@
 //! [`mod@refine`], least squares around the peak; [`acceptance`], what both must reach to become a fix. Far from the
 //! predicted position [`mod@reacquire`] replaces the search.
 //!
-//! Constants whose doc speaks of *the four series* were measured over 1,500 synthetic matches of each: a tilted footprint in 34 x
-//! 34 pixels, searched within ±10, shifted by up to 8; textures as in `tests/src/textures.rs`, waves of 5 to 40 pixels. Easy: 40
-//! grey levels, noise of 3 in the reference and 2 in the patch. Turned: a heading off by 0.5° (one sigma) and a tenth of the
-//! rows of other ground besides. Hard: 15 grey levels, noise of 5 and 3, 0.5°, a fifth of other ground. Weak: 8 grey levels,
-//! noise of 6 and 3, 0.3°, a tenth of other ground. Of none of them a match that was off by a pixel was accepted.
+//! Constants whose doc speaks of *the four series* were measured over 1,500 synthetic matches of each: a tilted footprint in
+//! 34 x 34 pixels, searched within ±10, shifted by up to 8; textures as in `tests/src/textures.rs`, waves of 5 to 40 pixels.
+//! Easy: 40 grey levels, noise of 3 in the reference and 2 in the patch. Turned: a heading off by 0.5° (one sigma) and a
+//! tenth of the rows of other ground besides. Hard: 15 grey levels, noise of 5 and 3, 0.5°, a fifth of other ground. Weak: 8
+//! grey levels, noise of 6 and 3, 0.3°, a tenth of other ground. Of none of them a match that was off by a pixel was
+//! accepted.
 
 pub(crate) mod kernels;
 mod histogram;
@@ -26,7 +27,7 @@ pub mod reacquire;
 pub mod correlation;
 
 use crate::image::{Run, View};
-use acceptance::AcceptRule;
+pub use acceptance::AcceptRule;
 pub use grey_correlation::grey_correlation;
 use nalgebra::Matrix2;
 

@@ -1,8 +1,8 @@
 //! The only door to `sin`, `cos`, `tan`, `atan2`, `sqrt` and rounding.
 //!
-//! Everything but the square root goes to `libm` in single precision on every machine. The standard library's functions differ from one
-//! platform to the next in the last bit, and micromath's error (1e-3) would move source pixels by 1.7 px; libm is good
-//! to 3e-8 and the remap needs only a handful of calls a frame.
+//! Everything but the square root goes to `libm` in single precision on every machine. The standard library's functions
+//! differ from one platform to the next in the last bit, and micromath's error (1e-3) would move source pixels by 1.7 px;
+//! libm is good to 3e-8 and the remap needs only a handful of calls a frame.
 
 /// Sine and cosine of an angle in radians.
 pub fn sin_cos(angle_rad: f32) -> (f32, f32) {

@@ -24,8 +24,8 @@ pub struct LeverArm {
 /// meant to look along its mount's axis: 11.5 degrees.
 const LEAN_RAD: f32 = 0.2;
 
-/// Position and rotation of the camera in the vehicle. A head of a combined camera is mounted as any camera is: its rotation and the
-/// platform's boresight are one rotation, which is in the homography once a frame.
+/// Position and rotation of the camera in the vehicle. A head of a combined camera is mounted as any camera is: its rotation
+/// and the platform's boresight are one rotation, which is in the homography once a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Mount {

@@ -21,7 +21,7 @@ mod tests;
 use fit::Fitted;
 pub use history::{Backwards, Channels, History, Interpolated};
 use noise::Choice;
-pub use penalty::Order;
+pub use penalty::{ALPHA_MAX, Order};
 pub use smooth::{Estimate, Smoother, Wait};
 
 /// Why a stream has no value at an instant.

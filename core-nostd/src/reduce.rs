@@ -38,8 +38,8 @@ pub struct Reduction {
 /// to average, and 3. Over ground of 40 grey levels, waves of two patch pixels and more, a reading is off the average by 1.0
 /// grey levels (root mean square) at 1, 3.1 at 1.5, 3.8 at 2 and 5.0 at 3; but sums take twice the memory of pixels.
 const AVERAGED_FROM: f32 = 2.0;
-/// Boxes a patch pixel spans at least. Over ground of 40 grey levels, waves of a third of a patch pixel and more, what a box hides
-/// at the border of a cell is 0.6 grey levels (root mean square) at six, 2.1 at three and 6.4 at one and a half.
+/// Boxes a patch pixel spans at least. Over ground of 40 grey levels, waves of a third of a patch pixel and more, what a box
+/// hides at the border of a cell is 0.6 grey levels (root mean square) at six, 2.1 at three and 6.4 at one and a half.
 const BOXES_PER_PATCH_PX: f32 = 3.0;
 /// Powers of two: the mean of a box is a shift.
 const FACTORS: [u16; 7] = [1, 2, 4, 8, 16, 32, 64];

@@ -77,7 +77,7 @@ impl Georeference {
     }
 
     /// The geographic position of a local one: the polynomial inverted by Newton's method. Three steps reach single
-    /// precision, 1 cm at 10 km.
+    /// precision, 1 cm at 10 km; the fourth is a margin.
     pub fn geographic(&self, local: Local) -> Geographic {
         let (mut q, mut p) = (0.0f32, 0.0f32);
         for _ in 0..4 {

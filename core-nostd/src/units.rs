@@ -35,7 +35,7 @@ impl Radians {
         self.0 * (180.0 / core::f32::consts::PI)
     }
 
-    /// The same direction within ±π.
+    /// The direction within ±π.
     pub fn wrapped(self) -> Self {
         let turn = 2.0 * core::f32::consts::PI;
         Radians(self.0 - turn * crate::math::round(self.0 / turn))

@@ -143,8 +143,8 @@ pub struct App<'t> {
 }
 
 impl<'t> App<'t> {
-    /// An application around a pipeline, with what its stamps depend on and the photos that are planned. All that decides goes into
-    /// the `journal`.
+    /// An application around a pipeline, with what its stamps depend on and the photos that are planned. All that decides
+    /// goes into the `journal`.
     pub fn new(
         pipeline: Pipeline<'t>,
         stamps: &StampSettings,

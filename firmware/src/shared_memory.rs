@@ -1,19 +1,19 @@
-//! The memory that an emulated board shares with the simulator: registers of a make-believe camera front end, the
+//! The memory that an emulated board shares with the simulator: registers of a simulated camera front end, the
 //! stores that stand for flash, and the frame the sensor is exposing.
 //!
-//! Both sides use these offsets (bytes from the window's start, little-endian words). The simulator advances in steps:
+//! Both sides use these offsets (bytes from its start, little-endian words). The simulator advances in steps:
 //! it sets [`TIMER`] and whatever happens in the step (bytes on the link up to [`RECEIVED_TOTAL`], an edge, a frame),
 //! writes [`STEP`] and rings the doorbell; the firmware works until it is idle, writes [`STEP_DONE`] and answers.
 
 use crate::stores::tiles::BEFORE_PIXELS;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 
-/// Size of the whole window.
+/// Size of the shared memory.
 pub const SIZE: usize = 16 << 20;
 /// Where an `mps2-an500` sees it.
 pub const ADDRESS: usize = 0x6000_0000;
 
-/// Word: [`MAGIC_VALUE`] when the simulator has prepared the window.
+/// Word: [`MAGIC_VALUE`] when the simulator has prepared it.
 pub const MAGIC: usize = 0x00;
 /// "PLB3".
 pub const MAGIC_VALUE: u32 = 0x3342_4c50;

@@ -2,8 +2,8 @@
 //! is whole.
 //!
 //! [`configuration`]: camera, calibration and settings. [`tiles`]: the reference and where it lies. [`plan`]: where photos are to be
-//! taken. All are written on the ground and read at boot, in place: nothing is copied. A store that is refused leaves the vehicle without fixes
-//! and with a reason ([`crate::app::grounded`]), never with wrong ones.
+//! taken. All are written on the ground and read at boot, in place: nothing is copied. A store that is refused leaves the
+//! vehicle without fixes and with a reason ([`crate::app::grounded`]), never with wrong ones.
 
 pub mod configuration;
 pub mod framing;

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha12Rng;
 
 /// A message id that no dialect uses; the low 16 bits are random.
 const UNKNOWN_ID: u32 = 0xF0_0000;
-/// Longest payload of a made-up message, bytes.
+/// Longest payload of an invented message, bytes.
 const UNKNOWN_PAYLOAD_MAX: f64 = 64.0;
 
 /// What was done to the link so far.

@@ -2,9 +2,9 @@
 //!
 //! Each module uses only what stands before it here: [`oracle`] (equations of the papers in f64, written apart from the core),
 //! [`noise`], [`scenario`] (what is to be flown), [`world`] (ground and reference), [`camera`] (pictures of it),
-//! [`vehicle`] (motion, sensors, autopilot), [`configuration`] (what lies in the board's flash), [`link`] (the firmware, wherever it
-//! runs) and [`fault`] (what goes wrong on the way there), [`setup`] (a scenario made ready), [`ground_station`] (what the
-//! firmware sent), [`run`] (the flight), [`score`] (what it was worth), [`replay`] (a flight again, from its log).
+//! [`vehicle`] (motion, sensors, autopilot), [`configuration`] (what lies in the board's flash), [`link`] (the firmware,
+//! wherever it runs) and [`fault`] (what goes wrong on the way there), [`setup`] (a scenario made ready), [`ground_station`]
+//! (what the firmware sent), [`run`] (the flight), [`score`] (what it was worth), [`replay`] (a flight again, from its log).
 
 pub mod camera;
 pub mod configuration;

@@ -80,7 +80,7 @@ impl From<Box<Aborted>> for LinkError {
     }
 }
 
-/// Who watches a flight. `()` does not look.
+/// Observes a flight; `()` ignores every event.
 pub trait Observer {
     /// Frame `frame` was exposed.
     fn exposed(&mut self, _frame: u32) {}

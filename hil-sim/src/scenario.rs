@@ -2,7 +2,7 @@
 //!
 //! Every key has a default, and the defaults together are the default scene: V = 60°, 512 x 512 pixels, 100 to 150 m,
 //! tilt uniform within ±10°, a servo that follows exactly, R = 5 m, attitude noise 0.1°, 10 % changed ground, 3 DN of
-//! noise, 300 frames. A key that is not known is refused, so that a slip of the pen does not fly the default.
+//! noise, 300 frames. A key that is not known is refused, so that a misspelt key does not leave its default in force.
 //! Degrees and milliseconds stand in the file only; what flies is in radians and microseconds.
 
 mod bounds;
@@ -45,8 +45,8 @@ impl fmt::Display for ScenarioError {
 
 impl std::error::Error for ScenarioError {}
 
-/// A flight and the world it is flown in; the default is the default scene. A sensor's keys stand in one table of the file and in the parts here by what they
-/// are about.
+/// A flight and the world it is flown in; the default is the default scene. The keys of one
+/// sensor form one table in the file and are divided among the fields below.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
     /// What messages call it: its file.

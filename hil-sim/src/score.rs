@@ -209,7 +209,7 @@ pub struct LinkHealth {
     pub skipped_bytes: u32,
     /// Samples whose stamp ran backwards.
     pub backwards: u32,
-    /// Samples that cannot be meant.
+    /// Samples out of range.
     pub invalid: u32,
 }
 

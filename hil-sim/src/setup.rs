@@ -29,8 +29,8 @@ const HALF_EXTENT_MAX_M: f64 = 500.0;
 const TILE_SLACK_PX: f64 = 12.0;
 /// Largest patch on board, pixels.
 const PATCH_PX: f64 = plumbline_core::budget::PATCH_MAX_PX as f64;
-/// What two epochs of one land differ by in the default scene: a scanned picture's tone curve, sensor noise, a tenth of the land
-/// ploughed or built upon. Chosen, not measured.
+/// What two epochs of one land differ by in the default scene: a scanned picture's tone curve, sensor noise, a tenth of the
+/// land ploughed or built upon. Chosen, not measured.
 const SYNTHETIC: Radiometry =
     Radiometry { gamma: 0.8, gain: 1.0, offset: 0.0, noise_dn: 3.0, changed_fraction: 0.1, seed: 0 };
 /// What a real vehicle's attitude does beside its slow tilts, one sigma: some, as the log of the Vienna flight has it.
@@ -113,7 +113,7 @@ impl Setup {
         Setup::finish(scenario, payload, (ground, reference), crs, motion, &wanted, Vec::new())
     }
 
-    /// The rest of it: the tile over `wanted`, made of the other picture where there is one, and what lies in flash.
+    /// Makes the reference tile over `wanted`, of the other orthophoto where there is one, and what lies in flash.
     fn finish(
         scenario: Scenario,
         payload: Payload,
@@ -298,8 +298,8 @@ fn wanted_of(scenario: &Scenario, area: &Area) -> Bounds {
     Bounds { west_m: east - reach_m, east_m: east + reach_m, south_m: north - reach_m, north_m: north + reach_m }
 }
 
-/// How the reference differs from the ground: as the scenario says, and where it says nothing by what is made up over procedural
-/// ground; nothing is added to a picture of the world.
+/// How the reference differs from the ground: as the scenario says, and where it says nothing by the synthetic differences
+/// of procedural ground; nothing is added to a picture of the world.
 fn radiometry_of(scenario: &Scenario) -> Radiometry {
     let default = match scenario.world.ground {
         scenario::Ground::Procedural => SYNTHETIC,

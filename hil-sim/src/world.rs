@@ -1,4 +1,4 @@
-//! The made-up or borrowed piece of land a flight happens over: what it looks like and how high it is.
+//! The ground of a flight, procedural or from an orthophoto: what it looks like and how high it is.
 //!
 //! World frame everywhere in here: `east_m` and `north_m` are grid coordinates of the ground's own reference system (its
 //! EPSG code), `up_m` is the height. A direction or a point is `[east, north, up]`. Data in, data out: files are read

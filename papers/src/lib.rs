@@ -1,9 +1,9 @@
 //! The tables and figures of papers by this project's own code, and where and why they differ.
 //!
-//! [`paper_000`] is image motion and mid-exposure, [`paper_001`] the semi-parametric fit, [`paper_004`] flight lines. Of paper 003 [`table_1`] is geometry alone, [`table_2`] a Monte
-//! Carlo of three kernels ([`baselines`] on [`setting`]) with their [`memory`] and [`timing`], [`table_3`] a flight
-//! in-process; [`figure_1`] and [`figure_3`] are its pictures. [`text`] is how the rows look to a person. A figure that
-//! does not reproduce stays in the list with the reason.
+//! [`paper_000`] is image motion and mid-exposure, [`paper_001`] the semi-parametric fit, [`paper_004`] flight lines. Of
+//! paper 003 [`table_1`] is geometry alone, [`table_2`] a Monte Carlo of three kernels ([`baselines`] on [`setting`]) with
+//! their [`memory`] and [`timing`], [`table_3`] a flight in-process; [`figure_1`] and [`figure_3`] are its pictures.
+//! [`text`] is how the rows look to a person. A figure that does not reproduce stays in the list with the reason.
 
 pub mod figure_1;
 pub mod figure_3;

@@ -1,8 +1,8 @@
 //! Paper 002: calibration of a camera of four heads, on a made-up flight over made-up ground.
 //!
 //! [`parallax`] is sections 2.2 and 3.1.1, [`world`] the camera and its block of 25 stations, [`methods`] the paper's three
-//! ways to the mounting angles, [`virtual_image`] what is stitched with them, [`table_5`] the triangulation of such images. Tables 1 to 4 are lost with their
-//! numbers; what they say in words has a row.
+//! ways to the mounting angles, [`virtual_image`] what is stitched with them, [`table_5`] the triangulation of such images.
+//! Tables 1 to 4 are lost with their numbers; what they say in words has a row.
 
 pub mod methods;
 pub mod parallax;

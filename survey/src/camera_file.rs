@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Optional are `pixel_mm`, `version`, `crc32` and the tables `distortion`, [`heads`], [`boresight`, `lever_arms` and
-//! `covariance`](mounting). Any other key is an error: a misspelt one would pass for a perfect lens.
+//! `covariance`](mounting). Any other key is an error; otherwise a misspelt distortion key would be read as 0.
 //!
 //! # Lens distortion
 //! Brown-Conrady on normalised coordinates as OpenCV has it, from the ideal point to the distorted one. With m to the right

@@ -44,7 +44,8 @@ const HALF_STEP_DEG: f64 = 0.001;
 /// Beyond this latitude a meridian is too short to tell north by.
 pub(crate) const LATITUDE_MAX_DEG: f64 = 89.99;
 
-/// Largest miss (m, or the same on the ground in degrees) of a point carried over and back again.
+/// Largest error of a point converted there and back, metres on the ground. Chosen: far below a pixel of any orthophoto, far
+/// above the rounding of the series.
 const ROUND_TRIP_M: f64 = 0.05;
 const M_PER_DEG: f64 = 111_320.0;
 
@@ -56,16 +57,17 @@ impl Crs {
     /// systems in degrees; both on a datum whose shift to WGS 84 is three or seven parameters that were found to agree
     /// with the EPSG dataset (the list and how it was made are in `crs/bases.rs`).
     ///
-    /// How good the shift is: ETRS89, NAD83, GDA94, NZGD2000 and their like count as WGS 84, from which plates have drifted by up to
-    /// 2 m; three-parameter shifts of old national datums are good to 5 m or so, seven-parameter ones to 1 to 3 m. Grids that
-    /// are better are not used. Points of one datum keep their relative places; what suffers is the bridge to WGS 84.
+    /// How good the shift is: ETRS89, NAD83, GDA94, NZGD2000 and their like count as WGS 84, from which plates have drifted
+    /// by up to 2 m; three-parameter shifts of old national datums are good to 5 m or so, seven-parameter ones to 1 to 3 m.
+    /// Grids that are better are not used. Points of one datum keep their relative places; what suffers is the bridge to WGS
+    /// 84.
     ///
     /// # Errors
-    /// Refused are: unknown and deprecated codes; datums without a trusted shift and those that need a grid file (NAD27); compound,
-    /// vertical, geocentric and three-dimensional systems; feet, grads, west or south axes, prime meridians other than
-    /// Greenwich; projections that are not conformal, on which one convergence and one scale do not turn and stretch
-    /// a patch (equal-area grids; also EPSG:3857, whose metre is neither a ground metre nor the same in both
-    /// directions), and Krovak's, on which the list of definitions does not tell the axes apart.
+    /// Refused are: unknown and deprecated codes; datums without a trusted shift and those that need a grid file (NAD27);
+    /// compound, vertical, geocentric and three-dimensional systems; feet, grads, west or south axes, prime meridians other
+    /// than Greenwich; projections that are not conformal, on which one convergence and one scale do not turn and stretch a
+    /// patch (equal-area grids; also EPSG:3857, whose metre is neither a ground metre nor the same in both directions), and
+    /// Krovak's, on which the list of definitions does not tell the axes apart.
     pub fn from_epsg(epsg: u32) -> Result<Self, InputError> {
         let definition = Definition::read(epsg)?;
         let proj = |text: &str| {
@@ -101,7 +103,7 @@ impl Crs {
     /// WGS 84 latitude and longitude (degrees) of a point (x east, y north; longitude, latitude if geographic).
     ///
     /// # Errors
-    /// The point lies so far off that the projection does not lead back to it within 1 cm, or is not finite.
+    /// The point lies so far off that the projection does not lead back to it within 5 cm, or is not finite.
     pub fn to_wgs84(&self, x: f64, y: f64) -> Result<(f64, f64), InputError> {
         self.wgs84_unchecked(x, y)
             .filter(|&(lat_deg, lon_deg)| {
@@ -129,9 +131,9 @@ impl Crs {
     /// Grid convergence at a point, radians: the clockwise angle from true north to grid north, so that
     /// `heading_grid = heading_true - convergence`.
     ///
-    /// It is positive east of the central meridian in the northern hemisphere. True north is that of the WGS 84 meridian, which is
-    /// what a satellite receiver and an attitude filter know. Zero for a geographic system. It is measured on two points
-    /// of the meridian, 222 m apart.
+    /// It is positive east of the central meridian in the northern hemisphere. True north is that of the WGS 84 meridian,
+    /// which is what a satellite receiver and an attitude filter know. Zero for a geographic system. It is measured on two
+    /// points of the meridian, 222 m apart.
     ///
     /// # Errors
     /// As for [`Self::to_wgs84`]; also within 1 km of a pole.

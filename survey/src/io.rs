@@ -1,7 +1,6 @@
 //! Files read and written: pictures, georeferenced rasters, tables, and output that appears whole or not at all.
 //!
-//! It stands above `crs` (a raster's tags may spell a reference system out) and below everything that works on what
-//! was read.
+//! Uses `crs`, since a raster's tags may spell a reference system out; is used by everything that works on what was read.
 
 pub mod data;
 pub mod geojson;

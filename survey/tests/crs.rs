@@ -9,8 +9,8 @@ use plumbline_survey::Crs;
 
 const VECTORS: &str = include_str!("crs_pyproj.csv");
 
-/// Both sides drop the height at the datum shift, and the shift is turned back to first order: rotation squared times the Earth's
-/// radius, (5.3 / 206265)^2 * 6.4e6 m = 4 mm for MGI, 1 cm for all systems in the list. Measured: 5.3 mm at most.
+/// Both sides drop the height at the datum shift, and the shift is turned back to first order: rotation squared times the
+/// Earth's radius, (5.3 / 206265)^2 * 6.4e6 m = 4 mm for MGI, 1 cm for all systems in the list. Measured: 5.3 mm at most.
 const PLACE_M: f64 = 0.02;
 
 /// Both sides measure on some 200 m of grid that are good to a micrometre or so. Measured: 7e-9. The least of the convergences
@@ -132,7 +132,8 @@ fn convergence_is_clockwise_from_true_to_grid_north() -> Result<(), Box<dyn Erro
         let east = (lon1 - lon0) * lat0.to_radians().cos();
         let true_heading_of_grid_north = east.atan2(north);
         let off = (true_heading_of_grid_north - v.crs.convergence_rad(v.x, v.y)?).abs();
-        // 100 m further on the meridian leans differently: 100 m * tan(latitude) / R, 3e-5 at 60 degrees, half of it on average.
+        // 100 m further on the meridian leans differently: 100 m * tan(latitude) / R, 3e-5 at 60 degrees, half of it on
+        // average.
         assert!(off < 2e-5, "{:?} {}: {off} rad", v.crs, v.place);
     }
     Ok(())

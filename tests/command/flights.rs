@@ -180,7 +180,7 @@ fn a_flight_over_a_bad_link() {
     assert!(number(&report["matching_error_px"], "accepted_max") < 3.0, "{report}");
 }
 
-/// The same flight over a good link counts nothing, so the counts above are the faults'.
+/// A flight over a good link counts nothing, so the counts above are the faults'.
 #[test]
 fn a_good_link_counts_no_faults() {
     let folder = Folder::with_ground("fly-good-link");

@@ -151,7 +151,7 @@ fn the_patch_is_north_up_around_the_nadir() {
     }
 }
 
-/// The same greys in any format make the same patch. With three equal bands luma is that grey, and 257 times a grey is
+/// Equal greys in any format make one patch. With three equal bands luma is that grey, and 257 times a grey is
 /// the same in 16 bits.
 #[test]
 fn all_formats_give_one_patch() {

@@ -166,7 +166,7 @@ fn gaps_that_were_allowed_are_told() {
     assert_eq!(folder.run(call).code, Some(2));
 }
 
-/// The same input gives the same bytes.
+/// Equal inputs give equal bytes.
 #[test]
 fn twice_the_same() {
     let (folder, _) = samples("smooth-twice");

@@ -132,8 +132,8 @@ fn off(flown: &Flown) -> [[f64; 2]; 2] {
     flown.position_error_m.expect("photos were taken").map(|error| [error.mean, error.max])
 }
 
-/// An exposure so long that its shutter would have had to open before the firmware commits to it, 200 ms ahead: the firmware counts
-/// the photos as exposed, and none was taken.
+/// An exposure so long that its shutter would have had to open before the firmware commits to it, 200 ms ahead: the firmware
+/// counts the photos as exposed, and none was taken.
 #[test]
 fn commitments_that_come_too_late_are_counted_as_such() {
     let folder = Folder::new("late", 0.0);
@@ -153,7 +153,7 @@ fn without_noise_photos_are_taken_where_they_are_planned_to_centimetres() {
     assert_eq!(numbers, (0..18).collect::<Vec<_>>());
     assert_eq!(flown.named, 18, "{:?}", flight.photos);
     // Along, the plan's and the message's places are rounded to 1e-7 degrees, 0.6 cm each, and the velocity to 1 cm/s, of which
-    // it is carried on for half a second at most: 0.25 cm. Across, nothing of it matters.
+    // it is propagated for half a second at most: 0.25 cm. Across, nothing of it matters.
     let [[_, along], [_, across]] = off(&flown);
     assert!(along < 0.016 && across < 1e-6, "{flown:?}");
     // Flat ground, level photos: the overlaps are those of the base plane.

@@ -17,7 +17,7 @@ fn attitude(at_us: u64) -> Sample {
     Sample { sampled_at_us: at_us, arrived_at_us: at_us, reading }
 }
 
-/// The same in whole milliseconds.
+/// An attitude stamped in whole milliseconds.
 fn coarse(at_us: u64) -> Vec<u8> {
     let mut raw = MAVLinkV2MessageRaw::new();
     let data = ATTITUDE_QUATERNION_DATA { time_boot_ms: (at_us / 1000) as u32, q1: 1.0, ..Default::default() };

@@ -22,8 +22,8 @@ use serde_json::Value;
 const NO_DISTORTION: oracle::Distortion = oracle::Distortion { k1: 0.0, k2: 0.0, k3: 0.0, p1: 0.0, p2: 0.0 };
 /// Rounding to whole grey levels and the 11-bit weights.
 const ROUNDING_DN: f64 = 0.5 + 0.13;
-/// How far off the corners of cells may be, frame pixels: stretches of a sixteenth of a box, 2e-3 of single precision. Added are
-/// 1/256 of a box for cutting off and 1/512 for steps of up to 128 cells.
+/// How far off the corners of cells may be, frame pixels: stretches of a sixteenth of a box, 2e-3 of single precision. Added
+/// are 1/256 of a box for cutting off and 1/512 for steps of up to 128 cells.
 fn corner_px(factor: u16) -> f64 {
     2e-3 + f64::from(factor.max(1)) * (1.0 / 16.0 + 3.0 / 512.0)
 }

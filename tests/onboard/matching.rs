@@ -25,7 +25,7 @@ fn view(picture: &Picture) -> View<'_> {
     View::new(&picture.pixels, picture.size).expect("the sizes fit")
 }
 
-/// What the first look says of every shift, and the peak.
+/// What the coarse ranking says of every shift, and the peak.
 fn searched(patch: &Picture, runs: &[Run], reference: &Picture) -> Result<(Vec<i16>, Peak), MatchError> {
     let side = usize::from(2 * RADIUS + 1);
     let (mut scores, mut bytes) = (vec![i16::MAX; side * side], vec![0; working_bytes(reference.size)]);
@@ -89,10 +89,10 @@ fn by_definition(patch: &Picture, runs: &[Run], reference: &Picture, shift: (usi
     cosine(&centred(&p), &centred(&r))
 }
 
-/// Details by their definition: 6.25 times the difference of a pixel to the mean of the 5 x 5 around it, rounded to nearest,
-/// where the nearest pixel of the nearest row stands for one outside the runs; limited to twice the median of their sizes
-/// in the first and every fourth run (a grouped median, classes of one). One run a row.
-fn details(picture: &Picture, runs: &[Run]) -> Picture {
+/// The high-pass image by its definition: 6.25 times the difference of a pixel to the mean of the 5 x 5 around it, rounded
+/// to nearest, where the nearest pixel of the nearest row stands for one outside the runs; limited to twice the median of
+/// their sizes in the first and every fourth run (a grouped median, classes of one). One run a row.
+fn high_passed(picture: &Picture, runs: &[Run]) -> Picture {
     let cols = usize::from(picture.size.0);
     let grey = |col: i32, row: i32| {
         let run = runs.iter().min_by_key(|run| (i32::from(run.row) - row).abs()).expect("runs");
@@ -127,7 +127,7 @@ fn details(picture: &Picture, runs: &[Run]) -> Picture {
 
 /// The first look, by signs over part of the runs, and then the whole patch: no shift scores higher than the peak.
 #[test]
-fn scores_are_the_correlation_of_the_details() {
+fn scores_are_the_correlation_of_high_pass_images() {
     let mut random = Random::new(21);
     for (seed, deviation) in [(1, 40.0), (2, 3.0), (3, 90.0)] {
         let ground = Ground::new(seed, deviation, 5.0);
@@ -140,7 +140,7 @@ fn scores_are_the_correlation_of_the_details() {
             let whole = valid.clamp(300, 900);
             let is_looked_at = |index: usize| index * 300 % whole < 300;
             let looked: Vec<Run> = (0..runs.len()).filter(|&i| is_looked_at(i)).map(|i| runs[i]).collect();
-            let (own, others) = (details(&patch, &runs), details(&reference, &all_valid(reference.size)));
+            let (own, others) = (high_passed(&patch, &runs), high_passed(&reference, &all_valid(reference.size)));
             let signed = |v: &[f64]| v.iter().map(|v| v - 128.0).collect::<Vec<f64>>();
             let largest = own.pixels.iter().map(|&p| f64::from(p) - 128.0).fold(0.0, f64::max);
             let large = (0.5 * largest).ceil().max(2.0);
@@ -172,7 +172,7 @@ fn scores_are_the_correlation_of_the_details() {
 }
 
 /// Gain and offset are exact here (twice the patch plus 7): the correlation differs by single precision, the peak's
-/// score by the rounding of the details, and the place not at all.
+/// score by the rounding of the high-pass images, and the place not at all.
 #[test]
 fn gain_and_offset_do_not_change_the_score() {
     let mut random = Random::new(22);
@@ -233,7 +233,7 @@ struct Series {
 }
 
 /// One sigma that the core adds along each axis for what no residual shows: the pictures' sampling, relief. These pictures
-/// have none of that, so it is made up: the truth is moved by as much.
+/// have none of that, so it is added: the truth is moved by as much.
 const SYSTEMATIC_PX: f64 = 0.005;
 
 /// Shift errors over `trials` random shifts and grounds: mean and largest length, and the mean of e' C⁻¹ e.

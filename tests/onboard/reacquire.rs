@@ -69,7 +69,7 @@ fn drawn(size: (u16, u16), random: &mut Random, grey: impl Fn(usize, usize) -> f
     Picture { pixels: pixels.collect(), size }
 }
 
-/// Every patch from 34 pixels on has more than 400 independent details; noise and fading leave a correlation of 0.65 and
+/// Every patch from 34 pixels on has more than 400 independent cells; noise and fading leave a correlation of 0.65 and
 /// more, 13 deviations, of which 5.4 are asked for. Small boxes, large boxes, and footprints with and without gaps. Half a
 /// pixel is ten times the error of the match itself.
 #[test]

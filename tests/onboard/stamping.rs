@@ -26,7 +26,7 @@ fn holds(name: &str, flights: &[Vec<Flown>], limit_us: f64) -> bool {
     each.iter().all(|rms| *rms <= limit_us) && NEES.contains(&nees(&all))
 }
 
-/// The same flights with the instant taken elsewhere in the exposure.
+/// Flights stamped at another instant of the exposure.
 fn moved(flights: &[Vec<Flown>], by: fn(&Flown) -> f64) -> Vec<Vec<Flown>> {
     let moved = |f: &Flown| Flown { error_us: f.error_us + by(f), ..*f };
     flights.iter().map(|flown| flown.iter().map(moved).collect()).collect()

@@ -39,7 +39,7 @@ fn stores() -> Stores {
     flash().stores().expect("they can be flown")
 }
 
-/// The same payload behind a header that fits it, with another format version.
+/// The payload behind a valid header of another format version.
 fn framed(magic: &[u8; 4], version: u16, payload: &[u8]) -> Vec<u8> {
     let mut bytes = magic.to_vec();
     bytes.extend(version.to_le_bytes());

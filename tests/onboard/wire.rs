@@ -91,7 +91,7 @@ fn frame(random: &mut Random) -> Vec<u8> {
     raw.raw_bytes().to_vec()
 }
 
-/// The same with a signature, which nobody checks.
+/// A message with a signature, which is not checked.
 fn signed(random: &mut Random) -> Vec<u8> {
     let mut bytes = frame(random);
     bytes[2] |= 0x01;

@@ -32,8 +32,8 @@ pub struct Placement {
 }
 
 impl Ground {
-    /// Wavelengths from `shortest_px` to 40 pixels, as many in each octave and all of one height, which is what ground looks like;
-    /// about `deviation` grey levels in all.
+    /// Wavelengths from `shortest_px` to 40 pixels, as many in each octave and all of one height, which is what ground looks
+    /// like; about `deviation` grey levels in all.
     pub fn new(seed: u64, deviation: f64, shortest_px: f64) -> Self {
         let mut random = Random::new(seed);
         let mut wave = || {
@@ -75,7 +75,7 @@ impl Ground {
         greys
     }
 
-    /// The same as a camera shows it: noise of `noise` grey levels, rounded.
+    /// The picture that a camera takes of it: noise of `noise` grey levels, rounded.
     pub fn picture(&self, size: (u16, u16), placement: Placement, noise: f64, random: &mut Random) -> Picture {
         let seen = self.exact(size, placement).into_iter().map(|grey| grey + noise * random.normal());
         Picture { pixels: seen.map(|grey| grey.round().clamp(0.0, 255.0) as u8).collect(), size }

@@ -76,6 +76,24 @@ fn functions_are_short() {
     hold(&broken);
 }
 
+/// A reader who comes from elsewhere does not know what it is the same as.
+#[test]
+fn no_documentation_begins_with_the_same() {
+    let mut broken = Vec::new();
+    for file in sources() {
+        let text = fs::read_to_string(root().join(&file)).expect("a source file is text");
+        let mut before = "";
+        for (number, line) in text.lines().map(str::trim).enumerate() {
+            let is_first = !before.starts_with("//");
+            if is_first && ["/// The same", "//! The same"].iter().any(|begin| line.starts_with(begin)) {
+                broken.push(format!("{}, line {}", file.display(), number + 1));
+            }
+            before = line;
+        }
+    }
+    hold(&broken);
+}
+
 #[test]
 fn every_crate_is_read() {
     let named = |name: &str| targets().iter().any(|target| target.file == Path::new(name));

@@ -21,7 +21,8 @@ pub fn compare(arguments: &[String]) -> Result<ExitCode, Failure> {
 }
 
 fn compared(python: &Path, arguments: &[String]) -> Result<ExitCode, Failure> {
-    run(cargo().args(["build", "--release", "--package", "plumbline-tests", "--bin", "compare-kernels"]))?;
+    let what = ["--package", "plumbline-tests", "--features", "programs", "--bin", "compare-kernels"];
+    run(cargo().args(["build", "--release"]).args(what))?;
     let folder = places::scratch().join("compare");
     // What an earlier run left there must not pass for this one's.
     let _ = fs::remove_dir_all(&folder);

@@ -148,7 +148,6 @@ fn read_symbols(file: &[u8]) -> Option<Vec<Symbol>> {
 }
 
 fn read_functions(file: &[u8]) -> Option<Vec<Function>> {
-    const FUNCTION: u8 = 2;
     let (headers, _) = headers(file)?;
     // Places where code or data begins within a section: `$t` and `$d`.
     let mut marks: Vec<(u32, bool)> = Vec::new();

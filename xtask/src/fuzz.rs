@@ -9,11 +9,12 @@ use std::process::Command;
 /// Inputs for each reader, of either kind.
 const INPUTS: &str = "10000000";
 /// The readers, as `fuzz/Cargo.toml` has them.
-const TARGETS: [&str; 7] = ["mavlink", "configuration", "tiles", "camera_file", "log", "line_device", "line_host"];
+const TARGETS: [&str; 8] =
+    ["mavlink", "line_device", "line_host", "configuration", "tiles", "plan", "camera_file", "log"];
 
 /// `cargo xtask fuzz [--inputs N] [--seed S] [--target NAME]`.
 pub fn fuzz(args: &[String]) -> Result<(), Failure> {
-    run(cargo().args(["build", "--release", "--package", "plumbline-tests", "--bin", "hunt"]))?;
+    run(cargo().args(["build", "--release", "--package", "plumbline-tests", "--features", "programs", "--bin", "hunt"]))?;
     run(Command::new(places::release("hunt")).args(args))?;
     // The compiler's coverage is a nightly feature, and cargo-fuzz a program of its own.
     if !succeeds(Command::new("cargo").args(["+nightly", "fuzz", "--version"])) {
@@ -29,4 +30,17 @@ pub fn fuzz(args: &[String]) -> Result<(), Failure> {
         run(search.arg(format!("-runs={runs}")))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::TARGETS;
+
+    #[test]
+    fn every_target_is_searched() {
+        let manifest = include_str!("../../fuzz/Cargo.toml");
+        let (_, targets) = manifest.split_once("[[bin]]").expect("targets");
+        let names = targets.lines().filter_map(|line| line.strip_prefix("name = ")).map(|name| name.trim_matches('"'));
+        assert_eq!(names.collect::<Vec<_>>(), TARGETS);
+    }
 }

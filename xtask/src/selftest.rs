@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Offsets and values that the firmware's `window` defines.
+/// Offsets and values that `firmware/src/shared_memory.rs` defines.
 const WINDOW_BYTES: u64 = 16 << 20;
 const MAGIC: u64 = 0x00;
 const MAGIC_VALUE: u32 = 0x3342_4c50;

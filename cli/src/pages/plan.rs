@@ -1,8 +1,8 @@
 //! `report.html` of a plan: where to fly, what it gives and what it rests on, on one page that needs nothing but itself.
 //!
-//! Everything on it is computed from the plan. Style and plots are those of a flight's [page](super::flight). The same plan gives the same
-//! bytes. However large the plan, the page stays small: the relief has at most some 600,000 pixels, the cells are as many as the
-//! planner looks at, and photos are thinned out.
+//! Everything on it is computed from the plan. Style and plots are those of a flight's [page](super::flight). The same plan
+//! gives the same bytes. However large the plan, the page stays small: the relief has at most some 600,000 pixels, the cells
+//! are as many as the planner looks at, and photos are thinned out.
 
 mod accuracy;
 mod combinations;

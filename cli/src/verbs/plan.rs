@@ -31,8 +31,8 @@ pub struct Args {
     /// Overlap along the strips and between them, percent: 60/30
     #[arg(long, value_name = "F/S", value_parser = request::overlaps, required_unless_present = "optimise", conflicts_with = "optimise")]
     overlap: Option<plumbline_survey::plan::lines::Overlaps>,
-    /// Choose the overlap: of forward 60 to 90 % and side 30 to 80 % in steps of 5 % the first, side before forward, that leaves
-    /// no gap, no interval below --min-interval-s and keeps --limits-m
+    /// Choose the overlap: of forward 60 to 90 % and side 30 to 80 % in steps of 5 % the first, side before forward, that
+    /// leaves no gap, no interval below --min-interval-s and keeps --limits-m
     #[arg(long)]
     optimise: bool,
     /// Direction of the strips, degrees from grid north, or auto for the shortest flight
@@ -41,7 +41,7 @@ pub struct Args {
     /// Ground speed
     #[arg(long, default_value_t = 35.0, value_parser = super::positive, allow_negative_numbers = true)]
     speed_m_s: f64,
-    /// Least time from one exposure to the next; not below the 38 ms that a frame takes on board
+    /// Least time from one exposure to the next; at least 38 ms, the paper's time for one rectification
     #[arg(long, default_value_t = request::FRAME_S, value_parser = super::positive, allow_negative_numbers = true)]
     min_interval_s: f64,
     /// Largest horizontal and height error (root mean squares), for --optimise

@@ -61,7 +61,7 @@ impl AcceptRule {
             Err(Rejection::OnBorder)
         } else if score.is_nan() || score < self.score_min {
             Err(Rejection::LowScore)
-        } else if lead < self.lead_min {
+        } else if lead.is_nan() || lead < self.lead_min {
             Err(Rejection::Ambiguous)
         } else {
             Ok(())
@@ -73,8 +73,9 @@ impl AcceptRule {
     /// # Errors
     /// [`Rejection::Imprecise`].
     pub fn solution(&self, solution: &SubPixel) -> Result<(), Rejection> {
-        let variance = solution.covariance[(0, 0)].max(solution.covariance[(1, 1)]);
-        let precise = variance <= self.sigma_max_px * self.sigma_max_px;
+        // A comparison with NaN is false: an axis without a variance is not precise.
+        let is_precise = |axis: usize| solution.covariance[(axis, axis)] <= self.sigma_max_px * self.sigma_max_px;
+        let precise = is_precise(0) && is_precise(1);
         if precise && solution.agreement >= self.agreement_min { Ok(()) } else { Err(Rejection::Imprecise) }
     }
 }

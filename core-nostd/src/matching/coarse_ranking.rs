@@ -3,8 +3,8 @@
 //! Of the patch's high-pass image only the large values count, by their sign: larger than the median size, which is half of
 //! them.
 //! Of the reference's only the sign. So the reference has the same energy under the patch at every shift, nothing has to
-//! be divided, and the products are so small that one multiplication makes sixteen ([`slide`]). What the coarse values
-//! lose, a third of what a pixel says, rows make up that cost a tenth.
+//! be divided, and the products are so small that one multiplication makes sixteen ([`slide`]). Coarse values lose
+//! a third of a pixel's information; more rows make up for it, at a tenth of the cost each.
 use super::kernels::signs::{Digits, slide};
 use crate::arch::{add_bytes, clamp_bytes};
 use crate::image::{Run, View};

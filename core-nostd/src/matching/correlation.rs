@@ -27,8 +27,6 @@ impl Default for Correlation {
     }
 }
 
-const _: () = assert!((2 * SEARCH_MAX_PX + 1) * (2 * SEARCH_MAX_PX + 1) == SCORES_MAX);
-
 impl Matcher for Correlation {
     /// The high-pass image of the largest window around the prediction, or the pyramids of the longest patches that either
     /// size of boxes serves.

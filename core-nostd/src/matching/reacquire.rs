@@ -1,9 +1,9 @@
 //! The search for a patch that lies far from where it was predicted: coarse to fine.
 //!
 //! Boxes of k x k pixels of patch and reference make two reduced pictures, whose high-pass images are correlated at every
-//! shift that they can tell. Half a box off, true ground still correlates half as well as on it, and over a few hundred boxes
-//! that stands among the highest of some thousand chance values; which of them it is, the pictures themselves decide: around
-//! each of the highest local maxima they are correlated within ±[`FINE_PX`] in full resolution. The peak's second is the best
+//! shift that they can tell. At half a box off, the true position still has half of its correlation, which over a few hundred
+//! boxes is among the highest of some thousand chance values. Full resolution then decides: around each of the highest local
+//! maxima the pictures are correlated within ±[`FINE_PX`]. The peak's second is the best
 //! other shift of all of these.
 
 mod sizes;

@@ -61,8 +61,8 @@ const FULL_PASSES: usize = 4;
 /// adds 8, 22, 5 and 0.4 %.
 const NEAR_PX: f32 = 0.07;
 /// Pixels that these passes take at least, where the patch has them, and their largest stride of rows. 300 pixels are 50
-/// for each unknown. Over the four series half as many save 0.1 passes over every row, add 4, 3, 5 and 1 % to the mean error and
-/// refuse ten more; twice as many cost 0.3 and take off 0, 5, 1 and 2 %.
+/// for each unknown. Over the four series half as many save 0.1 passes over every row, add 4, 3, 5 and 1 % to the mean error
+/// and refuse ten more; twice as many cost 0.3 and take off 0, 5, 1 and 2 %.
 const COARSE_PX: usize = 300;
 const COARSE_STRIDE: usize = 4;
 /// Behind a step of every row that was below this, one more settles it, pixels: each leaves a fifth of the way to go at

@@ -40,7 +40,8 @@ pub struct Peak {
 
 /// Local maxima of the coarse ranking that the whole patch decides between at most: with six of them and a ranking over
 /// [`images::RANKING_PX`] no frame of the default scene is lost that a search of every shift over the whole patch finds.
-/// Over the weak one of the four series the peak is wrong 291 times of 1,500 with one, 84 with three, 38 with six, 25 with twelve.
+/// Over the weak one of the four series the peak is wrong 291 times of 1,500 with one, 84 with three, 38 with six, 25 with
+/// twelve.
 const CANDIDATES: usize = 6;
 /// A local maximum that lies further than this below the highest is no candidate, but for the best one away from it: the
 /// standard deviation of the difference of two scores. Chosen: of normal numbers 3 in 100,000 lie further off.

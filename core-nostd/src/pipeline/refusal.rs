@@ -13,7 +13,7 @@ use crate::stamp::StampError;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Refusal {
-    /// The capture timer is not tied to the autopilot's clock yet.
+    /// The capture timer has not been compared with the autopilot's clock yet.
     NoClock = 1,
     /// The shutter edges do not make an exposure.
     BadExposure = 2,

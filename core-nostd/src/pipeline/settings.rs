@@ -2,7 +2,7 @@
 
 use crate::budget::REACQUIRE_PX;
 use crate::camera::Camera;
-use crate::matching::acceptance::AcceptRule;
+use crate::matching::AcceptRule;
 use crate::mount::Mount;
 use crate::pipeline::streams::Latencies;
 use crate::pose::noise::{LAGS, NoiseModel, Wave};

@@ -143,14 +143,18 @@ impl Pipeline<'_> {
     /// Which stream a frame waited for in vain.
     pub fn missing_at(&self, mid_exposure_at: Micros) -> SituateError {
         let settings = self.settings();
-        if self.streams.attitude.history().at(mid_exposure_at, settings.gap_us).err() == Some(PoseError::NotYet) {
+        // The fit wants a sample behind the instant, where interpolation would take one at it.
+        let is_measured = settings.follow_up == FollowUpMode::Measured;
+        if self.streams.attitude.history().later_than(mid_exposure_at) == 0 {
             SituateError::Attitude(PoseError::NotYet)
         } else if self.streams.slant.history().at(mid_exposure_at, settings.range_gap_us).err()
             == Some(PoseError::NotYet)
         {
             SituateError::Range(PoseError::NotYet)
-        } else {
+        } else if is_measured {
             SituateError::FollowUp(PoseError::NotYet)
+        } else {
+            SituateError::Attitude(PoseError::NotYet)
         }
     }
 

@@ -63,7 +63,7 @@ pub struct Situation {
 /// Instants of a rolling shutter's readout at which the pose is taken: 5 ms apart for 20 ms, between which blending is off
 /// by less than 0.01 px of the frame.
 const BANDS: usize = 5;
-/// Smallest patch side, pixels: less is no template.
+/// Smallest patch side, pixels: smaller patches are not distinctive.
 const PATCH_MIN_PX: f32 = 7.0;
 
 impl Situation {

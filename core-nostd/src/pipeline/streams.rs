@@ -57,8 +57,8 @@ const SLANT_MAX_M: f32 = 655.0;
 /// than that even by TIMESYNC alone.
 const FUTURE_US: i32 = 100_000;
 /// Consecutive samples with stamps before the newest after which the sender's clock counts as restarted: what is remembered is
-/// of another time. Chosen between 2, since a link may deliver a few samples late, and 40, the longest ring: each one refused is
-/// time without a pose. 20 are a tenth of a second of attitudes at 200 Hz, four seconds of positions at 5 Hz.
+/// of another time. Chosen between 2, since a link may deliver a few samples late, and 40, the longest ring: each one
+/// refused is time without a pose. 20 are a tenth of a second of attitudes at 200 Hz, four seconds of positions at 5 Hz.
 const BACKWARDS_MAX: u8 = 20;
 
 /// One sensor's samples, its calibrated latency, and how long its newest sample took.
@@ -123,7 +123,8 @@ pub struct Latencies {
     pub position_us: u32,
 }
 
-/// The newest samples of every stream. Capacities hold a window of the fit and what arrives while a frame is read out.
+/// The newest samples of every stream. The ring of attitudes holds a window of the fit and what arrives during a
+/// readout; that of positions eleven.
 #[derive(Debug)]
 pub struct Streams {
     /// Attitude, heading already relative to grid north.

@@ -5,7 +5,7 @@
 //! (P + α R) g = P L. That is the system solved here, with P the weights, in O(n).
 
 use super::band::{BELOW, Band, Column, Factors, WINDOW};
-use super::penalty::{Order, Penalty, row};
+use super::penalty::{ALPHA_MAX, Order, Penalty, row};
 use crate::math;
 
 /// Samples of a window, times in nominal intervals from the instant asked for, oldest first.
@@ -30,7 +30,7 @@ pub enum FitError {
     Backwards,
     /// A time, value or weight is not a number, or a weight is negative.
     NotANumber,
-    /// α is not above zero, or above [`Order::alpha_max`].
+    /// α is not above zero, or above [`ALPHA_MAX`].
     Alpha,
     /// The instant lies before the samples, or further ahead of them than [`AHEAD_MAX`].
     Outside,
@@ -131,7 +131,7 @@ impl<const C: usize> Samples<C> {
     /// # Errors
     /// [`FitError`].
     pub fn fit(&self, order: Order, alpha: f32, sigmas: [f32; C]) -> Result<Fitted<C>, FitError> {
-        if !(alpha > 0.0 && alpha <= order.alpha_max()) {
+        if !(alpha > 0.0 && alpha <= ALPHA_MAX) {
             return Err(FitError::Alpha);
         }
         if self.count < 5 {
@@ -154,7 +154,7 @@ impl<const C: usize> Samples<C> {
         self.factor(&penalty, &weights, &mut factors)?;
         let scale = match noise(&penalty, &about, sigmas) {
             Some(scale) => scale,
-            // Whose spikes are they? That takes the curves, and a new factorisation for each.
+            // Which samples are outliers? That takes the curves, and a new factorisation for each.
             None => loop {
                 let (worst, scale) = worst(&factors, &penalty, &weights, &about, sigmas);
                 let may_go = rejected < REJECTED_MAX && counted(&weights) > order.number() + 3;

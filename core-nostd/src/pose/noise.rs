@@ -8,7 +8,7 @@
 //! 0.10 m.
 
 use super::band::{Band, Column, Factors, WINDOW};
-use super::penalty::{Order, Penalty, row};
+use super::penalty::{ALPHA_MAX, Order, Penalty, row};
 use crate::math;
 use core::f32::consts::TAU;
 
@@ -166,7 +166,7 @@ fn best<const G: usize, const N: usize>(model: &NoiseModel, orders: &[Order], gr
                 }
             }
             // Rounding must not lead the last beyond what a fit takes.
-            alpha = (alpha * ALPHAS.1).min(order.alpha_max());
+            alpha = (alpha * ALPHAS.1).min(ALPHA_MAX);
         }
     }
     best.map(|(_, choice)| choice)

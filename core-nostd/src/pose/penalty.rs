@@ -23,16 +23,11 @@ impl Order {
             Order::Third => 3,
         }
     }
-
-    /// The largest α that single precision bears: the condition number is about 4^d α, and beyond these the error of a
-    /// window's estimate, which is taken about a line through its ends, passes a thousandth of the noise.
-    pub fn alpha_max(self) -> f32 {
-        match self {
-            Order::Second => 1e4,
-            Order::Third => 1e4,
-        }
-    }
 }
+
+/// The largest α that single precision bears: the condition number is about 4^d α, and beyond these the error of a
+/// window's estimate, which is taken about a line through its ends, passes a thousandth of the noise.
+pub const ALPHA_MAX: f32 = 1e4;
 
 /// α R = α D'D over a window's samples, by its rows.
 #[derive(Clone, Debug)]

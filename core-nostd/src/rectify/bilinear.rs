@@ -18,8 +18,8 @@ use heapless::VecView;
 /// How far a position may be off the exact one, frame pixels: less than a grey level at the steepest edge that an 8-bit
 /// picture can have.
 const TOLERANCE_PX: f32 = 1.0 / 280.0;
-/// The part of it that may be taken by two readings that share a step, as much to one side as to the other. Chosen between none,
-/// no shared steps, and all of it, no error left for the parabola: four fifths.
+/// The part of it that may be taken by two readings that share a step, as much to one side as to the other. Chosen between
+/// none, no shared steps, and all of it, no error left for the parabola: four fifths.
 const PAIR_TOLERANCE_PX: f32 = 1.0 / 350.0;
 /// Cells nearer to the border than this are tested one by one: more than the tolerance, 0.0036,
 /// rounding to Q16 and half a weight, 0.002, and what a stretch's ends keep from the border, 0.0078.

@@ -40,8 +40,8 @@ const TRUNCATION_MAX: f32 = 1.0 / 16.0;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lines {
     reduction: Reduction,
-    /// Cells a stretch, one where even the shortest is too far from its parabola, near the horizon: then each node is the start of a
-    /// stretch that has no length.
+    /// Cells a stretch, one where even the shortest is too far from its parabola, near the horizon: then each node is the
+    /// start of a stretch that has no length.
     cells: u16,
     /// Cells a stretch; 0 without a length.
     length: f32,

@@ -191,9 +191,9 @@ impl Clock {
         self.epochs = self.epochs.wrapping_add(1);
     }
 
-    /// A pulse: an edge at `tick`, at a whole second of the autopilot. Ignored until a TIMESYNC has given the clock its first epoch. One
-    /// off by more than its gate is counted and ignored, unless it and some before it are a second apart each: then they
-    /// are right and the clock is not.
+    /// A pulse: an edge at `tick`, at a whole second of the autopilot. Ignored until a TIMESYNC has given the clock its
+    /// first epoch. One off by more than its gate is counted and ignored, unless it and some before it are a second apart
+    /// each: then they are right and the clock is not.
     pub fn on_pulse(&mut self, tick: Ticks) {
         let Some(state) = self.propagated(tick) else {
             self.pulses_ignored = self.pulses_ignored.wrapping_add(1);

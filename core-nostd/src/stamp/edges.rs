@@ -68,9 +68,9 @@ impl Edges {
         Edges { kept: Deque::new(), newest: None, arrival: None }
     }
 
-    /// Takes an edge; where the ring is full, the oldest is dropped. The first of an edge and its bounces is the edge. After an opening one
-    /// that is followed by a closing one within the hold-off, a third that opens again says that both were bounces of
-    /// the first; without it the two were a stray pulse.
+    /// Takes an edge; where the ring is full, the oldest is dropped. The first of an edge and its bounces is the edge. After
+    /// an opening one that is followed by a closing one within the hold-off, a third that opens again says that both were
+    /// bounces of the first; without it the two were a stray pulse.
     ///
     /// # Errors
     /// [`EdgeError`]. An edge that is not wired is passed over without one.

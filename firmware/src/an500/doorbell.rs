@@ -1,4 +1,4 @@
-//! The simulator's knock: a byte on UART 1 says that a step is prepared in the window, a byte back that it is done.
+//! The doorbell: a byte on UART 1 says that a step is prepared in the shared memory, a byte back that it is done.
 
 use super::serial::Serial;
 use core::sync::atomic::{AtomicU32, Ordering};

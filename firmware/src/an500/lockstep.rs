@@ -1,4 +1,4 @@
-//! The board as the application sees it: a make-believe camera front end, the link and the capture timer, all fed by
+//! The board as the application sees it: a simulated camera front end, the link and the capture timer, all fed by
 //! the steps of the simulator. See [`crate::shared_memory`] for the registers.
 
 use super::{psram, stack, time_driver, uart};

@@ -9,7 +9,7 @@ use core::ptr::{read_volatile, write_volatile};
 use core::sync::atomic::{Ordering, compiler_fence};
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 
-/// The word at `offset`; `None` outside the window or off a word's boundary.
+/// The word at `offset`; `None` outside the shared memory or off a word's boundary.
 pub fn word(offset: usize) -> Option<u32> {
     if !is_word(offset) {
         return None;
@@ -20,7 +20,7 @@ pub fn word(offset: usize) -> Option<u32> {
     Some(value)
 }
 
-/// Sets the word at `offset`; `false` outside the window or off a word's boundary.
+/// Sets the word at `offset`; `false` outside the shared memory or off a word's boundary.
 pub fn set_word(offset: usize, value: u32) -> bool {
     if is_word(offset) {
         compiler_fence(Ordering::Release);
@@ -31,7 +31,7 @@ pub fn set_word(offset: usize, value: u32) -> bool {
     false
 }
 
-/// `length` bytes from `offset` on; `None` where they are not all inside the window, or among the control words below
+/// `length` bytes from `offset` on; `None` where they are not all inside the shared memory, or among the control words below
 /// 4096, which change.
 ///
 /// # Safety
@@ -41,7 +41,8 @@ pub unsafe fn bytes(offset: usize, length: usize) -> Option<&'static [u8]> {
     if offset < FLOOR || end > SIZE {
         return None;
     }
-    // SAFETY: inside the PSRAM; the firmware writes below `FLOOR` and in the frame's memory only, and the caller speaks for the simulator.
+    // SAFETY: inside the PSRAM; the firmware writes below `FLOOR` and in the frame's memory only, and the caller speaks for
+    // the simulator.
     Some(unsafe { core::slice::from_raw_parts((ADDRESS + offset) as *const u8, length) })
 }
 
@@ -50,7 +51,7 @@ pub unsafe fn bytes(offset: usize, length: usize) -> Option<&'static [u8]> {
 /// # Safety
 /// Called once.
 pub unsafe fn frame_memory() -> &'static mut [u8] {
-    // SAFETY: plain memory inside the window that the simulator never touches and no other slice covers; the caller makes
+    // SAFETY: plain memory that both share, which the simulator never touches and no other slice covers; the caller makes
     // it the only one.
     unsafe { core::slice::from_raw_parts_mut((ADDRESS + FRAME_MEMORY) as *mut u8, FRAME_MEMORY_BYTES) }
 }

@@ -1,7 +1,8 @@
 //! What waits to be sent, the most urgent first.
 //!
-//! Nothing that is asked for at a fixed rate waits behind what is large: each kind has a slot or queue of its own, so heartbeats,
-//! time requests and photo commitments do not compete with frames. Of the servo's commands only the newest counts.
+//! Nothing that is asked for at a fixed rate waits behind what is large: each kind has a slot or queue of its own, so
+//! heartbeats, time requests and photo commitments do not compete with frames. Of the servo's commands only the newest
+//! counts.
 
 use super::{FrameOut, Line, Out};
 use crate::shared::{Queue, Shared};

@@ -32,7 +32,7 @@ pub enum BoardTask {
     Lamps,
     /// The USB device.
     Usb,
-    /// The ear for the simulator.
+    /// Listens for the simulator's greeting.
     Hello,
     /// What is said to the pilot.
     Notices,

@@ -17,8 +17,8 @@ use plumbline_core::stamp::Polarity;
 /// Bytes of the tile store in a record.
 const PIECE: usize = 1024;
 
-/// A journal that becomes a log: `N` borrowed blocks of RAM, and both stores, which are logged too so that a log is all that a replay
-/// needs. The tile store goes in the background, as fast as the flight's records leave space.
+/// A journal that becomes a log: `N` borrowed blocks of RAM, and both stores, which are logged too so that a log is all that
+/// a replay needs. The tile store goes in the background, as fast as the flight's records leave space.
 #[allow(missing_debug_implementations, reason = "embassy-sync's primitives have none")]
 pub struct LogJournal<'f, const N: usize> {
     ring: Shared<BlockRing<'f, N>>,

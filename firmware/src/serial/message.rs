@@ -147,7 +147,7 @@ pub struct Welcome<'a> {
     pub boot: u32,
     /// Clock of the core, Hz; 0 where there is none.
     pub core_clock_hz: u32,
-    /// What its counters counts.
+    /// What its counters count.
     pub counts: Counts,
     /// Largest piece it takes, bytes.
     pub piece_max: u16,
@@ -163,7 +163,7 @@ pub struct Welcome<'a> {
     pub firmware: &'a str,
 }
 
-/// What a board's counters counts.
+/// What a board's counters count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Counts {
     /// Nothing.

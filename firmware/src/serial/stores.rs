@@ -1,4 +1,5 @@
-//! What is uploaded before a flight: the blobs that stand for flash, of which the plan may be missing. What is in them is the application's affair.
+//! What is uploaded before a flight: the blobs that stand for flash, of which the plan may be missing. What is in them is
+//! the application's affair.
 
 use super::message::{Refused, Store};
 use crate::stores::framing::checksum;

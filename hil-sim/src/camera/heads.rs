@@ -47,7 +47,8 @@ fn eq_1([heading, pitch, roll]: [f64; 3]) -> Matrix3<f64> {
 }
 
 /// The turn (heading, pitch, roll) of what is turned by the angles φ, ω, κ, degrees, against a platform that is itself
-/// turned by `boresight_rad` against its mount: one boresight for both, which is all that a configuration has to hold of a head.
+/// turned by `boresight_rad` against its mount: one boresight for both, which is all that a configuration has to hold of a
+/// head.
 #[must_use]
 pub fn turned(rotation_deg: [f64; 3], boresight_rad: [f64; 3]) -> [f64; 3] {
     let head_from_platform = rotation(rotation_deg.map(f64::to_radians)).transpose();

@@ -7,8 +7,8 @@ use plumbline_firmware::stores::configuration::Configuration;
 use plumbline_survey::error::InputError;
 use std::path::Path;
 
-/// The configuration of a camera file, of one of its heads where it has several, and, where given, of a settings file: its text and
-/// its name. What is not said is as in the default scenario.
+/// The configuration of a camera file, of one of its heads where it has several, and, where given, of a settings file: its
+/// text and its name. What is not said is as in the default scenario.
 ///
 /// # Errors
 /// One sentence for a camera that cannot be used, a key that is none of a vehicle's, a value out of its range.

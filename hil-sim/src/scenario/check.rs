@@ -1,29 +1,32 @@
-//! The door: what a scenario may say. Behind it nobody checks again.
+//! Validates a scenario; later code does not check again.
 
 use super::bounds::within;
 use super::footprint::{footprint_margin_m, tangent_per_px};
 use super::{Camera, EdgeSource, FollowUpMode, Payload, Run, Scenario, ScenarioError, Vehicle};
 use plumbline_survey::camera_file::{CameraFile, SIDE_MAX_PX};
 
-/// Some air between a frame's first row and the next frame's opening.
+/// Least time between a frame's first row and the next frame's opening. Chosen: a millisecond, less the default arrival of
+/// 50 µs.
 const BETWEEN_FRAMES_US: u64 = 950;
 /// Pixels are square where their sides differ by no more than this share, as in the core's `Camera::has_square_pixels`: what
 /// the rounded fields of view of a data sheet allow.
 const SQUARE_MAX: f64 = 1e-3;
-/// Sigmas of jitter that every order of events is kept for.
+/// Sigmas of jitter for which the order of events is guaranteed.
 const JITTER_SIGMAS: f64 = 6.0;
+/// Sigmas at which the simulator cuts the jitter of arrivals off: see [`Shutter`](super::vehicle::Shutter).
+const ARRIVAL_SIGMAS: f64 = 4.0;
 
 impl Vehicle {
     /// Checks every value.
     ///
     /// # Errors
-    /// What is wrong, to stand behind the file's name.
+    /// The message; the caller puts the file's name before it.
     pub fn check(&self) -> Result<(), String> {
         within(self.ranges())?;
         in_order("flight.tilt_hz", self.flight.tilt_hz)?;
         let shutter = &self.shutter;
         let edge_us = f64::from(shutter.close_delay_us) + most(shutter.edge_jitter_us);
-        let first_us = f64::from(shutter.arrival_latency_us) - 4.0 * shutter.arrival_jitter_us;
+        let first_us = f64::from(shutter.arrival_latency_us) - ARRIVAL_SIGMAS * shutter.arrival_jitter_us;
         if shutter.edges == EdgeSource::Both && edge_us + 2.0 > first_us || first_us < 1.0 {
             return Err(format!(
                 "shutter.arrival_latency_us = {} with its jitter is shorter than shutter.close_delay_us = {} with the \
@@ -37,7 +40,7 @@ impl Vehicle {
     /// Checks that its firmware can take frames of `camera`: eq. 7 holds for square pixels alone.
     ///
     /// # Errors
-    /// What is wrong, to stand behind the file's name.
+    /// The message; the caller puts the file's name before it.
     pub fn check_camera(&self, camera: &CameraFile) -> Result<(), String> {
         let side = f64::from(SIDE_MAX_PX);
         within([

@@ -3,10 +3,10 @@
 use super::bounds::Bounded;
 use serde::Deserialize;
 
-/// From which second of the flight to which, the latter no more.
+/// Start and end, seconds of the flight; the end is excluded.
 pub type Seconds = [f64; 2];
 
-/// None of it unless given.
+/// No faults by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(default)]
 pub struct Faults {

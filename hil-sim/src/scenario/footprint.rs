@@ -14,8 +14,8 @@ pub fn footprint_margin_m(scenario: &Scenario, payload: &Payload) -> f64 {
 }
 
 /// As [`footprint_margin_m`] for a given angle between the follow-up axis and vertical, radians; a replay's is
-/// [`AttitudeLog::largest_tilt_rad`](crate::vehicle::motion::AttitudeLog::largest_tilt_rad). The camera may lean away from that axis by its
-/// boresight.
+/// [`AttitudeLog::largest_tilt_rad`](crate::vehicle::motion::AttitudeLog::largest_tilt_rad). The camera may lean away from
+/// that axis by its boresight.
 #[must_use]
 pub fn footprint_margin_at_m(scenario: &Scenario, payload: &Payload, tilt_rad: f64) -> f64 {
     let [_, pitch_rad, roll_rad] = payload.mount.true_boresight_rad;
@@ -24,7 +24,8 @@ pub fn footprint_margin_at_m(scenario: &Scenario, payload: &Payload, tilt_rad: f
     if off_nadir_rad < FRAC_PI_2 { scenario.run.flight.height_m[1] * off_nadir_rad.tan() } else { f64::INFINITY }
 }
 
-/// Tangents from the camera's axis to the frame's right border and to its upper one, about the farther corner with its distortion.
+/// Tangents from the camera's axis to the frame's right border and to its upper one, about the farther corner with its
+/// distortion.
 #[must_use]
 pub fn half_tangents(camera: &CameraFile) -> [f64; 2] {
     let borders = borders(camera);

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "Keys")]
 pub enum Ground {
-    /// Synthetic, from the seed: texture, fields, roads; flat at height 0.
+    /// Synthetic, from the seed: texture, fields, roads; level at height 0 but for the houses.
     Procedural,
     /// An orthophoto.
     Ortho {

@@ -24,7 +24,7 @@ use sight::{Taken, see};
 
 /// Cells that coverage and accuracy are looked at on, about.
 const CELLS_MOST: usize = 10_000;
-/// Times that noise is made up.
+/// Monte Carlo rounds.
 const ROUNDS: u64 = 8;
 
 /// A plan as it was flown: `plan` of `report.json`.
@@ -288,8 +288,8 @@ impl Block {
         (count > 0.0).then(|| squares.map(|sum| (sum / count).sqrt()))
     }
 
-    /// Smallest overlaps of successive photos of a strip and of neighbouring lines, each photo standing where its axis meets the
-    /// base plane: that is what its tilt does to a footprint but for its shape.
+    /// Smallest overlaps of successive photos of a strip and of neighbouring lines, each photo standing where its axis meets
+    /// the base plane: that is what its tilt does to a footprint but for its shape.
     fn overlap(&self, terrain: &Terrain<'_>, area: &Area, taken: &[Taken]) -> Pair {
         let layout = Layout {
             terrain,

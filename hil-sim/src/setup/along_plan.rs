@@ -74,7 +74,8 @@ pub(super) fn prepare(scenario: Scenario, plan: &PlanToFly) -> Result<Setup, Inp
     Ok(setup)
 }
 
-/// The scenario with what the plan says of camera, speed, photos and navigation. What is wrong with it is the plan's fault.
+/// The scenario with what the plan says of camera, speed, photos and navigation. Errors found from here on name the plan's
+/// file.
 fn outfitted(scenario: Scenario, plan: &PlanToFly, planned: &mut Planned) -> Scenario {
     let file = &planned.file;
     let (camera, factor) = camera::binned(file);

@@ -14,7 +14,7 @@ fn built_in(name: &str) -> &str {
     BUILT_IN.iter().find(|(built_in, _)| *built_in == name).expect("it is built in").1
 }
 
-/// Differences are made up over procedural ground; over an orthophoto only those that the scenario asks for.
+/// Over procedural ground the reference has synthetic differences; over an orthophoto only those that the scenario asks for.
 #[test]
 fn nothing_is_added_to_a_picture_of_the_world_but_what_is_asked_for() {
     let of = |text: &str| radiometry_of(&parse(text));

@@ -5,8 +5,9 @@
 //! heading clockwise from GRID north, pitch nose up, roll right wing down, follow-up angle counter-clockwise from above
 //! about the body's up axis. Time: integer microseconds of the autopilot's clock.
 //!
-//! Synthetic motion: pitch and roll uniform within the largest tilt, below 20°/s for 99 % of the time at ±10° and 0.05 to 0.25 Hz; height
-//! uniform within its range at no more than 2.5 m/s; a track that always turns one way, through all headings.
+//! Synthetic motion: pitch and roll uniform within the largest tilt, below 20°/s for 99 % of the time at ±10° and 0.05 to
+//! 0.25 Hz; height uniform within its range at no more than 2.5 m/s; a track that always turns one way, through all
+//! headings.
 
 mod climb;
 mod log;
@@ -98,13 +99,13 @@ impl Motion {
         Self::with_attitude(scenario, area, Attitude::synthetic(scenario))
     }
 
-    /// Along a plan's strips, with made-up attitude around the course.
+    /// Along a plan's strips, with synthetic attitude around the course.
     #[must_use]
     pub fn planned(scenario: &Scenario, track: PlannedTrack) -> Self {
         Self::on_course(scenario, Course::Planned(track), Attitude::synthetic(scenario))
     }
 
-    /// The attitude of `log`, with made-up horizontal motion and height. The log's yaw is taken as the heading on the
+    /// The attitude of `log`, with synthetic horizontal motion and height. The log's yaw is taken as the heading on the
     /// grid; it has nothing to do with the course. Start and time scale are the scenario's `replay`, or the log's
     /// first row and 1.
     ///

@@ -41,8 +41,8 @@ pub fn antenna(state: &TrueState, mount: &Mounting) -> [f64; 3] {
     })
 }
 
-/// The lever arm in the configuration store. A board knows arms along the vehicle's axes alone: a head's is among them where the camera
-/// is fixed, and left out, some centimetres, where a servo turns it.
+/// The lever arm in the configuration store. A board knows arms along the vehicle's axes alone: a head's is among them where
+/// the camera is fixed, and left out, some centimetres, where a servo turns it.
 #[must_use]
 pub fn configured_arm(mount: &Mounting, mode: FollowUpMode) -> [f64; 3] {
     let Mounting { lever_arm_m, head_arm_m, .. } = mount;
@@ -82,15 +82,15 @@ pub fn payload_of_file(vehicle: &Vehicle, truly: Option<Boresight>, path: &Path)
 /// How the camera of `file` is mounted: as the file says, or as the scenario does; `truly`: its boresight as it really is.
 ///
 /// # Errors
-/// What is wrong, to stand behind the file's name: a boresight or an arm that is given twice.
+/// The message, before which the caller puts the file's name: a boresight or an arm that is given twice.
 fn mounting(vehicle: &Vehicle, truly: Option<Boresight>, file: &CameraFile) -> Result<Mounting, String> {
     let Mount { mut lever_arm_m, boresight } = vehicle.mount;
     if file.boresight.is_some() && !boresight.is_none() {
-        return Err("it has a boresight, and so has [mount]".to_owned());
+        return Err("the boresight is given both here and in [mount]; give it once".to_owned());
     }
     if let Some([right, forward, up]) = file.lever_arms {
         if lever_arm_m != [0.0; 3] {
-            return Err("it has a lever arm, and so has [mount]".to_owned());
+            return Err("the lever arm is given both here and in [mount]; give it once".to_owned());
         }
         lever_arm_m = [forward, right, -up];
     }
@@ -107,7 +107,7 @@ fn mounting(vehicle: &Vehicle, truly: Option<Boresight>, file: &CameraFile) -> R
 /// The camera that flies, turned and placed as its file has it: head `head`, counted from 1, or the file's only camera.
 ///
 /// # Errors
-/// What is wrong, to stand behind the file's name: several heads and none named, a head that is not there.
+/// The message, before which the caller puts the file's name: several heads and none named, a head that is not there.
 fn of_head(file: CameraFile, head: Option<u8>, mount: Mounting) -> Result<Payload, String> {
     let count = file.heads.len();
     let number = match (head, count) {
@@ -121,7 +121,7 @@ fn of_head(file: CameraFile, head: Option<u8>, mount: Mounting) -> Result<Payloa
         (Some(head), _) => usize::from(head),
     };
     let flying = number.checked_sub(1).and_then(|index| file.heads.get(index));
-    let flying = flying.ok_or_else(|| format!("head {number} is none of its {count} heads"))?;
+    let flying = flying.ok_or_else(|| format!("head = {number}, but the file has {count} heads"))?;
     let mount = Mounting {
         head_arm_m: from_platform(flying.d_m, mount.boresight_rad),
         boresight_rad: turned(flying.rotation_deg, mount.boresight_rad),

@@ -1,4 +1,4 @@
-//! A made-up landscape for flights without data: fields, woods, a river, roads, villages with houses that stand up.
+//! A procedural landscape for flights without data: fields, woods, a river, roads, villages with houses that stand up.
 //!
 //! It is no model of any place. What matters is that it carries texture at every scale from half a metre to 200 m, so that
 //! the matching has something to hold on to everywhere, and that houses have true heights, so that what a real frame does
@@ -101,8 +101,9 @@ fn painted_anew(seed: u64) -> Ground {
     Ground::from_checked(grid(albedo), grid(surface), EPSG)
 }
 
-/// The landscape of [`procedural`] as a texture over another `surface`: its picture, without the houses' heights, stretched over all of
-/// `bounds`, which is finer than needed where they are smaller than the landscape. Both are in the system `epsg`.
+/// The landscape of [`procedural`] as a texture over another `surface`: its picture, without the houses' heights, stretched
+/// over all of `bounds`, which is finer than needed where they are smaller than the landscape. Both are in the system
+/// `epsg`.
 ///
 /// # Errors
 /// A surface that is no ground.

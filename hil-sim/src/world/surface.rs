@@ -1,8 +1,8 @@
 //! Following a line of sight to a bilinear height surface.
 //!
 //! The surface is cut into tiles of 16 x 16 cells, each with its lowest and highest point. A ray steps over tiles, skips
-//! those it passes above, and inside the others steps cell by cell. In a cell height minus ray is a quadratic along the ray, so the
-//! crossing is exact: no march step to choose, no thin wall to step over.
+//! those it passes above, and inside the others steps cell by cell. In a cell height minus ray is a quadratic along the ray,
+//! so the crossing is exact: no march step to choose, no thin wall to step over.
 
 use super::grid::Grid;
 

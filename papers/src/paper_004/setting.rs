@@ -134,7 +134,8 @@ pub fn mountains(hills: &Dem) -> Dem {
     Dem { cols, rows, heights: (0..cols * rows).map(post).collect(), ..*hills }
 }
 
-/// Percent of photos that variable bases save against the cheapest constant ones, over windows of test 1's size a kilometre apart.
+/// Percent of photos that variable bases save against the cheapest constant ones, over windows of test 1's size a kilometre
+/// apart.
 ///
 /// # Errors
 /// None where the windows have no holes.

@@ -48,7 +48,7 @@ impl Interior {
         [c * xd + xp, yp - c * yd]
     }
 
-    /// The same with its derivatives.
+    /// The distortion with its derivatives.
     #[must_use]
     pub fn imaged(&self, [a, b]: [f64; 2]) -> Imaged {
         let [c, _, _, k1, k2, k3, p1, p2] = self.0;

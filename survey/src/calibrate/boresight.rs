@@ -1,21 +1,21 @@
 //! The boresight of a camera of one head from the fixes and poses of a flight: the part of paper 002's platform calibration
 //! that such a camera needs.
 //!
-//! Where positions are independently known, the fixes' errors show how the camera really sits: see `boresight/model.rs` for what a
-//! boresight does to a fix. It is estimated by least squares with Huber's loss: Gauss-Newton steps with the weights of the
-//! residuals before, whose scale is their median's, held after some steps so that they converge. The covariance is Huber's,
-//! s² (A'A)⁻¹ with s² = Σψ² / (2n − u) / m² ([`Moments`]).
+//! Where positions are independently known, the fixes' errors show how the camera really sits: see `boresight/model.rs` for
+//! what a boresight does to a fix. It is estimated by least squares with Huber's loss: Gauss-Newton steps with the weights
+//! of the residuals before, whose scale is their median's, held after some steps so that they converge. The covariance is
+//! Huber's, s² (A'A)⁻¹ with s² = Σψ² / (2n − u) / m² ([`Moments`]).
 //!
 //! Neighbouring fixes see the same ground and share its errors, so the covariance is also taken from the sums of the gradients
 //! over stretches of the flight (a sandwich estimator), and the larger of both stands.
 //!
 //! How the matching weighs the parts of a patch is not known. The nadir's ray alone and the whole patch are the two ends:
-//! by them phi and omega differ by a tenth of the correction, kappa, whose arm is the tilt less the patch's own middle, by half.
-//! Half of the one and all of the other is added to the standard deviations; a second flight with the new file takes it off.
-//! It is a share of the correction and no matter of chance, and at the nadir's end a correction of kappa is estimated 2.2 times too
-//! large: written as it is, it would be off by more than before. So a correction whose share is beyond the limit is not
-//! written, but what is left of it without that share is given for a further flight ([`Boresight::next_rad`]): at both ends
-//! that mount is off by half as much at most, and the flight with it shows the rest.
+//! by them phi and omega differ by a tenth of the correction, kappa, whose arm is the tilt less the patch's own middle, by
+//! half. Half of the one and all of the other is added to the standard deviations; a second flight with the new file takes
+//! it off. It is a share of the correction and no matter of chance, and at the nadir's end a correction of kappa is
+//! estimated 2.2 times too large: written as it is, it would be off by more than before. So a correction whose share is
+//! beyond the limit is not written, but what is left of it without that share is given for a further flight
+//! ([`Boresight::next_rad`]): at both ends that mount is off by half as much at most, and the flight with it shows the rest.
 //!
 //! Phi and omega move each fix by the height times the angle. Kappa turns the patch about the camera's axis and moves it by
 //! the height times the angle times the tilt only, so a level flight does not show it.
@@ -119,8 +119,8 @@ impl fmt::Display for BoresightError {
     }
 }
 
-/// The boresight of the camera that took `sightings`, while the board was configured with `configured_rad`, with a constant offset of the
-/// fixes (east, north) where `with_offset`.
+/// The boresight of the camera that took `sightings`, while the board was configured with `configured_rad`, with a constant
+/// offset of the fixes (east, north) where `with_offset`.
 ///
 /// # Errors
 /// [`BoresightError`].

@@ -45,7 +45,7 @@ impl Covariance {
 
 /// Relative difference of numbers that should be equal but were computed in two ways.
 const EQUAL: f64 = 1e-9;
-/// The same for numbers that a person may have typed.
+/// Relative tolerance for numbers typed by hand.
 const TYPED: f64 = 1e-2;
 /// Largest angle of a boresight, degrees, and largest lever arm, metres.
 const BORESIGHT_MAX_DEG: f64 = 10.0;

@@ -4,9 +4,9 @@
 //! published one: it is 34 m off for Stereo 70, 120 m for the Balkan zones of MGI, 260 m for Pampa del Castillo. So
 //! each system was compared with PROJ 9.5.1 and its copy of the EPSG dataset, on every code that stands on it, at three points
 //! of the code's area of use. A system is listed where all of these lie within 1 m of a transformation that the dataset
-//! publishes for the place, and within 5 m of the one PROJ prefers without grid files. By judgement were added 4258 (ETRS89), 4269
-//! (NAD83) and 4617 (NAD83 CSRS), which stand for WGS 84 (their misses are 1.4 m at most, or in places where nothing is
-//! published), and 4314 (DHDN), whose misses are two zones at sea.
+//! publishes for the place, and within 5 m of the one PROJ prefers without grid files. By judgement were added 4258
+//! (ETRS89), 4269 (NAD83) and 4617 (NAD83 CSRS), which stand for WGS 84 (their misses are 1.4 m at most, or in places where
+//! nothing is published), and 4314 (DHDN), whose misses are two zones at sea.
 
 /// EPSG codes of the trusted geographic systems, ascending.
 #[rustfmt::skip]

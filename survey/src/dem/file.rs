@@ -209,8 +209,8 @@ impl DemFile {
     }
 }
 
-/// The posts from position `first` to position `last` and one beyond on each side, of `count`; `None` if both are on the same side
-/// of them all.
+/// The posts from position `first` to position `last` and one beyond on each side, of `count`; `None` if both are on the
+/// same side of them all.
 fn posts(first: f64, last: f64, count: usize) -> Option<Range<usize>> {
     let end = (count - 1) as f64;
     if last < -ROUNDING || first > end + ROUNDING {

@@ -51,8 +51,9 @@ impl Frame {
         Ok(Self::Degrees { crs, origin: centre, m_per_deg: [parallel_m.to_radians(), meridian_m.to_radians()] })
     }
 
-    /// The same for an area, x0, y0, x1, y1: in degrees with the longest degree of longitude and of latitude that it has, so that
-    /// nothing in it is farther apart than the working coordinates say. What is planned with a guarantee there keeps it.
+    /// The working coordinates of an area, x0, y0, x1, y1: in degrees with the longest degree of longitude and of latitude
+    /// that it has, so that nothing in it is farther apart than the working coordinates say. What is planned with a
+    /// guarantee there keeps it.
     ///
     /// # Errors
     /// As [`Self::new`].

@@ -136,7 +136,8 @@ mod tests {
         let feature =
             format!(r#"{{"type":"FeatureCollection","features":[{{"type":"Feature","geometry":{polygon}}}]}}"#);
         let grid = of(&feature, Some(31287)).expect("Austria");
-        // pyproj: Transformer.from_crs(4326, 31287, always_xy=True).transform(14.1, 47.1), which may take another shift of datum.
+        // pyproj: Transformer.from_crs(4326, 31287, always_xy=True).transform(14.1, 47.1), which may take another shift of
+        // datum.
         assert!((grid[0][0] - 458_235.66).hypot(grid[0][1] - 355_886.30) < 5.0, "{grid:?}");
         assert_eq!(of(&polygon, None).expect("local")[2], [14.2, 47.2]);
         assert_eq!(of(&polygon, Some(4326)).expect("degrees").len(), 4);

@@ -52,7 +52,7 @@ fn temporary_name(path: &Path) -> String {
     format!(".{name}.{}.{}.part", std::process::id(), COUNTER.fetch_add(1, Ordering::Relaxed))
 }
 
-/// Who may not write has named the wrong file; all else is no fault of the input.
+/// Missing permission counts as bad input (exit 2), any other failure as failed work (exit 1).
 fn refused(path: &Path, error: io::Error) -> InputError {
     let what = format!("cannot write {}", path.display());
     match error.kind() {

@@ -65,7 +65,7 @@ pub fn read_grey(path: &Path) -> Result<Picture, InputError> {
     Ok(Picture { cols, rows, pixels })
 }
 
-/// The same with its colours: one band of a grey picture, three of a colour picture, without alpha.
+/// Reads a picture with its colours: one band of a grey picture, three of a colour picture, without alpha.
 ///
 /// # Errors
 /// As [`read_grey`].

@@ -81,7 +81,7 @@ impl Area {
         self.sides().filter(crosses).count() % 2 == 1
     }
 
-    /// The same polygon in other coordinates.
+    /// The polygon in other coordinates.
     #[must_use]
     pub fn mapped(&self, map: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
         Area { corners: self.corners.iter().map(|corner| map(*corner)).collect() }

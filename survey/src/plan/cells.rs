@@ -127,8 +127,8 @@ impl Cells {
         self.inside.par_iter().map_init(Vec::new, of).collect()
     }
 
-    /// Root mean square of the errors of all cells' intersections, horizontal and height, with noise drawn `rounds` times; `None`
-    /// where no cell is determined.
+    /// Root mean square of the errors of all cells' intersections, horizontal and height, with noise drawn `rounds` times;
+    /// `None` where no cell is determined.
     #[must_use]
     pub fn simulated(&self, photos: &Photos<'_>, sigmas: &Sigmas, seed: u64, rounds: u64) -> Option<[f64; 2]> {
         let simulations: Vec<Simulation> =

@@ -43,8 +43,8 @@ impl Turns {
         along + between.sum::<f64>()
     }
 
-    /// Half a turn onto a line at a distance: two quarters and a straight, or, where the line is nearer than a diameter, out, around
-    /// and in by three arcs that touch.
+    /// Half a turn onto a line at a distance: two quarters and a straight, or, where the line is nearer than a diameter,
+    /// out, around and in by three arcs that touch.
     #[must_use]
     pub fn turn_m(&self, distance_m: f64) -> f64 {
         let (radius_m, distance_m) = (self.radius_m, distance_m.abs());
@@ -115,8 +115,8 @@ fn around(strip: &Strip, beyond_m: f64, aside_m: f64) -> Zone {
     }
 }
 
-/// Where the aircraft may be: along the strips with a radius to all sides, and from the end of each to the start of the next. A turn
-/// onto a near line swings out by up to 1 + sqrt(3) radii.
+/// Where the aircraft may be: along the strips with a radius to all sides, and from the end of each to the start of the
+/// next. A turn onto a near line swings out by up to 1 + sqrt(3) radii.
 fn on_the_way(strips: &[Strip], radius_m: f64) -> impl Iterator<Item = Zone> {
     let swing_m = (1.0 + 3.0_f64.sqrt()) * radius_m;
     let legs: Vec<Leg<'_>> = flown(strips).collect();

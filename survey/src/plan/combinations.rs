@@ -34,9 +34,8 @@ pub fn all() -> impl Iterator<Item = Overlaps> {
 pub const COUNT: usize = 77;
 
 impl Layout<'_> {
-    /// All combinations over this area in ascending order, side before forward, each laid, seen and its intersections' covariances
-    /// formed; none is chosen yet. `progress` is called after each, from
-    /// any thread.
+    /// All combinations over this area in ascending order, side before forward, each laid, seen and its intersections'
+    /// covariances formed; none is chosen yet. `progress` is called after each, from any thread.
     ///
     /// # Errors
     /// The terrain reaches the camera.

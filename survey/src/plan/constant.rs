@@ -1,8 +1,8 @@
 //! The cheapest constant bases that guarantee the overlap, to hold the variable ones against.
 //!
-//! What a constant base costs is whole lines and photos. So for each number of lines, from the least on, the shortest distance with
-//! which they still reach the area's end is tried: a longer one with as many lines overlaps less. The same along the strips, where
-//! one base serves all of them.
+//! What a constant base costs is whole lines and photos. So for each number of lines, from the least on, the shortest
+//! distance with which they still reach the area's end is tried: a longer one with as many lines overlaps less. The same
+//! along the strips, where one base serves all of them.
 
 use super::lines::{END_M, Layout, Strip, too_many};
 use crate::error::InputError;

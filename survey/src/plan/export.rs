@@ -27,7 +27,7 @@ pub const FILES: [&str; 6] = ["plan.json", "plan.plan", "plan.geojson", "plan.km
 pub struct Outputs<'p> {
     /// The plan with its rasters.
     pub planned: &'p Planned<'p>,
-    /// The same as a file.
+    /// The plan as its file has it.
     pub file: &'p PlanFile,
     /// Where it lies.
     pub place: &'p Place,
@@ -36,8 +36,8 @@ pub struct Outputs<'p> {
 }
 
 impl Outputs<'_> {
-    /// All files but the page, whole, before the first is written. The plan for an autopilot and KML are left out where nobody knows where
-    /// on Earth it lies.
+    /// All files but the page, whole, before the first is written. The plan for an autopilot and KML are left out where
+    /// nobody knows where on Earth it lies.
     ///
     /// # Errors
     /// What a file cannot express.
@@ -88,8 +88,8 @@ fn counter_clockwise(mut ring: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     ring
 }
 
-/// Writes the files, all or none; those of [`FILES`] that an earlier plan left and this one does not have are removed, as they would
-/// be taken for this one's.
+/// Writes the files, all or none; those of [`FILES`] that an earlier plan left and this one does not have are removed, as
+/// they would be taken for this one's.
 ///
 /// # Errors
 /// A file cannot be written.

@@ -5,7 +5,8 @@ use crate::dem::Dem;
 
 impl Terrain<'_> {
     /// A rise over run from which on every ray from the ground point at (x, y) meets no terrain again, in any direction: the
-    /// steepest ground in the cells around, and the steepest view of any other cell, taken at its highest post and its nearest place.
+    /// steepest ground in the cells around, and the steepest view of any other cell, taken at its highest post and its
+    /// nearest place.
     #[must_use]
     pub fn clear_slope(&self, [x, y]: [f64; 2], ground_m: f64) -> f64 {
         let dem = self.dem();

@@ -117,8 +117,8 @@ pub struct Layout<'a> {
 }
 
 impl Layout<'_> {
-    /// The strips with variable bases and distances, line by line. Lines begin on the area's edge and end on or beyond the other;
-    /// each run begins a nominal base before the area and ends one or more beyond it.
+    /// The strips with variable bases and distances, line by line. Lines begin on the area's edge and end on or beyond the
+    /// other; each run begins a nominal base before the area and ends one or more beyond it.
     ///
     /// # Errors
     /// The terrain reaches the camera; more than half a million photos.

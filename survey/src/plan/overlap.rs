@@ -1,7 +1,8 @@
 //! The overlap that strips have on the ground.
 //!
-//! A ground point at height dh above the base plane lies in the next photo B / (1 - dh / H) further back on the base plane's scale,
-//! so the share of a photo that the next one sees too is 1 - B / (l (1 - dh / H)), smallest at the highest terrain of the overlap.
+//! A ground point at height dh above the base plane lies in the next photo B / (1 - dh / H) further back on the base plane's
+//! scale, so the share of a photo that the next one sees too is 1 - B / (l (1 - dh / H)), smallest at the highest terrain of
+//! the overlap.
 
 use super::lines::{Layout, Strip};
 use super::terrain::Zone;

@@ -132,8 +132,8 @@ impl Request {
         })
     }
 
-    /// The heading of the shortest flight: steps all around and the area's longest sides are compared, the first of equals wins.
-    /// One from which the terrain cannot be flown over is none.
+    /// The heading of the shortest flight: steps all around and the area's longest sides are compared, the first of equals
+    /// wins. One from which the terrain cannot be flown over is none.
     fn heading<'r>(&self, layout: &dyn Fn(f64) -> Layout<'r>) -> Result<f64, InputError> {
         let corners = self.area.corners();
         let sides = corners.iter().zip(corners.iter().cycle().skip(1));

@@ -1,7 +1,7 @@
 //! Simulated noise of a block, and what the intersection makes of it (paper 004, section 2, steps 3 to 6).
 //!
-//! Each photo has one error of its position and its attitude, for all points that it sees; each ray has image noise of its own. The
-//! ray is projected through the camera as it really is and read as if it were where the plan has it.
+//! Each photo has one error of its position and its attitude, for all points that it sees; each ray has image noise of its
+//! own. The ray is projected through the camera as it really is and read as if it were where the plan has it.
 
 use super::intersect::{Sigmas, intersection};
 use super::lines::Strip;

@@ -9,8 +9,8 @@ use super::lines::{Layout, Strip};
 use rayon::prelude::*;
 
 impl Layout<'_> {
-    /// The smallest width between the edges of neighbouring strips, as a share of the wider of their swaths at that position along;
-    /// `None` where all strips lie on one line. Below 0 they leave a gap.
+    /// The smallest width between the edges of neighbouring strips, as a share of the wider of their swaths at that position
+    /// along; `None` where all strips lie on one line. Below 0 they leave a gap.
     #[must_use]
     pub fn swath_min(&self, strips: &[Strip]) -> Option<f64> {
         let sight = Sight::new(self);

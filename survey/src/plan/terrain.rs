@@ -68,8 +68,8 @@ impl<'d> Terrain<'d> {
         self.levels.last().and_then(|level| level.highest.first()).copied().filter(|h| h.is_finite())
     }
 
-    /// The highest known post of the cells that the zone touches. Along the grid's axes a zone outside the model meets its border;
-    /// askew it meets nothing. `None` where nothing is known.
+    /// The highest known post of the cells that the zone touches. Along the grid's axes a zone outside the model meets its
+    /// border; askew it meets nothing. `None` where nothing is known.
     #[must_use]
     pub fn highest_in(&self, axes: &Axes, zone: &Zone) -> Option<f64> {
         let region = self.region(axes, zone);
@@ -79,8 +79,8 @@ impl<'d> Terrain<'d> {
         best.is_finite().then_some(best)
     }
 
-    /// The largest of `least` and what `view` says of any cell. `view(first, last, highest, single)` is asked for blocks of cells
-    /// too, first to last, and must not say less of a block than of any cell in it.
+    /// The largest of `least` and what `view` says of any cell. `view(first, last, highest, single)` is asked for blocks of
+    /// cells too, first to last, and must not say less of a block than of any cell in it.
     pub(super) fn steepest_view(
         &self,
         least: f64,

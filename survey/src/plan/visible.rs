@@ -1,7 +1,7 @@
 //! What every photo of a camera sees, whichever way it is flown.
 //!
-//! A principal point off the middle, or a lens, makes a frame see farther to one side than to the other. Every other line is flown
-//! backwards, which turns the sides around, so a plan counts on the nearer one of each pair alone.
+//! A principal point off the middle, or a lens, makes a frame see farther to one side than to the other. Every other line is
+//! flown backwards, which turns the sides around, so a plan counts on the nearer one of each pair alone.
 
 use crate::camera_file::CameraFile;
 use crate::error::InputError;
@@ -12,8 +12,8 @@ const POINTS: u32 = 64;
 const STEPS_MAX: usize = 100;
 const LEFT_MAX: f64 = 1e-9;
 
-/// Tangents of half of what every photo sees, along and across: of a camera without offsets and distortion those of half its fields of
-/// view.
+/// Tangents of half of what every photo sees, along and across: of a camera without offsets and distortion those of half its
+/// fields of view.
 ///
 /// # Errors
 /// The principal point lies outside the frame, or the distortion cannot be undone on its border.

@@ -12,8 +12,8 @@ const PRECISE: f64 = 1e-4;
 
 /// Alpha at the smallest n V'PV / (n - tr H)², and whether it lies at an end of the range.
 ///
-/// The range from [`ALPHA_MIN`] to the largest that the equations bear is scanned in quarters of a power of ten, since the score may
-/// have several minima; the golden section takes over between the neighbours of the lowest value.
+/// The range from [`ALPHA_MIN`] to the largest that the equations bear is scanned in quarters of a power of ten, since the
+/// score may have several minima; the golden section takes over between the neighbours of the lowest value.
 pub fn minimum(problem: &Problem) -> Result<(f64, bool), SmoothError> {
     let order = problem.order;
     if problem.counting < order.differences() + 2 {

@@ -23,8 +23,8 @@ struct Cast {
 }
 
 impl Cast {
-    /// The share of `other` that lies beyond the place where the ray at `tangent` of `photo` meets the ground, towards `photo`, along
-    /// the axis `k`.
+    /// The share of `other` that lies beyond the place where the ray at `tangent` of `photo` meets the ground, towards
+    /// `photo`, along the axis `k`.
     fn share(
         &mut self,
         plan: &Plan,
@@ -63,8 +63,8 @@ impl Cast {
         }
     }
 
-    /// Strips of neighbouring lines. Beyond half a footprint from the ends that the definition gives a line (X0 - B0, X1 + B0) the
-    /// terrain is not the plan's; `ends` are those places along.
+    /// Strips of neighbouring lines. Beyond half a footprint from the ends that the definition gives a line (X0 - B0, X1 +
+    /// B0) the terrain is not the plan's; `ends` are those places along.
     fn lines(&mut self, plan: &Plan, terrain: &Terrain, ends: [f64; 2]) {
         let [_, across] = plan.axes();
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];

@@ -44,8 +44,8 @@ fn told(name: &str, flown: &Flown) -> f64 {
     rms_m
 }
 
-/// The same class: a head sees about half the ground of the default camera and a tilt's error reaches it by a longer way,
-/// 1/cos² of 28 degrees.
+/// Fixes of the default camera's class, though a head sees about half the ground of the default camera and a tilt's error
+/// reaches it by a longer way, 1/cos² of 28 degrees.
 #[test]
 fn a_head_gives_fixes_of_the_default_camera_s_class() {
     let camera = camera("heads.toml", 1.0);

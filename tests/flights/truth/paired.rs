@@ -1,4 +1,4 @@
-//! The same flight twice, with one thing different: what that thing costs a fix, without what all fixes have in common.
+//! One flight twice, with one thing different: what that thing costs a fix, without what all fixes have in common.
 
 use super::{Flown, flown, flown_told, mean, scenario};
 use plumbline_core::stamp::StampSource;
@@ -33,7 +33,7 @@ fn field(frames: u32) -> Scenario {
     scenario
 }
 
-/// The same exposures by a line without noise and faults and a timer without drift: stamps as exact as a timer of 1 MHz
+/// These exposures by a line without noise and faults and a timer without drift: stamps as exact as a timer of 1 MHz
 /// can give them.
 fn perfect(frames: u32) -> Flown {
     let mut scenario = field(frames);

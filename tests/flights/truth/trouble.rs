@@ -7,7 +7,7 @@ use plumbline_sim::scenario::{AttitudeFaults, Scenario};
 
 const FRAMES: u32 = 10;
 /// Seconds of the flight: the first frame opens at 3 s, four a second, so that the frames 4, 5 and 6 lie within.
-const SPELL_S: [f64; 2] = [3.95, 4.6];
+const INTERVAL_S: [f64; 2] = [3.95, 4.6];
 /// The frames that it concerns.
 const HIT: std::ops::Range<usize> = 4..7;
 
@@ -56,13 +56,13 @@ impl Flown {
 
 #[test]
 fn a_silent_attitude_sensor() {
-    with(AttitudeFaults { gap_s: Some(SPELL_S), ..AttitudeFaults::default() })
+    with(AttitudeFaults { gap_s: Some(INTERVAL_S), ..AttitudeFaults::default() })
         .refuses_only_the_spell(&[AttitudeGap, NoAttitude]);
 }
 
 #[test]
 fn attitudes_that_are_no_numbers() {
-    let flown = with(AttitudeFaults { nan_s: Some(SPELL_S), ..AttitudeFaults::default() });
+    let flown = with(AttitudeFaults { nan_s: Some(INTERVAL_S), ..AttitudeFaults::default() });
     flown.refuses_only_the_spell(&[AttitudeGap, NoAttitude]);
     // 130 in 0.65 s at 200 Hz.
     assert_eq!(flown.health.invalid, 130);
@@ -70,7 +70,7 @@ fn attitudes_that_are_no_numbers() {
 
 #[test]
 fn attitudes_stamped_backwards() {
-    let flown = with(AttitudeFaults { backwards_s: Some(SPELL_S), ..AttitudeFaults::default() });
+    let flown = with(AttitudeFaults { backwards_s: Some(INTERVAL_S), ..AttitudeFaults::default() });
     flown.refuses_only_the_spell(&[AttitudeGap, NoAttitude]);
     // All but those with which the history begins anew, one in twenty.
     assert!((115..130).contains(&flown.health.backwards), "{:?}", flown.health);
@@ -78,7 +78,7 @@ fn attitudes_stamped_backwards() {
 
 #[test]
 fn an_attitude_sensor_that_hangs() {
-    with(AttitudeFaults { stuck_s: Some(SPELL_S), ..AttitudeFaults::default() })
+    with(AttitudeFaults { stuck_s: Some(INTERVAL_S), ..AttitudeFaults::default() })
         .refuses_only_the_spell(&[AttitudeStuck]);
 }
 

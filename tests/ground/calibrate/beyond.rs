@@ -62,7 +62,8 @@ fn stations_hold_the_block() {
     assert!((0.6..1.6).contains(&ratio), "{ratio}");
 }
 
-/// A head that is released a millisecond late is six tenths of a pixel off: unknown it spoils the angles, estimated it is found.
+/// A head that is released a millisecond late is six tenths of a pixel off: unknown it spoils the angles, estimated it is
+/// found.
 #[test]
 fn heads_that_are_not_released_together() {
     let mut world = World::calibration(4, 500, NONE);

@@ -86,7 +86,7 @@ fn virtual_images_triangulated() {
     }
 }
 
-/// The same seed gives the same numbers, to the last bit.
+/// One seed gives one set of numbers, to the last bit.
 #[test]
 fn a_seed_is_a_block() {
     let of = || methods::constrained(7, 200, NONE, None).expect("adjusted").errors_arcsec;

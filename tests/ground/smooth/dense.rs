@@ -1,4 +1,4 @@
-//! The same equations written out in full and inverted by Gauss and Jordan.
+//! The smoother's equations written out in full and inverted by Gauss and Jordan.
 
 use super::{near, order_of};
 use plumbline_survey::smooth::{Alpha, Epochs, Options, smooth};

@@ -129,8 +129,8 @@ fn scenes(every: usize) -> impl Iterator<Item = (Scene, (u16, u16), u16, &'stati
     all.step_by(every)
 }
 
-/// Every cell of every `every`th scene within what is allowed; and on the whole neither brighter nor darker than the exact average,
-/// to five standard errors: a rounding that is left out is half a grey level.
+/// Every cell of every `every`th scene within what is allowed; and on the whole neither brighter nor darker than the exact
+/// average, to five standard errors: a rounding that is left out is half a grey level.
 fn holds(what: &str, every: usize, mut picture: impl FnMut((u16, u16), u16) -> Boxes) {
     let (mut all, mut scenes_seen) = (Tally::default(), 0);
     for (scene, size, factor, lens) in scenes(every) {
@@ -195,10 +195,10 @@ fn averages_in_every_scene() {
     smooth(1);
 }
 
-/// Rows of one grey from straight above, where lines are straight and evenly divided: the node's cutting off to 1/256 of a box is
-/// then all that moves it, by 1/512 in the mean and 1/256 / √12 besides, 0.0023 along each axis. Moved by d, a cell of h
-/// boxes a side gains and loses d / h of greys of deviation 74 at two sides, at most √2 more when it is turned; readings
-/// add 74 / 128 / √12 √(2 h) / h², and rounding 1 / √12.
+/// Rows of one grey from straight above, where lines are straight and evenly divided: the node's cutting off to 1/256 of a
+/// box is then all that moves it, by 1/512 in the mean and 1/256 / √12 besides, 0.0023 along each axis. Moved by d, a cell
+/// of h boxes a side gains and loses d / h of greys of deviation 74 at two sides, at most √2 more when it is turned;
+/// readings add 74 / 128 / √12 √(2 h) / h², and rounding 1 / √12.
 #[test]
 fn corners_are_cut_off_to_a_256th() {
     let mut random = Random::new(23);

@@ -91,7 +91,7 @@ fn positions_between_segment_ends_stay_within_their_tolerance() {
     }
 }
 
-/// The same where the patch reaches the horizon: the segments are planned on a map that is steep, and partly has no value.
+/// Positions where the patch reaches the horizon: the segments are planned on a map that is steep, and partly has no value.
 #[test]
 fn positions_near_the_horizon_stay_within_their_tolerance() {
     for pitch in [50.0, 60.0, 70.0, 80.0] {

@@ -69,7 +69,7 @@ impl Scene {
         }
     }
 
-    /// The same scene without the principal point's offset.
+    /// The scene without the principal point's offset.
     pub fn centred(mut self) -> Self {
         let fov = |rad: f64| Radians(rad as f32);
         let (cols, rows) = (self.judge.cols as u16, self.judge.rows as u16);

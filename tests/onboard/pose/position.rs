@@ -1,4 +1,4 @@
-//! Positions carried on to the exposure.
+//! Positions propagated to the exposure.
 
 use plumbline_core::pose::noise::{NoiseModel, Wave};
 use plumbline_core::pose::position::{PositionSigmas, PositionState, Predicted, Predictor};
@@ -46,7 +46,7 @@ fn flown(white_m: f64, velocity_m_per_s: f64) -> (f64, f64, f64) {
     ((error / count).sqrt(), (told / count).sqrt(), fits as f64 / flights as f64)
 }
 
-/// With velocities the newest position is carried on; with bad ones the fit over the last positions serves. The sigma is
+/// With velocities the newest position is propagated; with bad ones the fit over the last positions serves. The sigma is
 /// that of what was chosen. (The weave is east only, so half of the errors have no part of its acceleration.)
 #[test]
 fn the_nearer_of_both_ways_is_taken() {

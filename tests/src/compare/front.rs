@@ -42,7 +42,7 @@ pub struct Candidate {
     pub instructions: f64,
     /// Root mean square against the exact average, prototypes' texture, grey levels.
     pub rms: f64,
-    /// The same over Vienna, where it is known.
+    /// That over Vienna, where it is known.
     pub rms_vienna: Option<f64>,
     /// Bytes kept of the frame, or before the patch.
     pub bytes: Option<usize>,

@@ -20,7 +20,7 @@ pub struct Figure {
 pub const INSTRUCTIONS: &str = "instructions";
 /// Cycles of the serial estimate.
 pub const SERIAL: &str = "serial estimate, cycles";
-/// The same as time.
+/// The serial estimate in milliseconds at 480 MHz.
 pub const SERIAL_480: &str = "serial estimate at 480 MHz, ms";
 const SERIAL_400: &str = "serial estimate at 400 MHz, ms";
 const FLOOR: &str = "floor, cycles";
@@ -72,7 +72,7 @@ impl Figure {
         Figure { workload: workload.to_owned(), metric, value, limit }
     }
 
-    /// The same figure among others.
+    /// This figure among others.
     pub fn of<'f>(&self, others: &'f [Figure]) -> Option<&'f Figure> {
         others.iter().find(|other| other.workload == self.workload && other.metric == self.metric)
     }

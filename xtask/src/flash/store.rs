@@ -19,12 +19,12 @@ pub struct Kind {
 
 /// Camera, calibration and settings.
 pub const CONFIGURATION: Kind =
-    Kind { magic: *b"PLBM", version: 3, name: "configuration store", verb: "plumbline mission" };
+    Kind { magic: *b"PLBM", version: 3, name: "configuration store", verb: "plumbline configuration" };
 /// The reference tile.
 pub const TILES: Kind = Kind { magic: *b"PLBT", version: 1, name: "tile store", verb: "plumbline tiles" };
 
 /// Where photos are to be taken.
-pub const PLAN: Kind = Kind { magic: *b"PLBP", version: 1, name: "plan store", verb: "plumbline mission --plan" };
+pub const PLAN: Kind = Kind { magic: *b"PLBP", version: 1, name: "plan store", verb: "plumbline configuration --plan" };
 
 /// Bytes of a header.
 const HEADER: usize = 32;
@@ -109,7 +109,7 @@ pub fn is_camera_file(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
-/// The configuration store that `plumbline mission` makes of a camera file, in the scratch folder.
+/// The configuration store that `plumbline configuration` makes of a camera file, in the scratch folder.
 ///
 /// # Errors
 /// The command's own sentence.
@@ -117,7 +117,7 @@ pub fn made(camera: &Path, settings: Option<&Path>) -> Result<PathBuf, Failure> 
     let out = places::scratch().join("configuration.bin");
     fs::create_dir_all(places::scratch()).map_err(|error| format!("{}: {error}", places::scratch().display()))?;
     let mut command = Command::new(places::plumbline());
-    command.args(["mission", "--camera"]).arg(camera).arg("--out").arg(&out);
+    command.args(["configuration", "--camera"]).arg(camera).arg("--out").arg(&out);
     if let Some(settings) = settings {
         command.arg("--settings").arg(settings);
     }
@@ -185,9 +185,9 @@ mod tests {
     #[test]
     fn stores_are_not_taken_for_each_other() {
         let said = check(&store(b"PLBT", b"tiles"), CONFIGURATION).unwrap_err();
-        assert_eq!(said, "this is no configuration store; `plumbline mission` makes one");
+        assert_eq!(said, "this is no configuration store; `plumbline configuration` makes one");
         assert!(check(&store(b"PLBM", b"configuration"), TILES).unwrap_err().contains("plumbline tiles"));
-        assert!(check(&store(b"PLBM", b"mission"), PLAN).unwrap_err().contains("plumbline mission --plan"));
+        assert!(check(&store(b"PLBM", b"mission"), PLAN).unwrap_err().contains("plumbline configuration --plan"));
         assert!(check(b"exposure_us = 2000\n", CONFIGURATION).is_err());
     }
 

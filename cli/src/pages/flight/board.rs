@@ -8,7 +8,7 @@ use plumbline_sim::score::Stages;
 
 /// The firmware's stages in a reader's words.
 const TITLES: [&str; STAGES.len()] =
-    ["Reduce: rows as they arrive", "Stamp: mid-exposure", "Pose: all that holds then", "Rectify", "Match", "Fix"];
+    ["Reduce: rows as they arrive", "Stamp: mid-exposure", "Pose at mid-exposure", "Rectify", "Match", "Fix"];
 
 impl Report<'_> {
     pub(super) fn board(&self) -> Markup {
@@ -116,13 +116,13 @@ impl Report<'_> {
             ("Messages sent to the firmware", faults.messages),
             ("… cut on the way", faults.cut),
             ("… with flipped bits", faults.damaged),
-            ("Messages of unknown kinds put in", faults.unknown),
+            ("Unknown messages injected", faults.unknown),
             ("Good messages received on board", link.messages.into()),
             ("Failed checksums", link.bad_checksum.into()),
             ("Unknown message ids", link.unknown_id.into()),
             ("Bytes that belonged to no message", link.skipped_bytes.into()),
             ("Samples whose stamp ran backwards", link.backwards.into()),
-            ("Samples that cannot be meant", link.invalid.into()),
+            ("Samples out of range", link.invalid.into()),
             ("Messages received from the firmware", self.flight.messages.values().sum()),
         ];
         html! {

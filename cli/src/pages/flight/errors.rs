@@ -33,7 +33,7 @@ impl Report<'_> {
                     p class="note" { "Both parts are vectors: their mean lengths do not add up." }
                 }
                 div {
-                    h2 { "Does it know?" }
+                    h2 { "Stated against actual accuracy" }
                     table {
                         thead { tr { th { "Accepted frames" } th class="r" { "Value" } } }
                         tbody {
@@ -49,7 +49,7 @@ impl Report<'_> {
                             }
                         }
                     }
-                    p class="note" { "Above the range the firmware is too sure of itself, below it too modest. An attitude that drifts makes neighbouring errors alike and the range wider." }
+                    p class="note" { "Above the range the stated covariance is too small, below it too large. An attitude that drifts makes neighbouring errors alike and the range wider." }
                 }
             }
         }

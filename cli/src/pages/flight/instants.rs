@@ -20,11 +20,11 @@ impl Report<'_> {
                     table {
                         thead { tr { th { "All frames with a stamp" } th class="r" { "Value" } } }
                         tbody {
-                            (row("Stamp less truth, RMS", &format!("Made of: {sources}."), maybe(stamps.rms_us, 2, "µs")))
+                            (row("Stamp less truth, RMS", &format!("Source, frames: {sources}."), maybe(stamps.rms_us, 2, "µs")))
                             (row("… in its own sigmas", "Mean square; 1 where the sigmas are right.", maybe(stamps.nees_mean, 2, "")))
                             (row("Image motion, mean", "Longest displacement in a frame during its exposure, frame pixels.", maybe(blur.mean_px, 2, "px")))
                             (row("… largest", &format!("{} frames above half a pixel.", whole(blur.blurred as u64)), maybe(blur.max_px, 2, "px")))
-                            (row("Longest exposure", "That would have kept every frame at half a pixel.", maybe(longest, 1, "ms")))
+                            (row("Longest sharp exposure", "That would have kept every frame at half a pixel.", maybe(longest, 1, "ms")))
                         }
                     }
                 }
@@ -33,12 +33,12 @@ impl Report<'_> {
                     table {
                         thead { tr { th { "All frames with a pose" } th class="r" { "Value" } } }
                         tbody {
-                            (row("Pitch and roll less truth, RMS", &format!("Found by: {methods}."), maybe(poses.tilt_rms_deg, 4, "°")))
+                            (row("Pitch and roll less truth, RMS", &format!("Method, frames: {methods}."), maybe(poses.tilt_rms_deg, 4, "°")))
                             (row("… in their own sigmas", "Mean square; 1 where the sigmas are right.", maybe(poses.nees_mean, 2, "")))
-                            (row("Samples left out", "As mistakes, by the fits.", whole(poses.rejected_samples as u64)))
+                            (row("Outliers", "Attitude samples that the fit rejected.", whole(poses.rejected_samples as u64)))
                         }
                     }
-                    p class="note" { "Second and third are the orders of the differences that the fit keeps small; straight is between two samples." }
+                    p class="note" { "Method: a fit that keeps the second or third differences small, or linear interpolation between two samples (straight)." }
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! What the scenario said, so that the flight can be flown again.
+//! The main settings of the flight.
 
 use super::Report;
 use maud::{Markup, html};
@@ -14,8 +14,7 @@ impl Report<'_> {
     pub(super) fn parameters(&self) -> Markup {
         let scenario = &self.setup.scenario;
         let camera = &self.setup.payload.camera;
-        let groups =
-            [flight(scenario), reference(self), camera_rows(scenario, camera), link(scenario), sensors(scenario)];
+        let groups = [flight(self), reference(self), camera_rows(scenario, camera), link(scenario), sensors(scenario)];
         html! {
             section {
                 h2 { "Scenario" }
@@ -32,16 +31,19 @@ impl Report<'_> {
     }
 }
 
-fn flight(scenario: &Scenario) -> Group {
+fn flight(report: &Report<'_>) -> Group {
+    let (scenario, plan) = (&report.setup.scenario, &report.setup.plan);
     let (run, flight) = (&scenario.run, &scenario.vehicle.flight);
     let [low_m, high_m] = run.flight.height_m;
     let mut rows = vec![
         ("Frames", run.frames.to_string()),
-        ("Every", format!("{} ms", run.frame_interval_ms)),
-        ("Jitter", format!("{} µs", run.frame_jitter_us)),
         ("Height above the base", format!("{low_m} to {high_m} m")),
         ("Speed, rms", format!("{} m/s", flight.speed_m_s)),
     ];
+    if plan.is_none() {
+        let every = ("Every", format!("{} ms", run.frame_interval_ms));
+        rows.splice(1..1, [every, ("Jitter", format!("{} µs", run.frame_jitter_us))]);
+    }
     match &run.replay {
         None => rows.extend([
             ("Pitch and roll", format!("uniform within ±{}°", flight.tilt_max_deg)),
@@ -54,11 +56,19 @@ fn flight(scenario: &Scenario) -> Group {
         ]),
     }
     match &scenario.world.ground {
-        Ground::Procedural => rows.push(("Ground", "procedural, flat".to_owned())),
+        Ground::Procedural => {
+            let ground = if plan.is_some() {
+                "procedural, over the plan's elevation model"
+            } else {
+                "procedural, level but for houses"
+            };
+            rows.push(("Ground", ground.to_owned()));
+        }
         Ground::Ortho { ortho, dem, reference } => {
             let path = |path: &std::path::PathBuf| path.display().to_string();
             rows.push(("Ground", path(ortho)));
-            rows.push(("Elevation", dem.as_ref().map_or_else(|| "flat, height 0".to_owned(), path)));
+            let level = if plan.is_some() { "the plan's elevation model" } else { "flat, height 0" };
+            rows.push(("Elevation", dem.as_ref().map_or_else(|| level.to_owned(), path)));
             rows.push(("Reference from", reference.as_ref().map_or_else(|| "the same picture".to_owned(), path)));
         }
     }

@@ -40,7 +40,7 @@ impl Page<'_> {
         let file = self.outputs.file;
         html! {
             section {
-                h2 { "What it takes for granted" }
+                h2 { "Assumptions" }
                 ul {
                     li { "Photos are level, turned into the strip’s heading, and taken where they are planned. There is no wind. What tilt, drift and "
                         "navigation take off the overlap has to be asked for beforehand." }

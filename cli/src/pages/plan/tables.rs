@@ -145,7 +145,7 @@ impl Page<'_> {
         };
         html! {
             section {
-                h2 { "What the accuracy is for" }
+                h2 { "Predicted accuracy" }
                 table {
                     thead { tr { th { "Over " (whole(accuracy.cells as u64)) " cells" } th class="r" { "Plan" } th class="r" { "Height" } } }
                     tbody {

@@ -84,7 +84,8 @@ impl Sizes {
         [own * self.own.1, other * self.other.1 + READ_AHEAD, if grey > scores { grey } else { scores }]
     }
 
-    /// Bytes of all of them; in the place of the last two, first the patch with its gaps filled, and its boxes' greys and counts.
+    /// Bytes of all of them; in the place of the last two, first the patch with its gaps filled, and its boxes' greys and
+    /// counts.
     pub(super) const fn working_bytes(&self, patch: (u16, u16)) -> usize {
         let [own, other, rest] = self.bytes();
         let filled = patch.0 as usize * patch.1 as usize + 2 * self.own.0 * self.own.1;

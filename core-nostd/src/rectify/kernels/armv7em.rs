@@ -272,8 +272,9 @@ pub(crate) fn blend_along(frame: &Frame<'_>, stretch: &Stretch, out: &mut [[u8; 
                 )
             };
         }
-        // SAFETY: `Draft::checked` has found that the four pixels of every position are the frame's; each turn writes one word of `out`, as
-        // long as there is one. What is pushed is popped; r6 and r7 are the compiler's own again before the end.
+        // SAFETY: `Draft::checked` has found that the four pixels of every position are the frame's; each turn writes one
+        // word of `out`, as long as there is one. What is pushed is popped; r6 and r7 are the compiler's own again before
+        // the end.
         unsafe {
             asm!(
                 "push {{r6, r7, r11, r12, lr}}",

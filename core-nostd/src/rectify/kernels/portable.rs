@@ -11,7 +11,8 @@ use crate::rectify::table::Table;
 ///
 /// The border is cut where it passes from one row of boxes to the next, and F read at the middle of each piece.
 ///
-/// `false` where `nodes` does not hold all of them. All lie in the table, and no two that are connected lie 256 boxes apart along a row.
+/// `false` where `nodes` does not hold all of them. All lie in the table, and no two that are connected lie 256 boxes apart
+/// along a row.
 pub(crate) fn border_integrals(
     table: &Table<'_>,
     nodes: &mut [Node],

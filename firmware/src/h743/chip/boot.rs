@@ -113,8 +113,8 @@ pub fn boot(clock_hz: u32, journal: &'static dyn Journal) -> Result<Booted, Grou
     Ok(Booted { app, frame, setting, opens_on: shutter.opens_on, blurs: exposure.us > limit_us })
 }
 
-/// Ordinary flight, against which the exposure is judged before there is one: 20 m/s, 50 m up, turning at 10 degrees a
-/// second.
+/// Ordinary flight, against which the exposure is judged before there is one: 20 m/s, 50 m up, pitching and rolling at
+/// 10 degrees a second each. Chosen.
 const ORDINARY: Moving = Moving {
     attitude: Attitude { heading: Radians(0.0), pitch: Radians(0.0), roll: Radians(0.0) },
     follow_up: Radians(0.0),

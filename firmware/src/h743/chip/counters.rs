@@ -1,4 +1,4 @@
-//! ChipCounters of the board itself.
+//! The flight computer's performance counters.
 
 use super::{front_end, memory};
 use crate::board::PerformanceCounters;

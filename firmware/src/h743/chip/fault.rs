@@ -174,7 +174,7 @@ unsafe fn DefaultHandler(number: i16) -> ! {
     end(Reason::Interrupt, number as u32, 0)
 }
 
-/// Lets memory, bus and usage faults come as themselves, and divisions by zero be none.
+/// Enables the memory, bus and usage fault handlers. Division by zero stays untrapped and gives 0.
 pub fn enable(scb: &mut SCB, syst: &mut SYST) {
     use cortex_m::peripheral::scb::Exception;
     // What a bootloader may have left running.

@@ -1,8 +1,8 @@
 //! The camera's front end: DCMI and DMA2 into a ring of rows in AXI SRAM, MDMA from there to DTCM as rows are asked for.
 //!
 //! A frame is armed by its trigger and takes the ring from the start. The interface's interrupt at each row's end counts
-//! rows; where the DMA stands is arithmetic ([`ring`](crate::h743::row_ring)). Rows are checked against overwriting after they have
-//! been copied, so what the application gets is whole.
+//! rows; where the DMA stands is arithmetic ([`ring`](crate::h743::row_ring)). Rows are checked against overwriting after
+//! they have been copied, so what the application gets is whole.
 
 use super::capture;
 use super::memory::Buffer;

@@ -26,8 +26,8 @@ use cortex_m::peripheral::DWT;
 use embassy_executor::raw::Executor;
 use static_cell::StaticCell;
 
-/// Capacities, bytes: the configuration store; the plan store; the tile store, 384 KiB; rows, the largest boxes there are, 64 rows of the sensor's 752
-/// pixels, and a piece.
+/// Capacities, bytes: the configuration store; the plan store; the tile store, 384 KiB; rows, the largest boxes there are,
+/// 64 rows of the sensor's 752 pixels, and a piece.
 const CONFIGURATION: usize = 4096;
 const PLAN: usize = 16 * 1024;
 const TILES: usize = 384 * 1024;

@@ -68,12 +68,12 @@ impl StampReport {
 /// How a pose was found, as it is reported.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseReport {
-    /// How the attitude was: 0 on the straight way between two samples, 2 or 3 by a fit of that order.
+    /// How the attitude was: 0 by linear interpolation, 2 or 3 by a fit of that order.
     pub order: u8,
     /// α of the fit; 0 without one.
     pub alpha: f32,
     /// Whole samples between the instant's own interval and the nearer end of the window; samples in the window; samples
-    /// left out of it as mistakes.
+    /// rejected as outliers.
     pub samples: [u8; 3],
     /// The samples' noise over its configured sigma.
     pub noise: f32,
@@ -150,7 +150,7 @@ pub struct StampHealth {
     pub edges_missing: u32,
     /// Pulses off by more than the clock's gate.
     pub pulses_ignored: u32,
-    /// Times that the clock was tied anew; the first is its start.
+    /// Clock epochs since start; the first is its start.
     pub ties: u32,
     /// Seconds since the newest pulse; `u32::MAX` where there was none.
     pub free_wheeling_s: u32,

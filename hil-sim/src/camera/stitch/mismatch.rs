@@ -2,8 +2,8 @@
 //!
 //! Where two heads overlap, windows are rectified from each and the one is looked for in the other, to hundredths of a
 //! pixel. What is left is what a calibration, a lens or the parallax of the heads' places has put between them. A window
-//! without texture, or farther off than it is looked for, is not matched: how many there were is reported. The measurement's own noise,
-//! some 0.02 px, is in the figures.
+//! without texture, or farther off than it is looked for, is not matched: how many there were is reported. The measurement's
+//! own noise, some 0.02 px, is in the figures.
 
 use super::{check, rectified, reduce};
 use crate::camera::heads::{Rig, Tile};

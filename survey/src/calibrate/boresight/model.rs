@@ -2,9 +2,10 @@
 //!
 //! The patch's pixel in the direction r from the believed camera, r = (east, north, -1) in tangents, is filled with what the
 //! frame shows along B0' M' r. M is the ground from the camera's mount (heading, pitch, roll, follow-up angle), B0 the mount
-//! from the camera as the board is configured. The picture was taken along M B B0' M' r with the true B, so this pixel shows the
-//! ground where that ray meets it. The matching moves the patch as a whole: the fix is off by the height times the mean of
-//! the rays' displacements in tangents, over the part of the patch that the frame fills. The nadir's ray alone, r = (0, 0,
+//! from the camera as the board is configured. The picture was taken along M B B0' M' r with the true B, so this pixel shows
+//! the ground where that ray meets it. The matching moves the patch as a whole: the fix is off by the height times the mean
+//! of the rays' displacements in tangents, over the part of the patch that the frame fills. The nadir's ray alone, r = (0,
+//! 0,
 //! -1), is not enough: a tilt by d moves a point at the tangent u by d (1 + u²), in a camera of 60 degrees 11 % more in the mean.
 //!
 //! Axes: mount and camera right, forward, up; ground east, north, up, level.

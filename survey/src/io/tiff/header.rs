@@ -95,7 +95,7 @@ impl<R: Read + Seek> TiffFile<R> {
         Ok(Self { cols, rows, bands, planes, colour, geo, decoder, path: path.to_owned() })
     }
 
-    /// The same with another limit on the bytes that it decodes at a time.
+    /// The reader with another limit on the bytes that it decodes at a time.
     pub(super) fn with_memory(mut self, bytes: usize) -> Self {
         self.decoder = self.decoder.with_limits(limits(bytes));
         self

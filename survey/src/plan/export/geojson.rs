@@ -1,8 +1,8 @@
 //! `plan.geojson`: area, strips, photos and footprints for geographic information systems (RFC 7946).
 //!
 //! Longitude and latitude in WGS 84, the only coordinates that RFC 7946 knows. Where the place is not known the features are
-//! unlocated (their geometry is null) and have their local metres in the member `local_geometry` of their properties. Strips and photos are numbered as in `plan.json`: from 0, strips in the order of flight,
-//! photos from a strip's low end.
+//! unlocated (their geometry is null) and have their local metres in the member `local_geometry` of their properties. Strips
+//! and photos are numbered as in `plan.json`: from 0, strips in the order of flight, photos from a strip's low end.
 
 use super::{Outputs, counter_clockwise};
 use crate::error::InputError;

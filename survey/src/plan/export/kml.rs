@@ -1,7 +1,7 @@
 //! `plan.kml`: area, strips and photos for a virtual globe (KML 2.2).
 //!
-//! Altitudes are absolute, which KML takes to be above mean sea level (EGM96); the plan's are above the elevation model's height
-//! datum.
+//! Altitudes are absolute, which KML takes to be above mean sea level (EGM96); the plan's are above the elevation model's
+//! height datum.
 
 use super::Outputs;
 use crate::error::InputError;

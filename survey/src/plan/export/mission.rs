@@ -89,8 +89,8 @@ impl Outputs<'_> {
         [leg.from_m() - out_m, leg.to_m() + out_m]
     }
 
-    /// Latitude, longitude and height of the ground under the first waypoint, for want of anything better; QGroundControl puts the
-    /// vehicle's own home in its place.
+    /// Latitude, longitude and height of the ground under the first waypoint, for want of anything better; QGroundControl
+    /// puts the vehicle's own home in its place.
     fn home(&self) -> Result<Value, InputError> {
         let layout = &self.planned.layout;
         let Some(leg) = self.legs().next() else { return Ok(json!([0, 0, 0])) };

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// In size above every number of a plan: coordinates (false eastings reach 6.1e7 m), lengths, heights, times in seconds.
+/// Largest magnitude accepted: coordinates (false eastings reach 6.1e7 m), lengths, heights, times in seconds.
 const LARGEST: f64 = 1e8;
 
 /// What a number may be; but for whole ones with [`LARGEST`] as its limit.

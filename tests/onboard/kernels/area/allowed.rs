@@ -87,7 +87,7 @@ impl Outline {
 pub struct Greys {
     /// Largest less smallest.
     pub difference: f64,
-    /// The same along a row.
+    /// That along a row.
     pub along_rows: f64,
     /// Largest distance above 128 and largest below it, added.
     pub beside_mid: f64,

@@ -3,7 +3,8 @@
 //! Interface versions: QEMU 6 to 8 take plugins of version 0 or 1, QEMU 9.0 and newer of 2 at least (9.0 is 2, 9.1 is 3,
 //! 9.2 and 10.0 are 4, 10.1 is 5, later ones 6 and more, all with 2 as the oldest they take). What went with version 2
 //! are the inline counters and the number of virtual processors, what changed with 3 is how an instruction's bytes are
-//! read: none of these is used, so one library serves all, if only it claims the right version. [`claim`] sees to that. Tried: Debian's 7.2.22 and
+//! read: none of these is used, so one library serves all, if only it claims the right version. [`claim`] sees to that.
+//! Tried: Debian's 7.2.22 and
 //! 10.0.2, which wrote the same file byte for byte.
 
 #![allow(unsafe_code, reason = "a foreign interface")]

@@ -29,8 +29,8 @@ fn the_mission_leads_in_a_turn_before_the_first_photo() {
         let first = &items[1]["params"];
         assert!((number(&first[4]) - 47.853_341_747_7).abs() < 1e-7, "{first}");
         assert!((number(&first[5]) - 14.993_258_815_1).abs() < 1e-7, "{first}");
-        // Every strip begins and ends 216.3 m (a turn's radius) outside its photos, whichever way it is flown. pyproj's geodesic
-        // over 0.001 degrees of longitude: 74,844 m a degree; the grid's metre is 0.4 mm short.
+        // Every strip begins and ends 216.3 m (a turn's radius) outside its photos, whichever way it is flown. pyproj's
+        // geodesic over 0.001 degrees of longitude: 74,844 m a degree; the grid's metre is 0.4 mm short.
         for (pair, strip) in items[1..].chunks(2).zip(&outputs.file.strips) {
             let lon = |place: usize| number(&pair[place]["params"][5]);
             let photos =

@@ -8,7 +8,7 @@
 //! | [`lockstep`] | camera, link and capture timer as the application sees them |
 //! | [`line`] | the simulator's line on UART 0, for the image that is fed by nothing else |
 //! | [`instructions`] | what a piece of work costs |
-//! | [`psram`] | the window that the simulator shares |
+//! | [`psram`] | the memory shared with the simulator |
 //! | [`idle`] | waiting, with the clock running or standing |
 //! | [`stack`] | what RAM is in use |
 //! | [`fault`] | panics and hard faults end the emulation with a failure |

@@ -1,4 +1,5 @@
-//! `cargo xtask flash`: puts image, configuration, plan and tiles onto the flight computer, and never erases its bootloader unasked.
+//! `cargo xtask flash`: puts image, configuration, plan and tiles onto the flight computer, and never erases its bootloader
+//! unasked.
 //!
 //! By default a DFU file for the camera's own bootloader, which listens for a second and a half after power-up and keeps
 //! its own sector read-only (37c5:9204; the partition FIRMWARE is 0x08040000 to 0x081e0000). With `--probe` the same image
