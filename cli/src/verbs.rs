@@ -73,9 +73,9 @@ enum Verb {
     Mounts(mounts::Args),
     /// Estimate how a camera of one head sits in its vehicle, from a flight's fixes and an independent navigation
     ///
-    /// The fixes of a board that was configured with the boresight of --camera are held against positions that are known
-    /// otherwise, GNSS while it lasts. An angle that they show worse than to 0.2 degrees keeps its value; kappa shows by
-    /// tilts alone. The file that is written has [boresight] replaced and all else kept but comments.
+    /// The fixes of a board that was configured with the boresight of --camera are compared with positions that are known
+    /// otherwise, by GNSS for instance. An angle whose standard deviation exceeds 0.2 degrees keeps its value; kappa can be
+    /// determined only from tilted frames. The file that is written has [boresight] replaced and all else kept but comments.
     Boresight(boresight::Args),
     /// Plan flight lines over terrain, so that the overlap on the ground holds everywhere (paper 004)
     ///

@@ -53,6 +53,9 @@ pub struct Camera {
     fold_r2: f32,
 }
 
+/// Share by which the sides of square pixels may differ: fields of view in hundredths of a degree are off by up to 2e-4, and a
+/// sensor whose pixels are not square by more than this.
+pub const SQUARE_MAX: f32 = 1e-3;
 /// Largest square of a tangent that is searched for a fold: 80 degrees off the axis.
 const FOLD_R2_MAX: f32 = 32.0;
 /// Step of that search: 0.2 % of the radius at 45 degrees off the axis. Chosen.
@@ -127,10 +130,9 @@ impl Camera {
         (self.k_h - self.k_v).abs() <= 1e-6 * self.k_h
     }
 
-    /// Whether pixels are square as far as a data sheet says: fields of view in hundredths of a degree are off by up to 2e-4,
-    /// and a sensor whose pixels are not square by more than 1e-3.
+    /// Whether pixels are square as far as a data sheet says, to [`SQUARE_MAX`].
     pub fn has_square_pixels(&self) -> bool {
-        (self.k_h - self.k_v).abs() <= 1e-3 * self.k_h
+        (self.k_h - self.k_v).abs() <= SQUARE_MAX * self.k_h
     }
 
     /// Frame position of an ideal image point: the point (`m`, `n`) as a lens without distortion would show it,

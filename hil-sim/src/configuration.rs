@@ -8,7 +8,8 @@ use crate::vehicle::mount::configured_arm;
 use plumbline_firmware::stores::configuration::Configuration;
 use std::f64::consts::TAU;
 
-/// How fast the synthetic track turns at most, radians a second: see [`crate::vehicle::motion`].
+/// How fast a course is expected to turn at most, radians a second: 20 degrees a second, which the synthetic track reaches
+/// (`vehicle/motion/track.rs`).
 const WEAVE_RAD_S: f64 = 0.35;
 
 /// The configuration of a vehicle with its payload. `shake_deg`: what its attitude does beside the tilts, one sigma.

@@ -123,10 +123,10 @@ pub fn fly(
 ) -> Result<Flight, Box<Aborted>> {
     link.annotate(&annotation::scene(setup.tile_centre, setup.scenario.vehicle.resolution_m));
     let frames = Vec::with_capacity(setup.scenario.run.frames as usize);
-    let mut roll = Roll { cockpit: Cockpit::new(setup, link), observer, frames, closed: 0, keep };
+    let mut roll = Frames { cockpit: Cockpit::new(setup, link), observer, frames, closed: 0, keep };
     let end = if setup.plan.is_some() { roll.along_plan() } else { roll.at_intervals() };
     roll.close();
-    let Roll { cockpit, mut frames, .. } = roll;
+    let Frames { cockpit, mut frames, .. } = roll;
     let Err(why) = end else { return Ok(cockpit.finish(frames)) };
     let reported = frames.iter().rposition(|record| record.report.is_some()).map_or(0, |last| last + 1);
     frames.truncate(reported);
@@ -134,7 +134,7 @@ pub fn fly(
 }
 
 /// The frames of a flight as they are taken.
-struct Roll<'s> {
+struct Frames<'s> {
     cockpit: Cockpit<'s>,
     observer: &'s mut dyn Observer,
     frames: Vec<FrameRecord>,
@@ -143,7 +143,7 @@ struct Roll<'s> {
     keep: Keep,
 }
 
-impl Roll<'_> {
+impl Frames<'_> {
     /// A frame at each interval.
     fn at_intervals(&mut self) -> Result<(), LinkError> {
         let scenario = &self.cockpit.setup.scenario;

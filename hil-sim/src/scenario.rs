@@ -30,20 +30,8 @@ pub use run::{COOL_DOWN_US, FRAMES_MAX, Replay, Run, WARM_UP_US};
 pub use vehicle::{Boresight, EdgeSource, FollowUpMode, Vehicle};
 pub use world::World;
 
-use std::fmt;
+use plumbline_survey::error::InputError;
 use std::path::Path;
-
-/// Why a scenario cannot be flown: one sentence without a full stop that names file, key and value.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ScenarioError(pub(crate) String);
-
-impl fmt::Display for ScenarioError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for ScenarioError {}
 
 /// A flight and the world it is flown in; the default is the default scene. The keys of one
 /// sensor form one table in the file and are divided among the fields below.
@@ -93,8 +81,8 @@ impl Scenario {
     /// the folder that `data:` at the start of a path stands for.
     ///
     /// # Errors
-    /// [`ScenarioError`]: it is not TOML, has an unknown key or a value out of its range.
-    pub fn parse(text: &str, file: &str, folder: &Path, data: Option<&Path>) -> Result<Self, ScenarioError> {
+    /// [`InputError`]: it is not TOML, has an unknown key or a value out of its range.
+    pub fn parse(text: &str, file: &str, folder: &Path, data: Option<&Path>) -> Result<Self, InputError> {
         let mut scenario = Self::read(text, file)?;
         scenario.resolve_paths(folder, data)?;
         scenario.check()?;
@@ -102,12 +90,12 @@ impl Scenario {
     }
 
     /// What a text says, its keys and their types checked, but no value.
-    fn read(text: &str, file: &str) -> Result<Self, ScenarioError> {
+    fn read(text: &str, file: &str) -> Result<Self, InputError> {
         let mut reader = Reader::new(text, file);
         let source: camera::Source = reader.part()?;
         let scenario = Scenario {
             file: file.into(),
-            camera: source.try_into().map_err(|why| ScenarioError(format!("{file}: {why}")))?,
+            camera: source.try_into().map_err(|why| InputError::new(format!("{file}: {why}")))?,
             vehicle: reader.part()?,
             world: reader.part()?,
             run: reader.part()?,
@@ -121,16 +109,16 @@ impl Scenario {
     /// Whether it says a resolution; otherwise the plan decides.
     ///
     /// # Errors
-    /// [`ScenarioError`].
+    /// [`InputError`].
     pub fn parse_planned(
         text: &str,
         file: &str,
         folder: &Path,
         data: Option<&Path>,
-    ) -> Result<(Self, bool), ScenarioError> {
+    ) -> Result<(Self, bool), InputError> {
         // What is wrong is told with the line of the file itself.
         Self::read(text, file)?;
-        let refuse = |error: String| ScenarioError(format!("{file}: {error}"));
+        let refuse = |error: String| InputError::new(format!("{file}: {error}"));
         let table = |text: &str| toml::from_str::<toml::Table>(text).map_err(|error| refuse(error.to_string()));
         let (mut whole, own) = (table(SURVEY)?, table(text)?);
         let has_resolution = own.contains_key("resolution_m");

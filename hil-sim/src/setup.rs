@@ -81,7 +81,7 @@ impl Setup {
     /// the footprint, a replay that does not cover the flight.
     pub fn prepare(scenario: Scenario) -> Result<Self, InputError> {
         let payload = payload_of(&scenario)?;
-        scenario.check_horizon(&payload).map_err(refuse)?;
+        scenario.check_horizon(&payload)?;
         let (ground, reference) = grounds_of(&scenario)?;
         let crs = Crs::from_epsg(ground.epsg()).map_err(|error| of_ground(&scenario, &error.to_string()))?;
         if crs.is_geographic() {
@@ -90,7 +90,7 @@ impl Setup {
         }
         let log = scenario.run.replay.as_ref().map(|replay| AttitudeLog::load(&replay.att)).transpose()?;
         let margin_m = match &log {
-            Some(log) => footprint_margin_at_m(&scenario, &payload, log.largest_tilt_rad(&scenario).map_err(refuse)?),
+            Some(log) => footprint_margin_at_m(&scenario, &payload, log.largest_tilt_rad(&scenario)?),
             None => footprint_margin_m(&scenario, &payload),
         };
         if let (false, Some(replay)) = (margin_m.is_finite(), &scenario.run.replay) {
@@ -99,15 +99,13 @@ impl Setup {
         let height_m = scenario.run.flight.height_m[1];
         let area = match (area_of(&ground, margin_m, height_m), &log) {
             // The log's largest tilt may lean another way than a frame's corner: what its frames really show is less.
-            (Err(_), Some(log)) => {
-                area_of(&ground, height_m * log.reach(&scenario, &payload).map_err(refuse)?, height_m)
-            }
+            (Err(_), Some(log)) => area_of(&ground, height_m * log.reach(&scenario, &payload)?, height_m),
             (area, _) => area,
         };
         let area = area.map_err(|error| of_ground(&scenario, &error.to_string()))?;
         let motion = match log {
-            Some(log) => Motion::replay(&scenario, &area, log).map_err(refuse)?,
-            None => Motion::synthetic(&scenario, &area).map_err(refuse)?,
+            Some(log) => Motion::replay(&scenario, &area, log)?,
+            None => Motion::synthetic(&scenario, &area)?,
         };
         let wanted = wanted_of(&scenario, &area);
         Setup::finish(scenario, payload, (ground, reference), crs, motion, &wanted, Vec::new())
@@ -161,10 +159,6 @@ impl Setup {
         let hit = self.ground.intersect(origin, station.axes().down)?;
         Some(hit.iter().zip(origin).map(|(h, o)| (h - o) * (h - o)).sum::<f64>().sqrt())
     }
-}
-
-fn refuse(error: scenario::ScenarioError) -> InputError {
-    InputError::new(error.to_string())
 }
 
 /// What is flown over, and what the reference is made of where that is another picture.

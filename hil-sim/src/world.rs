@@ -13,4 +13,4 @@ pub mod tile;
 
 pub use grid::{Bounds, Grid};
 pub use ground::{Ground, GroundError};
-pub use procedural::{draped, procedural};
+pub use procedural::{PROCEDURAL_PLACE, draped, procedural};

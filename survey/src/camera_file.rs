@@ -46,7 +46,7 @@ use crate::io::input;
 use crate::io::output::write_file;
 
 pub use heads::Head;
-pub use mounting::Covariance;
+pub use mounting::{ARM_MAX_M, BORESIGHT_MAX_DEG, Covariance};
 
 /// A camera file's content, checked. Angles in degrees, as in the file.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,6 +137,13 @@ impl CameraFile {
             covariance: None,
             heads: Vec::new(),
         }
+    }
+
+    /// Tangent of a pixel, across and along: kH = tan(V_H/2)/(cols/2) and kV likewise.
+    #[must_use]
+    pub fn tangent_per_px(&self) -> (f64, f64) {
+        let per_px = |fov_deg: f64, count: u32| (0.5 * fov_deg.to_radians()).tan() / (0.5 * f64::from(count));
+        (per_px(self.fov_h_deg, self.cols), per_px(self.fov_v_deg, self.rows))
     }
 
     /// Reads and checks a camera file.

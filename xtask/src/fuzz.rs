@@ -14,7 +14,16 @@ const TARGETS: [&str; 8] =
 
 /// `cargo xtask fuzz [--inputs N] [--seed S] [--target NAME]`.
 pub fn fuzz(args: &[String]) -> Result<(), Failure> {
-    run(cargo().args(["build", "--release", "--package", "plumbline-tests", "--features", "programs", "--bin", "hunt"]))?;
+    run(cargo().args([
+        "build",
+        "--release",
+        "--package",
+        "plumbline-tests",
+        "--features",
+        "programs",
+        "--bin",
+        "hunt",
+    ]))?;
     run(Command::new(places::release("hunt")).args(args))?;
     // The compiler's coverage is a nightly feature, and cargo-fuzz a program of its own.
     if !succeeds(Command::new("cargo").args(["+nightly", "fuzz", "--version"])) {

@@ -46,7 +46,9 @@ const PHASES: [Phase; 3] = [
             ("tests, also the long ones", LONG, |_| {
                 run(cargo().args(["test", "--workspace", "--no-fail-fast", "--", "--include-ignored"])).into()
             }),
-            ("clippy (host)", LONG, |_| clippy(&["--workspace", "--all-targets", "--features", "plumbline-tests/programs"], None)),
+            ("clippy (host)", LONG, |_| {
+                clippy(&["--workspace", "--all-targets", "--features", "plumbline-tests/programs"], None)
+            }),
             ("documentation", LONG, |_| {
                 run(cargo().args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings")).into()
             }),

@@ -21,8 +21,8 @@ use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{self, Linked};
 use plumbline_sim::setup::Setup;
 use plumbline_survey::error::InputError;
+use plumbline_survey::io::input::sha256;
 use plumbline_survey::io::output::write_file;
-use sha2::{Digest, Sha256};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use std::path::PathBuf;
@@ -220,10 +220,7 @@ fn link(args: &Args, setup: &Setup) -> Result<(Box<dyn Link>, Linked), Failure> 
         Reach::Qemu => {
             let image = args.firmware.clone().unwrap_or_else(default_image);
             let link = Qemu::launch(&setup.flash, &image)?;
-            let bytes = std::fs::read(&image)
-                .map_err(|error| InputError::new(format!("cannot read {}: {error}", image.display())))?;
-            let digest = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-            Ok((Box::new(link), linked("qemu", Some(digest))))
+            Ok((Box::new(link), linked("qemu", Some(sha256(&image)?))))
         }
     }
 }

@@ -29,8 +29,8 @@ pub fn configuration(
 
 fn read(text: &str, name: &str) -> Result<Vehicle, InputError> {
     let mut reader = Reader::new(text, name);
-    let vehicle: Vehicle = reader.part().map_err(|error| InputError::new(error.to_string()))?;
-    reader.finish("is no setting of a configuration").map_err(|error| InputError::new(error.to_string()))?;
-    vehicle.check().map_err(|what| InputError::new(format!("{name}: {what}")))?;
+    let vehicle: Vehicle = reader.part()?;
+    reader.finish("is no setting of a configuration")?;
+    vehicle.check().map_err(|what| InputError::new(what).at(name))?;
     Ok(vehicle)
 }

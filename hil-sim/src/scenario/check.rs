@@ -1,16 +1,15 @@
 //! Validates a scenario; later code does not check again.
 
 use super::bounds::within;
-use super::footprint::{footprint_margin_m, tangent_per_px};
-use super::{Camera, EdgeSource, FollowUpMode, Payload, Run, Scenario, ScenarioError, Vehicle};
+use super::footprint::footprint_margin_m;
+use super::{Camera, EdgeSource, FollowUpMode, Payload, Run, Scenario, Vehicle};
+use plumbline_core::camera::SQUARE_MAX;
 use plumbline_survey::camera_file::{CameraFile, SIDE_MAX_PX};
+use plumbline_survey::error::InputError;
 
 /// Least time between a frame's first row and the next frame's opening. Chosen: a millisecond, less the default arrival of
 /// 50 µs.
 const BETWEEN_FRAMES_US: u64 = 950;
-/// Pixels are square where their sides differ by no more than this share, as in the core's `Camera::has_square_pixels`: what
-/// the rounded fields of view of a data sheet allow.
-const SQUARE_MAX: f64 = 1e-3;
 /// Sigmas of jitter for which the order of events is guaranteed.
 const JITTER_SIGMAS: f64 = 6.0;
 /// Sigmas at which the simulator cuts the jitter of arrivals off: see [`Shutter`](super::vehicle::Shutter).
@@ -57,8 +56,8 @@ impl Vehicle {
                 return Err(format!("camera.distortion.{key} = {value} is not between -10 and 10"));
             }
         }
-        let (k_h, k_v) = tangent_per_px(camera);
-        if self.follow_up.mode == FollowUpMode::Followed && (k_h / k_v - 1.0).abs() > SQUARE_MAX {
+        let (k_h, k_v) = camera.tangent_per_px();
+        if self.follow_up.mode == FollowUpMode::Followed && (k_h / k_v - 1.0).abs() > f64::from(SQUARE_MAX) {
             return Err(format!(
                 "follow_up.mode = \"followed\" needs a field of view in proportion to the pixels, but camera.fov_h_deg \
                  = {} over {} columns and camera.fov_v_deg = {} over {} rows are not: camera.fov_v_deg = {:.4} would be",
@@ -98,8 +97,8 @@ impl Scenario {
     /// Checks every value that the scenario itself says.
     ///
     /// # Errors
-    /// [`ScenarioError`] names the file, the key, its value and what it may be.
-    pub fn check(&self) -> Result<(), ScenarioError> {
+    /// [`InputError`] names the file, the key, its value and what it may be.
+    pub fn check(&self) -> Result<(), InputError> {
         let parts = || {
             self.vehicle.check()?;
             within(self.world.ranges())?;
@@ -118,19 +117,19 @@ impl Scenario {
                 (Camera::File(_), _) => Ok(()),
             }
         };
-        parts().map_err(|what| ScenarioError(format!("{}: {what}", self.file)))
+        parts().map_err(|what| InputError::new(format!("{}: {what}", self.file)))
     }
 
     /// Checks that a synthetic flight does not see the horizon.
     ///
     /// # Errors
     /// As [`Self::check`].
-    pub fn check_horizon(&self, payload: &Payload) -> Result<(), ScenarioError> {
+    pub fn check_horizon(&self, payload: &Payload) -> Result<(), InputError> {
         if self.run.replay.is_some() || footprint_margin_m(self, payload).is_finite() {
             return Ok(());
         }
         let (tilt_deg, camera) = (self.vehicle.flight.tilt_max_deg, &payload.camera);
-        Err(ScenarioError(format!(
+        Err(InputError::new(format!(
             "{}: flight.tilt_max_deg = {tilt_deg} brings the horizon into the frame of camera.fov_h_deg = {} and \
              camera.fov_v_deg = {}",
             self.file, camera.fov_h_deg, camera.fov_v_deg

@@ -33,16 +33,9 @@ pub fn half_tangents(camera: &CameraFile) -> [f64; 2] {
     borders.map(|tangent| tangent * stretched)
 }
 
-/// Tangents per pixel, across and along: kH = tan(V_H/2)/(cols/2) and kV likewise.
-#[must_use]
-pub fn tangent_per_px(camera: &CameraFile) -> (f64, f64) {
-    let per_px = |fov_deg: f64, count: u32| (0.5 * fov_deg.to_radians()).tan() / (0.5 * f64::from(count));
-    (per_px(camera.fov_h_deg, camera.cols), per_px(camera.fov_v_deg, camera.rows))
-}
-
 /// Tangents to the frame's farther borders, across and along, without distortion.
 fn borders(camera: &CameraFile) -> [f64; 2] {
-    let (k_h, k_v) = tangent_per_px(camera);
+    let (k_h, k_v) = camera.tangent_per_px();
     let across = k_h * (0.5 * f64::from(camera.cols) + camera.offset_m_px.abs());
     [across, k_v * (0.5 * f64::from(camera.rows) + camera.offset_n_px.abs())]
 }

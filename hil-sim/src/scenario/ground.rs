@@ -1,6 +1,7 @@
 //! What is flown over, and where the files lie.
 
-use super::{Camera, Scenario, ScenarioError};
+use super::{Camera, Scenario};
+use plumbline_survey::error::InputError;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -51,7 +52,7 @@ impl TryFrom<Keys> for Ground {
 
 impl Scenario {
     /// Makes every path ready to open.
-    pub(super) fn resolve_paths(&mut self, folder: &Path, data: Option<&Path>) -> Result<(), ScenarioError> {
+    pub(super) fn resolve_paths(&mut self, folder: &Path, data: Option<&Path>) -> Result<(), InputError> {
         let mut paths: Vec<(&str, &mut PathBuf)> = Vec::new();
         if let Camera::File(camera) = &mut self.camera {
             paths.push(("camera_file", camera));
@@ -66,7 +67,7 @@ impl Scenario {
         }
         for (key, path) in paths {
             *path = resolved(path, folder, data).ok_or_else(|| {
-                ScenarioError(format!(
+                InputError::new(format!(
                     "{}: {key} = \"{}\" needs the folder of real data, which PLUMBLINE_DATA does not name",
                     self.file,
                     path.display()

@@ -1,7 +1,7 @@
 //! From a file's text to the parts of a scenario. Each part takes its keys of the one text, so that a file keeps a sensor's
 //! keys in one table; a key that no part takes is refused.
 
-use super::ScenarioError;
+use plumbline_survey::error::InputError;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
@@ -25,8 +25,8 @@ impl<'a> Reader<'a> {
     /// The keys of one part.
     ///
     /// # Errors
-    /// [`ScenarioError`]: the text is no TOML, or a value of another type.
-    pub fn part<T: DeserializeOwned>(&mut self) -> Result<T, ScenarioError> {
+    /// [`InputError`]: the text is no TOML, or a value of another type.
+    pub fn part<T: DeserializeOwned>(&mut self) -> Result<T, InputError> {
         let mut left = Vec::new();
         let source = Deserializer::parse(self.text).map_err(|error| self.sentence(&error))?;
         let part = serde_ignored::deserialize(source, |path| left.push(path.to_string()));
@@ -37,8 +37,8 @@ impl<'a> Reader<'a> {
     /// Refuses the first key that no part has taken. `what` follows its name.
     ///
     /// # Errors
-    /// [`ScenarioError`].
-    pub fn finish(self, what: &str) -> Result<(), ScenarioError> {
+    /// [`InputError`].
+    pub fn finish(self, what: &str) -> Result<(), InputError> {
         let is_left = |key: &str, by: &[String]| {
             by.iter().any(|left| {
                 key.strip_prefix(left.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
@@ -57,14 +57,14 @@ impl<'a> Reader<'a> {
             }
             _ => format!("{key} {what}"),
         };
-        Err(ScenarioError(format!("{}{line}: {why}", self.file)))
+        Err(InputError::new(format!("{}{line}: {why}", self.file)))
     }
 
     /// What the TOML reader found, as one sentence with the line it stands in.
-    fn sentence(&self, error: &toml::de::Error) -> ScenarioError {
+    fn sentence(&self, error: &toml::de::Error) -> InputError {
         let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
         let line = error.span().map(|span| line_of(self.text, span.start)).unwrap_or_default();
-        ScenarioError(format!("{}{line}: {message}", self.file))
+        InputError::new(format!("{}{line}: {message}", self.file))
     }
 }
 

@@ -1,12 +1,12 @@
-use super::footprint::tangent_per_px;
-use super::{BUILT_IN, Camera, FollowUpMode, Frame, Ground, Scenario, ScenarioError};
+use super::{BUILT_IN, Camera, FollowUpMode, Frame, Ground, Scenario};
+use plumbline_survey::error::InputError;
 use std::path::{Path, PathBuf};
 
 fn text_of(name: &str) -> &str {
     BUILT_IN.iter().find(|(built_in, _)| *built_in == name).expect("it is built in").1
 }
 
-fn parse(text: &str) -> Result<Scenario, ScenarioError> {
+fn parse(text: &str) -> Result<Scenario, InputError> {
     Scenario::parse(text, "a.toml", Path::new("folder"), Some(Path::new("/data")))
 }
 
@@ -38,7 +38,7 @@ fn the_default_file_says_what_the_defaults_are() {
 fn the_barrel_draws_the_corner_in_by_five_percent() {
     let barrel = parse(text_of("barrel")).expect("the file is sound");
     let Camera::Keys(frame) = barrel.camera else { panic!("its own camera") };
-    let (k_h, k_v) = tangent_per_px(&frame.file());
+    let (k_h, k_v) = frame.file().tangent_per_px();
     let r2 = (256.0 * k_h).powi(2) + (256.0 * k_v).powi(2);
     let k1 = frame.distortion.expect("a lens with distortion").k1;
     assert!((1.0 + k1 * r2 - 0.95).abs() < 1e-9);

@@ -5,6 +5,7 @@ use super::bounds::Bounded;
 use plumbline_core::budget::REACQUIRE_PX;
 use plumbline_core::pose::noise::LAGS;
 use plumbline_core::stamp::EXPOSURE_MAX_US;
+use plumbline_survey::camera_file::{ARM_MAX_M, BORESIGHT_MAX_DEG};
 use serde::Deserialize;
 
 /// Keys carry their units; angles are degrees in files and nowhere else.
@@ -98,9 +99,8 @@ impl Boresight {
         *self == Boresight::default()
     }
 
-    /// A boresight larger than that is a head of its own.
     pub(super) fn ranges(&self, keys: [&'static str; 3]) -> impl Iterator<Item = Bounded> + use<> {
-        keys.into_iter().zip(self.angles_deg()).map(|(key, deg)| (key, deg, -10.0, 10.0))
+        keys.into_iter().zip(self.angles_deg()).map(|(key, deg)| (key, deg, -BORESIGHT_MAX_DEG, BORESIGHT_MAX_DEG))
     }
 }
 
@@ -342,7 +342,7 @@ impl Vehicle {
             ("timer.pps_jitter_us", self.timer.pps_jitter_us, 0.0, 1e4),
         ];
         ranges.extend(self.flight.tilt_hz.map(|hz| ("flight.tilt_hz", hz, 1e-3, 10.0)));
-        ranges.extend(self.mount.lever_arm_m.map(|m| ("mount.lever_arm_m", m, -100.0, 100.0)));
+        ranges.extend(self.mount.lever_arm_m.map(|m| ("mount.lever_arm_m", m, -ARM_MAX_M, ARM_MAX_M)));
         let keys = ["mount.boresight.phi_deg", "mount.boresight.omega_deg", "mount.boresight.kappa_deg"];
         ranges.extend(self.mount.boresight.ranges(keys));
         ranges

@@ -127,7 +127,7 @@ pub fn flown(setup: &Setup, flight: &Flight) -> Option<Flown> {
     let truly = taken(planned, flight, |record| Some(setup.station(&record.truth)));
     let believed = taken(planned, flight, |record| reported(setup, record));
     let (achieved, reported) =
-        (block.as_ref().map(|b| b.judge(setup, &truly)), block.as_ref().map(|b| b.judge(setup, &believed)));
+        (block.as_ref().map(|b| b.evaluate(setup, &truly)), block.as_ref().map(|b| b.evaluate(setup, &believed)));
     let promised = file.accuracy.as_ref();
     Some(Flown {
         photos,
@@ -137,21 +137,21 @@ pub fn flown(setup: &Setup, flight: &Flight) -> Option<Flown> {
         position_error_m: position_error(planned, flight),
         overlap: Three {
             planned: Some(Pair { forward: file.overlap_min.forward, side: file.overlap_min.side }),
-            achieved: achieved.as_ref().map(|judged| judged.overlap),
-            reported: reported.as_ref().map(|judged| judged.overlap),
+            achieved: achieved.as_ref().map(|photos| photos.overlap),
+            reported: reported.as_ref().map(|photos| photos.overlap),
         },
         coverage: Three {
             planned: promised.filter(|a| a.cells > 0).map(|a| 1.0 - a.gaps as f64 / a.cells as f64),
-            achieved: achieved.as_ref().and_then(|judged| judged.coverage),
-            reported: reported.as_ref().and_then(|judged| judged.coverage),
+            achieved: achieved.as_ref().and_then(|photos| photos.coverage),
+            reported: reported.as_ref().and_then(|photos| photos.coverage),
         },
         accuracy_m: Accuracies {
             planned: promised.map(|a| [a.plan_m, a.height_m]),
-            achieved: achieved.as_ref().and_then(|judged| judged.accuracy_m),
+            achieved: achieved.as_ref().and_then(|photos| photos.accuracy_m),
         },
         simulated_m: Accuracies {
             planned: promised.map(|a| [a.simulated_plan_m, a.simulated_height_m]),
-            achieved: achieved.as_ref().and_then(|judged| judged.simulated_m),
+            achieved: achieved.as_ref().and_then(|photos| photos.simulated_m),
         },
     })
 }
@@ -199,7 +199,7 @@ fn position_error(planned: &Planned, flight: &Flight) -> Option<[Error; 2]> {
     (!off.is_empty()).then(|| [error(0), error(1)])
 }
 
-/// The ground that was to be covered, and how photos of it are judged.
+/// The ground that was to be covered, and how photos of it are evaluated.
 struct Block {
     dem: Dem,
     axes: Axes,
@@ -210,8 +210,8 @@ struct Block {
     seed: u64,
 }
 
-/// What photos are worth.
-struct Judged {
+/// Overlap, coverage and accuracy of a set of photos.
+struct Evaluation {
     overlap: Pair,
     coverage: Option<f64>,
     accuracy_m: Option<[f64; 2]>,
@@ -251,17 +251,21 @@ impl Block {
         })
     }
 
-    fn judge(&self, setup: &Setup, taken: &[Taken]) -> Judged {
+    fn evaluate(&self, setup: &Setup, taken: &[Taken]) -> Evaluation {
         let terrain = Terrain::new(&self.dem);
-        let nothing =
-            Judged { overlap: Pair { forward: None, side: None }, coverage: None, accuracy_m: None, simulated_m: None };
+        let nothing = Evaluation {
+            overlap: Pair { forward: None, side: None },
+            coverage: None,
+            accuracy_m: None,
+            simulated_m: None,
+        };
         let Ok(area) = Area::new(&self.corners) else { return nothing };
         let cells = Cells::new(&terrain, &area, CELLS_MOST);
         let seen = see(setup, &self.axes, &cells, taken);
         let known: Vec<Known> = seen.iter().map(|rays| Known::of(rays, &self.sigmas)).collect();
         let summary = Summary::new(&known);
         let covered = known.iter().filter(|cell| !cell.is_gap()).count();
-        Judged {
+        Evaluation {
             overlap: self.overlap(&terrain, &area, taken),
             coverage: (!known.is_empty()).then(|| covered as f64 / known.len() as f64),
             accuracy_m: summary.map(|summary| summary.rms_m),

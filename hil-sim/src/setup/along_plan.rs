@@ -2,7 +2,7 @@
 
 use super::planned::terrain::Terrain;
 use super::planned::{Planned, camera, store};
-use super::{Setup, TILE_SLACK_PX, grounds_of, refuse};
+use super::{Setup, TILE_SLACK_PX, grounds_of};
 use crate::scenario::footprint::footprint_margin_m;
 use crate::scenario::{Camera, Ground as GroundOf, Payload, Scenario};
 use crate::vehicle::motion::{Motion, PlannedTrack};
@@ -52,8 +52,8 @@ pub(super) fn prepare(scenario: Scenario, plan: &PlanToFly) -> Result<Setup, Inp
     scenario.run.frame_interval_ms = (between_ms as u32).clamp(scenario.run.frame_interval_ms, 3_600_000);
 
     let (terrain, sight_m) = terrain(&mut scenario, &payload, plan, &planned, &flown)?;
-    scenario.check().map_err(refuse)?;
-    scenario.check_horizon(&payload).map_err(refuse)?;
+    scenario.check()?;
+    scenario.check_horizon(&payload)?;
     choose_resolution(&mut scenario, &payload, plan, &mut planned, &flown);
     let highest_m = scenario.run.flight.height_m[1];
     if highest_m > RANGE_MAX_M {

@@ -23,8 +23,9 @@ pub use planned::{Line, Manner, PlannedTrack};
 
 use super::servo::{Servo, follow_up_exact, wrapped};
 use crate::noise::stream;
-use crate::scenario::{FollowUpMode, Scenario, ScenarioError};
+use crate::scenario::{FollowUpMode, Scenario};
 use climb::Climb;
+use plumbline_survey::error::InputError;
 use track::Track;
 use wave::Wave;
 
@@ -94,8 +95,8 @@ impl Motion {
     /// Synthetic motion, decided by the scenario's seed.
     ///
     /// # Errors
-    /// [`ScenarioError`] when the area leaves no room to fly.
-    pub fn synthetic(scenario: &Scenario, area: &Area) -> Result<Self, ScenarioError> {
+    /// [`InputError`] when the area leaves no room to fly.
+    pub fn synthetic(scenario: &Scenario, area: &Area) -> Result<Self, InputError> {
         Self::with_attitude(scenario, area, Attitude::synthetic(scenario))
     }
 
@@ -110,16 +111,16 @@ impl Motion {
     /// first row and 1.
     ///
     /// # Errors
-    /// [`ScenarioError`] when the area leaves no room to fly or the log does not cover the flight.
-    pub fn replay(scenario: &Scenario, area: &Area, log: AttitudeLog) -> Result<Self, ScenarioError> {
+    /// [`InputError`] when the area leaves no room to fly or the log does not cover the flight.
+    pub fn replay(scenario: &Scenario, area: &Area, log: AttitudeLog) -> Result<Self, InputError> {
         let (start_s, time_scale) = log.span(scenario)?;
         Self::with_attitude(scenario, area, Attitude::Log { log, start_s, time_scale })
     }
 
-    fn with_attitude(scenario: &Scenario, area: &Area, attitude: Attitude) -> Result<Self, ScenarioError> {
+    fn with_attitude(scenario: &Scenario, area: &Area, attitude: Attitude) -> Result<Self, InputError> {
         let half_extent_m = area.half_extent_m;
         if !(half_extent_m.is_finite() && half_extent_m > 0.0) {
-            return Err(ScenarioError(format!(
+            return Err(InputError::new(format!(
                 "the ground is too small to fly over: {half_extent_m} m are left around its centre after the footprint"
             )));
         }

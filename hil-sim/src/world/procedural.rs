@@ -22,9 +22,12 @@ use std::sync::{Mutex, PoisonError};
 const SIDE: usize = 3600;
 /// Metres a pixel.
 const STEP_M: f64 = 0.5;
+/// Where it lies, and with it a plan that names no place: EPSG code, grid east and north of the centre. Chosen: farmland west of
+/// Vienna.
+pub const PROCEDURAL_PLACE: (u32, [f64; 2]) = (EPSG, [CENTRE_EAST_M, CENTRE_NORTH_M]);
+const EPSG: u32 = 32633;
 const CENTRE_EAST_M: f64 = 560_000.0;
 const CENTRE_NORTH_M: f64 = 5_330_000.0;
-const EPSG: u32 = 32633;
 /// Stretch of the finished picture about its middle grey.
 const CONTRAST: f32 = 1.2;
 

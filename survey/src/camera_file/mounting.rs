@@ -47,9 +47,10 @@ impl Covariance {
 const EQUAL: f64 = 1e-9;
 /// Relative tolerance for numbers typed by hand.
 const TYPED: f64 = 1e-2;
-/// Largest angle of a boresight, degrees, and largest lever arm, metres.
-const BORESIGHT_MAX_DEG: f64 = 10.0;
-const ARM_MAX_M: f64 = 100.0;
+/// Largest angle of a boresight, degrees: what leans more is a head.
+pub const BORESIGHT_MAX_DEG: f64 = 10.0;
+/// Largest lever arm, metres.
+pub const ARM_MAX_M: f64 = 100.0;
 
 /// φ, ω, κ of the vehicle from the camera, degrees.
 pub(super) fn boresight(file: &Keys<'_>) -> Result<Option<[f64; 3]>, InputError> {

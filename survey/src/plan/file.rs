@@ -43,9 +43,9 @@ pub struct PlanFile {
     pub overlap_min: OverlapMin,
     /// Photos of all strips.
     pub photo_count: usize,
-    /// Shortest base and the time it takes.
+    /// Shortest base of any strip, metres.
     pub base_min_m: f64,
-    /// That base as time.
+    /// Time for that base at the ground speed, seconds.
     pub interval_min_s: f64,
     /// Corners of the area, the first not repeated.
     pub area: Vec<[f64; 2]>,

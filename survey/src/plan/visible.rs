@@ -19,7 +19,8 @@ const LEFT_MAX: f64 = 1e-9;
 /// The principal point lies outside the frame, or the distortion cannot be undone on its border.
 pub fn half_tangents(camera: &CameraFile) -> Result<[f64; 2], InputError> {
     let half = [camera.fov_v_deg, camera.fov_h_deg].map(|fov| (0.5 * fov.to_radians()).tan());
-    let per_px = tangent_per_px(camera);
+    let (across_px, along_px) = camera.tangent_per_px();
+    let per_px = [along_px, across_px];
     // Forward and right of the principal point the frame ends nearer by the offset, and farther on the other sides.
     let offset = [camera.offset_n_px * per_px[0], camera.offset_m_px * per_px[1]];
     let nearer = [0, 1].map(|k| half[k] - offset[k].abs());
@@ -46,13 +47,6 @@ pub fn half_tangents(camera: &CameraFile) -> Result<[f64; 2], InputError> {
         }
     }
     Ok(least)
-}
-
-/// Tangent of a pixel, along and across.
-#[must_use]
-pub fn tangent_per_px(camera: &CameraFile) -> [f64; 2] {
-    let per_px = |fov_deg: f64, count: u32| 2.0 * (0.5 * fov_deg.to_radians()).tan() / f64::from(count);
-    [per_px(camera.fov_v_deg, camera.rows), per_px(camera.fov_h_deg, camera.cols)]
 }
 
 /// The ideal point, along and across, of one on the frame; `None` where the steps do not settle.

@@ -2,7 +2,7 @@
 
 use super::Args;
 use crate::outcome::Failure;
-use plumbline_sim::scenario::{BUILT_IN, Ground, Replay, Scenario, ScenarioError};
+use plumbline_sim::scenario::{BUILT_IN, Ground, Replay, Scenario};
 use plumbline_sim::setup::{PlanToFly, Setup};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::data::shared_data;
@@ -34,8 +34,8 @@ pub fn setup(args: &Args) -> Result<Setup, Failure> {
 fn load(args: &Args) -> Result<(Scenario, bool), Failure> {
     let data = shared_data();
     let parse = |text: &str, file: &str, folder: &Path| match args.plan {
-        Some(_) => Scenario::parse_planned(text, file, folder, data.as_deref()).map_err(refuse),
-        None => Ok((Scenario::parse(text, file, folder, data.as_deref()).map_err(refuse)?, true)),
+        Some(_) => Ok(Scenario::parse_planned(text, file, folder, data.as_deref())?),
+        None => Ok((Scenario::parse(text, file, folder, data.as_deref())?, true)),
     };
     let Some(path) = &args.scenario else {
         return if args.plan.is_some() { parse("", "survey", Path::new("")) } else { Ok((Scenario::default(), true)) };
@@ -75,8 +75,4 @@ fn ground(args: &Args, ground: &mut Ground) -> Result<(), Failure> {
             }
         }
     }
-}
-
-fn refuse(error: ScenarioError) -> Failure {
-    Failure::Input(InputError::new(error.to_string()))
 }

@@ -1,5 +1,6 @@
 //! The flight in thirteen lines, for a person at a terminal; three more of a plan, one more where a serial line was in between.
 
+use plumbline_charts::format::NOT_MEASURED;
 use plumbline_sim::score::Summary;
 use plumbline_sim::score::plan::{Flown, Pair};
 use std::path::Path;
@@ -68,7 +69,7 @@ fn number(value: Option<f64>, unit: &str) -> String {
 }
 
 fn unmeasured() -> String {
-    "not measured on this link".to_owned()
+    NOT_MEASURED.to_owned()
 }
 
 fn blur(summary: &Summary) -> String {

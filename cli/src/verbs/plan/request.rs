@@ -16,7 +16,7 @@ use plumbline_survey::plan::intersect::Sigmas;
 use plumbline_survey::plan::lines::Overlaps;
 use plumbline_survey::plan::place::Place;
 use plumbline_survey::plan::planner::LEAST;
-use plumbline_survey::plan::visible::{half_tangents, tangent_per_px};
+use plumbline_survey::plan::visible::half_tangents;
 use std::path::Path;
 
 /// What a frame takes on board at most, seconds.
@@ -63,12 +63,12 @@ impl Prepared {
         let far_m = far_m(half_tangent, height_m, args.speed_m_s);
         let place = Place::new(frame(file.epsg(), world, far_m)?, args.origin)?;
         let area = Area::in_frame(&corners, place.frame())?;
-        let per_px = tangent_per_px(&camera);
+        let (across_px, along_px) = camera.tangent_per_px();
         let noise = noise(args, &camera);
         let request = Request {
             height_m,
             half_tangent,
-            tangent_per_px: per_px,
+            tangent_per_px: [along_px, across_px],
             overlaps: args.overlap,
             heading_deg: match args.strip_heading_deg {
                 Heading::Given(heading_deg) => Some(heading_deg),
@@ -80,7 +80,7 @@ impl Prepared {
                 accuracy_m: args.limits_m,
             },
             sigmas: Sigmas {
-                image: per_px.map(|tangent| noise.image_px * tangent),
+                image: [along_px, across_px].map(|tangent| noise.image_px * tangent),
                 position_m: noise.position_m,
                 attitude_rad: noise.attitude_deg.to_radians(),
             },
@@ -106,7 +106,7 @@ impl Prepared {
 
 /// Height above the base plane, by whichever option says it.
 fn height_m(args: &Args, camera: &CameraFile) -> Result<f64, InputError> {
-    let [_, per_px] = tangent_per_px(camera);
+    let (per_px, _) = camera.tangent_per_px();
     let focal_px = 1.0 / per_px;
     if let Some(gsd_m) = args.height.gsd_m {
         return Ok(gsd_m * focal_px);

@@ -1,11 +1,9 @@
 //! Where a plan lies: from its coordinates to a grid in metres that a flight can happen on.
 
+use crate::world::PROCEDURAL_PLACE;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
 use plumbline_survey::plan::PlanFile;
-
-/// Where the procedural ground lies, and with it a plan that names no place: EPSG code, grid east and north.
-const NOWHERE: (u32, [f64; 2]) = (32633, [560_000.0, 5_330_000.0]);
 
 /// From a plan's coordinates to those of a grid.
 #[derive(Debug)]
@@ -64,7 +62,7 @@ impl Place {
                 Ok(Place { crs: grid, convergence_rad: 0.0, way: Way::Moved([east, north], true) })
             }
             (None, None) => {
-                let (epsg, [east, north]) = NOWHERE;
+                let (epsg, [east, north]) = PROCEDURAL_PLACE;
                 let moved = [east - centre[0].round(), north - centre[1].round()];
                 Ok(Place { crs: Crs::from_epsg(epsg)?, convergence_rad: 0.0, way: Way::Moved(moved, false) })
             }

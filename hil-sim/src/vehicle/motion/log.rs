@@ -2,7 +2,7 @@
 
 use crate::camera::render::Station;
 use crate::scenario::footprint::{footprint_margin_at_m, half_tangents};
-use crate::scenario::{FollowUpMode, Payload, Scenario, ScenarioError};
+use crate::scenario::{FollowUpMode, Payload, Scenario};
 use crate::vehicle::servo::{follow_up_exact, wrapped};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::table::{Table, text_of};
@@ -73,8 +73,8 @@ impl AttitudeLog {
     /// it is that of the camera's axis too.
     ///
     /// # Errors
-    /// [`ScenarioError`] when the log does not cover the flight.
-    pub fn largest_tilt_rad(&self, scenario: &Scenario) -> Result<f64, ScenarioError> {
+    /// [`InputError`] when the log does not cover the flight.
+    pub fn largest_tilt_rad(&self, scenario: &Scenario) -> Result<f64, InputError> {
         let tilt = |row: &Row| (row.angles_rad[1].cos() * row.angles_rad[2].cos()).acos();
         Ok(self.flown(scenario)?.iter().map(tilt).fold(0.0, f64::max))
     }
@@ -83,8 +83,8 @@ impl AttitudeLog {
     /// level ground. A camera whose servo lags looks anywhere around its axis.
     ///
     /// # Errors
-    /// [`ScenarioError`] when the log does not cover the flight.
-    pub fn reach(&self, scenario: &Scenario, payload: &Payload) -> Result<f64, ScenarioError> {
+    /// [`InputError`] when the log does not cover the flight.
+    pub fn reach(&self, scenario: &Scenario, payload: &Payload) -> Result<f64, InputError> {
         let [across, along] = half_tangents(&payload.camera);
         let is_fixed = scenario.vehicle.follow_up.mode == FollowUpMode::Fixed;
         if !is_fixed && scenario.world.follow_up.servo_lag_s > 0.0 {
@@ -110,14 +110,14 @@ impl AttitudeLog {
     }
 
     /// The rows about the scenario's flight.
-    fn flown(&self, scenario: &Scenario) -> Result<&[Row], ScenarioError> {
+    fn flown(&self, scenario: &Scenario) -> Result<&[Row], InputError> {
         let (start_s, time_scale) = self.span(scenario)?;
         let end_s = start_s + time_scale * scenario.run.duration_us() as f64 * 1e-6;
         Ok(&self.rows[self.index_before(start_s)..=self.index_before(end_s) + 1])
     }
 
     /// Where in the log the scenario's flight starts, and the seconds of the log in a second of it.
-    pub(super) fn span(&self, scenario: &Scenario) -> Result<(f64, f64), ScenarioError> {
+    pub(super) fn span(&self, scenario: &Scenario) -> Result<(f64, f64), InputError> {
         let (first_s, last_s) = (self.rows[0].t_s, self.rows[self.rows.len() - 1].t_s);
         let (start_s, time_scale) = match &scenario.run.replay {
             Some(replay) => (replay.start_s.unwrap_or(first_s), replay.time_scale),
@@ -125,7 +125,7 @@ impl AttitudeLog {
         };
         let end_s = start_s + time_scale * scenario.run.duration_us() as f64 * 1e-6;
         if start_s < first_s || end_s > last_s {
-            return Err(ScenarioError(format!(
+            return Err(InputError::new(format!(
                 "{}: the attitude log holds {first_s} s to {last_s} s, but {} frames need {start_s} s to {end_s:.3} s",
                 self.name, scenario.run.frames
             )));

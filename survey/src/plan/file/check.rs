@@ -54,7 +54,10 @@ impl PlanFile {
         if let Some(empty) = self.strips.iter().position(|strip| strip.photos.is_empty()) {
             return Err(format!("strips[{empty}] has no photos"));
         }
-        if self.strips.is_empty() || photos().count() != self.photo_count {
+        if self.strips.is_empty() {
+            return Err("strips is empty".to_owned());
+        }
+        if photos().count() != self.photo_count {
             return Err(format!("photo_count is {}, but the strips have {}", self.photo_count, photos().count()));
         }
         if let Some(wrong) = self.strips.iter().position(|strip| strip.line >= self.strips.len()) {

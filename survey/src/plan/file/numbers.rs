@@ -5,7 +5,7 @@ use serde_json::Value;
 /// Largest magnitude accepted: coordinates (false eastings reach 6.1e7 m), lengths, heights, times in seconds.
 const LARGEST: f64 = 1e8;
 
-/// What a number may be; but for whole ones with [`LARGEST`] as its limit.
+/// Range of a number; all but `Seed` are also limited by [`LARGEST`].
 #[derive(Clone, Copy)]
 enum Range {
     Any,
@@ -15,7 +15,7 @@ enum Range {
     Share,
     /// Overlaps as they are; below 0 is a gap.
     To1,
-    /// 0 to 360: 180 degrees and the last number below 180 are 360 to rounding.
+    /// 0 to 360 inclusive: 180 plus a heading just below 180 may round to 360.
     Heading,
     /// Whole numbers from 0.
     Count,
