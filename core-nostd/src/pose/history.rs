@@ -123,6 +123,8 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
     ///
     /// # Errors
     /// [`PoseError`].
+    // A few times a frame: inlined everywhere it would fill the flight computer's flash.
+    #[inline(never)]
     pub fn at(&self, at: Micros, gap_us: u32) -> Result<Interpolated<T, C>, PoseError> {
         let (newest, _) = self.newest().ok_or(PoseError::NotYet)?;
         if newest < at {

@@ -59,8 +59,6 @@ impl<const C: usize> Smoother<C> {
     ///
     /// # Errors
     /// [`PoseError`].
-    // Once a frame for each stream: inlined with all that it calls, copies of it fill the flash.
-    #[inline(never)]
     pub fn at<T: Channels<C>, const N: usize>(
         &self,
         history: &History<T, C, N>,
