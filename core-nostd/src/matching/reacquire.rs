@@ -3,7 +3,7 @@
 //! Boxes of k x k pixels of patch and reference make two reduced pictures, whose high-pass images are correlated at every
 //! shift that they can tell. At half a box off, the true position still has half of its correlation, which over a few hundred
 //! boxes is among the highest of some thousand chance values. Full resolution then decides: around each of the highest local
-//! maxima the pictures are correlated within ±[`FINE_PX`]. The peak's second is the best
+//! maxima the pictures are correlated within ±`FINE_PX`. The peak's second is the best
 //! other shift of all of these.
 
 mod sizes;
