@@ -42,10 +42,8 @@ const PHASES: [Phase; 3] = [
     &[
         &[
             ("format", EACH, |_| checked("rustfmt", "fmt", || run(cargo().args(["fmt", "--all", "--check"])))),
-            ("tests", (Everyday, Everyday), |_| run(cargo().args(["test", "--workspace", "--no-fail-fast"])).into()),
-            ("tests, also the long ones", LONG, |_| {
-                run(cargo().args(["test", "--workspace", "--no-fail-fast", "--", "--include-ignored"])).into()
-            }),
+            ("tests", (Everyday, Everyday), |_| tests(&["--lib", "--bins", "--tests"])),
+            ("tests, also the long ones, and examples", LONG, |_| tests(&["--", "--include-ignored"])),
             ("clippy (host)", LONG, |_| {
                 clippy(&["--workspace", "--all-targets", "--features", "plumbline-tests/programs"], None)
             }),
@@ -138,6 +136,11 @@ fn one(name: &str) -> Result<ExitCode, Failure> {
         eprintln!("{name}: {why}");
     }
     Ok(outcome.exit_code())
+}
+
+/// All tests, without a stop at the first that fails: those that the arguments choose.
+fn tests(chosen: &[&str]) -> Outcome {
+    run(cargo().args(["test", "--workspace", "--no-fail-fast"]).args(chosen)).into()
 }
 
 /// A check by a part of the toolchain that not every machine has.

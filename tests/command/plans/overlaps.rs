@@ -159,6 +159,7 @@ fn over_hills_in_degrees() {
 }
 
 #[test]
+#[ignore = "long: the mountains"]
 fn over_mountains() {
     let terrain = |_: &std::path::Path| Terrain::real("austria_dhm_10m_west.tif", [554_400.0, 430_000.0]);
     holds(

@@ -74,6 +74,7 @@ fn a_board_that_reboots_leaves_a_gap_that_is_counted() {
 
 /// At other moments.
 #[test]
+#[ignore = "long: boards that reboot again and again"]
 fn boards_that_reboot_leave_gaps_that_are_counted() {
     let setup = setup(small(9, 120));
     let expected = in_process(&setup);
