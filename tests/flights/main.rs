@@ -3,6 +3,7 @@
 mod aborted;
 mod planned;
 mod reboot;
+mod recorded;
 mod replay;
 mod serial;
 mod stamps;
