@@ -14,6 +14,9 @@ pub struct Fix {
     pub local: Local,
     /// Covariance of (east, north), square metres.
     pub covariance: Matrix2<f32>,
+    /// The part of it that fixes seconds apart share: that of the tilt's drift. What else they may share, the map's own
+    /// offset, no picture tells.
+    pub correlated: Matrix2<f32>,
 }
 
 /// One sigma of what a fix rests on beside the picture.
@@ -21,6 +24,8 @@ pub struct Fix {
 pub struct Uncertainty {
     /// Of pitch and roll at mid-exposure, each, radians.
     pub tilt_rad: f32,
+    /// Its part that drifts, radians.
+    pub tilt_drift_rad: f32,
     /// Height above ground, metres.
     pub height_m: f32,
     /// How far the vehicle flies, east and north, in one sigma of the stamp, metres.
@@ -78,14 +83,17 @@ pub fn fix(
     let resolution = tile.resolution().0;
     let per_px = tile.ground_resolution().0;
     let moment = |pixels: f32| pixels * per_px * per_px / height_m;
-    let tilt_east = Vector2::new(height_m + moment(footprint.xx), moment(footprint.xy)) * uncertainty.tilt_rad;
-    let tilt_north = Vector2::new(moment(footprint.xy), height_m + moment(footprint.yy)) * uncertainty.tilt_rad;
+    let tilts = |sigma_rad: f32| {
+        let east = Vector2::new(height_m + moment(footprint.xx), moment(footprint.xy)) * sigma_rad;
+        let north = Vector2::new(moment(footprint.xy), height_m + moment(footprint.yy)) * sigma_rad;
+        east * east.transpose() + north * north.transpose()
+    };
     // Rows run south: the sign of the cross term turns.
     let c = &shift.covariance;
     let matched = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * (resolution * resolution);
     // The fix is where the picture was taken; it is reported for the stamp's instant, which may be another.
     let along = Vector2::from(uncertainty.along_m);
-    let covariance =
-        matched + tilt_east * tilt_east.transpose() + tilt_north * tilt_north.transpose() + along * along.transpose();
-    Fix { position: tile.georeference().geographic(local), local, covariance }
+    let covariance = matched + tilts(uncertainty.tilt_rad) + along * along.transpose();
+    let correlated = tilts(uncertainty.tilt_drift_rad);
+    Fix { position: tile.georeference().geographic(local), local, covariance, correlated }
 }

@@ -63,8 +63,8 @@
 //!     pipeline.streams.attitude(at, Attitude::default()).unwrap();
 //!     pipeline.streams.slant(at, Metres(120.0)).unwrap();
 //! }
-//! let position = PositionSample { sampled_at: mid_exposure, position: centre, north_m_per_s: 0.0, east_m_per_s: 0.0 };
-//! pipeline.position(position, None).unwrap();
+//! let position = PositionSample { position: centre, north_m_per_s: 0.0, east_m_per_s: 0.0 };
+//! pipeline.position(mid_exposure, position).unwrap();
 //! pipeline.begin_frame().unwrap();
 //! pipeline.rows(&frame).unwrap();
 //! let situation = pipeline.situate((mid_exposure, 1.0), pipeline.settings().wait()).unwrap().expect("samples around it");

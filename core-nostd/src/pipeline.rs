@@ -20,14 +20,13 @@ use crate::pose::position::PositionState;
 use crate::rectify::{Node, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
-use crate::units::Micros;
 use heapless::Vec;
 pub use refusal::Refusal;
 use settings::Smoothers;
 pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigmas};
 pub use situate::SituateError;
 pub use situation::{Prediction, Situation};
-pub use streams::{Instants, Latencies, PositionSample, SampleError, Streams};
+pub use streams::{Arrival, Instants, Latencies, PositionSample, SampleError, Streams};
 
 /// What a frame's match says, accepted or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,11 +151,16 @@ impl<'t> Pipeline<'t> {
         &self.tile
     }
 
+    /// Whether the newest position lies within reach of the tile's georeference.
+    pub fn is_on_the_map(&self) -> bool {
+        !self.is_off_the_map
+    }
+
     /// Takes a position of the navigation.
     ///
     /// # Errors
     /// [`SampleError`].
-    pub fn position(&mut self, sample: PositionSample, arrived_at: Option<Micros>) -> Result<(), SampleError> {
+    pub fn position(&mut self, at: impl Into<Instants>, sample: PositionSample) -> Result<(), SampleError> {
         let lat_possible = (-900_000_000..=900_000_000).contains(&sample.position.lat_e7);
         let lon_possible = (-1_800_000_000..=1_800_000_000).contains(&sample.position.lon_e7);
         if !(lat_possible && lon_possible) {
@@ -176,7 +180,7 @@ impl<'t> Pipeline<'t> {
             east_m_per_s: east * c - north * s,
             north_m_per_s: north * c + east * s,
         };
-        self.streams.position(Instants { sampled_at: sample.sampled_at, arrived_at }, state)?;
+        self.streams.position(at, state)?;
         self.is_off_the_map = false;
         Ok(())
     }
@@ -285,6 +289,7 @@ impl<'t> Pipeline<'t> {
         let footprint = Footprint::of(&self.buffers.runs, self.patch_size);
         let uncertainty = Uncertainty {
             tilt_rad: situation.sigma_tilt_rad,
+            tilt_drift_rad: self.settings.sigmas.tilt_drift_rad,
             height_m: situation.sigma_height_m,
             along_m: situation.prediction.velocity_m_per_s.map(|speed| speed * situation.sigma_stamp_s),
         };

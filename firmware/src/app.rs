@@ -5,15 +5,16 @@
 //! | [`receive::receive`] | bytes | messages to samples, clock, servo command |
 //! | [`camera::camera`] | a frame, its rows, its pose | reduce, situate, rectify, register |
 //! | [`transmit::transmit`] | the outbox | messages to bytes |
-//! | [`beat::beat`] | the capture timer | heartbeat, time request, health, patience |
+//! | [`beat::beat`] | the capture timer | heartbeat, time request, requests for streams, health, patience |
 //! | [`edges::pulses`] | pulses per second | the clock |
 //! | [`edges::edges`] | the shutter's edges | keeps them for their frames |
 //!
-//! Receive and beat commit to the next exposure of a plan (`exposures`).
+//! Receive commits to the next exposure of a plan (`exposures`); receive and beat deal with the autopilot (`autopilot`).
 //!
 //! A vehicle whose stores were refused runs [`grounded`] instead. All run on one executor in one thread: what they share
 //! they use in one go, and await nothing meanwhile ([`Shared`]).
 
+mod autopilot;
 pub mod beat;
 pub mod camera;
 pub mod edges;
@@ -26,8 +27,12 @@ pub mod transmit;
 use crate::journal::{Event, Gate, Journal};
 use crate::shared::Shared;
 use crate::stores::plan::Plan;
+use crate::wire::command::Ask;
 use crate::wire::decoder::LinkCounters;
+use crate::wire::incoming::Speakers;
 use crate::wire::telemetry::{FrameReport, InstantReport, PhotoReport};
+use autopilot::Autopilot;
+pub use autopilot::Companion;
 use core::cell::Cell;
 use core::future::poll_fn;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -36,7 +41,7 @@ use exposures::Flown;
 use mavlink::dialects::common::MavSeverity;
 use outbox::Outbox;
 use plumbline_core::fix::Fix;
-use plumbline_core::pipeline::{Pipeline, Situation};
+use plumbline_core::pipeline::{Arrival, Pipeline, Situation};
 use plumbline_core::stamp::{StampSettings, Stamper};
 use plumbline_core::units::{Micros, Radians, Ticks};
 
@@ -44,8 +49,14 @@ use plumbline_core::units::{Micros, Radians, Ticks};
 #[allow(clippy::large_enum_variant, reason = "no heap to put the large one on, and one at a time is taken")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Out {
-    /// HEARTBEAT, a TIMESYNC request, and health.
+    /// HEARTBEAT and health.
     Beat,
+    /// A TIMESYNC request.
+    TimesyncRequest,
+    /// What the autopilot is asked for.
+    Ask(Ask),
+    /// A message that is new when it is sent, from which the autopilot reckons the link's latency.
+    Reference,
     /// The servo's command.
     Servo(Radians),
     /// The answer to a TIMESYNC request.
@@ -112,6 +123,10 @@ pub struct Counters {
     pub backwards: u32,
     /// Samples whose value cannot be meant.
     pub invalid: u32,
+    /// Messages of a kind that we use, from somebody whom we do not listen to, and answers to what we did not ask.
+    pub foreign: u32,
+    /// Samples stamped later than they arrived.
+    pub future: u32,
     /// Frames lost.
     pub frames_lost: u32,
     /// Patches whose transmission was cut short.
@@ -135,6 +150,10 @@ pub struct App<'t> {
     patch: Cell<u32>,
     /// Whether the autopilot said that it is armed.
     armed: Cell<Option<bool>>,
+    speakers: Speakers,
+    autopilot: Shared<Autopilot>,
+    /// Whether nothing is missing for fixes to be made and sent.
+    is_ready: Cell<bool>,
     /// The newest command to the follow-up axis.
     servo: Cell<Option<Radians>>,
     flown: Option<Flown<'t>>,
@@ -143,13 +162,14 @@ pub struct App<'t> {
 }
 
 impl<'t> App<'t> {
-    /// An application around a pipeline, with what its stamps depend on and the photos that are planned. All that decides
-    /// goes into the `journal`.
+    /// An application around a pipeline, with what its stamps depend on, the photos that are planned, and the link that it is
+    /// on. All that decides goes into the `journal`.
     pub fn new(
         pipeline: Pipeline<'t>,
         stamps: &StampSettings,
         plan: Option<Plan<'t>>,
         send_patches: bool,
+        companion: &Companion,
         journal: &'t dyn Journal,
     ) -> Self {
         App {
@@ -161,6 +181,9 @@ impl<'t> App<'t> {
             outbox: Outbox::new(),
             patch: Cell::new(0),
             armed: Cell::new(None),
+            speakers: companion.speakers,
+            autopilot: Shared::new(Autopilot::new(companion)),
+            is_ready: Cell::new(false),
             servo: Cell::new(None),
             flown: plan.map(|plan| Flown::new(plan, &stamps.shutter)),
             send_patches,
@@ -206,7 +229,13 @@ impl<'t> App<'t> {
 
     /// The autopilot's instant at a tick.
     fn instant(&self, tick: Ticks) -> Option<Micros> {
-        self.stamper.with(|stamper| stamper.clock.instant(tick)).flatten().map(|(at, _)| at)
+        self.arrival(tick).map(|arrival| arrival.at)
+    }
+
+    /// What arrived at a tick did so at this instant of the autopilot.
+    fn arrival(&self, tick: Ticks) -> Option<Arrival> {
+        let instant = self.stamper.with(|stamper| stamper.clock.instant(tick)).flatten();
+        instant.map(|(at, sigma_us)| Arrival { at, sigma_us })
     }
 
     /// Counts.

@@ -1,6 +1,7 @@
 //! From what lies in flash to the application, the same on every board.
 
-use crate::app::App;
+use crate::app::{App, Companion};
+use crate::autopilot::requests::Intervals;
 use crate::journal::Journal;
 use crate::stores::plan::Plan;
 use crate::stores::{StoreError, configuration, plan, tiles};
@@ -80,6 +81,8 @@ pub struct Flight<'f> {
     pub plan: Option<Plan<'f>>,
     /// Whether rectified patches are sent.
     pub send_patches: bool,
+    /// Who is on the link, and how fixes are sent.
+    pub link: Companion,
 }
 
 /// Least side of a patch that the reference must hold beside the search, pixels.
@@ -103,7 +106,17 @@ pub fn read<'f>(configuration: &[u8], tiles: &'f [u8], plan: &'f [u8]) -> Result
     if plan.is_some_and(|plan| !plan.on(tile.georeference()).is_within()) {
         return Err(BootError::Astray);
     }
-    Ok(Flight { settings, stamps, tile, plan, send_patches: configuration.send_patches })
+    let fixes = configuration.link.fixes().map_err(BootError::Configuration)?;
+    let link = Companion {
+        speakers: configuration.link.speakers(),
+        fixes,
+        intervals: Intervals {
+            attitude_us: settings.motions.attitude.interval_us,
+            position_us: settings.motions.position.interval_us,
+            range_us: configuration.link.range_interval_us,
+        },
+    };
+    Ok(Flight { settings, stamps, tile, plan, send_patches: configuration.send_patches, link })
 }
 
 impl<'t> Flight<'t> {
@@ -119,8 +132,8 @@ impl<'t> Flight<'t> {
         frame_memory: &'t mut [u8],
         journal: &'t dyn Journal,
     ) -> Result<App<'t>, BootError> {
-        let Flight { settings, stamps, tile, plan, send_patches } = self;
+        let Flight { settings, stamps, tile, plan, send_patches, link } = self;
         let pipeline = Pipeline::new(settings, tile, buffers, frame_memory)?;
-        Ok(App::new(pipeline, &stamps, plan, send_patches, journal))
+        Ok(App::new(pipeline, &stamps, plan, send_patches, &link, journal))
     }
 }

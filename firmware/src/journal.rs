@@ -35,6 +35,8 @@ pub enum Event<'a> {
     Rows(Result<(), Refusal>),
     /// The pose is computed from the streams as they are, and the frame waits no longer: the timer.
     Pose(Ticks),
+    /// A time request goes out: the timer, which is its stamp.
+    Asked(Ticks),
     /// A frame's result, and its fix in degrees.
     Frame(&'a FrameReport, &'a InstantReport, Option<Geographic>),
 }
@@ -48,6 +50,8 @@ pub enum Gate {
     Begin,
     /// Before [`Event::Pose`].
     Pose,
+    /// Before [`Event::Asked`].
+    Asked,
 }
 
 /// Where events go.

@@ -15,6 +15,7 @@ compile_error!("one board a build: the features an500 and h743 bring a clock and
 #[cfg(all(target_os = "none", feature = "an500"))]
 pub mod an500;
 pub mod app;
+pub mod autopilot;
 pub mod bench;
 pub mod board;
 pub mod boot;

@@ -36,6 +36,8 @@ pub enum StoreError {
     Camera(CameraError),
     /// The settings do not fit each other or this build.
     Settings(SettingsError),
+    /// The settings of the link cannot be meant.
+    Link,
     /// The settings of shutter, timer and pulses do not fit each other.
     Stamps(stamp::SettingsError),
     /// The reference's size, resolution or georeference is unusable.
@@ -74,6 +76,7 @@ impl StoreError {
             StoreError::Stamps(Stamp::HoldOff) => "impossible hold-off",
             StoreError::Stamps(Stamp::NoExposure) => "exposure is not known",
             StoreError::Stamps(Stamp::Rate) => "impossible crystal",
+            StoreError::Link => "impossible link",
             StoreError::Reference(TileError::Size) => "pixels are missing",
             StoreError::Reference(TileError::Georeference) => "impossible georeference",
             StoreError::Plan => "impossible plan",
@@ -95,6 +98,7 @@ impl StoreError {
             StoreError::Stamps(error) => 9 | (error as u32) << 8,
             StoreError::Reference(error) => 10 | (error as u32) << 8,
             StoreError::Plan => 11,
+            StoreError::Link => 12,
         }
     }
 }

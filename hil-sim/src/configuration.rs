@@ -1,5 +1,6 @@
 //! The configuration store of a vehicle: camera, sensors and shutter. All calibrated values are the true ones.
 
+mod link;
 pub mod settings;
 mod stamps;
 
@@ -36,6 +37,7 @@ pub fn configuration_of(vehicle: &Vehicle, payload: &Payload, shake_deg: f64) ->
         search_px: vehicle.search_px,
         send_patches: vehicle.send_patches,
         stamps: stamps::of(vehicle),
+        link: link::of(vehicle),
     }
 }
 

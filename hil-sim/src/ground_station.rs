@@ -1,11 +1,13 @@
 //! The ground station: what the firmware sent, decoded and kept.
 
 use mavlink::dialects::common::{
-    DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA, GIMBAL_DEVICE_SET_ATTITUDE_DATA,
-    GLOBAL_POSITION_SENSOR_DATA, TIMESYNC_DATA, TUNNEL_DATA,
+    DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA, GIMBAL_DEVICE_SET_ATTITUDE_DATA, TIMESYNC_DATA,
+    TUNNEL_DATA,
 };
 use mavlink::{MavlinkVersion, MessageData};
+use plumbline_firmware::wire::command::Command;
 use plumbline_firmware::wire::decoder::{Decoder, Packet};
+use plumbline_firmware::wire::fix_message::Odometry;
 use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, PhotoReport, PlanReport, Telemetry};
 use std::collections::BTreeMap;
 
@@ -28,12 +30,14 @@ pub struct GroundStation {
     pub instants: BTreeMap<u32, InstantReport>,
     /// Patches by frame.
     pub patches: BTreeMap<u32, ReceivedPatch>,
-    /// Position fixes as an autopilot would get them, in order.
-    pub fixes: Vec<GLOBAL_POSITION_SENSOR_DATA>,
+    /// Fixes as ArduPilot gets them, in order.
+    pub fixes: Vec<Odometry>,
     /// Servo commands since last asked: follow-up angles, radians.
     pub servo: Vec<f64>,
-    /// TIMESYNC requests since last asked: stamp, system, component.
-    pub timesync: Vec<(i64, u8, u8)>,
+    /// TIMESYNC requests since last asked: their stamps.
+    pub timesync: Vec<i64>,
+    /// Commands to the autopilot since last asked.
+    pub commands: Vec<Command>,
     /// The newest health.
     pub health: Health,
     /// Planned exposures reported since last asked.
@@ -94,7 +98,8 @@ impl GroundStation {
                     None => {}
                 }
             }
-            GLOBAL_POSITION_SENSOR_DATA::ID => self.fixes.extend(payload::<GLOBAL_POSITION_SENSOR_DATA>(packet)),
+            Odometry::ID => self.fixes.extend(payload::<Odometry>(packet)),
+            Command::ID => self.commands.extend(payload::<Command>(packet)),
             GIMBAL_DEVICE_SET_ATTITUDE_DATA::ID => {
                 let Some(command) = payload::<GIMBAL_DEVICE_SET_ATTITUDE_DATA>(packet) else { return };
                 let [w, x, y, z] = command.q.map(f64::from);
@@ -103,7 +108,7 @@ impl GroundStation {
             TIMESYNC_DATA::ID => {
                 let Some(sync) = payload::<TIMESYNC_DATA>(packet) else { return };
                 if sync.tc1 == 0 {
-                    self.timesync.push((sync.ts1, packet.system, packet.component));
+                    self.timesync.push(sync.ts1);
                 }
             }
             DATA_TRANSMISSION_HANDSHAKE_DATA::ID => {

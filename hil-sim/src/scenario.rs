@@ -27,7 +27,7 @@ pub use ground::Ground;
 pub use payload::{Mounting, Payload};
 pub use read::Reader;
 pub use run::{COOL_DOWN_US, FRAMES_MAX, Live, Replay, Run, WARM_UP_US};
-pub use vehicle::{Boresight, EdgeSource, FollowUpMode, Vehicle};
+pub use vehicle::{Boresight, EdgeSource, FixMessage, FollowUpMode, Vehicle};
 pub use world::World;
 
 use plumbline_survey::error::InputError;

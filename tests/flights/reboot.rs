@@ -1,7 +1,8 @@
 //! The application when the autopilot boots anew in flight: its clock begins at zero again.
 
-use mavlink::dialects::common::ATTITUDE_QUATERNION_DATA;
-use mavlink::{MAVLinkV2MessageRaw, MavHeader};
+use mavlink::dialects::common::{ATTITUDE_QUATERNION_DATA, TIMESYNC_DATA};
+use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
+use plumbline_firmware::wire::command::{Command, SET_MESSAGE_INTERVAL};
 use plumbline_sim::ground_station::GroundStation;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::link::{Event, Link};
@@ -17,12 +18,19 @@ fn attitude(at_us: u64) -> Sample {
     Sample { sampled_at_us: at_us, arrived_at_us: at_us, reading }
 }
 
-/// An attitude stamped in whole milliseconds.
-fn coarse(at_us: u64) -> Vec<u8> {
+/// A message of the autopilot.
+pub fn message(data: &impl MessageData) -> Vec<u8> {
     let mut raw = MAVLinkV2MessageRaw::new();
-    let data = ATTITUDE_QUATERNION_DATA { time_boot_ms: (at_us / 1000) as u32, q1: 1.0, ..Default::default() };
-    raw.serialize_message_data(MavHeader { system_id: 1, component_id: 1, sequence: 0 }, &data);
+    raw.serialize_message_data(MavHeader { system_id: 1, component_id: 1, sequence: 0 }, data);
     raw.raw_bytes().to_vec()
+}
+
+/// An autopilot that sends attitudes stamped in microseconds.
+pub fn autopilot_with_attitude() -> Autopilot {
+    let mut autopilot = Autopilot::new(1_000, 0);
+    let asked = Command { command: SET_MESSAGE_INTERVAL, parameters: [286.0, 5_000.0], target: (1, 1) };
+    autopilot.commanded(&asked, 0);
+    autopilot
 }
 
 /// Servo commands in the second after an autopilot that had been up for a hundred boots anew, and sends fine or coarse
@@ -31,15 +39,22 @@ fn servo_commands_after(is_coarse: bool) -> usize {
     let scenario = Scenario::of_frames(1);
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let mut link = InProcess::new(&setup.flash).expect("it boots");
-    let (mut autopilot, mut station, mut tick) = (Autopilot::default(), GroundStation::default(), 0);
+    let (mut station, mut tick) = (GroundStation::default(), 0);
     for (boot_us, is_coarse) in [(100_000_000, false), (1_000_000, is_coarse)] {
         station.servo.clear();
+        let mut autopilot = autopilot_with_attitude();
         for sample in 0..200 {
             let at_us = boot_us + 5_000 * sample;
-            let fine = autopilot.message(&attitude(at_us), &setup.crs).expect("a message").unwrap_or_default();
-            let bytes = if is_coarse { coarse(at_us) } else { fine };
+            let fine = autopilot.messages(&attitude(at_us), &setup.crs).expect("a message").concat();
+            let coarse =
+                ATTITUDE_QUATERNION_DATA { time_boot_ms: (at_us / 1000) as u32, q1: 1.0, ..Default::default() };
+            let bytes = if is_coarse { message(&coarse) } else { fine };
             tick += 5_000;
             station.take(&link.step(tick, Event::Bytes(&bytes)).expect("it runs"));
+            for ts1 in std::mem::take(&mut station.timesync) {
+                let answer = TIMESYNC_DATA { tc1: at_us as i64 * 1000, ts1 };
+                link.step(tick, Event::Bytes(&message(&answer))).expect("it runs");
+            }
         }
     }
     station.servo.len()

@@ -87,14 +87,16 @@ fn flown_stamps_outlive_the_pulses() {
     }
 }
 
-/// No pulses at all: TIMESYNC with its 3 ms of round trip, which the simulator's link takes evenly.
+/// No pulses at all: TIMESYNC alone, whose quickest round trips take 1.6 ms and more, and not evenly.
 #[test]
 fn flown_stamps_without_pulses_say_how_little_they_know() {
     let mut scenario = scenario(4, 100);
     scenario.world.timer.pps = false;
     let frames = flown(scenario);
     for (error_us, sigma_us, source) in frames.iter().filter_map(error) {
-        assert!(error_us.abs() < 300.0 && (800.0..1100.0).contains(&sigma_us), "{error_us} us, sigma {sigma_us}");
+        // Evenly within plus and minus half the round trip: 0.46 ms of 1.6, 0.87 of 3.
+        assert!(error_us.abs() < 3.0 * sigma_us, "{error_us} us, sigma {sigma_us}");
+        assert!((460.0..1000.0).contains(&sigma_us), "{error_us} us, sigma {sigma_us}");
         assert!(source != StampSource::Arrival);
     }
     let told: Vec<_> = frames.iter().filter_map(|f| f.instant?.stamp).collect();

@@ -124,9 +124,12 @@ fn every_damage_is_refused_for_what_it_is() {
     let cut = &configuration[..configuration.len() - 1];
     assert_eq!(refused(cut, &tiles), BootError::Configuration(StoreError::Length));
     let more = [payload, &[0]].concat();
-    assert_eq!(refused(&framed(b"PLBM", 3, &more), &tiles), BootError::Configuration(StoreError::Encoding));
     assert_eq!(
-        refused(&framed(b"PLBM", 3, &payload[..payload.len() - 1]), &tiles),
+        refused(&framed(b"PLBM", configuration::KIND.version, &more), &tiles),
+        BootError::Configuration(StoreError::Encoding)
+    );
+    assert_eq!(
+        refused(&framed(b"PLBM", configuration::KIND.version, &payload[..payload.len() - 1]), &tiles),
         BootError::Configuration(StoreError::Encoding)
     );
     let fewer = &tiles[HEADER_BYTES..tiles.len() - 1];
@@ -202,7 +205,7 @@ proptest! {
             payload[..2].copy_from_slice(&(size.0 % 8).to_le_bytes());
             payload[2..4].copy_from_slice(&(size.1 % 8).to_le_bytes());
             let _ = tiles::read(&framed(b"PLBT", 1, &payload));
-            bytes = framed(b"PLBM", 3, &bytes);
+            bytes = framed(b"PLBM", configuration::KIND.version, &bytes);
         }
         let _ = (boot::read(&bytes, &bytes, &bytes), plan::read(&bytes));
         if let Ok(configuration) = configuration::read(&bytes) {

@@ -108,7 +108,10 @@ impl Pipeline<'_> {
     ) -> Uncertainty {
         let sigmas = &self.settings().sigmas;
         let [heading, pitch, roll] = attitude.rate;
-        let late = |sigma: f32, rate: f32| hypot(sigma, rate * sigma_s);
+        // The attitude is late by what its own stamps are off, too. They are rounded each for itself, so that a fit averages
+        // some of it; how much depends on its weights, and none is counted on.
+        let apart_s = hypot(sigma_s, self.streams.attitude.stamp_sigma_s());
+        let late = |sigma: f32, rate: f32| hypot(sigma, rate * apart_s);
         let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
         let tilt_rad = hypot(tilt, sigmas.tilt_drift_rad);
         let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);

@@ -9,8 +9,6 @@ use crate::units::{Metres, Micros, Radians};
 /// A position with its velocity, of the navigation that is to be corrected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionSample {
-    /// When it held.
-    pub sampled_at: Micros,
     /// Where.
     pub position: Geographic,
     /// Velocity to true north, m/s.
@@ -19,18 +17,29 @@ pub struct PositionSample {
     pub east_m_per_s: f32,
 }
 
-/// The two instants of a sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The two instants of a sample, and what they are worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instants {
     /// Its stamp.
     pub sampled_at: Micros,
+    /// One sigma of the stamp, as its message rounds it.
+    pub stamp_sigma_us: f32,
     /// When the board had it; `None` while the board's clock is not related to the stamps' yet.
-    pub arrived_at: Option<Micros>,
+    pub arrival: Option<Arrival>,
+}
+
+/// When the board had a sample, on the clock of the samples' stamps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// The instant.
+    pub at: Micros,
+    /// One sigma of the relation of the clocks.
+    pub sigma_us: f32,
 }
 
 impl From<Micros> for Instants {
     fn from(sampled_at: Micros) -> Self {
-        Instants { sampled_at, arrived_at: None }
+        Instants { sampled_at, stamp_sigma_us: 0.0, arrival: None }
     }
 }
 
@@ -40,8 +49,10 @@ impl From<Micros> for Instants {
 pub enum SampleError {
     /// Its stamp is not after the newest one's.
     Backwards,
-    /// A value that no sensor can mean, or a stamp from before the clock's start or from the future.
+    /// A value that no sensor can mean, or a stamp from before the clock's start.
     Invalid,
+    /// Its stamp lies after its arrival, by more than the clocks' relation is uncertain.
+    Future,
 }
 
 impl From<Backwards> for SampleError {
@@ -53,9 +64,12 @@ impl From<Backwards> for SampleError {
 /// Range beyond which a slant is not believed, metres: the largest a DISTANCE_SENSOR message can carry is an error
 /// code.
 const SLANT_MAX_M: f32 = 655.0;
-/// A sample stamped later than it arrived by more than this is from the future, microseconds: the clocks are related better
-/// than that even by TIMESYNC alone.
-const FUTURE_US: i32 = 100_000;
+/// A sample stamped later than it arrived by more than this and [`FUTURE_SIGMAS`] of the clocks' relation is from the future,
+/// microseconds. True samples that follow one from the future are refused until the clock has reached its stamp, so little is
+/// allowed: the millisecond that messages round to, and one for an autopilot that stamps at the end of its loop.
+const FUTURE_US: f32 = 2_000.0;
+/// Of normal errors one in two million is beyond.
+const FUTURE_SIGMAS: f32 = 5.0;
 /// Consecutive samples with stamps before the newest after which the sender's clock counts as restarted: what is remembered is
 /// of another time. Chosen between 2, since a link may deliver a few samples late, and 40, the longest ring: each one
 /// refused is time without a pose. 20 are a tenth of a second of attitudes at 200 Hz, four seconds of positions at 5 Hz.
@@ -68,18 +82,21 @@ pub struct Stream<T, const C: usize, const N: usize> {
     /// How much older a value is than its stamp: the sensor's own filters.
     latency_us: u32,
     delay_us: u32,
+    stamp_sigma_us: f32,
     backwards: u8,
 }
 
 impl<T: Channels<C>, const C: usize, const N: usize> Stream<T, C, N> {
     const fn new(latency_us: u32) -> Self {
-        Stream { history: History::new(), latency_us, delay_us: 0, backwards: 0 }
+        Stream { history: History::new(), latency_us, delay_us: 0, stamp_sigma_us: 0.0, backwards: 0 }
     }
 
     fn push(&mut self, at: Instants, value: T) -> Result<(), SampleError> {
         let sampled_at = at.sampled_at.0.checked_sub(self.latency_us as u64).map(Micros).ok_or(SampleError::Invalid)?;
-        if at.arrived_at.is_some_and(|arrived| at.sampled_at.since(arrived) > FUTURE_US) {
-            return Err(SampleError::Invalid);
+        let is_future =
+            |arrival: Arrival| at.sampled_at.since(arrival.at) as f32 > FUTURE_US + FUTURE_SIGMAS * arrival.sigma_us;
+        if at.arrival.is_some_and(is_future) {
+            return Err(SampleError::Future);
         }
         if self.history.push(sampled_at, value).is_err() {
             self.backwards = self.backwards.saturating_add(1);
@@ -90,7 +107,8 @@ impl<T: Channels<C>, const C: usize, const N: usize> Stream<T, C, N> {
             self.history.push(sampled_at, value)?;
         }
         self.backwards = 0;
-        self.delay_us = at.arrived_at.map_or(0, |arrived| arrived.since(sampled_at).max(0) as u32);
+        self.delay_us = at.arrival.map_or(0, |arrival| arrival.at.since(sampled_at).max(0) as u32);
+        self.stamp_sigma_us = at.stamp_sigma_us;
         Ok(())
     }
 
@@ -101,6 +119,11 @@ impl<T: Channels<C>, const C: usize, const N: usize> Stream<T, C, N> {
     /// The samples, at the instants at which their values held.
     pub fn history(&self) -> &History<T, C, N> {
         &self.history
+    }
+
+    /// One sigma of the newest stamp, as its message rounded it, seconds.
+    pub(super) fn stamp_sigma_s(&self) -> f32 {
+        self.stamp_sigma_us * 1e-6
     }
 
     /// From the newest value's instant to its arrival, microseconds; 0 while the clocks are not related yet.

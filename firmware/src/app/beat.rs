@@ -1,4 +1,5 @@
-//! What happens by the clock: heartbeat and time request once a second, patience and tidying of stamps ten times.
+//! What happens by the clock: heartbeat and time request once a second; requests to the autopilot, patience and tidying of
+//! stamps ten times.
 
 use super::{App, Out};
 use crate::board::Timer;
@@ -16,11 +17,12 @@ pub async fn beat(app: &App<'_>, timer: &mut impl Timer) -> ! {
     let mut count = 0u32;
     loop {
         app.event(Event::Beat(now));
-        if count.is_multiple_of(BEATS_PER_SECOND) {
+        let is_second = count.is_multiple_of(BEATS_PER_SECOND);
+        app.ask_autopilot(now, is_second);
+        if is_second {
             app.outbox.put(Out::Beat);
         }
         app.stamper.with(|stamper| stamper.keep(now));
-        app.look_for_exposure(now);
         app.fresh.signal(());
         count = count.wrapping_add(1);
         at = Ticks(at.0.wrapping_add(INTERVAL_TICKS));

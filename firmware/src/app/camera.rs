@@ -1,5 +1,6 @@
 //! A frame from its first row to its fix.
 
+use super::autopilot::Kind;
 use super::{App, FrameOut, Out};
 use crate::board::{FrameStart, FrontEnd, PerformanceCounters, Rows, Timer};
 use crate::journal::{Event, Gate};
@@ -8,6 +9,7 @@ use crate::wire::telemetry::{
 };
 use plumbline_core::pipeline::{Outcome, Pipeline, Refusal, Situation};
 use plumbline_core::pose::Wait;
+use plumbline_core::stamp::StampError;
 use plumbline_core::units::Micros;
 
 /// Most lost frames that are reported one by one; more are counted only, and more than half of all numbers are a restarted
@@ -25,6 +27,7 @@ pub async fn camera(
     loop {
         let start = front_end.frame().await;
         app.event(Event::Start(start));
+        app.autopilot.with(|autopilot| autopilot.taken(Kind::Frame, start.arrival));
         let lost = start.sequence.wrapping_sub(expected);
         if lost <= LOST_MAX {
             // All are in the journal before the first is sent: the outbox may make us wait, and others go on meanwhile.
@@ -95,7 +98,10 @@ impl Work {
             self.out.instant.stamp = Some(StampReport::new(stamp, clock));
             self.out.report.mid_exposure_us = stamp.mid.0;
         }
-        rows?;
+        // Without a clock no range is taken, and without a range no row is: the clock is what is missing.
+        if stamped != Err(StampError::NoClock) {
+            rows?;
+        }
         let (stamp, _) = stamped.map_err(Refusal::from)?;
         let situation = self.situation(app, (stamp.mid, stamp.sigma_us), timer, performance).await?;
         self.out.situation = Some(situation);

@@ -1,10 +1,11 @@
-//! The exposures of a plan: checked at each position and each beat, reported before they happen, and found again when their
+//! The exposures of a plan: checked as attitudes and positions arrive, reported before they happen, and found again when their
 //! frames have been stamped.
 
 use super::{App, Out};
 use crate::shared::{Queue, Shared};
 use crate::stores::plan::Plan;
 use crate::wire::telemetry::{PhotoReport, PlanReport};
+use core::cell::Cell;
 use plumbline_core::exposure::{COMMIT_US, Exposure, Exposures};
 use plumbline_core::stamp::ShutterSettings;
 use plumbline_core::units::{Micros, Ticks};
@@ -17,7 +18,12 @@ pub(super) struct Flown<'t> {
     lead_us: i32,
     /// The ticks at which the shutter's edges are to be, in their order.
     due: Queue<Ticks, DUE>,
+    /// When the plan was checked last.
+    checked: Cell<Option<Ticks>>,
 }
+
+/// Least time from one check of the plan to the next, ticks: a quarter of how far ahead an exposure is committed to.
+const CHECK_TICKS: u32 = COMMIT_US as u32 / 4;
 
 /// Exposures that may be committed to and not yet triggered: they are committed to at most [`COMMIT_US`] ahead, and no
 /// camera of ours takes two within 25 ms.
@@ -32,6 +38,7 @@ impl<'t> Flown<'t> {
             exposures: Shared::new(Exposures::new(plan.limits())),
             lead_us: half_us as i32 - shutter.open_delay_us,
             due: Queue::new(),
+            checked: Cell::new(None),
         }
     }
 
@@ -62,9 +69,14 @@ impl App<'_> {
         }
     }
 
-    /// Commits to an exposure that is due, and reports it.
+    /// Commits to an exposure that is due, and reports it. By the task that takes samples and by no other: what it decides
+    /// depends on which samples came before, and tasks that are woken together run in any order.
     pub(super) fn look_for_exposure(&self, tick: Ticks) {
         let Some(flown) = &self.flown else { return };
+        if flown.checked.get().is_some_and(|checked| tick.0.wrapping_sub(checked.0) < CHECK_TICKS) {
+            return;
+        }
+        flown.checked.set(Some(tick));
         // What cannot be reported is not done; the next check is in time.
         let Some(now) = self.instant(tick).filter(|_| self.outbox.takes_photo()) else { return };
         let committed = self.pipeline.with(|pipeline| {

@@ -6,7 +6,7 @@
 
 use super::Line;
 use crate::board::{Reader, Timer, Writer};
-use crate::wire::outgoing::{self, Encoder};
+use crate::wire::outgoing::{self, COMPONENT, Encoder, SYSTEM};
 use mavlink::dialects::common::MavSeverity;
 use plumbline_core::units::Ticks;
 
@@ -30,7 +30,7 @@ pub async fn report(
     writer: &mut impl Writer,
     timer: &mut impl Timer,
 ) -> ! {
-    let mut encoder = Encoder::new();
+    let mut encoder = Encoder::new((SYSTEM, COMPONENT));
     let mut at = timer.now();
     let mut count = 0u32;
     loop {

@@ -6,6 +6,7 @@
 
 use super::{FrameOut, Line, Out};
 use crate::shared::{Queue, Shared};
+use crate::wire::command::Ask;
 use crate::wire::telemetry::PhotoReport;
 use core::cell::Cell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -13,13 +14,16 @@ use embassy_sync::signal::Signal;
 use mavlink::dialects::common::MavSeverity;
 use plumbline_core::units::Radians;
 
-/// Photo commitments that may wait. A check of the plan makes one at most, and checks are 50 ms apart where positions come ten
-/// times a second: these are 200 ms of them, and a message takes a millisecond.
+/// Photo commitments that may wait. A check of the plan makes one at most, and checks are 50 ms apart: these are 200 ms of
+/// them, and a message takes a millisecond.
 const PHOTOS: usize = 4;
 
 /// The outbox.
 pub(super) struct Outbox {
     is_beat_due: Cell<bool>,
+    is_time_wanted: Cell<bool>,
+    is_reference_due: Cell<bool>,
+    ask: Cell<Option<Ask>>,
     /// The time in the newest TIMESYNC request.
     timesync: Cell<Option<i64>>,
     photos: Queue<PhotoReport, PHOTOS>,
@@ -36,6 +40,9 @@ impl Outbox {
     pub const fn new() -> Self {
         Outbox {
             is_beat_due: Cell::new(false),
+            is_time_wanted: Cell::new(false),
+            is_reference_due: Cell::new(false),
+            ask: Cell::new(None),
             timesync: Cell::new(None),
             photos: Queue::new(),
             servo: Cell::new(None),
@@ -51,6 +58,9 @@ impl Outbox {
     pub fn put(&self, out: Out) {
         match out {
             Out::Beat => self.is_beat_due.set(true),
+            Out::TimesyncRequest => self.is_time_wanted.set(true),
+            Out::Reference => self.is_reference_due.set(true),
+            Out::Ask(ask) => self.ask.set(Some(ask)),
             Out::TimesyncAnswer(theirs) => self.timesync.set(Some(theirs)),
             Out::Photo(report) => {
                 let _ = self.photos.try_send(report);
@@ -71,6 +81,15 @@ impl Outbox {
         }
         if let Some(theirs) = self.timesync.take() {
             return Some(Out::TimesyncAnswer(theirs));
+        }
+        if self.is_time_wanted.take() {
+            return Some(Out::TimesyncRequest);
+        }
+        if self.is_reference_due.take() {
+            return Some(Out::Reference);
+        }
+        if let Some(ask) = self.ask.take() {
+            return Some(Out::Ask(ask));
         }
         if let Some(report) = self.photos.try_receive() {
             return Some(Out::Photo(report));

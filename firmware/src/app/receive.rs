@@ -1,12 +1,13 @@
 //! Bytes in, samples out.
 
+use super::autopilot::Kind;
 use super::{App, Out};
 use crate::board::{Reader, Timer};
 use crate::journal::Event;
+use crate::wire::boot_time::BootTime;
 use crate::wire::decoder::Decoder;
 use crate::wire::incoming::{Incoming, Unusable, incoming};
-use crate::wire::outgoing::{COMPONENT, SYSTEM};
-use plumbline_core::pipeline::{FollowUpMode, Instants, SampleError};
+use plumbline_core::pipeline::{Arrival, FollowUpMode, Instants, SampleError};
 use plumbline_core::tilt::{Attitude, follow_up_command};
 use plumbline_core::units::{Micros, Radians, Ticks};
 
@@ -29,9 +30,10 @@ pub async fn receive(app: &App<'_>, reader: &mut impl Reader, timer: &impl Timer
         app.event(Event::Bytes(now, free.get(..count).unwrap_or(&[])));
         decoder.filled(count);
         while let Some(packet) = decoder.next() {
-            match incoming(&packet, (SYSTEM, COMPONENT)) {
+            match incoming(&packet, &app.speakers) {
                 Ok(message) => state.take(app, message, now),
                 Err(Unusable::Invalid) => app.count(|c| c.invalid += 1),
+                Err(Unusable::Foreign) => app.count(|c| c.foreign += 1),
                 Err(Unusable::NotOurs) => {}
             }
         }
@@ -48,52 +50,87 @@ struct State {
 
 impl State {
     fn take(&mut self, app: &App<'_>, message: Incoming, now: Ticks) {
-        let arrived_at = app.instant(now);
-        let instants = |sampled_at| Instants { sampled_at, arrived_at };
-        let result = match message {
-            Incoming::Attitude(at, attitude) => {
-                self.fine = Some(at);
-                Some(self.attitude(app, instants(at), attitude))
-            }
-            Incoming::CoarseAttitude(at, attitude) => {
-                // Unsigned: after the autopilot has booted anew its stamps lie far before the last.
-                if self.fine.is_some_and(|fine| at.since(fine).unsigned_abs() < FINE_PREFERRED_US) {
-                    return;
+        app.autopilot.with(|autopilot| autopilot.heard(&message, now));
+        match message {
+            Incoming::Timesync { sent_ns, theirs } => self.timesync(app, sent_ns, theirs, now),
+            Incoming::TimesyncRequest { theirs_ns } => app.outbox.put(Out::TimesyncAnswer(theirs_ns)),
+            Incoming::Heartbeat(heartbeat) => app.armed.set(Some(heartbeat.is_armed)),
+            Incoming::Origin(_) | Incoming::Gnss(_) | Incoming::Acknowledged(..) | Incoming::Parameter(_) => {}
+            sample => {
+                // Without a clock nobody knows which wrap of its counter a stamp belongs to, and no frame has a stamp.
+                let Some(arrival) = app.arrival(now) else { return };
+                match self.sample(app, sample, arrival, now) {
+                    Ok(()) => {
+                        app.look_for_exposure(now);
+                        app.fresh.signal(());
+                    }
+                    Err(SampleError::Backwards) => app.count(|c| c.backwards += 1),
+                    Err(SampleError::Invalid) => app.count(|c| c.invalid += 1),
+                    Err(SampleError::Future) => app.count(|c| c.future += 1),
                 }
-                Some(self.attitude(app, instants(at), attitude))
             }
-            Incoming::FollowUp(at, angle) => app.pipeline.with(|p| p.streams.follow_up(instants(at), angle)),
-            Incoming::Slant(at, slant) => app.pipeline.with(|p| p.streams.slant(instants(at), slant)),
-            Incoming::Position(sample) => {
-                let taken = app.pipeline.with(|p| p.position(sample, arrived_at));
-                app.look_for_exposure(now);
-                taken
-            }
-            Incoming::Timesync { sent_ns, theirs } => {
-                let sent = Ticks((sent_ns / 1000) as u32);
-                app.stamper.with(|stamper| stamper.clock.on_timesync(sent, theirs, now));
-                // A clock that jumps is another one: the autopilot has booted anew.
-                let has_jumped = |(before, after): (Micros, Micros)| after.since(before).unsigned_abs() > JUMP_US;
-                if arrived_at.zip(app.instant(now)).is_some_and(has_jumped) {
-                    app.pipeline.with(|p| p.streams.clear());
-                    *self = State::default();
-                }
-                Some(Ok(()))
-            }
-            Incoming::Armed(is_armed) => {
-                app.armed.set(Some(is_armed));
-                Some(Ok(()))
-            }
-            Incoming::TimesyncRequest { theirs_ns } => {
-                app.outbox.put(Out::TimesyncAnswer(theirs_ns));
-                Some(Ok(()))
-            }
-        };
-        match result {
-            Some(Ok(())) => app.fresh.signal(()),
-            Some(Err(SampleError::Backwards)) => app.count(|c| c.backwards += 1),
-            Some(Err(SampleError::Invalid)) | None => app.count(|c| c.invalid += 1),
         }
+    }
+
+    /// An answer to a request of ours; anybody else's says nothing of our clock.
+    fn timesync(&mut self, app: &App<'_>, sent_ns: i64, theirs: Micros, now: Ticks) {
+        if app.autopilot.with(|autopilot| autopilot.answers(sent_ns)) != Some(true) {
+            app.count(|c| c.foreign += 1);
+            return;
+        }
+        let before = app.instant(now);
+        let sent = Ticks((sent_ns / 1000) as u32);
+        app.stamper.with(|stamper| stamper.clock.on_timesync(sent, theirs, now));
+        // A clock that jumps is another one: the autopilot has booted anew.
+        let has_jumped = |(before, after): (Micros, Micros)| after.since(before).unsigned_abs() > JUMP_US;
+        if before.zip(app.instant(now)).is_some_and(has_jumped) {
+            app.pipeline.with(|p| p.streams.clear());
+            app.autopilot.with(|autopilot| autopilot.fixes.clear());
+            *self = State::default();
+        }
+        app.fresh.signal(());
+    }
+
+    fn sample(&mut self, app: &App<'_>, message: Incoming, arrival: Arrival, now: Ticks) -> Result<(), SampleError> {
+        let instants = |stamp: BootTime| Instants {
+            sampled_at: stamp.unwrapped(arrival.at),
+            stamp_sigma_us: stamp.sigma_us(),
+            arrival: Some(arrival),
+        };
+        let taken = match message {
+            Incoming::Attitude(stamp, attitude) => {
+                let at = instants(stamp);
+                // Unsigned: after the autopilot has booted anew its stamps lie far before the last.
+                let has_finer = |fine: Micros| at.sampled_at.since(fine).unsigned_abs() < FINE_PREFERRED_US;
+                if let BootTime::Millis(_) = stamp
+                    && self.fine.is_some_and(has_finer)
+                {
+                    return Ok(());
+                }
+                self.attitude(app, at, attitude)?;
+                if let BootTime::Micros(_) = stamp {
+                    self.fine = Some(at.sampled_at);
+                }
+                app.autopilot.with(|autopilot| autopilot.taken(Kind::Attitude, now));
+                return Ok(());
+            }
+            Incoming::FollowUp(stamp, angle) => app.pipeline.with(|p| p.streams.follow_up(instants(stamp), angle)),
+            Incoming::Slant(stamp, slant) => app.pipeline.with(|p| p.streams.slant(instants(stamp), slant)),
+            Incoming::Position(stamp, sample) => {
+                let taken = app.pipeline.with(|p| p.position(instants(stamp), sample).map(|()| p.is_on_the_map()));
+                if let Some(Ok(true)) = taken {
+                    app.autopilot.with(|autopilot| autopilot.taken(Kind::Position, now));
+                }
+                taken.map(|taken| taken.map(|_| ()))
+            }
+            Incoming::Down(stamp, down_m) => {
+                let at = instants(stamp).sampled_at;
+                app.autopilot.with(|autopilot| autopilot.fixes.down(at, down_m));
+                Some(Ok(()))
+            }
+            _ => Some(Ok(())),
+        };
+        taken.unwrap_or(Err(SampleError::Invalid))
     }
 
     /// Headings arrive relative to true north and are kept relative to the tile's grid north. Every attitude may move

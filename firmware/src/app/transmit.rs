@@ -3,14 +3,18 @@
 //! A message is encoded in a statement before the one that waits for the link: so it is gone by then, and the task's memory
 //! need not hold it.
 
+use super::autopilot::{FixMessage, from_true_north};
 use super::{App, FrameOut, Out};
 use crate::board::{PerformanceCounters, Timer, Writer};
+use crate::journal::{Event, Gate};
+use crate::wire::fix_message;
 use crate::wire::outgoing::{self, CHUNK, Encoder};
 use crate::wire::telemetry::{Health, InstantReport, MotionReport, StampHealth, Telemetry};
+use plumbline_core::fix::Fix;
 use plumbline_core::motion::image_motion;
+use plumbline_core::pipeline::Situation;
 use plumbline_core::stamp::Stamper;
-use plumbline_core::tilt::Attitude;
-use plumbline_core::units::{Micros, Radians};
+use plumbline_core::units::{Micros, Radians, Ticks};
 
 /// Transmits for ever.
 pub async fn transmit(
@@ -19,7 +23,7 @@ pub async fn transmit(
     timer: &impl Timer,
     performance: &impl PerformanceCounters,
 ) -> ! {
-    let mut encoder = Encoder::new();
+    let mut encoder = Encoder::new(app.speakers.us);
     let mut picture: Option<Picture> = None;
     loop {
         let Some(out) = app.outbox.take() else {
@@ -30,32 +34,14 @@ pub async fn transmit(
             continue;
         };
         match out {
-            Out::Beat => {
-                let bytes = encoder.encode(&outgoing::heartbeat());
-                writer.write(bytes).await;
-                let bytes = encoder.encode(&outgoing::timesync_request(nanoseconds(timer)));
-                writer.write(bytes).await;
-                let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Health(health(app, timer, performance))));
-                writer.write(bytes).await;
-                if let Some(report) = app.plan_report() {
-                    let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Plan(report)));
-                    writer.write(bytes).await;
-                }
-            }
-            Out::Servo(follow_up) => {
-                let bytes = encoder.encode(&outgoing::servo(follow_up));
-                writer.write(bytes).await;
-            }
-            Out::Photo(report) => {
-                let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Photo(report)));
-                writer.write(bytes).await;
-            }
-            Out::Text(severity, line) => {
-                let bytes = encoder.encode(&outgoing::status_text(severity, line.0));
-                writer.write(bytes).await;
-            }
-            Out::TimesyncAnswer(theirs) => {
-                let bytes = encoder.encode(&outgoing::timesync_answer(nanoseconds(timer), theirs));
+            Out::Beat => beat_out(app, &mut encoder, writer, timer, performance).await,
+            Out::TimesyncRequest => {
+                // Stamped as late as can be: how long it waited would pass for the link's asymmetry.
+                app.gate(Gate::Asked).await;
+                let now = timer.now();
+                app.event(Event::Asked(now));
+                app.asked_for_time(nanoseconds(now));
+                let bytes = encoder.encode(&outgoing::timesync_request(nanoseconds(now), app.speakers.autopilot));
                 writer.write(bytes).await;
             }
             Out::Frame(frame) => {
@@ -66,13 +52,55 @@ pub async fn transmit(
                     app.count(|c| c.patches_cut += 1);
                 }
             }
+            short => {
+                let bytes = encoded(app, &short, &mut encoder, timer.now());
+                writer.write(bytes).await;
+            }
         }
     }
 }
 
+/// What is one message; nothing for what is several.
+fn encoded<'e>(app: &App<'_>, out: &Out, encoder: &'e mut Encoder, now: Ticks) -> &'e [u8] {
+    let autopilot = app.speakers.autopilot;
+    match out {
+        Out::Ask(ask) => encoder.encode(&ask.command(autopilot)),
+        Out::Reference => {
+            let velocity = app.autopilot.with(|autopilot| autopilot.fixes.velocity_m_per_s).unwrap_or_default();
+            match app.instant(now) {
+                Some(now) => encoder.encode(&fix_message::reference(now, velocity)),
+                None => &[],
+            }
+        }
+        Out::Servo(follow_up) => encoder.encode(&outgoing::servo(*follow_up, app.speakers.us.0)),
+        Out::Photo(report) => encoder.encode(&outgoing::tunnel(&Telemetry::Photo(*report))),
+        Out::Text(severity, line) => encoder.encode(&outgoing::status_text(*severity, line.0)),
+        Out::TimesyncAnswer(theirs) => encoder.encode(&outgoing::timesync_answer(nanoseconds(now), *theirs, autopilot)),
+        Out::Beat | Out::TimesyncRequest | Out::Frame(_) => &[],
+    }
+}
+
+/// Heartbeat, health, and how far a plan has been flown.
+async fn beat_out(
+    app: &App<'_>,
+    encoder: &mut Encoder,
+    writer: &mut impl Writer,
+    timer: &impl Timer,
+    performance: &impl PerformanceCounters,
+) {
+    let bytes = encoder.encode(&outgoing::heartbeat(app.is_ready.get()));
+    writer.write(bytes).await;
+    let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Health(health(app, timer, performance))));
+    writer.write(bytes).await;
+    if let Some(report) = app.plan_report() {
+        let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Plan(report)));
+        writer.write(bytes).await;
+    }
+}
+
 /// Our clock as TIMESYNC wants it; never 0, which would make an answer look like a request.
-fn nanoseconds(timer: &impl Timer) -> i64 {
-    (timer.now().0 as i64 * 1000).max(1)
+fn nanoseconds(now: Ticks) -> i64 {
+    (now.0 as i64 * 1000).max(1)
 }
 
 fn health(app: &App<'_>, timer: &impl Timer, performance: &impl PerformanceCounters) -> Health {
@@ -86,6 +114,8 @@ fn health(app: &App<'_>, timer: &impl Timer, performance: &impl PerformanceCount
         skipped_bytes: link.skipped_bytes,
         backwards: counters.backwards,
         invalid: counters.invalid,
+        foreign: counters.foreign,
+        future: counters.future,
         overruns: performance.overruns(),
         frames_lost: counters.frames_lost,
         patches_cut: counters.patches_cut,
@@ -103,6 +133,24 @@ fn motion(app: &App<'_>, frame: &FrameOut) -> Option<MotionReport> {
     image_motion(&camera, &situation.moving(), exposure_us).ok().map(|motion| MotionReport::new(&motion))
 }
 
+/// The message of a fix, in the form that the autopilot takes; nothing where none is due.
+fn fix_out<'e>(app: &App<'_>, (fix, situation): (&Fix, &Situation), encoder: &'e mut Encoder, now: Ticks) -> &'e [u8] {
+    let mid = situation.mid_exposure_at;
+    let convergence = app.pipeline.with(|pipeline| pipeline.tile().georeference().convergence).unwrap_or(Radians(0.0));
+    let message = app
+        .autopilot
+        .with(|autopilot| autopilot.fix_message(fix, mid, from_true_north(situation.attitude, convergence)));
+    match message.flatten() {
+        Some(FixMessage::Odometry(message)) => encoder.encode(&message),
+        Some(FixMessage::VisionPosition(message)) => encoder.encode(&message),
+        Some(FixMessage::GlobalPositionSensor(sent, id)) => {
+            let now = app.instant(now).unwrap_or(mid);
+            encoder.encode(&fix_message::global_position_sensor(&sent, now, id))
+        }
+        None => &[],
+    }
+}
+
 /// A frame's messages: the fix first, since somebody waits for it.
 async fn frame_out(
     app: &App<'_>,
@@ -114,15 +162,14 @@ async fn frame_out(
     if let Some(situation) = &frame.situation {
         let mid = situation.mid_exposure_at;
         if let Some(fix) = &frame.fix {
-            let now = app.instant(timer.now()).unwrap_or(mid);
-            let bytes = encoder.encode(&outgoing::position_sensor(fix, mid, now));
+            let bytes = fix_out(app, (fix, situation), encoder, timer.now());
             writer.write(bytes).await;
         }
         let captured = app.pipeline.with(|pipeline| {
             let georeference = pipeline.tile().georeference();
             let predicted = georeference.geographic(situation.prediction.local);
-            let heading = Radians(situation.attitude.heading.0 + georeference.convergence.0).wrapped();
-            (frame.fix.map_or(predicted, |fix| fix.position), Attitude { heading, ..situation.attitude })
+            let attitude = from_true_north(situation.attitude, georeference.convergence);
+            (frame.fix.map_or(predicted, |fix| fix.position), attitude)
         });
         let bytes = encoder.encode(&outgoing::camera_trigger(mid, frame.report.sequence));
         writer.write(bytes).await;

@@ -179,8 +179,8 @@ fn feed(pipeline: &mut Pipeline<'_>, pose: &Pose, off_px: (f32, f32)) {
     for back in (0..16).rev() {
         let _ = streams.slant(Micros(MID_EXPOSURE.0 + RANGE_US / 2 - back * RANGE_US), slant);
     }
-    let sample = PositionSample { sampled_at: MID_EXPOSURE, position, north_m_per_s: 0.0, east_m_per_s: 0.0 };
-    let _ = pipeline.position(sample, None);
+    let sample = PositionSample { position, north_m_per_s: 0.0, east_m_per_s: 0.0 };
+    let _ = pipeline.position(MID_EXPOSURE, sample);
 }
 
 #[cfg(test)]

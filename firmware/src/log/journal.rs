@@ -39,6 +39,7 @@ pub fn record<'a>(event: &Event<'a>) -> Record<'a> {
         Event::Begin => Record::Begin,
         Event::Rows(rows) => Record::Rows(rows.map_or_else(|refusal| refusal.code(), |()| 0)),
         Event::Pose(at) => Record::Pose(at.0),
+        Event::Asked(at) => Record::Asked(at.0),
         Event::Frame(report, instant, fix) => {
             Record::Frame(*report, *instant, fix.map(|position| (position.lat_e7, position.lon_e7)))
         }

@@ -58,6 +58,8 @@ pub enum Record<'a> {
     Patch((u16, u16), Blob<'a>, Blob<'a>),
     /// What it came to, and latitude and longitude of its fix in 1e-7 degrees.
     Frame(FrameReport, InstantReport, Option<(i32, i32)>),
+    /// The timer when a time request went out.
+    Asked(u32),
 }
 
 /// What the application ran on.

@@ -3,10 +3,12 @@
 //! Its payload is [`Configuration`] in postcard's encoding (fields in their order, integers as varints, floats as their four
 //! bytes), and nothing behind it.
 
+mod link;
 mod stamps;
 
 use super::StoreError;
 use super::framing::{HEADER_BYTES, Kind, header, open};
+pub use link::{CORRELATION_MAX_S, Link};
 use plumbline_core::camera::{Camera, Distortion};
 use plumbline_core::matching::acceptance::AcceptRule;
 use plumbline_core::mount::{LeverArm, Mount};
@@ -19,7 +21,7 @@ use serde::{Deserialize, Serialize};
 pub use stamps::Stamps;
 
 /// This store's magic and version.
-pub const KIND: Kind = Kind { magic: *b"PLBM", version: 3 };
+pub const KIND: Kind = Kind { magic: *b"PLBM", version: 4 };
 /// Bytes that hold any configuration with its header.
 pub const STORE_MAX: usize = 512;
 
@@ -60,6 +62,8 @@ pub struct Configuration {
     pub send_patches: bool,
     /// Shutter line, capture timer and pulses.
     pub stamps: Stamps,
+    /// Who is on the link, and how fixes are sent.
+    pub link: Link,
 }
 
 /// The configuration in the store that `region` begins with. Any bytes may come. Whether it can be flown,

@@ -1,17 +1,19 @@
 //! From MAVLink's messages, axes and units to the core's.
 //!
 //! The traps, all of them met in the field: ATTITUDE_QUATERNION and the slow messages stamp milliseconds, only
-//! AUTOPILOT_STATE_FOR_GIMBAL_DEVICE stamps microseconds; DISTANCE_SENSOR counts centimetres and 65535 is not 655 m;
-//! a signal quality of 1 means invalid while 0 means unknown; a gimbal's yaw is clockwise and may be relative to
-//! north or to the vehicle, as its flags say.
+//! AUTOPILOT_STATE_FOR_GIMBAL_DEVICE stamps microseconds, in 32 bits of 64; DISTANCE_SENSOR counts centimetres, 65535 is
+//! not 655 m and 0 is a vehicle on the ground; a signal quality of 1 means invalid while 0 means unknown; a gimbal's yaw
+//! is clockwise and may be relative to north or to the vehicle, as its flags say; a TIMESYNC answer may name nobody.
 
+use super::boot_time::BootTime;
+use super::command::Acknowledgement;
 use super::decoder::Packet;
 use super::extensions::{Timesync, signal_quality};
-use super::outgoing::AUTOPILOT;
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA,
-    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GimbalDeviceFlags, HEARTBEAT_DATA, MavModeFlag,
-    MavSensorOrientation,
+    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GPS_GLOBAL_ORIGIN_DATA, GPS_RAW_INT_DATA,
+    GimbalDeviceFlags, HEARTBEAT_DATA, LOCAL_POSITION_NED_DATA, MavAutopilot, MavModeFlag, MavSensorOrientation,
+    PARAM_VALUE_DATA,
 };
 use mavlink::{MavlinkVersion, MessageData};
 use plumbline_core::frames::{attitude_from_ned_quaternion, follow_up_from_gimbal_quaternion};
@@ -23,79 +25,175 @@ use plumbline_core::units::{Metres, Micros, Radians};
 /// A message's content in the core's terms. Headings are relative to true north.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Incoming {
-    /// Attitude stamped in microseconds.
-    Attitude(Micros, Attitude),
-    /// Attitude stamped in milliseconds only.
-    CoarseAttitude(Micros, Attitude),
+    /// Attitude.
+    Attitude(BootTime, Attitude),
     /// Follow-up angle.
-    FollowUp(Micros, Radians),
+    FollowUp(BootTime, Radians),
     /// Slant range.
-    Slant(Micros, Metres),
+    Slant(BootTime, Metres),
     /// Position and velocity.
-    Position(PositionSample),
-    /// An answer to a TIMESYNC request of ours: our own stamp in nanoseconds mirrored, and the autopilot's time.
+    Position(BootTime, PositionSample),
+    /// How far the vehicle is below the origin of the autopilot's local frame, metres.
+    Down(BootTime, f32),
+    /// An answer to a TIMESYNC request: what the asking side had sent mirrored, and the autopilot's time.
     Timesync {
-        /// What we sent, nanoseconds of our clock.
+        /// What was sent, nanoseconds of the asking side's clock.
         sent_ns: i64,
         /// The autopilot's clock when it answered.
         theirs: Micros,
     },
-    /// The autopilot's heartbeat: whether it is armed.
-    Armed(bool),
     /// A TIMESYNC request, to be answered with our own time.
     TimesyncRequest {
         /// To be mirrored.
         theirs_ns: i64,
     },
+    /// The autopilot's heartbeat.
+    Heartbeat(Heartbeat),
+    /// Where the autopilot's local frame begins.
+    Origin(Geographic),
+    /// Whether satellite navigation has a position in three dimensions.
+    Gnss(bool),
+    /// The result of a command: its number and MAV_RESULT.
+    Acknowledged(u16, u8),
+    /// A parameter of the autopilot.
+    Parameter(Parameter),
+}
+
+/// What a heartbeat of the autopilot says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Heartbeat {
+    /// Whose software it is.
+    pub kind: AutopilotKind,
+    /// Whether it is armed.
+    pub is_armed: bool,
+}
+
+/// Whose software the autopilot runs: they take fixes in different messages.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AutopilotKind {
+    /// ArduPilot.
+    Ardupilot,
+    /// PX4.
+    Px4,
+    /// Another, or not known yet.
+    #[default]
+    Other,
+}
+
+/// A parameter: its name, filled up with zeros, its value, and MAV_PARAM_TYPE.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// PARAM_VALUE.param_id.
+    pub name: [u8; 16],
+    /// PARAM_VALUE.param_value. ArduPilot sends integers as numbers, PX4 their bits.
+    pub value: f32,
+    /// PARAM_VALUE.param_type.
+    pub kind: u8,
+}
+
+/// Whose messages are taken: one sender, and one sensor, for each kind of sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Speakers {
+    /// Our system and component.
+    pub us: (u8, u8),
+    /// The autopilot's.
+    pub autopilot: (u8, u8),
+    /// Who sends DISTANCE_SENSOR, and the id of the sensor; `None` takes the first one that looks down.
+    pub range: ((u8, u8), Option<u8>),
+    /// Who sends the follow-up axis' GIMBAL_DEVICE_ATTITUDE_STATUS.
+    pub encoder: (u8, u8),
 }
 
 /// Why a good message gives no sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unusable {
-    /// Not for us.
+    /// Not for us, or of a kind that we have no use for.
     NotOurs,
+    /// Of a kind that we use, from somebody whom we do not listen to.
+    Foreign,
     /// A payload that does not decode, or a value that means "invalid".
     Invalid,
 }
 
-/// The sample in `packet`. `us`: our system and component id.
+/// The sample in `packet`, where it comes from whom the settings name.
 ///
 /// # Errors
 /// [`Unusable`].
-pub fn incoming(packet: &Packet<'_>, us: (u8, u8)) -> Result<Incoming, Unusable> {
-    // Another vehicle on the link is none of ours.
-    if packet.system != us.0 {
-        return Err(Unusable::NotOurs);
+pub fn incoming(packet: &Packet<'_>, speakers: &Speakers) -> Result<Incoming, Unusable> {
+    let speaker = match packet.id {
+        GIMBAL_DEVICE_ATTITUDE_STATUS_DATA::ID => speakers.encoder,
+        DISTANCE_SENSOR_DATA::ID => speakers.range.0,
+        AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::ID
+        | ATTITUDE_QUATERNION_DATA::ID
+        | GLOBAL_POSITION_INT_DATA::ID
+        | LOCAL_POSITION_NED_DATA::ID
+        | GPS_GLOBAL_ORIGIN_DATA::ID
+        | GPS_RAW_INT_DATA::ID
+        | Acknowledgement::ID
+        | PARAM_VALUE_DATA::ID => speakers.autopilot,
+        Timesync::ID => return timesync(packet, speakers),
+        // A ground station and other devices send heartbeats too.
+        HEARTBEAT_DATA::ID if (packet.system, packet.component) == speakers.autopilot => speakers.autopilot,
+        _ => return Err(Unusable::NotOurs),
+    };
+    if (packet.system, packet.component) != speaker {
+        return Err(Unusable::Foreign);
     }
+    match packet.id {
+        GIMBAL_DEVICE_ATTITUDE_STATUS_DATA::ID => follow_up(&payload(packet)?),
+        DISTANCE_SENSOR_DATA::ID => slant(&payload(packet)?, signal_quality(packet.payload), speakers.range.1),
+        _ => of_the_autopilot(packet),
+    }
+}
+
+fn of_the_autopilot(packet: &Packet<'_>) -> Result<Incoming, Unusable> {
     match packet.id {
         AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::ID => {
             let state: AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA = payload(packet)?;
             let attitude = attitude_from_ned_quaternion(state.q).ok_or(Unusable::Invalid)?;
-            Ok(Incoming::Attitude(Micros(state.time_boot_us), attitude))
+            Ok(Incoming::Attitude(BootTime::Micros(state.time_boot_us), attitude))
         }
         ATTITUDE_QUATERNION_DATA::ID => {
             let q: ATTITUDE_QUATERNION_DATA = payload(packet)?;
             let attitude = attitude_from_ned_quaternion([q.q1, q.q2, q.q3, q.q4]).ok_or(Unusable::Invalid)?;
-            Ok(Incoming::CoarseAttitude(millis(q.time_boot_ms), attitude))
+            Ok(Incoming::Attitude(BootTime::Millis(q.time_boot_ms), attitude))
         }
-        GIMBAL_DEVICE_ATTITUDE_STATUS_DATA::ID => follow_up(&payload(packet)?),
-        DISTANCE_SENSOR_DATA::ID => slant(&payload(packet)?, signal_quality(packet.payload)),
-        GLOBAL_POSITION_INT_DATA::ID => {
-            let position: GLOBAL_POSITION_INT_DATA = payload(packet)?;
-            Ok(Incoming::Position(PositionSample {
-                sampled_at: millis(position.time_boot_ms),
-                position: Geographic { lat_e7: position.lat, lon_e7: position.lon },
-                north_m_per_s: position.vx as f32 * 0.01,
-                east_m_per_s: position.vy as f32 * 0.01,
-            }))
+        GLOBAL_POSITION_INT_DATA::ID => position(&payload(packet)?),
+        LOCAL_POSITION_NED_DATA::ID => {
+            let local: LOCAL_POSITION_NED_DATA = payload(packet)?;
+            if !local.z.is_finite() {
+                return Err(Unusable::Invalid);
+            }
+            Ok(Incoming::Down(BootTime::Millis(local.time_boot_ms), local.z))
         }
-        // Only the autopilot's own: a ground station and other devices send heartbeats too.
-        HEARTBEAT_DATA::ID if packet.component == AUTOPILOT => {
+        GPS_GLOBAL_ORIGIN_DATA::ID => {
+            let origin: GPS_GLOBAL_ORIGIN_DATA = payload(packet)?;
+            Ok(Incoming::Origin(geographic(origin.latitude, origin.longitude)?))
+        }
+        GPS_RAW_INT_DATA::ID => {
+            let gnss: GPS_RAW_INT_DATA = payload(packet)?;
+            // GPS_FIX_TYPE: 3 is a position in three dimensions, more are better ones.
+            Ok(Incoming::Gnss(gnss.fix_type as u8 >= 3))
+        }
+        Acknowledgement::ID => {
+            let ack: Acknowledgement = payload(packet)?;
+            Ok(Incoming::Acknowledged(ack.command, ack.result))
+        }
+        PARAM_VALUE_DATA::ID => {
+            let parameter: PARAM_VALUE_DATA = payload(packet)?;
+            let (name, kind) = (parameter.param_id.into(), parameter.param_type as u8);
+            Ok(Incoming::Parameter(Parameter { name, value: parameter.param_value, kind }))
+        }
+        _ => {
             let heartbeat: HEARTBEAT_DATA = payload(packet)?;
-            Ok(Incoming::Armed(heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED)))
+            let kind = match heartbeat.autopilot {
+                MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA => AutopilotKind::Ardupilot,
+                MavAutopilot::MAV_AUTOPILOT_PX4 => AutopilotKind::Px4,
+                _ => AutopilotKind::Other,
+            };
+            let is_armed = heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+            Ok(Incoming::Heartbeat(Heartbeat { kind, is_armed }))
         }
-        Timesync::ID => timesync(&payload(packet)?, us),
-        _ => Err(Unusable::NotOurs),
     }
 }
 
@@ -103,8 +201,18 @@ fn payload<D: MessageData>(packet: &Packet<'_>) -> Result<D, Unusable> {
     D::deser(MavlinkVersion::V2, packet.payload).map_err(|_| Unusable::Invalid)
 }
 
-fn millis(time_boot_ms: u32) -> Micros {
-    Micros(time_boot_ms as u64 * 1000)
+/// A place; latitude and longitude 0 are what autopilots send for one that they do not know.
+fn geographic(lat_e7: i32, lon_e7: i32) -> Result<Geographic, Unusable> {
+    if (lat_e7, lon_e7) == (0, 0) { Err(Unusable::Invalid) } else { Ok(Geographic { lat_e7, lon_e7 }) }
+}
+
+fn position(position: &GLOBAL_POSITION_INT_DATA) -> Result<Incoming, Unusable> {
+    let sample = PositionSample {
+        position: geographic(position.lat, position.lon)?,
+        north_m_per_s: position.vx as f32 * 0.01,
+        east_m_per_s: position.vy as f32 * 0.01,
+    };
+    Ok(Incoming::Position(BootTime::Millis(position.time_boot_ms), sample))
 }
 
 /// Only a yaw relative to the vehicle is the follow-up angle: by its flag or, for senders older than the flags, by the
@@ -118,14 +226,17 @@ fn follow_up(status: &GIMBAL_DEVICE_ATTITUDE_STATUS_DATA) -> Result<Incoming, Un
         return Err(Unusable::Invalid);
     }
     let follow_up = follow_up_from_gimbal_quaternion(status.q).ok_or(Unusable::Invalid)?;
-    Ok(Incoming::FollowUp(millis(status.time_boot_ms), follow_up))
+    Ok(Incoming::FollowUp(BootTime::Millis(status.time_boot_ms), follow_up))
 }
 
-fn slant(sensor: &DISTANCE_SENSOR_DATA, quality: u8) -> Result<Incoming, Unusable> {
+fn slant(sensor: &DISTANCE_SENSOR_DATA, quality: u8, wanted: Option<u8>) -> Result<Incoming, Unusable> {
     const INVALID_CM: u16 = u16::MAX;
     const QUALITY_INVALID: u8 = 1;
     if sensor.orientation != MavSensorOrientation::MAV_SENSOR_ROTATION_PITCH_270 {
         return Err(Unusable::NotOurs);
+    }
+    if wanted.is_some_and(|id| id != sensor.id) {
+        return Err(Unusable::Foreign);
     }
     let cm = sensor.current_distance;
     // Limits of 0 mean that the sensor does not state them.
@@ -133,16 +244,22 @@ fn slant(sensor: &DISTANCE_SENSOR_DATA, quality: u8) -> Result<Incoming, Unusabl
     if cm == 0 || cm == INVALID_CM || cm < sensor.min_distance || beyond || quality == QUALITY_INVALID {
         return Err(Unusable::Invalid);
     }
-    Ok(Incoming::Slant(millis(sensor.time_boot_ms), Metres(cm as f32 * 0.01)))
+    Ok(Incoming::Slant(BootTime::Millis(sensor.time_boot_ms), Metres(cm as f32 * 0.01)))
 }
 
-/// tc1 = 0 is a request; an answer must be addressed to us (an answer to nobody comes from a peer too old to tell).
-fn timesync(sync: &Timesync, us: (u8, u8)) -> Result<Incoming, Unusable> {
+/// tc1 = 0 is a request; an answer is addressed to us or, from an autopilot whose messages have no such fields, to nobody:
+/// whether it answers a request of ours, its mirrored stamp tells.
+fn timesync(packet: &Packet<'_>, speakers: &Speakers) -> Result<Incoming, Unusable> {
+    let sync: Timesync = payload(packet)?;
+    let is_for_us = sync.target == (0, 0) || sync.target == speakers.us;
     if sync.tc1 == 0 {
         return Ok(Incoming::TimesyncRequest { theirs_ns: sync.ts1 });
     }
-    if sync.target != us {
+    if !is_for_us {
         return Err(Unusable::NotOurs);
+    }
+    if (packet.system, packet.component) != speakers.autopilot {
+        return Err(Unusable::Foreign);
     }
     let theirs = u64::try_from(sync.tc1).map_err(|_| Unusable::Invalid)? / 1000;
     Ok(Incoming::Timesync { sent_ns: sync.ts1, theirs: Micros(theirs) })

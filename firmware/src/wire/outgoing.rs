@@ -4,25 +4,20 @@ use super::extensions::Timesync;
 use super::telemetry::{TUNNEL_BYTES, Telemetry};
 use mavlink::dialects::common::{
     CAMERA_IMAGE_CAPTURED_DATA, CAMERA_TRIGGER_DATA, DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA,
-    GIMBAL_DEVICE_SET_ATTITUDE_DATA, GLOBAL_POSITION_SENSOR_DATA, GimbalDeviceFlags, GlobalPositionFlags,
-    GlobalPositionSrc, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag, MavSeverity, MavState, MavTunnelPayloadType,
-    MavType, MavlinkDataStreamType, STATUSTEXT_DATA, TUNNEL_DATA,
+    GIMBAL_DEVICE_SET_ATTITUDE_DATA, GimbalDeviceFlags, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag,
+    MavSeverity, MavState, MavTunnelPayloadType, MavType, MavlinkDataStreamType, STATUSTEXT_DATA, TUNNEL_DATA,
 };
 use mavlink::{MAV_STX_V2, MavlinkVersion, MessageData, calculate_crc};
-use plumbline_core::fix::Fix;
 use plumbline_core::frames::{gimbal_quaternion_from_follow_up, ned_quaternion_from_attitude};
-use plumbline_core::math;
 use plumbline_core::pipeline::Situation;
 use plumbline_core::tile::Geographic;
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Micros, Radians};
 
-/// Our system id: the vehicle's.
+/// Our system id, the vehicle's, where no settings say another.
 pub const SYSTEM: u8 = 1;
 /// Our component id, MAV_COMP_ID_GIMBAL: what makes an autopilot send AUTOPILOT_STATE_FOR_GIMBAL_DEVICE.
 pub const COMPONENT: u8 = 154;
-/// The autopilot's component id.
-pub const AUTOPILOT: u8 = 1;
 /// Bytes of picture in an ENCAPSULATED_DATA message.
 pub const CHUNK: usize = 253;
 
@@ -31,6 +26,8 @@ pub const CHUNK: usize = 253;
 #[derive(Debug)]
 pub struct Encoder {
     sequence: u8,
+    /// Our system and component.
+    us: (u8, u8),
     bytes: [u8; HEADER + PAYLOAD + CHECKSUM],
 }
 
@@ -40,9 +37,9 @@ const PAYLOAD: usize = 255;
 const CHECKSUM: usize = 2;
 
 impl Encoder {
-    /// Sequence from 0.
-    pub const fn new() -> Self {
-        Encoder { sequence: 0, bytes: [0; HEADER + PAYLOAD + CHECKSUM] }
+    /// Sequence from 0, of messages of this system and component.
+    pub const fn new(us: (u8, u8)) -> Self {
+        Encoder { sequence: 0, us, bytes: [0; HEADER + PAYLOAD + CHECKSUM] }
     }
 
     /// The message's bytes, valid until the next call.
@@ -61,7 +58,8 @@ impl Encoder {
         let [low, middle, high, _] = id.to_le_bytes();
         let Some(header) = self.bytes.first_chunk_mut::<HEADER>() else { return &[] };
         // No flag of either kind: not signed.
-        *header = [MAV_STX_V2, length as u8, 0, 0, self.sequence, SYSTEM, COMPONENT, low, middle, high];
+        let (system, component) = self.us;
+        *header = [MAV_STX_V2, length as u8, 0, 0, self.sequence, system, component, low, middle, high];
         self.sequence = self.sequence.wrapping_add(1);
         // From the length on.
         let checksum = calculate_crc(self.bytes.get(1..end).unwrap_or(&[]), extra).to_le_bytes();
@@ -72,27 +70,22 @@ impl Encoder {
     }
 }
 
-impl Default for Encoder {
-    fn default() -> Self {
-        Encoder::new()
-    }
-}
-
-/// HEARTBEAT of a gimbal: the device announces itself as one so that the autopilot sends it its state.
-pub fn heartbeat() -> HEARTBEAT_DATA {
+/// HEARTBEAT of a gimbal: the device announces itself as one so that the autopilot sends it its state. Until fixes can be made
+/// it stands by.
+pub fn heartbeat(is_ready: bool) -> HEARTBEAT_DATA {
     HEARTBEAT_DATA {
         custom_mode: 0,
         mavtype: MavType::MAV_TYPE_GIMBAL,
         autopilot: MavAutopilot::MAV_AUTOPILOT_INVALID,
         base_mode: MavModeFlag::empty(),
-        system_status: MavState::MAV_STATE_ACTIVE,
+        system_status: if is_ready { MavState::MAV_STATE_ACTIVE } else { MavState::MAV_STATE_STANDBY },
         mavlink_version: 3,
     }
 }
 
 /// HEARTBEAT of a board that is up and cannot do its work.
 pub fn grounded_heartbeat() -> HEARTBEAT_DATA {
-    HEARTBEAT_DATA { system_status: MavState::MAV_STATE_CRITICAL, ..heartbeat() }
+    HEARTBEAT_DATA { system_status: MavState::MAV_STATE_CRITICAL, ..heartbeat(false) }
 }
 
 /// STATUSTEXT: a line for the pilot, ended by a zero where it is shorter.
@@ -101,26 +94,26 @@ pub fn status_text(severity: MavSeverity, line: [u8; 50]) -> STATUSTEXT_DATA {
 }
 
 /// The servo's command: follow-up angle β relative to the vehicle, as a gimbal yaw. Rates are left to the servo.
-pub fn servo(follow_up: Radians) -> GIMBAL_DEVICE_SET_ATTITUDE_DATA {
+pub fn servo(follow_up: Radians, system: u8) -> GIMBAL_DEVICE_SET_ATTITUDE_DATA {
     GIMBAL_DEVICE_SET_ATTITUDE_DATA {
         q: gimbal_quaternion_from_follow_up(follow_up),
         angular_velocity_x: f32::NAN,
         angular_velocity_y: f32::NAN,
         angular_velocity_z: f32::NAN,
         flags: GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME,
-        target_system: SYSTEM,
+        target_system: system,
         target_component: 0,
     }
 }
 
 /// TIMESYNC request: our time in nanoseconds, asking for the autopilot's.
-pub fn timesync_request(ours_ns: i64) -> Timesync {
-    Timesync { tc1: 0, ts1: ours_ns, target: (SYSTEM, AUTOPILOT) }
+pub fn timesync_request(ours_ns: i64, target: (u8, u8)) -> Timesync {
+    Timesync { tc1: 0, ts1: ours_ns, target }
 }
 
 /// TIMESYNC answer to a request that carried `theirs_ns`.
-pub fn timesync_answer(ours_ns: i64, theirs_ns: i64) -> Timesync {
-    Timesync { tc1: ours_ns, ts1: theirs_ns, target: (SYSTEM, AUTOPILOT) }
+pub fn timesync_answer(ours_ns: i64, theirs_ns: i64, target: (u8, u8)) -> Timesync {
+    Timesync { tc1: ours_ns, ts1: theirs_ns, target }
 }
 
 /// CAMERA_TRIGGER: when the picture was taken, by its middle.
@@ -156,29 +149,6 @@ fn camera_quaternion(attitude: Attitude, follow_up: Radians) -> [f32; 4] {
     let [w, x, y, z] = ned_quaternion_from_attitude(attitude);
     let [c, _, _, s] = gimbal_quaternion_from_follow_up(follow_up);
     [w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s]
-}
-
-/// GLOBAL_POSITION_SENSOR: the fix. `eph` is one sigma along the worse axis. The message stamps its transmission; the
-/// exposure lies `processing_time` before. No altitude is claimed: it is the range finder's business.
-pub fn position_sensor(fix: &Fix, mid_exposure_at: Micros, now: Micros) -> GLOBAL_POSITION_SENSOR_DATA {
-    let c = &fix.covariance;
-    let (mean, half) = (0.5 * (c[(0, 0)] + c[(1, 1)]), 0.5 * (c[(0, 0)] - c[(1, 1)]));
-    let largest = mean + math::sqrt(half * half + c[(0, 1)] * c[(0, 1)]);
-    GLOBAL_POSITION_SENSOR_DATA {
-        time_usec: now.0,
-        processing_time: now.since(mid_exposure_at).max(0) as u32,
-        lat: fix.position.lat_e7,
-        lon: fix.position.lon_e7,
-        alt_ellipsoid: f32::NAN,
-        alt: f32::NAN,
-        eph: math::sqrt(largest),
-        epv: f32::NAN,
-        target_system: 0,
-        target_component: 0,
-        id: 0,
-        source: GlobalPositionSrc::GLOBAL_POSITION_SRC_VISION,
-        flags: GlobalPositionFlags::empty(),
-    }
 }
 
 /// The image transmission protocol's announcement of a raw 8-bit picture of `size` (cols, rows).

@@ -34,6 +34,10 @@ pub struct Health {
     pub backwards: u32,
     /// Samples whose value cannot be meant.
     pub invalid: u32,
+    /// Messages of a kind that is used, from somebody who is not listened to, and answers to what was not asked.
+    pub foreign: u32,
+    /// Samples stamped later than they arrived.
+    pub future: u32,
     /// Rows lost.
     pub overruns: u32,
     /// Frames lost while another was being worked on.

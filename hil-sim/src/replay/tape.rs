@@ -161,6 +161,7 @@ fn name(record: &Record<'_>) -> String {
         Record::Rows(0) => "a frame's rows".to_owned(),
         Record::Rows(code) => format!("rows refused with {code}"),
         Record::Pose(at) => format!("a pose at tick {at}"),
+        Record::Asked(at) => format!("a time request at tick {at}"),
         Record::Patch((cols, rows), ..) => format!("a patch of {cols} x {rows} with its runs"),
         Record::Frame(report, ..) => format!("frame {}'s report", report.sequence),
         _ => "a record about the log itself".to_owned(),
@@ -199,6 +200,7 @@ impl Journal for Tape {
                 Gate::Beat => matches!(record, Record::Beat(_)),
                 Gate::Begin => matches!(record, Record::Begin),
                 Gate::Pose => matches!(record, Record::Pose(_)),
+                Gate::Asked => matches!(record, Record::Asked(_)),
             };
             is_mine.then_some(())
         })
@@ -223,7 +225,7 @@ impl Writer for Part {
 
 impl Timer for Part {
     fn now(&self) -> Ticks {
-        if let Some(Record::Bytes(at, _) | Record::Beat(at) | Record::Pose(at)) = self.0.record() {
+        if let Some(Record::Bytes(at, _) | Record::Beat(at) | Record::Pose(at) | Record::Asked(at)) = self.0.record() {
             self.0.tick.set(at);
         }
         Ticks(self.0.tick.get())

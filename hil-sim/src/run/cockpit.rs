@@ -15,8 +15,8 @@ use crate::vehicle::servo::{follow_up_exact, wrapped};
 use plumbline_firmware::wire::telemetry::PhotoReport;
 use std::collections::VecDeque;
 
-/// One way over the link to the autopilot, microseconds: what a TIMESYNC exchange takes each way.
-const LINK_DELAY_US: u64 = 1500;
+/// From one heartbeat of the autopilot to the next, microseconds.
+const HEARTBEAT_US: u64 = 1_000_000;
 /// Longest time without a step: the firmware's own timers run by the steps.
 const STEP_MAX_US: u64 = 50_000;
 
@@ -37,8 +37,9 @@ pub(super) struct Cockpit<'s> {
     autopilot: Autopilot,
     injector: FaultInjector,
     station: GroundStation,
-    /// TIMESYNC answers under way: when they arrive, their bytes.
+    /// The autopilot's answers under way, in the order in which they arrive: when, and their bytes.
     answers: Vec<(u64, Vec<u8>)>,
+    next_heartbeat_us: u64,
     now_us: u64,
     servo: (usize, f64),
     steps: u64,
@@ -58,10 +59,11 @@ impl<'s> Cockpit<'s> {
             line: ShutterLine::new(&setup.scenario),
             planned: VecDeque::new(),
             exposures: setup.plan.as_ref().map(|_| 0),
-            autopilot: Autopilot::default(),
+            autopilot: Autopilot::new(setup.scenario.world.autopilot.loop_rate_hz, setup.scenario.run.seed),
             injector: FaultInjector::new(setup.scenario.faults.link_faults, setup.scenario.run.seed, "to_firmware"),
             station: GroundStation::default(),
             answers: Vec::new(),
+            next_heartbeat_us: 0,
             now_us: 0,
             servo: (0, 0.0),
             steps: 0,
@@ -109,6 +111,11 @@ impl<'s> Cockpit<'s> {
             // It may have been committed to just now.
             let frame_us = self.planned.front().map_or(u64::MAX, |(exposure, _)| exposure.readout_start_us);
             let end_us = end_us.min(frame_us);
+            if self.next_heartbeat_us <= self.now_us {
+                let heartbeat = self.autopilot.heartbeat();
+                self.answer((self.now_us, heartbeat));
+                self.next_heartbeat_us += HEARTBEAT_US;
+            }
             let answer_us = self.answers.first().map_or(u64::MAX, |(at, _)| *at);
             let edge_us = self.edges.front().map_or(u64::MAX, LineEdge::seen_us);
             let horizon = end_us.min(answer_us).min(edge_us).min(self.now_us + STEP_MAX_US);
@@ -134,10 +141,14 @@ impl<'s> Cockpit<'s> {
             let tick = self.timer.latch(sample.sampled_at_us as f64 + self.pulse_jitter.draw());
             return self.step(sample.arrived_at_us, Event::Pulse(tick));
         }
-        match self.autopilot.message(sample, &self.setup.crs)? {
-            Some(message) => self.bytes(sample.arrived_at_us, &message),
-            None => Ok(()),
-        }
+        let messages = self.autopilot.messages(sample, &self.setup.crs)?;
+        messages.iter().try_for_each(|message| self.bytes(sample.arrived_at_us, message))
+    }
+
+    /// Something of the autopilot's is under way.
+    fn answer(&mut self, (at_us, bytes): (u64, Vec<u8>)) {
+        let place = self.answers.partition_point(|(other, _)| *other <= at_us);
+        self.answers.insert(place, (at_us, bytes));
     }
 
     fn edge(&mut self) -> Result<(), LinkError> {
@@ -173,10 +184,13 @@ impl<'s> Cockpit<'s> {
         self.station.take(&sent);
         let mut asked = std::mem::take(&mut self.station.timesync);
         asked.retain(|_| self.setup.scenario.world.timer.timesync);
-        for (stamp, system, component) in asked {
-            let at_autopilot = self.now_us + LINK_DELAY_US;
-            let answer = self.autopilot.timesync_answer(stamp, at_autopilot, (system, component));
-            self.answers.push((at_autopilot + LINK_DELAY_US, answer));
+        for stamp in asked {
+            let answer = self.autopilot.timesync_answer(stamp, self.now_us);
+            self.answer(answer);
+        }
+        for command in std::mem::take(&mut self.station.commands) {
+            let answer = self.autopilot.commanded(&command, self.now_us);
+            self.answer(answer);
         }
         for photo in std::mem::take(&mut self.station.due) {
             self.commit(photo);

@@ -1,7 +1,10 @@
 //! What a board is configured with: camera mount, sensors, shutter and search, as a calibration and the data sheets give them.
 //! A settings file (`plumbline configuration --settings`) is this part of a scenario alone.
 
+mod link;
+
 use super::bounds::Bounded;
+pub use link::{FixMessage, Link};
 use plumbline_core::budget::REACQUIRE_PX;
 use plumbline_core::pose::noise::LAGS;
 use plumbline_core::stamp::EXPOSURE_MAX_US;
@@ -41,6 +44,8 @@ pub struct Vehicle {
     pub shutter: Shutter,
     /// The board's capture timer and the pulse per second.
     pub timer: Timer,
+    /// Who is on the link, and how fixes are sent.
+    pub link: Link,
 }
 
 impl Default for Vehicle {
@@ -60,6 +65,7 @@ impl Default for Vehicle {
             position: Position::default(),
             shutter: Shutter::default(),
             timer: Timer::default(),
+            link: Link::default(),
         }
     }
 }
@@ -341,6 +347,7 @@ impl Vehicle {
             ("timer.rate_walk_ppm", self.timer.rate_walk_ppm, 0.0, 10.0),
             ("timer.pps_jitter_us", self.timer.pps_jitter_us, 0.0, 1e4),
         ];
+        ranges.extend(self.link.ranges());
         ranges.extend(self.flight.tilt_hz.map(|hz| ("flight.tilt_hz", hz, 1e-3, 10.0)));
         ranges.extend(self.mount.lever_arm_m.map(|m| ("mount.lever_arm_m", m, -ARM_MAX_M, ARM_MAX_M)));
         let keys = ["mount.boresight.phi_deg", "mount.boresight.omega_deg", "mount.boresight.kappa_deg"];

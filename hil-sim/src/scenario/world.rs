@@ -26,6 +26,8 @@ pub struct World {
     pub position: Position,
     /// The board's capture timer and the pulse per second.
     pub timer: Timer,
+    /// The autopilot.
+    pub autopilot: Autopilot,
     /// How the reference differs from the ground that is flown over.
     pub reference: Reference,
     /// What is flown over.
@@ -43,6 +45,7 @@ impl Default for World {
             range: Range::default(),
             position: Position::default(),
             timer: Timer::default(),
+            autopilot: Autopilot::default(),
             reference: Reference::default(),
             ground: Ground::Procedural,
         }
@@ -142,6 +145,21 @@ impl Default for Timer {
     }
 }
 
+/// The autopilot.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct Autopilot {
+    /// Its main loop a second: what is asked for as often or more often is denied.
+    pub loop_rate_hz: u32,
+}
+
+impl Default for Autopilot {
+    /// As ArduPilot is told where companions want attitudes at 200 Hz (SCHED_LOOP_RATE); a plane's own default is 50.
+    fn default() -> Self {
+        Autopilot { loop_rate_hz: 300 }
+    }
+}
+
 /// How the reference differs from the ground: offset + gain · 255 (DN/255)^gamma, noise, and patches that changed. What is not
 /// given depends on the ground: a procedural one has synthetic differences, over an orthophoto there are none.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
@@ -175,6 +193,7 @@ impl World {
             ("range.latency_us", self.range.latency_us.into(), 0.0, 1e7),
             ("position.time_constant_s", self.position.time_constant_s, 1e-3, 1e6),
             ("position.latency_us", self.position.latency_us.into(), 0.0, 1e7),
+            ("autopilot.loop_rate_hz", self.autopilot.loop_rate_hz.into(), 1.0, 20_000.0),
             ("timer.drift_ppm", self.timer.drift_ppm, -500.0, 500.0),
             ("reference.gamma", reference.gamma.unwrap_or(1.0), 0.05, 20.0),
             ("reference.gain", reference.gain.unwrap_or(1.0), 0.01, 100.0),

@@ -1,6 +1,6 @@
 //! Streams at the door: latencies, stamps from the future, a sender whose clock begins anew.
 
-use plumbline_core::pipeline::{Instants, Latencies, SampleError, Streams};
+use plumbline_core::pipeline::{Arrival, Instants, Latencies, SampleError, Streams};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Metres, Micros, Radians};
 
@@ -8,11 +8,33 @@ fn level() -> Attitude {
     Attitude::default()
 }
 
+fn arriving(sampled_us: u64, arrived_us: u64, sigma_us: f32) -> Instants {
+    let arrival = Some(Arrival { at: Micros(arrived_us), sigma_us });
+    Instants { sampled_at: Micros(sampled_us), stamp_sigma_us: 0.0, arrival }
+}
+
+/// Few messages from the future, as many as there may be, cost no more true samples than they lie ahead.
+#[test]
+fn stamps_from_the_future_do_not_stop_the_others() {
+    let mut streams = Streams::new(Latencies::default());
+    let mut refused = 0;
+    for ms in (0..4_000u64).step_by(5) {
+        let now_us = 1_000_000 + 1_000 * ms;
+        // Five a second, 90 ms ahead.
+        if ms % 200 == 0 {
+            let ahead = arriving(now_us + 90_000, now_us, 300.0);
+            assert_eq!(streams.attitude(ahead, level()), Err(SampleError::Future));
+        }
+        refused += u32::from(streams.attitude(arriving(now_us - 3_000, now_us, 300.0), level()).is_err());
+    }
+    assert_eq!(refused, 0);
+}
+
 #[test]
 fn a_value_holds_its_latency_before_its_stamp() {
     let latencies = Latencies { attitude_us: 5_000, range_us: 20_000, ..Latencies::default() };
     let mut streams = Streams::new(latencies);
-    let at = Instants { sampled_at: Micros(100_000), arrived_at: Some(Micros(108_000)) };
+    let at = arriving(100_000, 108_000, 0.0);
     streams.attitude(at, level()).expect("a sample");
     streams.slant(at, Metres(100.0)).expect("a sample");
     streams.follow_up(at, Radians(0.1)).expect("a sample");
@@ -28,10 +50,21 @@ fn a_value_holds_its_latency_before_its_stamp() {
 #[test]
 fn stamps_from_the_future_are_refused() {
     let mut streams = Streams::new(Latencies::default());
-    let arrived_at = Some(Micros(1_000_000));
-    for (sampled_us, expected) in [(1_200_000, Err(SampleError::Invalid)), (1_050_000, Ok(()))] {
-        let at = Instants { sampled_at: Micros(sampled_us), arrived_at };
-        assert_eq!(streams.attitude(at, level()), expected, "stamped {sampled_us}");
+    let future = Err(SampleError::Future);
+    // Five sigmas of the clocks' relation, and 2 ms beside them.
+    let cases = [
+        (1_200_000, 0.0, future),
+        (1_002_001, 0.0, future),
+        (1_002_000, 0.0, Ok(())),
+        (1_004_600, 500.0, future),
+        (1_004_400, 500.0, Ok(())),
+    ];
+    for (sampled_us, sigma_us, expected) in cases {
+        assert_eq!(
+            streams.attitude(arriving(sampled_us, 1_000_000, sigma_us), level()),
+            expected,
+            "stamped {sampled_us}"
+        );
     }
     // A board that does not know the time cannot tell.
     assert_eq!(streams.attitude(Micros(9_000_000), level()), Ok(()));

@@ -84,8 +84,8 @@ fn flown(search_px: u16, frames: impl Iterator<Item = (u64, (f32, f32))>) -> Vec
             lat_e7: CENTRE.lat_e7 - degrees(off.1, NORTH_M),
             lon_e7: CENTRE.lon_e7 + degrees(off.0, EAST_M),
         };
-        let sample = PositionSample { sampled_at: mid, position, north_m_per_s: 0.0, east_m_per_s: 0.0 };
-        pipeline.position(sample, None).expect("in time");
+        let sample = PositionSample { position, north_m_per_s: 0.0, east_m_per_s: 0.0 };
+        pipeline.position(mid, sample).expect("in time");
         pipeline.begin_frame().expect("a range");
         pipeline.rows(&frame.pixels).expect("rows");
         let situation = pipeline.situate((mid, 0.0), Wait::For(1)).expect("samples").expect("around it");

@@ -2,24 +2,29 @@
 
 use super::axes::{largest_difference, ned_from_body};
 use mavlink::dialects::common::{
-    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA,
-    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GimbalDeviceFlags, HEARTBEAT_DATA, HIGHRES_IMU_DATA,
-    MavModeFlag, TIMESYNC_DATA,
+    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, COMMAND_ACK_DATA, DISTANCE_SENSOR_DATA,
+    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GPS_GLOBAL_ORIGIN_DATA, GPS_RAW_INT_DATA,
+    GimbalDeviceFlags, HEARTBEAT_DATA, HIGHRES_IMU_DATA, LOCAL_POSITION_NED_DATA, MavAutopilot, MavModeFlag,
+    MavSensorOrientation, PARAM_VALUE_DATA, TIMESYNC_DATA,
 };
 use mavlink::{MavlinkVersion, MessageData};
 use plumbline_core::tile::Geographic;
 use plumbline_core::units::{Metres, Micros};
+use plumbline_firmware::wire::boot_time::BootTime;
 use plumbline_firmware::wire::decoder::Packet;
-use plumbline_firmware::wire::incoming::{Incoming, Unusable, incoming};
+use plumbline_firmware::wire::incoming::{AutopilotKind, Heartbeat, Incoming, Speakers, Unusable, incoming};
 use plumbline_tests::seeded::{Random, config};
 use proptest::prelude::{any, prop_assert, proptest};
 
 const US: (u8, u8) = (1, 154);
+const AUTOPILOT: (u8, u8) = (1, 1);
+/// All from one sender.
+const SPEAKERS: Speakers = Speakers { us: US, autopilot: AUTOPILOT, range: (AUTOPILOT, None), encoder: AUTOPILOT };
 
 /// What the sample of a message with this payload is; trailing zeros are cut off, as on the wire.
 fn taken(id: u32, payload: &[u8]) -> Result<Incoming, Unusable> {
     let length = payload.iter().rposition(|&byte| byte != 0).map_or(1, |last| last + 1);
-    incoming(&Packet { id, system: 1, component: 1, payload: &payload[..length], is_signed: false }, US)
+    incoming(&Packet { id, system: 1, component: 1, payload: &payload[..length], is_signed: false }, &SPEAKERS)
 }
 
 fn taken_from<D: MessageData>(data: &D) -> Result<Incoming, Unusable> {
@@ -47,12 +52,12 @@ fn attitudes_come_in_microseconds_or_milliseconds() {
     let fine = AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA { time_boot_us: 5_000_000_123, q, ..Default::default() };
     let [q1, q2, q3, q4] = q;
     let coarse = ATTITUDE_QUATERNION_DATA { time_boot_ms: 4_000_000_001, q1, q2, q3, q4, ..Default::default() };
-    let (Ok(Incoming::Attitude(fine_at, a)), Ok(Incoming::CoarseAttitude(coarse_at, b))) =
+    let (Ok(Incoming::Attitude(fine_at, a)), Ok(Incoming::Attitude(coarse_at, b))) =
         (taken_from(&fine), taken_from(&coarse))
     else {
         panic!("{:?}, {:?}", taken_from(&fine), taken_from(&coarse))
     };
-    assert_eq!((fine_at, coarse_at), (Micros(5_000_000_123), Micros(4_000_000_001_000)));
+    assert_eq!((fine_at, coarse_at), (BootTime::Micros(5_000_000_123), BootTime::Millis(4_000_000_001)));
     for attitude in [a, b] {
         let found = ned_from_body(attitude.heading.0.into(), attitude.pitch.0.into(), attitude.roll.0.into());
         assert!(largest_difference(&found, &ned_from_body(angles[0], angles[1], angles[2])) < 1e-6, "{attitude:?}");
@@ -90,7 +95,7 @@ fn a_gimbals_flags_say_what_its_yaw_means() {
     let none = GimbalDeviceFlags::empty();
     for flags in [vehicle, vehicle | lock, none] {
         let Ok(Incoming::FollowUp(at, follow_up)) = with(flags) else { panic!("{:?} for {flags:?}", with(flags)) };
-        assert_eq!(at, Micros(70_000_000));
+        assert_eq!(at, BootTime::Millis(70_000));
         assert!((follow_up.to_degrees() + 30.0).abs() < 1e-4, "{follow_up:?}");
     }
     for flags in [earth, earth | lock, vehicle | earth, vehicle | earth | lock, lock] {
@@ -113,7 +118,7 @@ fn distance(limits: (u16, u16), current: u16, orientation: u8, quality: u8) -> R
 #[test]
 fn distances_and_what_only_looks_like_one() {
     const DOWN: u8 = 25;
-    let metres = |cm: f32| Ok(Incoming::Slant(Micros(123_456_000), Metres(cm * 0.01)));
+    let metres = |cm: f32| Ok(Incoming::Slant(BootTime::Millis(123_456), Metres(cm * 0.01)));
     assert_eq!(distance((20, 20_000), 15_037, DOWN, 0), metres(15_037.0), "quality unknown");
     assert_eq!(distance((20, 20_000), 15_037, DOWN, 100), metres(15_037.0));
     assert_eq!(distance((20, 20_000), 15_037, DOWN, 2), metres(15_037.0));
@@ -148,8 +153,8 @@ fn positions_with_their_velocity() {
         vy: -567,
         ..Default::default()
     };
-    let Ok(Incoming::Position(sample)) = taken_from(&data) else { panic!("{:?}", taken_from(&data)) };
-    assert_eq!(sample.sampled_at, Micros(90_001_000));
+    let Ok(Incoming::Position(at, sample)) = taken_from(&data) else { panic!("{:?}", taken_from(&data)) };
+    assert_eq!(at, BootTime::Millis(90_001));
     assert_eq!(sample.position, Geographic { lat_e7: 481_234_567, lon_e7: -163_000_001 });
     assert!((sample.north_m_per_s - 12.34).abs() < 1e-5 && (sample.east_m_per_s + 5.67).abs() < 1e-5, "{sample:?}");
 }
@@ -164,6 +169,8 @@ fn timesync(tc1: i64, ts1: i64, target: (u8, u8)) -> Result<Incoming, Unusable> 
 fn timesync_answers_to_others_are_not_ours() {
     let ours = Ok(Incoming::Timesync { sent_ns: 55, theirs: Micros(7_000_000) });
     assert_eq!(timesync(7_000_000_999, 55, US), ours);
+    // ArduPilot's names nobody, and its zeros are cut off.
+    assert_eq!(timesync(7_000_000_999, 55, (0, 0)), ours);
     for target in [(1, 1), (2, 154), (255, 190), (154, 1)] {
         assert_eq!(timesync(7_000_000_999, 55, target), Err(Unusable::NotOurs), "{target:?}");
     }
@@ -177,15 +184,65 @@ fn timesync_answers_to_others_are_not_ours() {
 fn only_the_autopilots_own_heartbeat_says_whether_it_is_armed() {
     for is_armed in [false, true] {
         let base_mode = if is_armed { MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED } else { MavModeFlag::empty() };
-        let heartbeat = HEARTBEAT_DATA { base_mode, ..Default::default() };
-        assert_eq!(taken_from(&heartbeat), Ok(Incoming::Armed(is_armed)));
+        let autopilot = MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA;
+        let heartbeat = HEARTBEAT_DATA { base_mode, autopilot, ..Default::default() };
+        let expected = Heartbeat { kind: AutopilotKind::Ardupilot, is_armed };
+        assert_eq!(taken_from(&heartbeat), Ok(Incoming::Heartbeat(expected)));
         let mut payload = [0; 255];
         let length = heartbeat.ser(MavlinkVersion::V2, &mut payload);
         // A ground station's.
         let theirs =
             Packet { id: HEARTBEAT_DATA::ID, system: 1, component: 190, payload: &payload[..length], is_signed: false };
-        assert_eq!(incoming(&theirs, US), Err(Unusable::NotOurs));
+        assert_eq!(incoming(&theirs, &SPEAKERS), Err(Unusable::NotOurs));
     }
+}
+
+/// Each kind of sample has one sender. Any other, of this vehicle or of another, is foreign, whatever it says.
+#[test]
+fn who_is_not_named_is_not_listened_to() {
+    let (laser, encoder) = ((1, 158), (1, 171));
+    let speakers = Speakers { us: US, autopilot: AUTOPILOT, range: (laser, Some(3)), encoder };
+    let attitude = ATTITUDE_QUATERNION_DATA { q1: 1.0, ..Default::default() };
+    let angle = GIMBAL_DEVICE_ATTITUDE_STATUS_DATA { q: [1.0, 0.0, 0.0, 0.0], ..Default::default() };
+    let orientation = MavSensorOrientation::MAV_SENSOR_ROTATION_PITCH_270;
+    let distance = |id| DISTANCE_SENSOR_DATA { current_distance: 900, orientation, id, ..Default::default() };
+    let position = GLOBAL_POSITION_INT_DATA { lat: 1, lon: 1, ..Default::default() };
+    let sync = TIMESYNC_DATA { tc1: 5_000_000, ts1: 9 };
+    let is_foreign = |(id, payload): &(u32, Vec<u8>), (system, component): (u8, u8)| {
+        let packet = Packet { id: *id, system, component, payload, is_signed: false };
+        incoming(&packet, &speakers).map_or_else(
+            |why| {
+                assert_eq!(why, Unusable::Foreign);
+                true
+            },
+            |_| false,
+        )
+    };
+    let cases = [
+        (payload_of(&attitude), AUTOPILOT),
+        (payload_of(&angle), encoder),
+        (payload_of(&distance(3)), laser),
+        (payload_of(&position), AUTOPILOT),
+        (payload_of(&sync), AUTOPILOT),
+    ];
+    for (message, speaker) in cases {
+        for other in [AUTOPILOT, laser, encoder, (1, 190), (2, 1), (255, 190)] {
+            assert_eq!(is_foreign(&message, other), other != speaker, "message {} from {other:?}", message.0);
+        }
+    }
+    assert!(is_foreign(&payload_of(&distance(0)), laser), "another sensor of that sender");
+}
+
+fn payload_of<D: MessageData>(data: &D) -> (u32, Vec<u8>) {
+    let mut payload = [0; 255];
+    let length = data.ser(MavlinkVersion::V2, &mut payload);
+    (D::ID, payload[..length].to_vec())
+}
+
+#[test]
+fn a_place_that_is_not_known_is_none() {
+    assert_eq!(taken_from(&GLOBAL_POSITION_INT_DATA { vx: 5, ..Default::default() }), Err(Unusable::Invalid));
+    assert_eq!(taken_from(&GPS_GLOBAL_ORIGIN_DATA { altitude: 5, ..Default::default() }), Err(Unusable::Invalid));
 }
 
 #[test]
@@ -199,18 +256,22 @@ proptest! {
 
     /// Any payload of any length under any of our ids: a finite sample or none, never a panic.
     #[test]
-    fn any_payload_is_survived(which in 0usize..6, seed in any::<u64>(), length in 0usize..=255) {
+    fn any_payload_is_survived(which in 0usize..12, seed in any::<u64>(), length in 0usize..=255) {
         let ids = [
             AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::ID, ATTITUDE_QUATERNION_DATA::ID, DISTANCE_SENSOR_DATA::ID,
             GIMBAL_DEVICE_ATTITUDE_STATUS_DATA::ID, GLOBAL_POSITION_INT_DATA::ID, TIMESYNC_DATA::ID,
+            LOCAL_POSITION_NED_DATA::ID, GPS_GLOBAL_ORIGIN_DATA::ID, GPS_RAW_INT_DATA::ID, COMMAND_ACK_DATA::ID,
+            PARAM_VALUE_DATA::ID, HEARTBEAT_DATA::ID,
         ];
         let mut random = Random::new(seed);
         let payload: Vec<u8> = (0..length).map(|_| random.byte()).collect();
-        match incoming(&Packet { id: ids[which], system: 1, component: 1, payload: &payload, is_signed: false }, US) {
-            Ok(Incoming::Attitude(_, a) | Incoming::CoarseAttitude(_, a)) => {
+        let packet = Packet { id: ids[which], system: 1, component: 1, payload: &payload, is_signed: false };
+        match incoming(&packet, &SPEAKERS) {
+            Ok(Incoming::Attitude(_, a)) => {
                 prop_assert!([a.heading, a.pitch, a.roll].iter().all(|angle| angle.0.is_finite()));
             }
             Ok(Incoming::FollowUp(_, angle)) => prop_assert!(angle.0.is_finite()),
+            Ok(Incoming::Down(_, down_m)) => prop_assert!(down_m.is_finite()),
             Ok(Incoming::Slant(_, slant)) => prop_assert!(slant.0 > 0.0 && slant.0 < 655.35),
             _ => {}
         }

@@ -4,7 +4,9 @@
 use super::Target;
 use mavlink::dialects::common::MavMessage;
 use mavlink::{MAV_STX_V2, Message, calculate_crc};
+use plumbline_firmware::wire::command::{Command, REQUEST_MESSAGE, SET_MESSAGE_INTERVAL};
 use plumbline_firmware::wire::decoder::Decoder;
+use plumbline_sim::ground_station::GroundStation;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::link::{Event, Link};
 use plumbline_sim::scenario::Scenario;
@@ -30,21 +32,55 @@ impl Mavlink {
         let scenario = Scenario::default();
         let setup = Setup::prepare(scenario).expect("the default scene is sound");
         let mut streams = Streams::new(&setup.scenario, setup.payload.mount, setup.convergence_rad);
-        let mut autopilot = Autopilot::default();
+        let mut autopilot = Autopilot::new(setup.scenario.world.autopilot.loop_rate_hz, 0);
         let slant = |_: &_| Some(500.0);
-        let mut messages: Vec<Vec<u8>> = Vec::new();
-        while let Some(sample) = streams.next_before(1_200_000, &setup.motion, &slant) {
-            messages.extend(autopilot.message(&sample, &setup.crs).expect("inside the system"));
+        let mut messages: Vec<Vec<u8>> = vec![autopilot.heartbeat()];
+        let origin = Command { command: REQUEST_MESSAGE, parameters: [49.0, 0.0], target: (1, 1) };
+        for message in [31.0, 286.0] {
+            let asked = Command { command: SET_MESSAGE_INTERVAL, parameters: [message, 5000.0], target: (1, 1) };
+            messages.push(autopilot.commanded(&asked, 0).1);
         }
-        messages.push(autopilot.timesync_answer(5_000, 1_000_000, (1, 154)));
+        while let Some(sample) = streams.next_before(1_200_000, &setup.motion, &slant) {
+            messages.extend(autopilot.messages(&sample, &setup.crs).expect("inside the system"));
+        }
+        let (_, answered) = autopilot.commanded(&origin, 0);
+        messages.extend(each(&answered).map(<[u8]>::to_vec));
+        messages.push(autopilot.timesync_answer(5_000, 1_000_000).1);
         // One of each kind is enough, and each in company.
         messages.sort_by_key(|message| message[7..10].to_vec());
         messages.dedup_by_key(|message| message[7..10].to_vec());
         let all = messages.concat();
         messages.push(all);
-        let application = InProcess::new(&setup.flash).expect("the default configuration is sound");
-        Mavlink { seeds: messages, application, timer: 0 }
+        let mut application = InProcess::new(&setup.flash).expect("the default configuration is sound");
+        let timer = tied(&mut application, &mut autopilot);
+        Mavlink { seeds: messages, application, timer }
     }
+}
+
+/// Has the clock of the application tied, without which it takes no sample; its capture timer then.
+fn tied(application: &mut InProcess, autopilot: &mut Autopilot) -> u32 {
+    let mut station = GroundStation::default();
+    let mut timer = 0;
+    for _ in 0..10 {
+        timer += 100_000;
+        station.take(&application.step(timer, Event::Nothing).expect("a host's firmware"));
+        for stamp in std::mem::take(&mut station.timesync) {
+            let (at_us, answer) = autopilot.timesync_answer(stamp, timer.into());
+            station.take(&application.step(at_us as u32, Event::Bytes(&answer)).expect("a host's firmware"));
+        }
+    }
+    timer
+}
+
+/// The messages that follow each other in `bytes`.
+fn each(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = bytes;
+    std::iter::from_fn(move || {
+        let length = 12 + usize::from(*rest.get(1)?);
+        let (message, behind) = rest.split_at_checked(length)?;
+        rest = behind;
+        Some(message)
+    })
 }
 
 impl Target for Mavlink {

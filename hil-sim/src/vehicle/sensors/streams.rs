@@ -27,7 +27,7 @@ struct Timetable {
     latency_us: u64,
     /// How much older than its stamp a value is.
     delay_us: u64,
-    /// The clock's step that the message can stamp: 1 or 1000.
+    /// The clock's step that the message can stamp, 1 or 1000; what is beyond is cut off.
     stamp_us: u64,
     /// Index of the next sample.
     next: u64,
@@ -35,7 +35,9 @@ struct Timetable {
 
 impl Timetable {
     fn sampled_at_us(&self) -> u64 {
-        self.next * 1_000_000 / self.rate_hz / self.stamp_us * self.stamp_us
+        // Spread over what a coarse stamp cuts off, by the golden ratio, as a loop that knows nothing of whole milliseconds
+        // does.
+        self.next * 1_000_000 / self.rate_hz + self.next * 618 % self.stamp_us
     }
 
     /// When the value held that is stamped with [`Self::sampled_at_us`].

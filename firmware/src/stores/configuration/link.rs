@@ -1,0 +1,99 @@
+//! The settings of the link as they are stored: who is listened to, and how fixes are sent.
+
+use crate::autopilot::fixes::{FixSettings, Form};
+use crate::stores::StoreError;
+use crate::wire::incoming::Speakers;
+use crate::wire::outgoing::COMPONENT;
+use serde::{Deserialize, Serialize};
+
+/// Who is on the link, and how fixes are sent to it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Link {
+    /// The autopilot's system and component. The system is ours too.
+    pub autopilot: (u8, u8),
+    /// The component that sends DISTANCE_SENSOR, and the id of the sensor; without one the first that looks down.
+    pub range: (u8, Option<u8>),
+    /// The component that sends the follow-up axis' angle.
+    pub encoder: u8,
+    /// Nominal interval of ranges, microseconds.
+    pub range_interval_us: u32,
+    /// 0 by the autopilot's heartbeat, 1 ODOMETRY, 2 GLOBAL_POSITION_SENSOR, 3 VISION_POSITION_ESTIMATE.
+    pub fix_message: u8,
+    /// GLOBAL_POSITION_SENSOR.id.
+    pub sensor_id: u8,
+    /// Least time from one fix that is sent to the next, microseconds.
+    pub fix_interval_us: u32,
+    /// How long errors of fixes stay alike, seconds.
+    pub correlation_s: f32,
+    /// What the map may lie beside the ground, one sigma of each axis, metres.
+    pub map_sigma_m: f32,
+}
+
+/// Longest time for which errors of fixes are taken to be alike, seconds: one that lasts longer is followed rather than
+/// averaged by the autopilot's filter, whose own memory of positions is of that order.
+pub const CORRELATION_MAX_S: f32 = 5.0;
+/// Fixes are as far apart as a minute, no nearer than the frames of a fast camera.
+const FIX_INTERVAL_US: core::ops::RangeInclusive<u32> = 10_000..=60_000_000;
+/// A map that is further off is the wrong one.
+const MAP_SIGMA_MAX_M: f32 = 1000.0;
+
+impl Default for Link {
+    /// One vehicle, its autopilot, and an encoder that is its second gimbal; two fixes a second, alike for five seconds, from
+    /// a map without an offset.
+    fn default() -> Self {
+        Link {
+            autopilot: (1, 1),
+            range: (1, None),
+            encoder: 171,
+            range_interval_us: 20_000,
+            fix_message: 0,
+            sensor_id: 1,
+            fix_interval_us: 500_000,
+            correlation_s: CORRELATION_MAX_S,
+            map_sigma_m: 0.0,
+        }
+    }
+}
+
+impl Link {
+    /// Whose messages are taken.
+    pub fn speakers(&self) -> Speakers {
+        let system = self.autopilot.0;
+        Speakers {
+            us: (system, COMPONENT),
+            autopilot: self.autopilot,
+            range: ((system, self.range.0), self.range.1),
+            encoder: (system, self.encoder),
+        }
+    }
+
+    /// How fixes are sent.
+    ///
+    /// # Errors
+    /// [`StoreError::Link`], [`StoreError::Encoding`].
+    pub fn fixes(&self) -> Result<FixSettings, StoreError> {
+        let form = match self.fix_message {
+            0 => None,
+            1 => Some(Form::Odometry),
+            2 => Some(Form::GlobalPositionSensor),
+            3 => Some(Form::VisionPosition),
+            _ => return Err(StoreError::Encoding),
+        };
+        let is_sound = self.autopilot.0 != 0
+            && self.sensor_id != 0
+            && self.range_interval_us > 0
+            && FIX_INTERVAL_US.contains(&self.fix_interval_us)
+            && (0.0..=CORRELATION_MAX_S).contains(&self.correlation_s)
+            && (0.0..=MAP_SIGMA_MAX_M).contains(&self.map_sigma_m);
+        if !is_sound {
+            return Err(StoreError::Link);
+        }
+        Ok(FixSettings {
+            form,
+            sensor_id: self.sensor_id,
+            interval_us: self.fix_interval_us,
+            correlation_s: self.correlation_s,
+            map_sigma_m: self.map_sigma_m,
+        })
+    }
+}
