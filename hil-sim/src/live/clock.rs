@@ -20,6 +20,8 @@ const RATE_BINS: usize = 5;
 /// An exchange off the line by its round trip and this much says that the clock has stood still or jumped, microseconds.
 /// Chosen: above the steps of a simulator, 5 ms at single speed.
 const JUMP_US: f64 = 25_000.0;
+/// Exchanges that take so many times the median are left out.
+const SLOW: f64 = 2.0;
 /// Stamps that a quartile takes.
 const STAMPS_MIN: usize = 20;
 /// Exchanges off the line by more than so many times the others' scatter are left out.
@@ -182,10 +184,13 @@ impl Clock {
         }
     }
 
-    /// The quickest exchange of each bin.
+    /// The quickest exchange of each bin, without those that are slow beside all: the clock stood still meanwhile.
     fn quickest(&self) -> Vec<Exchange> {
+        let mut trips_s: Vec<f64> = self.exchanges.iter().map(|exchange| exchange.trip_s).collect();
+        trips_s.sort_by(f64::total_cmp);
+        let slow_s = SLOW * trips_s.get(trips_s.len() / 2).copied().unwrap_or(0.0);
         let mut quickest: Vec<Exchange> = Vec::new();
-        for exchange in &self.exchanges {
+        for exchange in self.exchanges.iter().filter(|exchange| exchange.trip_s <= slow_s) {
             let bin = (exchange.middle_s / BIN_S).floor();
             match quickest.last_mut() {
                 Some(last) if (last.middle_s / BIN_S).floor() == bin => {

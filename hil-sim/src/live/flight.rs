@@ -59,8 +59,9 @@ pub struct Flown {
     pub navigation: Option<Navigation>,
 }
 
-/// Flies until the frames are taken, the vehicle disarms, a connection closes or `observer` ends it. `None`: a connection closed
-/// before the vehicle was armed, as when an autopilot boots anew.
+/// Flies until the frames are taken, the vehicle disarms, a connection closes or `observer` ends it. `judge` sees the finished
+/// frames in a thread of its own: its work is none of real time. `None`: a connection closed before the vehicle was armed, as
+/// when an autopilot boots anew.
 ///
 /// # Errors
 /// The firmware is lost, or a thread cannot be had.
@@ -71,6 +72,7 @@ pub fn fly(
     approach: Approach,
     wanted: &Wanted,
     observer: &mut dyn Observer,
+    judge: &mut (dyn Observer + Send),
 ) -> Result<Option<Flown>, LiveError> {
     link.annotate(&annotation::scene(setup.tile_centre, setup.scenario.vehicle.resolution_m));
     thread::scope(|scope| {
@@ -79,9 +81,13 @@ pub fn fly(
         thread::Builder::new()
             .spawn_scoped(scope, move || make(setup, &to_make, &finished))
             .map_err(|error| LiveError::Lost(format!("no thread for the pictures: {error}")))?;
-        let mut flying = Flying::new(setup, place, link, approach, wanted, (jobs, made));
+        let (closed, to_judge) = channel::<FrameRecord>();
+        thread::Builder::new()
+            .spawn_scoped(scope, move || to_judge.iter().for_each(|record| judge.finished(setup, &record)))
+            .map_err(|error| LiveError::Lost(format!("no thread for the frames: {error}")))?;
+        let mut flying = Flying::new(setup, place, link, approach, wanted, (jobs, made, closed));
         let ended = flying.fly(observer)?;
-        flying.close(f64::INFINITY, observer);
+        flying.close(f64::INFINITY);
         Ok(flying.was_armed.then(|| flying.finish(ended)))
     })
 }
@@ -116,6 +122,7 @@ struct Flying<'s> {
     ready: VecDeque<Made>,
     jobs: Sender<Job>,
     made: Receiver<Made>,
+    to_judge: Sender<FrameRecord>,
     frames: Vec<FrameRecord>,
     closed: usize,
     counts: ExposureCounts,
@@ -141,7 +148,7 @@ impl<'s> Flying<'s> {
         link: &'s mut dyn Link,
         approach: Approach,
         wanted: &Wanted,
-        (jobs, made): (Sender<Job>, Receiver<Made>),
+        (jobs, made, to_judge): (Sender<Job>, Receiver<Made>, Sender<FrameRecord>),
     ) -> Self {
         let scenario = &setup.scenario;
         let run = Run { frames: scenario.run.frames.min(WALK_FRAMES), ..scenario.run.clone() };
@@ -172,6 +179,7 @@ impl<'s> Flying<'s> {
             ready: VecDeque::new(),
             jobs,
             made,
+            to_judge,
             frames: Vec::new(),
             closed: 0,
             counts: ExposureCounts::default(),

@@ -37,8 +37,7 @@ pub struct TruthTime {
     pub pinned: f64,
     /// Of the others: from the stamp of the attitude before a true state to its own instant, milliseconds.
     pub shift_ms: f64,
-    /// The error of the instants, milliseconds: at most; of states that are not pinned one sigma of the fit, or without turns
-    /// what the order of arrival leaves open.
+    /// The error of the instants, milliseconds, at most: of states that are not pinned what the order of arrival leaves open.
     pub error_ms: f64,
     /// How much older than its stamp the autopilot's estimated attitude is, and one sigma, milliseconds; null where the vehicle has
     /// hardly turned or the instants are not pinned.

@@ -1,8 +1,7 @@
-//! When SIM_STATE was true: it bears no time, so its attitude is fitted to ATTITUDE_QUATERNION's, which does.
+//! How much older than its stamp an estimated attitude is: true attitudes fitted to estimated ones.
 //!
-//! A true attitude arrives between two estimated ones, so it is as old as the first of them or up to an interval younger. How
-//! much younger is the same for all, the *shift*: both are sent by one loop. Over a second of turning motion the
-//! turn from the estimated to the true attitude is e = b + ω s: b the filter's error, which hardly changes within a second, ω
+//! Beside each estimated attitude there is a true one, *shifted* against it by the same time each. Over a second of turning motion
+//! the turn from the estimated to the true attitude is e = b + ω s: b the filter's error, which hardly changes within a second, ω
 //! the rate of turning, s the shift. Each second gives a value of its own, by least squares over its samples less their
 //! means; the shift is their mean with the weights Σ|ω − ω̄|², without those that stand apart.
 
@@ -37,7 +36,7 @@ pub struct Turn {
 /// The shift, microseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fitted {
-    /// How much younger than the estimated attitude before it a true one is.
+    /// How much younger than the estimated attitude the true one is.
     pub shift_us: f64,
     /// One sigma.
     pub sigma_us: f64,

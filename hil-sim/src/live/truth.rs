@@ -2,9 +2,11 @@
 //!
 //! All messages of one rate are sent by one loop of the autopilot, in an order of their own: an attitude stamped in milliseconds,
 //! the true state, then a stamp in microseconds. Where both stamps are of one millisecond the true state is of that instant, and
-//! nothing is open. Where no stamp follows at once it lies between two attitudes: the attitudes themselves are fitted to each
-//! other ([`ShiftFit`]), within what the order leaves open. The fit says in any case how much older than its stamp the
-//! autopilot's estimated attitude is, which is the filters' delay.
+//! nothing is open. Where no stamp follows at once it lies between two attitudes, at the place at which it arrives between them.
+//!
+//! The attitudes could be fitted to each other instead, but an estimated attitude is older than its stamp: the fit ([`ShiftFit`])
+//! tells both together. With the instants known it tells how much older, which is the delay of the autopilot's filters, and what
+//! a board has to be configured with.
 
 use super::messages::SimState;
 use super::shift::{Fitted, ShiftFit, Turn};
@@ -112,7 +114,7 @@ impl Sample {
 pub struct Shift {
     /// From the millisecond of the attitude before a true state to its instant, microseconds: of those that are not pinned.
     pub us: f64,
-    /// Its error at most, or one sigma where it is fitted.
+    /// The instants' error, at most.
     pub error_us: f64,
     /// Share of true states that have the stamp of their own instant behind them.
     pub pinned: f64,
@@ -226,17 +228,12 @@ impl Truth {
         let pinned = self.pinned as f64 / self.samples.len().max(1) as f64;
         let fitted = self.fit.fitted();
         let shift = Shift { pinned, fitted, interval_us, ..Shift::default() };
-        // What the order leaves open, and where in it the states arrive.
-        let by_order = 0.5 * MILLISECOND_US + middle(&self.fractions).unwrap_or(0.5) * interval_us;
-        let bound_us = by_order.max(interval_us + MILLISECOND_US - by_order);
         self.settled = if pinned > 0.5 {
             Shift { us: 0.5 * MILLISECOND_US, error_us: 0.5 * MILLISECOND_US, ..shift }
-        } else if let Some(fitted) = fitted.filter(|fitted| fitted.sigma_us < bound_us) {
-            // Stamps are cut off: half a millisecond on average.
-            let us = (fitted.shift_us + 0.5 * MILLISECOND_US).clamp(0.0, interval_us + MILLISECOND_US);
-            Shift { us, error_us: fitted.sigma_us, ..shift }
         } else {
-            Shift { us: by_order, error_us: bound_us, ..shift }
+            // Where between two attitudes the states arrive, and what their order leaves open.
+            let us = 0.5 * MILLISECOND_US + middle(&self.fractions).unwrap_or(0.5) * interval_us;
+            Shift { us, error_us: us.max(interval_us + MILLISECOND_US - us), ..shift }
         };
         self.settled
     }

@@ -24,7 +24,7 @@ impl Flying<'_> {
         if now_us - self.now_us >= STEP_MAX_US {
             self.step(now_us, Event::Nothing)?;
         }
-        self.close(now_us - COOL_DOWN_US as f64, observer);
+        self.close(now_us - COOL_DOWN_US as f64);
         Ok(())
     }
 
@@ -130,7 +130,7 @@ impl Flying<'_> {
     }
 
     /// Ends the frames that arrived before `before_us`: their reports have come, or never will.
-    pub(super) fn close(&mut self, before_us: f64, observer: &mut dyn Observer) {
+    pub(super) fn close(&mut self, before_us: f64) {
         while let Some(record) = self.frames.get_mut(self.closed) {
             if record.exposure.readout_start_us as f64 > before_us {
                 return;
@@ -139,7 +139,8 @@ impl Flying<'_> {
             record.report = self.station.reports.get(&frame).copied();
             record.instant = self.station.instants.get(&frame).copied();
             record.patch = self.station.patches.remove(&frame);
-            observer.finished(self.setup, record);
+            // A judge that has gone judges no more.
+            let _ = self.to_judge.send(FrameRecord { patch: None, ..record.clone() });
             if !self.wanted.keep.keeps(frame) {
                 (record.frame, record.patch) = (None, None);
             }

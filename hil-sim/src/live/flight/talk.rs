@@ -41,13 +41,14 @@ impl Flying<'_> {
     /// Takes what the firmware sent that concerns us: its questions for the time, and what its servo is to do.
     pub(super) fn heard_from_firmware(&mut self) {
         let wall_s = self.wall_s(std::time::Instant::now());
-        for (stamp, _, _) in std::mem::take(&mut self.station.timesync) {
+        for stamp in std::mem::take(&mut self.station.timesync) {
             self.remember(1, stamp, wall_s);
         }
         for angle in std::mem::take(&mut self.station.servo) {
             self.commands.push((self.now_us, angle));
         }
         self.station.due.clear();
+        self.station.commands.clear();
     }
 
     /// Compares the answers to the firmware's own questions with the relation: what it is off by is what the firmware cannot
