@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use plotters::series::LineSeries;
 use plotters::style::Color;
 use plumbline_charts::format::{maybe, number, whole};
-use plumbline_charts::plot::{Axes, PlotError, REFUSED, RECTIFIED, from_zero, plain, plot};
+use plumbline_charts::plot::{Axes, PlotError, RECTIFIED, REFUSED, from_zero, plain, plot};
 use plumbline_sim::live::navigation::Navigation;
 use plumbline_sim::live::report::Live;
 

@@ -20,6 +20,7 @@ use plumbline_sim::setup::Setup;
 use plumbline_sim::vehicle::motion::Motion;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::output::write_file;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Frames between two pictures for the report where nobody says how many frames there will be: five minutes at 4 Hz have six.
@@ -90,7 +91,8 @@ fn attempt(
     watch: &mut Watch,
 ) -> Result<Option<(Setup, Flown, InProcess)>, Failure> {
     let limits = Limits { wait: Duration::from_secs_f64(args.wait_s) };
-    let approach = match Approach::begin(doors, limits, &mut Patience { bar: &watch.bar, interrupted: &*watch }) {
+    let mut lookout = Lookout { bar: &watch.bar, interrupted: &watch.interrupted };
+    let approach = match Approach::begin(doors, limits, &mut lookout) {
         // It boots anew.
         Err(LiveError::Closed(_)) if reconnects > 0 => return Ok(None),
         approach => approach?,
@@ -103,17 +105,18 @@ fn attempt(
     let every = args.frames.map_or(PICTURE_EVERY, |frames| frames.div_ceil(super::PICTURED).max(1));
     let keep = Keep { first: args.dump.unwrap_or(0), every };
     let wanted = Wanted { frames: args.frames, keep, reconnects };
-    let flown = fly(&setup, &place, &mut link, approach, &wanted, watch)?;
+    let flown = fly(&setup, &place, &mut link, approach, &wanted, &mut lookout, &mut watch.unrectified)?;
     Ok(flown.map(|flown| (setup, flown, link)))
 }
 
-/// Tells what is waited for, on the bar and where nobody sees it in a line.
-struct Patience<'a> {
+/// Tells what is waited for, on the bar and where nobody sees it in a line; shows how far the flight is, and ends it at an
+/// interrupt.
+struct Lookout<'a> {
     bar: &'a ProgressBar,
-    interrupted: &'a Watch,
+    interrupted: &'a AtomicBool,
 }
 
-impl Waiting for Patience<'_> {
+impl Waiting for Lookout<'_> {
     fn waits(&mut self, what: &str) {
         if self.bar.is_hidden() {
             outcome::note(&format!("plumbline: {what}"));
@@ -123,7 +126,17 @@ impl Waiting for Patience<'_> {
     }
 
     fn is_interrupted(&self) -> bool {
-        self.interrupted.is_interrupted()
+        self.interrupted.load(Ordering::Relaxed)
+    }
+}
+
+impl Observer for Lookout<'_> {
+    fn exposed(&mut self, frame: u32) {
+        self.bar.set_position(u64::from(frame) + 1);
+    }
+
+    fn is_interrupted(&self) -> bool {
+        Waiting::is_interrupted(self)
     }
 }
 
