@@ -4,6 +4,7 @@ mod aborted;
 mod live;
 mod planned;
 mod reboot;
+mod recorded;
 mod replay;
 mod serial;
 mod stamps;

@@ -10,11 +10,12 @@ use plumbline_sim::setup::Setup;
 /// Of the stamps' errors. Σ(error/sigma)² of n independent errors has a standard deviation of √(2/n): 0.032 over 2,000 frames.
 const NEES: std::ops::Range<f64> = 0.9..1.1;
 
-/// A small camera, as the pictures do not matter, with every fault of the shutter's line and a timer that wraps in the
-/// flight.
+/// A small camera, as the pictures do not matter, with pulses, every fault of the shutter's line and a timer that wraps in
+/// the flight.
 fn scenario(seed: u64, frames: u32) -> Scenario {
     let mut scenario = Scenario::seeded(seed, frames);
     scenario.vehicle.exposure_us = 5000;
+    scenario.world.timer.pps = true;
     scenario.camera = Camera::of_size(32, 32);
     (scenario.vehicle.resolution_m, scenario.vehicle.search_px) = (10.0, 3);
     // Slow streams are as good here.

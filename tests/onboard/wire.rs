@@ -1,6 +1,7 @@
 //! The wire: MAVLink bytes in and out. Here the decoder, on streams made by the `mavlink` crate and then damaged.
 
 mod axes;
+mod fix_message;
 mod incoming;
 mod outgoing;
 

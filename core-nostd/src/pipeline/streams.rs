@@ -51,7 +51,7 @@ pub enum SampleError {
     Backwards,
     /// A value that no sensor can mean, or a stamp from before the clock's start.
     Invalid,
-    /// Its stamp lies after its arrival, by more than the clocks' relation is uncertain.
+    /// Its stamp lies too long after its arrival.
     Future,
 }
 
@@ -64,12 +64,16 @@ impl From<Backwards> for SampleError {
 /// Range beyond which a slant is not believed, metres: the largest a DISTANCE_SENSOR message can carry is an error
 /// code.
 const SLANT_MAX_M: f32 = 655.0;
-/// A sample stamped later than it arrived by more than this and [`FUTURE_SIGMAS`] of the clocks' relation is from the future,
-/// microseconds. True samples that follow one from the future are refused until the clock has reached its stamp, so little is
-/// allowed: the millisecond that messages round to, and one for an autopilot that stamps at the end of its loop.
-const FUTURE_US: f32 = 2_000.0;
+/// A sample stamped later than it arrived by more than this is from the future, microseconds, and refused. Chosen between
+/// 40 ms, by which a receiver that reads its clock once for many bytes was seen to be late, and 90 ms, where a few bad messages
+/// would already be worth a frame.
+const FUTURE_US: i32 = 50_000;
+/// One stamped later than it arrived by more than this and [`AHEAD_SIGMAS`] of the clocks' relation is taken, and gives way to
+/// the next true one: otherwise a few such messages would have all others refused until the clock has reached them. The
+/// millisecond that messages round to, and one for an autopilot that stamps at the end of its loop.
+const AHEAD_US: f32 = 2_000.0;
 /// Of normal errors one in two million is beyond.
-const FUTURE_SIGMAS: f32 = 5.0;
+const AHEAD_SIGMAS: f32 = 5.0;
 /// Consecutive samples with stamps before the newest after which the sender's clock counts as restarted: what is remembered is
 /// of another time. Chosen between 2, since a link may deliver a few samples late, and 40, the longest ring: each one
 /// refused is time without a pose. 20 are a tenth of a second of attitudes at 200 Hz, four seconds of positions at 5 Hz.
@@ -93,10 +97,15 @@ impl<T: Channels<C>, const C: usize, const N: usize> Stream<T, C, N> {
 
     fn push(&mut self, at: Instants, value: T) -> Result<(), SampleError> {
         let sampled_at = at.sampled_at.0.checked_sub(self.latency_us as u64).map(Micros).ok_or(SampleError::Invalid)?;
-        let is_future =
-            |arrival: Arrival| at.sampled_at.since(arrival.at) as f32 > FUTURE_US + FUTURE_SIGMAS * arrival.sigma_us;
-        if at.arrival.is_some_and(is_future) {
-            return Err(SampleError::Future);
+        if let Some(arrival) = at.arrival {
+            if at.sampled_at.since(arrival.at) > FUTURE_US {
+                return Err(SampleError::Future);
+            }
+            let allowed_us = AHEAD_US + AHEAD_SIGMAS * arrival.sigma_us;
+            let is_ahead = |newest: Micros| newest.since(arrival.at) as f32 + self.latency_us as f32 > allowed_us;
+            while self.history.newest().is_some_and(|(newest, _)| newest >= sampled_at && is_ahead(newest)) {
+                self.history.drop_newest();
+            }
         }
         if self.history.push(sampled_at, value).is_err() {
             self.backwards = self.backwards.saturating_add(1);

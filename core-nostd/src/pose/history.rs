@@ -104,6 +104,11 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
         Ok(())
     }
 
+    /// Forgets the newest sample.
+    pub(crate) fn drop_newest(&mut self) {
+        self.samples.pop_back();
+    }
+
     /// The newest sample.
     pub fn newest(&self) -> Option<(Micros, T)> {
         self.samples.back().copied()

@@ -147,3 +147,64 @@ impl Fixes {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{FixSettings, Fixes};
+    use plumbline_core::fix::Fix;
+    use plumbline_core::tile::{Geographic, Local};
+    use plumbline_core::tilt::Attitude;
+    use plumbline_core::units::Micros;
+
+    const SETTINGS: FixSettings =
+        FixSettings { form: None, sensor_id: 1, interval_us: 500_000, correlation_s: 5.0, map_sigma_m: 0.0 };
+
+    fn fix(covariance: [[f32; 2]; 2], correlated: [[f32; 2]; 2]) -> Fix {
+        let position = Geographic { lat_e7: 1, lon_e7: 2 };
+        Fix { position, local: Local::default(), covariance: covariance.into(), correlated: correlated.into() }
+    }
+
+    /// Frames at 4 Hz, some a little early: two a second are sent, however the frames fall.
+    #[test]
+    fn as_many_are_sent_as_the_settings_say() {
+        let mut fixes = Fixes::new(SETTINGS);
+        let one = fix([[1.0, 0.0], [0.0, 1.0]], [[0.0; 2]; 2]);
+        let sent = (0..400u64).filter(|frame| {
+            let at = Micros(10_000_000 + 250_000 * frame - frame % 7 * 1_000);
+            fixes.take(&one, at, Attitude::default()).is_some()
+        });
+        assert_eq!(sent.count(), 200);
+        // After the autopilot has booted anew its clock begins at zero.
+        assert!(fixes.take(&one, Micros(5_000), Attitude::default()).is_some());
+    }
+
+    /// R = white + n correlated, n = 2 f τ = 20, and the map's offset n times.
+    #[test]
+    fn what_fixes_share_is_sent_as_often_as_they_share_it() {
+        let mut fixes = Fixes::new(FixSettings { map_sigma_m: 0.5, ..SETTINGS });
+        // White 1 and 2 without a cross term; shared 0.3 and 0.4 with one of 0.1.
+        let one = fix([[1.3, 0.1], [0.1, 2.4]], [[0.3, 0.1], [0.1, 0.4]]);
+        let sent = fixes.take(&one, Micros(0), Attitude::default()).unwrap();
+        let expected = [1.0 + 20.0 * 0.3 + 20.0 * 0.25, 2.0 + 20.0 * 0.4 + 20.0 * 0.25];
+        assert!(sent.variance_m2.iter().zip(expected).all(|(found, wanted)| (found - wanted).abs() < 1e-4));
+        // Eigenvalue of [[12, 2], [2, 15]].
+        assert!((sent.largest_m2 - (13.5 + 6.25f32.sqrt())).abs() < 1e-4, "{}", sent.largest_m2);
+        // One fix a minute shares nothing with the next.
+        let mut rare = Fixes::new(FixSettings { interval_us: 60_000_000, ..SETTINGS });
+        let sent = rare.take(&one, Micros(0), Attitude::default()).unwrap();
+        assert_eq!(sent.variance_m2, [1.3, 2.4]);
+    }
+
+    #[test]
+    fn the_height_is_that_of_the_autopilot_at_the_fix() {
+        let mut fixes = Fixes::new(SETTINGS);
+        assert_eq!(fixes.down_at(Micros(5_000_000)), None);
+        fixes.down(Micros(4_900_000), -50.0);
+        fixes.down(Micros(5_000_000), -52.0);
+        assert_eq!(fixes.down_at(Micros(4_950_000)), Some(-51.0));
+        assert_eq!((fixes.down_at(Micros(5_900_000)), fixes.down_at(Micros(6_100_000))), (Some(-52.0), None));
+        // A clock that begins anew.
+        fixes.down(Micros(10_000), 1.0);
+        assert_eq!((fixes.down_at(Micros(20_000)), fixes.down_at(Micros(5_000_000))), (Some(1.0), None));
+    }
+}

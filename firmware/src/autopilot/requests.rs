@@ -252,3 +252,133 @@ impl Requests {
         self.complaint.take()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Complaint, Intervals, ORIGIN, Requests, Stream};
+    use crate::wire::command::{ACCEPTED, Ask, DENIED, REQUEST_MESSAGE, SET_MESSAGE_INTERVAL};
+    use plumbline_core::units::Ticks;
+
+    extern crate std;
+    use std::collections::BTreeMap;
+    use std::vec::Vec;
+
+    const INTERVALS: Intervals = Intervals { attitude_us: 5_000, position_us: 200_000, range_us: 20_000 };
+    /// MAV_RESULT_FAILED, ArduPilot's answer to what is too fast.
+    const FAILED: u8 = 4;
+    const BEAT_TICKS: u32 = 100_000;
+
+    /// An autopilot that sends what it is asked for, up to a rate, and knows some messages only.
+    struct Partner {
+        fastest_us: u32,
+        unknown: &'static [u32],
+        streams: BTreeMap<u32, u32>,
+        asked: Vec<Ask>,
+        is_deaf: bool,
+    }
+
+    impl Partner {
+        fn new(fastest_us: u32, unknown: &'static [u32]) -> Self {
+            Partner { fastest_us, unknown, streams: BTreeMap::new(), asked: Vec::new(), is_deaf: false }
+        }
+
+        /// One beat of `requests`, and what arrives until the next.
+        fn beat(&mut self, requests: &mut Requests, now: Ticks, is_origin_known: bool) {
+            let ask = requests.next(now, is_origin_known);
+            self.asked.extend(ask);
+            match ask {
+                Some(Ask::Interval(message, interval_us)) if !self.is_deaf => {
+                    let result = if self.unknown.contains(&message) {
+                        DENIED
+                    } else if interval_us < self.fastest_us {
+                        FAILED
+                    } else {
+                        self.streams.insert(message, interval_us);
+                        ACCEPTED
+                    };
+                    requests.acknowledged(SET_MESSAGE_INTERVAL, result);
+                }
+                Some(Ask::Message(_)) if !self.is_deaf => requests.acknowledged(REQUEST_MESSAGE, ACCEPTED),
+                _ => {}
+            }
+            for stream in Stream::ALL {
+                let count = self.streams.get(&stream.message()).map_or(0, |us| BEAT_TICKS / us);
+                (0..count).for_each(|_| requests.arrived(stream));
+            }
+        }
+
+        fn beats(&mut self, requests: &mut Requests, from: u32, count: u32) {
+            (from..from + count).for_each(|beat| self.beat(requests, Ticks(beat.wrapping_mul(BEAT_TICKS)), true));
+        }
+
+        fn intervals(&self) -> Vec<(u32, u32)> {
+            let interval = |ask: &Ask| if let Ask::Interval(message, us) = ask { Some((*message, *us)) } else { None };
+            self.asked.iter().filter_map(interval).collect()
+        }
+    }
+
+    #[test]
+    fn every_stream_is_asked_for_once_where_it_comes() {
+        let (mut requests, mut partner) = (Requests::new(&INTERVALS), Partner::new(1, &[]));
+        // The timer wraps meanwhile.
+        partner.beats(&mut requests, 42_900, 120);
+        let wanted = [(286, 5_000), (33, 200_000), (132, 20_000), (32, 100_000), (24, 200_000)];
+        // Of a stream slower than a beat whole samples arrive only: those of 5 Hz are none here.
+        let asked: Vec<_> = partner.intervals().into_iter().filter(|(_, us)| *us < 200_000).collect();
+        assert_eq!(asked, wanted.into_iter().filter(|(_, us)| *us < 200_000).collect::<Vec<_>>());
+        assert!(wanted.iter().all(|stream| partner.intervals().contains(stream)));
+        assert_eq!(partner.asked.iter().filter(|ask| **ask == Ask::Message(ORIGIN)).count(), 2, "every ten seconds");
+    }
+
+    #[test]
+    fn an_autopilot_that_boots_anew_is_asked_again() {
+        let (mut requests, mut partner) = (Requests::new(&INTERVALS), Partner::new(1, &[]));
+        partner.beats(&mut requests, 0, 100);
+        (partner.streams, partner.asked) = (BTreeMap::new(), Vec::new());
+        partner.beats(&mut requests, 100, 50);
+        assert!([286, 132, 32].iter().all(|message| partner.streams.contains_key(message)), "{:?}", partner.streams);
+    }
+
+    #[test]
+    fn what_is_denied_as_too_fast_is_asked_for_at_half() {
+        // A loop of 50 Hz, to which 50 Hz are too fast.
+        let (mut requests, mut partner) = (Requests::new(&INTERVALS), Partner::new(20_001, &[]));
+        let mut complaints = Vec::new();
+        for beat in 0..40 {
+            partner.beats(&mut requests, beat, 1);
+            complaints.extend(requests.complaint());
+        }
+        assert_eq!(partner.streams.get(&286), Some(&40_000));
+        assert_eq!(partner.streams.get(&132), Some(&40_000));
+        assert!(complaints.contains(&Complaint::Denied(Stream::Attitude, 5_000)), "{complaints:?}");
+    }
+
+    #[test]
+    fn the_other_attitude_is_taken_where_the_first_is_unknown_or_does_not_come() {
+        let (mut requests, mut partner) = (Requests::new(&INTERVALS), Partner::new(1, &[286]));
+        partner.beats(&mut requests, 0, 20);
+        assert_eq!((partner.streams.get(&31), partner.streams.get(&286)), (Some(&5_000), None));
+        assert_eq!(requests.complaint(), None);
+        // Acknowledged, and never sent.
+        let (mut requests, mut partner) = (Requests::new(&INTERVALS), Partner::new(1, &[]));
+        for beat in 0..80 {
+            partner.beats(&mut requests, beat, 1);
+            partner.streams.remove(&286);
+        }
+        assert_eq!(partner.streams.get(&31), Some(&5_000));
+    }
+
+    #[test]
+    fn one_command_is_on_its_way_at_a_time() {
+        let (mut requests, mut partner) = (Requests::new(&INTERVALS), Partner::new(1, &[]));
+        partner.is_deaf = true;
+        partner.beats(&mut requests, 0, 50);
+        // One a second, until it answers; and an acknowledgement of another command is none.
+        assert_eq!(partner.asked.len(), 5, "{:?}", partner.asked);
+        requests.acknowledged(400, ACCEPTED);
+        partner.beats(&mut requests, 51, 1);
+        assert_eq!(partner.asked.len(), 6);
+        partner.beats(&mut requests, 52, 1);
+        assert_eq!(partner.asked.len(), 6);
+    }
+}

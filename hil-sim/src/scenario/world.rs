@@ -141,7 +141,7 @@ pub struct Timer {
 
 impl Default for Timer {
     fn default() -> Self {
-        Timer { start_ticks: 4_290_000_000, drift_ppm: 20.0, pps: true, timesync: true }
+        Timer { start_ticks: 4_290_000_000, drift_ppm: 20.0, pps: false, timesync: true }
     }
 }
 

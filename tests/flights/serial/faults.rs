@@ -4,6 +4,7 @@ use super::{Flown, flown, in_process, open, quick, setup, small, socket};
 use plumbline_core::pipeline::Refusal;
 use plumbline_sim::fault::line::{FaultyLine, LineFaultCounts, LineFaults};
 use plumbline_sim::link::device::Device;
+use plumbline_sim::scenario::Scenario;
 use plumbline_sim::setup::Setup;
 use std::time::Duration;
 
@@ -68,7 +69,7 @@ fn a_line_that_is_unplugged_and_plugged_in_changes_no_fix() {
 /// the fixes that they should have, within what the firmware itself says of them.
 #[test]
 fn a_board_that_reboots_leaves_a_gap_that_is_counted() {
-    let setup = setup(small(9, 60));
+    let setup = with_pulses(small(9, 60));
     rebooted(&setup, &in_process(&setup), 10);
 }
 
@@ -76,11 +77,17 @@ fn a_board_that_reboots_leaves_a_gap_that_is_counted() {
 #[test]
 #[ignore = "long: boards that reboot again and again"]
 fn boards_that_reboot_leave_gaps_that_are_counted() {
-    let setup = setup(small(9, 120));
+    let setup = with_pulses(small(9, 120));
     let expected = in_process(&setup);
     for seed in 20..28 {
         rebooted(&setup, &expected, seed);
     }
+}
+
+/// With pulses: by TIMESYNC alone every boot has a clock of its own.
+fn with_pulses(mut scenario: Scenario) -> Setup {
+    scenario.world.timer.pps = true;
+    setup(scenario)
 }
 
 fn rebooted(setup: &Setup, expected: &Flown, seed: u64) {

@@ -29,6 +29,7 @@ fn field(frames: u32) -> Scenario {
     (shutter.open_delay_us, shutter.close_delay_us) = (35, 20);
     (shutter.arrival_latency_us, shutter.arrival_jitter_us) = (800, 40.0);
     shutter.exposure_jitter_us = 20.0;
+    scenario.world.timer.pps = true;
     (faults.lost_edge_percent, faults.extra_edge_percent) = (2.0, 2.0);
     scenario
 }

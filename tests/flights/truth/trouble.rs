@@ -122,6 +122,8 @@ fn a_flight_without_edges() {
             (scenario.faults.shutter.lost_edge_percent, scenario.vehicle.shutter.arrival_jitter_us) =
                 (lost_edge_percent, 100.0);
             scenario.vehicle.shutter.arrival_latency_us = 800;
+            // By TIMESYNC alone the clock would hide the difference.
+            scenario.world.timer.pps = true;
         })
     };
     let (lost, wired) = (line(100.0), line(0.0));

@@ -19,7 +19,7 @@ pub const APPLICATION: u32 = 0x0804_0000;
 /// Start of the configuration and the tiles.
 pub const BANK_2: u32 = 0x0810_0000;
 /// What the image may take of flash, bytes.
-pub const FLASH_LIMIT: u32 = 256 * 1024;
+pub const FLASH_LIMIT: u32 = 512 * 1024;
 
 /// Sections that must be there, and where.
 pub const SECTIONS: [(&str, Range<u32>); 8] = [

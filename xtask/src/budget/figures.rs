@@ -61,7 +61,7 @@ const LIMITS: [(&str, &str, f64); 10] = [
     ("re-acquisition", SERIAL_480, 38.0),
     (LAST_ROW_TO_FIX, SERIAL_480, 3.0),
     (APPLICATION, RAM, 25.0 * 1024.0),
-    (APPLICATION, FLASH, 256.0 * 1024.0),
+    (APPLICATION, FLASH, 512.0 * 1024.0),
     (STAGE, FLASH, 12.0 * 1024.0),
 ];
 

@@ -56,6 +56,7 @@ fn gauss_markov_is_exact_for_any_step() {
 
 fn quiet() -> Scenario {
     let mut scenario = Scenario::default();
+    scenario.world.timer.pps = true;
     scenario.vehicle.attitude.white_deg = 0.0;
     scenario.vehicle.follow_up.mode = FollowUpMode::Measured;
     scenario.vehicle.follow_up.noise_deg = 0.0;
