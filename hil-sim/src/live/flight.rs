@@ -9,7 +9,7 @@ use super::connection::{Arrival, Connection, Side};
 use super::frames::{Exposures, Job, Made, make};
 use super::messages::{Listener, Said, Speaker};
 use super::navigation::{Navigation, NavigationLog};
-use super::report::{ClockTime, ExposureCounts, Live, TruthTime};
+use super::report::{AttitudeStream, ClockTime, ExposureCounts, Live, TruthTime};
 use super::truth::{Place, Truth};
 use crate::fault::FaultCounts;
 use crate::ground_station::GroundStation;
@@ -136,6 +136,8 @@ struct Flying<'s> {
     /// Our TIMESYNC requests and the firmware's: their stamps, and when they were sent.
     asked: [VecDeque<(i64, f64)>; 2],
     exchanges: Vec<(f64, f64)>,
+    /// Stamps of the attitudes that the firmware got, and when they arrived, microseconds.
+    attitudes: Vec<[f64; 2]>,
     bytes: [u64; 2],
     next_sync_s: f64,
     next_beat_s: f64,
@@ -190,6 +192,7 @@ impl<'s> Flying<'s> {
             commands: Vec::new(),
             asked: [VecDeque::new(), VecDeque::new()],
             exchanges: Vec::new(),
+            attitudes: Vec::new(),
             bytes: [0; 2],
             next_sync_s: 0.0,
             next_beat_s: 0.0,
@@ -250,7 +253,7 @@ impl<'s> Flying<'s> {
             }
             Arrival::Bytes(Side::Autopilot, at, bytes) => {
                 let wall_s = self.wall_s(at);
-                self.firmware_exchanges(&bytes, wall_s);
+                self.overheard(&bytes, wall_s);
                 // What came before the board was on is lost, as on a board.
                 let Some(at_us) = self.board_us(wall_s) else { return Ok(()) };
                 self.edges(at_us)?;
@@ -320,6 +323,7 @@ impl<'s> Flying<'s> {
             reconnects: self.wanted.reconnects,
             truth: TruthTime::new(&shift, self.rate_hz, self.samples, self.truth.unordered),
             clock: ClockTime::new(&self.clock.errors(), &self.exchanges),
+            attitude: AttitudeStream::new(&self.attitudes, begin_us),
             exposures: self.counts,
             bytes: self.bytes,
         };

@@ -7,6 +7,9 @@ use serde::Serialize;
 /// Of this share of exchanges, the quickest, the firmware's clock is judged: those that its own filter leans on.
 const QUICKEST: usize = 4;
 
+/// An interval of attitudes above this is a gap: a firmware that interpolates across more is guessing, milliseconds.
+const GAP_MS: f64 = 100.0;
+
 /// `live` of `report.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Live {
@@ -18,6 +21,8 @@ pub struct Live {
     pub truth: TruthTime,
     /// The capture timer and the autopilot's clock.
     pub clock: ClockTime,
+    /// ATTITUDE_QUATERNION as the firmware got it.
+    pub attitude: AttitudeStream,
     /// What became of the exposures.
     pub exposures: ExposureCounts,
     /// Bytes from the autopilot to the firmware, and back.
@@ -81,6 +86,40 @@ pub struct ExposureCounts {
     pub without_truth: u32,
     /// From mid-exposure to the delivery, milliseconds of the autopilot's clock: mean and largest.
     pub delivery_ms: [f64; 2],
+}
+
+/// A stream on the firmware's connection from the first exposure on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct AttitudeStream {
+    /// Messages.
+    pub messages: usize,
+    /// Messages a second.
+    pub rate_hz: f64,
+    /// Largest interval between two stamps, milliseconds.
+    pub gap_ms: f64,
+    /// Intervals above a tenth of a second.
+    pub gaps: usize,
+    /// From stamp to arrival, milliseconds: mean and largest.
+    pub latency_ms: [f64; 2],
+}
+
+impl AttitudeStream {
+    /// Of stamps and arrivals since `begin_us`, microseconds.
+    pub fn new(all: &[[f64; 2]], begin_us: f64) -> Self {
+        let stream = all.get(all.partition_point(|[stamp_us, _]| *stamp_us < begin_us)..).unwrap_or_default();
+        let (Some([first_us, _]), Some([last_us, _])) = (stream.first(), stream.last()) else {
+            return AttitudeStream::default();
+        };
+        let intervals_ms = || stream.windows(2).map(|pair| 1e-3 * (pair[1][0] - pair[0][0]));
+        let latencies_ms = || stream.iter().map(|[stamp_us, arrived_us]| 1e-3 * (arrived_us - stamp_us));
+        AttitudeStream {
+            messages: stream.len(),
+            rate_hz: 1e6 * (stream.len() as f64 - 1.0) / (last_us - first_us).max(1.0),
+            gap_ms: intervals_ms().fold(0.0, f64::max),
+            gaps: intervals_ms().filter(|ms| *ms > GAP_MS).count(),
+            latency_ms: [latencies_ms().sum::<f64>() / stream.len() as f64, latencies_ms().fold(0.0, f64::max)],
+        }
+    }
 }
 
 impl TruthTime {

@@ -51,12 +51,15 @@ impl Flying<'_> {
         self.station.commands.clear();
     }
 
-    /// Compares the answers to the firmware's own questions with the relation: what it is off by is what the firmware cannot
-    /// know.
-    pub(super) fn firmware_exchanges(&mut self, bytes: &[u8], wall_s: f64) {
+    /// Looks at what the autopilot tells the firmware. The answers to the firmware's own questions are compared with the
+    /// relation: what it is off by is what the firmware cannot know. Attitudes are timed.
+    pub(super) fn overheard(&mut self, bytes: &[u8], wall_s: f64) {
         let mut said = Vec::new();
         self.listeners[1].take(bytes, &mut said);
         for said in said {
+            if let (Said::Attitude(time_boot_ms, _), Some(arrived_us)) = (&said, self.clock.at(wall_s)) {
+                self.attitudes.push([f64::from(*time_boot_ms) * 1000.0, arrived_us]);
+            }
             let Said::Timesync { sent_ns, theirs_us } = said else { continue };
             let Some(sent_s) = taken(&mut self.asked[1], sent_ns) else { continue };
             let Some(ours_us) = self.clock.at(0.5 * (sent_s + wall_s)) else { continue };
