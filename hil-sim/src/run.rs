@@ -106,7 +106,7 @@ pub struct Keep {
 }
 
 impl Keep {
-    fn keeps(&self, frame: u32) -> bool {
+    pub(crate) fn keeps(&self, frame: u32) -> bool {
         frame < self.first || (self.every > 0 && frame.is_multiple_of(self.every))
     }
 }
@@ -178,7 +178,7 @@ impl Frames<'_> {
         let mut record = FrameRecord { exposure, truth, report, instant, frame: None, patch: None, photo };
         self.observer.exposed(exposure.frame);
         if !is_lost {
-            let rendered = picture(setup, &exposure);
+            let rendered = picture(setup, &exposure, &|at_us| setup.motion.state(at_us));
             self.cockpit.frame(&exposure, &rendered.pixels)?;
             record.frame = Some(rendered.pixels);
             // The frames before have their poses by now, and their reports.
@@ -202,13 +202,13 @@ impl Frames<'_> {
     }
 }
 
-/// The picture of an exposure: each row the mean of so many instants of its own exposure as the scenario says, by the
+/// The picture of an exposure of a vehicle that is in `state` at each instant: each row the mean of so many instants of its own exposure as the scenario says, by the
 /// midpoint rule. Frame and truth belong to mid-exposure of the middle row.
-fn picture(setup: &Setup, exposure: &Exposure) -> Rendered {
+pub(crate) fn picture(setup: &Setup, exposure: &Exposure, state: &(dyn Fn(u64) -> TrueState + Sync)) -> Rendered {
     let scenario = &setup.scenario;
     let station = |offset_us: f64| {
         let at_us = exposure.mid_us().saturating_add_signed(offset_us.round() as i64);
-        setup.station(&setup.motion.state(at_us))
+        setup.station(&state(at_us))
     };
     let offsets_us = |row: usize| scenario.sample_offsets_us(row, setup.payload.camera.rows);
     let (noise_dn, seed, index) = (scenario.world.noise_dn, scenario.run.seed, exposure.frame.into());

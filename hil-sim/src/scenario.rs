@@ -20,13 +20,13 @@ mod tests;
 pub mod vehicle;
 pub mod world;
 
-pub use built_in::{BUILT_IN, SURVEY};
+pub use built_in::{BUILT_IN, LIVE, SURVEY};
 pub use camera::{Camera, Frame};
 pub use faults::{AttitudeFaults, Faults, LinkFaults, Seconds};
 pub use ground::Ground;
 pub use payload::{Mounting, Payload};
 pub use read::Reader;
-pub use run::{COOL_DOWN_US, FRAMES_MAX, Replay, Run, WARM_UP_US};
+pub use run::{COOL_DOWN_US, FRAMES_MAX, Live, Replay, Run, WARM_UP_US};
 pub use vehicle::{Boresight, EdgeSource, FixMessage, FollowUpMode, Vehicle};
 pub use world::World;
 
@@ -116,15 +116,31 @@ impl Scenario {
         folder: &Path,
         data: Option<&Path>,
     ) -> Result<(Self, bool), InputError> {
+        let scenario = Self::parse_over(SURVEY, text, file, folder, data)?;
+        Ok((scenario, Self::table(text, file)?.contains_key("resolution_m")))
+    }
+
+    /// As [`Self::parse`]: `text` over the built-in scenario `base`, key by key.
+    ///
+    /// # Errors
+    /// [`InputError`].
+    pub fn parse_over(
+        base: &str,
+        text: &str,
+        file: &str,
+        folder: &Path,
+        data: Option<&Path>,
+    ) -> Result<Self, InputError> {
         // What is wrong is told with the line of the file itself.
         Self::read(text, file)?;
-        let refuse = |error: String| InputError::new(format!("{file}: {error}"));
-        let table = |text: &str| toml::from_str::<toml::Table>(text).map_err(|error| refuse(error.to_string()));
-        let (mut whole, own) = (table(SURVEY)?, table(text)?);
-        let has_resolution = own.contains_key("resolution_m");
-        lay_over(&mut whole, own);
-        let text = toml::to_string(&whole).map_err(|error| refuse(error.to_string()))?;
-        Ok((Self::parse(&text, file, folder, data)?, has_resolution))
+        let mut whole = Self::table(base, file)?;
+        lay_over(&mut whole, Self::table(text, file)?);
+        let text = toml::to_string(&whole).map_err(|error| InputError::new(format!("{file}: {error}")))?;
+        Self::parse(&text, file, folder, data)
+    }
+
+    fn table(text: &str, file: &str) -> Result<toml::Table, InputError> {
+        toml::from_str(text).map_err(|error| InputError::new(format!("{file}: {error}")))
     }
 
     /// Instants at which row `row` of `rows` is sampled, microseconds after mid-exposure of the middle row.

@@ -12,6 +12,8 @@ mod statistics;
 pub mod unrectified;
 
 use crate::link::{Account, LinkTrouble, WorkCost};
+use crate::live::navigation::Navigation;
+use crate::live::report::Live;
 use crate::run::{Flight, FrameRecord};
 use crate::setup::Setup;
 use crate::vehicle::mount::antenna;
@@ -27,6 +29,11 @@ use serde::Serialize;
 use statistics::{mean, percentile};
 use std::collections::BTreeMap;
 use unrectified::Unrectified;
+
+/// A fix is wrong beyond the first, or beyond the second and so many of its own sigmas, pixels of the reference.
+const WRONG_PX: f64 = 3.0;
+const DOUBTFUL_PX: f64 = 1.5;
+const WRONG_SIGMAS: f64 = 5.0;
 
 /// A frame against the truth, pixels of the reference and metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,6 +151,8 @@ pub struct Summary {
     pub ground_error_m: Spread,
     /// Mean normalised estimation error squared, 2 degrees of freedom.
     pub nees_mean: Option<f64>,
+    /// Fixes that are off by more than 3 pixels, or by more than 5 of their own sigmas and 1.5 pixels.
+    pub wrong_fixes: usize,
     /// Stamps against the true middles of the exposures, all frames.
     pub stamps: stamps::Stamps,
     /// See [`pose::Poses`].
@@ -178,6 +187,12 @@ pub struct Summary {
     pub servo_rms_deg: f64,
     /// Results of the plan; null without one.
     pub plan: Option<Flown>,
+    /// The autopilot's own position against the truth; left out but of live flights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub navigation: Option<Navigation>,
+    /// What is told of a live flight beside; left out of others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub live: Option<Live>,
     /// Why the flight ended early; left out where it did not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub aborted: Option<String>,
@@ -245,6 +260,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
         matching_error_px: matching_error(scored, &accepted),
         ground_error_m: Spread { mean: mean(&ground), p95: percentile(&ground, 0.95) },
         nees_mean: mean(&accepted.iter().filter_map(|s| s.nees).collect::<Vec<_>>()),
+        wrong_fixes: accepted.iter().filter(|scored| is_wrong(scored, setup.scenario.vehicle.resolution_m)).count(),
         stamps: stamps::stamps(&flight.frames),
         poses: pose::poses(&flight.frames),
         blur: blur::blur(&flight.frames),
@@ -269,8 +285,16 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
         stamp_health: health.stamps,
         servo_rms_deg: flight.servo.1.to_degrees(),
         plan: flown(setup, flight),
+        navigation: None,
+        live: None,
         aborted: None,
     }
+}
+
+/// Whether a fix misleads: it is off by more than an error of matching can be, or by more than it says and a pixel and a half.
+fn is_wrong(scored: &Scored, resolution_m: f64) -> bool {
+    let Some(off_px) = scored.error_m.map(|error| length(error) / resolution_m) else { return false };
+    off_px > WRONG_PX || off_px > DOUBTFUL_PX && scored.nees.is_none_or(|nees| nees > WRONG_SIGMAS * WRONG_SIGMAS)
 }
 
 /// How many frames have no fix, by the reason.

@@ -1,9 +1,11 @@
 //! A scenario made ready to fly: ground, motion, camera, reference tile and what lies in the firmware's flash.
 
 mod along_plan;
+mod live;
 pub mod planned;
 
 pub use along_plan::PlanToFly;
+pub use live::Start;
 
 use crate::camera::render::{Renderer, Station};
 use crate::camera::render_camera;

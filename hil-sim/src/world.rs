@@ -6,6 +6,7 @@
 
 mod grid;
 mod ground;
+mod mirror;
 mod procedural;
 pub mod reference;
 mod surface;
@@ -13,4 +14,4 @@ pub mod tile;
 
 pub use grid::{Bounds, Grid};
 pub use ground::{Ground, GroundError};
-pub use procedural::{PROCEDURAL_PLACE, draped, procedural};
+pub use procedural::{PROCEDURAL_PLACE, draped, procedural, procedural_around};

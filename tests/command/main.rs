@@ -15,6 +15,7 @@ mod command;
 mod flights;
 mod folder;
 mod lines;
+mod live;
 mod map;
 mod matching;
 mod motion;

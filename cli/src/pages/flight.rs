@@ -8,6 +8,7 @@ mod board;
 mod errors;
 mod head;
 mod instants;
+mod live;
 mod overlay;
 mod paper;
 mod parameters;
@@ -55,9 +56,11 @@ impl Report<'_> {
         let title = format!("Plumbline flight: {}", self.summary.scenario);
         let plots = self.plots()?;
         let plan = self.plan()?;
+        let live = self.live()?;
         let body = html! {
             (self.head())
             (self.against_the_paper())
+            (live)
             (plots)
             (self.error_parts())
             (self.instants())

@@ -1,5 +1,6 @@
 //! `plumbline fly`: a flight of the firmware.
 
+mod live;
 mod output;
 mod setting;
 mod text;
@@ -15,6 +16,7 @@ use plumbline_sim::link::pace::Patience;
 use plumbline_sim::link::qemu::{Qemu, default_image};
 use plumbline_sim::link::serial::Serial;
 use plumbline_sim::link::{Account, Link, LinkError};
+use plumbline_sim::live::connection::End;
 use plumbline_sim::run::{FrameRecord, Keep, Observer, fly};
 use plumbline_sim::scenario::FRAMES_MAX;
 use plumbline_sim::score::unrectified::Unrectified;
@@ -73,6 +75,20 @@ pub struct Args {
     /// platform is calm and the camera fixed to it. --frames N ends after N photos.
     #[arg(long, value_name = "PLAN", conflicts_with = "replay")]
     plan: Option<PathBuf>,
+    /// A real autopilot to fly with: where firmware and autopilot talk to each other, tcp:HOST:PORT; needs --truth
+    ///
+    /// Both ends are connected to where somebody listens; else Plumbline listens there and waits for a connection. MAVLink 2
+    /// passes both ways unchanged. The flight follows the autopilot's clock, begins at a height ([live] of the scenario) and
+    /// ends when the vehicle disarms, a connection closes, --frames have been taken or at an interrupt. What the scenario does
+    /// not say is as in the built-in scenario live.
+    #[arg(long, value_name = "END", requires = "truth", conflicts_with_all = ["plan", "replay", "dem"])]
+    autopilot: Option<End>,
+    /// Where the same simulated vehicle tells the truth (SIM_STATE), tcp:HOST:PORT; needs --autopilot
+    #[arg(long, value_name = "END", requires = "autopilot")]
+    truth: Option<End>,
+    /// Seconds to wait for each end of a live flight, and for the vehicle's first word
+    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = seconds)]
+    wait_s: f64,
     /// Folder for fixes.csv, poses.csv, report.json and report.html; nothing is written unless given
     ///
     /// poses.csv is the truth: where the antenna was on the grid of fixes.csv, how high the camera above the ground, heading
@@ -111,6 +127,11 @@ fn reach(text: &str) -> Result<Reach, String> {
     }
 }
 
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (0.1..=86_400.0).contains(&seconds) { Ok(seconds) } else { Err("not between 0.1 and 86400".to_owned()) }
+}
+
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let output = Output::check(args)?;
     if args.firmware.is_some() && args.link != Reach::Qemu {
@@ -119,6 +140,9 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     if args.log.is_some() && args.link != Reach::InProcess {
         return Err(Failure::Input(InputError::new("--log is for --link inproc; a board keeps its log itself")));
     }
+    if let (Some(autopilot), Some(truth)) = (&args.autopilot, &args.truth) {
+        return live::run(args, [autopilot, truth], output.as_ref());
+    }
     let setup = setting::setup(args)?;
     let frames = setup.scenario.run.frames;
     for note in setup.plan.iter().flat_map(|plan| &plan.notes) {
@@ -126,7 +150,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let (mut link, mut linked) = link(args, &setup)?;
     let keep = Keep { first: args.dump.unwrap_or(0), every: frames.div_ceil(PICTURED).max(1) };
-    let mut watch = Watch::new(frames)?;
+    let mut watch = Watch::new(progress::bar(frames.into(), "frame"))?;
     let (flight, aborted) = match fly(&setup, link.as_mut(), keep, &mut watch) {
         Ok(flight) => (flight, None),
         Err(aborted) => (aborted.flight, Some(aborted.why)),
@@ -163,14 +187,14 @@ struct Watch {
 
 impl Watch {
     /// From now on the first interrupt ends the flight, and a second one the process.
-    fn new(frames: u32) -> Result<Self, Failure> {
+    fn new(bar: ProgressBar) -> Result<Self, Failure> {
         let interrupted = Arc::new(AtomicBool::new(false));
         for signal in [SIGHUP, SIGINT, SIGTERM] {
             flag::register_conditional_shutdown(signal, 1, Arc::clone(&interrupted))
                 .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
                 .map_err(|error| Failure::Work(format!("cannot listen for interrupts: {error}")))?;
         }
-        Ok(Watch { bar: progress::bar(frames.into(), "frame"), unrectified: Unrectified::default(), interrupted })
+        Ok(Watch { bar, unrectified: Unrectified::default(), interrupted })
     }
 }
 

@@ -3,8 +3,11 @@
 /// What plans are flown with.
 pub const SURVEY: &str = include_str!("../../scenarios/survey.toml");
 
+/// What live flights are flown with, unless a scenario says otherwise.
+pub const LIVE: &str = include_str!("../../scenarios/live.toml");
+
 /// Built-in scenarios: name and text.
-pub const BUILT_IN: [(&str, &str); 11] = [
+pub const BUILT_IN: [(&str, &str); 12] = [
     ("default", include_str!("../../scenarios/default.toml")),
     ("nadir", include_str!("../../scenarios/nadir.toml")),
     ("edges", include_str!("../../scenarios/edges.toml")),
@@ -15,5 +18,6 @@ pub const BUILT_IN: [(&str, &str); 11] = [
     ("faults", include_str!("../../scenarios/faults.toml")),
     ("naip", include_str!("../../scenarios/naip.toml")),
     ("survey", SURVEY),
+    ("live", LIVE),
     ("vienna", include_str!("../../scenarios/vienna.toml")),
 ];

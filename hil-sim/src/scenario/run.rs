@@ -33,6 +33,8 @@ pub struct Run {
     pub replay: Option<Replay>,
     /// How a plan is flown.
     pub plan: Plan,
+    /// How a flight with a real autopilot is flown.
+    pub live: Live,
 }
 
 impl Default for Run {
@@ -46,6 +48,7 @@ impl Default for Run {
             flight: Flight::default(),
             replay: None,
             plan: Plan::default(),
+            live: Live::default(),
         }
     }
 }
@@ -77,6 +80,26 @@ pub struct Plan {
 impl Default for Plan {
     fn default() -> Self {
         Plan { deviation_m: [1.0, 1.0] }
+    }
+}
+
+/// How a flight with a real autopilot is flown.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Live {
+    /// Side of the reference tile; 5.6 km, or what fits on board, unless given.
+    pub tile_side_m: Option<f64>,
+    /// The tile's centre from where the vehicle stands at the start, east and north.
+    pub tile_offset_m: [f64; 2],
+    /// Side of procedural ground, centred on the start.
+    pub ground_side_m: f64,
+    /// Height above the start at which the camera is switched on.
+    pub from_height_m: f64,
+}
+
+impl Default for Live {
+    fn default() -> Self {
+        Live { tile_side_m: None, tile_offset_m: [0.0; 2], ground_side_m: 8000.0, from_height_m: 30.0 }
     }
 }
 
@@ -121,6 +144,11 @@ impl Run {
         ];
         ranges.extend(self.flight.height_m.map(|m| ("flight.height_m", m, 0.1, 1e5)));
         ranges.extend(self.plan.deviation_m.map(|m| ("plan.deviation_m", m, 0.0, 1000.0)));
+        let live = &self.live;
+        ranges.push(("live.tile_side_m", live.tile_side_m.unwrap_or(1.0), 1.0, 1e6));
+        ranges.extend(live.tile_offset_m.map(|m| ("live.tile_offset_m", m, -1e6, 1e6)));
+        ranges.push(("live.ground_side_m", live.ground_side_m, 100.0, 1e6));
+        ranges.push(("live.from_height_m", live.from_height_m, 0.1, 1e5));
         if let Some(replay) = &self.replay {
             ranges.push(("replay.start_s", replay.start_s.unwrap_or(0.0), -1e9, 1e9));
             ranges.push(("replay.time_scale", replay.time_scale, 0.01, 100.0));

@@ -12,6 +12,7 @@
 mod climb;
 mod log;
 mod planned;
+mod recorded;
 #[cfg(test)]
 mod tests;
 mod track;
@@ -20,6 +21,7 @@ mod wave;
 
 pub use log::AttitudeLog;
 pub use planned::{Line, Manner, PlannedTrack};
+pub use recorded::{Recorded, recorded};
 
 use super::servo::{Servo, follow_up_exact, wrapped};
 use crate::noise::stream;
@@ -47,7 +49,7 @@ pub struct Area {
 }
 
 /// The truth at one instant.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TrueState {
     /// Grid.
     pub east_m: f64,
@@ -70,6 +72,21 @@ pub struct TrueState {
 /// True motion over a flight.
 #[derive(Debug)]
 pub struct Motion {
+    source: Source,
+}
+
+/// Who moves the vehicle.
+#[derive(Debug)]
+enum Source {
+    /// We do.
+    Made(Made),
+    /// Somebody else did.
+    Recorded(Vec<Recorded>),
+}
+
+/// Motion that is a function of time.
+#[derive(Debug)]
+struct Made {
     course: Course,
     attitude: Attitude,
     /// `None`: the camera is fixed to the body.
@@ -136,11 +153,54 @@ impl Motion {
     fn on_course(scenario: &Scenario, course: Course, attitude: Attitude) -> Self {
         let follows = scenario.vehicle.follow_up.mode != FollowUpMode::Fixed;
         let servo = follows.then(|| Servo::new(scenario.world.follow_up.servo_lag_s));
-        Motion { course, attitude, servo }
+        Motion { source: Source::Made(Made { course, attitude, servo }) }
     }
 
-    /// The truth at `t_us`.
+    /// Motion that was recorded: samples in the order of time, at least one.
+    #[must_use]
+    pub fn recorded(samples: Vec<Recorded>) -> Self {
+        Motion { source: Source::Recorded(samples) }
+    }
+
+    /// The truth at `t_us`; of recorded motion, beyond its samples and in its gaps, the nearest sample.
     pub fn state(&self, t_us: u64) -> TrueState {
+        match &self.source {
+            Source::Made(made) => made.state(t_us),
+            Source::Recorded(samples) => {
+                recorded(samples, t_us as f64).unwrap_or_else(|| recorded::nearest(samples, t_us as f64))
+            }
+        }
+    }
+
+    /// Whether the log that is replayed has nothing at `t_us`. The true attitude goes on there, interpolated; the
+    /// attitude sensor is silent, so the firmware has to refuse the frame.
+    pub fn in_gap(&self, t_us: u64) -> bool {
+        match &self.source {
+            Source::Made(Made { attitude: Attitude::Log { log, start_s, time_scale }, .. }) => {
+                log.in_gap(start_s + t_us as f64 * 1e-6 * time_scale)
+            }
+            Source::Made(_) | Source::Recorded(_) => false,
+        }
+    }
+
+    /// Root-mean-square horizontal speed that is really flown, metres a second.
+    pub fn speed_m_s(&self) -> f64 {
+        match &self.source {
+            Source::Made(Made { course: Course::Free { track, .. }, .. }) => track.speed_m_s(),
+            Source::Made(Made { course: Course::Planned(track), .. }) => track.speed_m_s(),
+            Source::Recorded(samples) => {
+                let squares = samples.iter().map(|(_, state)| {
+                    let [east, north, _] = state.velocity_enu_m_s;
+                    east * east + north * north
+                });
+                (squares.sum::<f64>() / samples.len().max(1) as f64).sqrt()
+            }
+        }
+    }
+}
+
+impl Made {
+    fn state(&self, t_us: u64) -> TrueState {
         let t_s = t_us as f64 * 1e-6;
         let ([east_m, north_m, up_m], velocity_enu_m_s) = match &self.course {
             Course::Free { area, track, climb } => {
@@ -168,23 +228,6 @@ impl Motion {
             roll_rad,
             follow_up_rad: self.servo.as_ref().map_or(0.0, |servo| servo.at(t_us, exact)),
             velocity_enu_m_s,
-        }
-    }
-
-    /// Whether the log that is replayed has nothing at `t_us`. The true attitude goes on there, interpolated; the
-    /// attitude sensor is silent, so the firmware has to refuse the frame.
-    pub fn in_gap(&self, t_us: u64) -> bool {
-        match &self.attitude {
-            Attitude::Synthetic { .. } => false,
-            Attitude::Log { log, start_s, time_scale } => log.in_gap(start_s + t_us as f64 * 1e-6 * time_scale),
-        }
-    }
-
-    /// Root-mean-square horizontal speed that is really flown, metres a second.
-    pub fn speed_m_s(&self) -> f64 {
-        match &self.course {
-            Course::Free { track, .. } => track.speed_m_s(),
-            Course::Planned(track) => track.speed_m_s(),
         }
     }
 

@@ -1,6 +1,7 @@
 //! The ground: grey value and height at every point, and where a line of sight meets it.
 
 use super::grid::{Bounds, Grid};
+use super::mirror::Mirror;
 use super::surface::Surface;
 use std::fmt;
 use std::sync::Arc;
@@ -15,6 +16,8 @@ pub struct Ground {
     albedo: Arc<Grid>,
     surface: Option<Arc<Surface>>,
     epsg: u32,
+    /// Where the rasters are one field of a larger ground.
+    mirror: Option<Mirror>,
 }
 
 /// Why rasters do not make a ground. `what` is "albedo" or "surface".
@@ -87,12 +90,12 @@ impl Ground {
     /// NaN in the albedo means "not photographed"; the surface must be known everywhere.
     pub fn new(albedo: Grid, surface: Option<Grid>, epsg: u32) -> Result<Self, GroundError> {
         check(&albedo, "albedo")?;
-        Ground { albedo: Arc::new(albedo), surface: None, epsg }.with_surface(surface)
+        Ground { albedo: Arc::new(albedo), surface: None, epsg, mirror: None }.with_surface(surface)
     }
 
     /// For rasters made here, whose sizes and heights are right by construction.
     pub(super) fn from_checked(albedo: Grid, surface: Grid, epsg: u32) -> Self {
-        Ground { albedo: Arc::new(albedo), surface: Some(Arc::new(Surface::new(surface))), epsg }
+        Ground { albedo: Arc::new(albedo), surface: Some(Arc::new(Surface::new(surface))), epsg, mirror: None }
     }
 
     /// This picture on another surface, or flat at height 0.
@@ -108,6 +111,13 @@ impl Ground {
             }
         };
         Ok(self)
+    }
+
+    /// A square of `side_m` around `centre` of the system `epsg`: this ground in its middle, and its mirror images beside each
+    /// other all around. The rasters are shared.
+    pub(super) fn mirrored(self, epsg: u32, centre: [f64; 2], side_m: f64) -> Self {
+        let mirror = Mirror::new(self.albedo.bounds(), centre, side_m);
+        Ground { epsg, mirror: Some(mirror), ..self }
     }
 
     /// EPSG code of the horizontal coordinates.
@@ -127,11 +137,15 @@ impl Ground {
 
     /// Where the albedo is defined: the rectangle between the outermost pixel centres.
     pub fn bounds(&self) -> Bounds {
-        self.albedo.bounds()
+        self.mirror.as_ref().map_or_else(|| self.albedo.bounds(), Mirror::bounds)
     }
 
     /// Grey value 0 to 255 seen from straight above. None outside the raster and next to a pixel without value.
     pub fn albedo(&self, east_m: f64, north_m: f64) -> Option<f64> {
+        let [east_m, north_m] = match &self.mirror {
+            Some(mirror) => mirror.folded(east_m, north_m)?,
+            None => [east_m, north_m],
+        };
         let (col, row) = self.albedo.pixel(east_m, north_m);
         if !self.albedo.covers(col, row) {
             return None;
@@ -142,6 +156,8 @@ impl Ground {
 
     /// Height, metres: bilinear; beyond the surface raster that of its nearest border point; 0 without a surface.
     pub fn height(&self, east_m: f64, north_m: f64) -> f64 {
+        let [east_m, north_m] =
+            self.mirror.as_ref().and_then(|mirror| mirror.folded(east_m, north_m)).unwrap_or([east_m, north_m]);
         self.surface.as_ref().map_or(0.0, |surface| surface.height(east_m, north_m))
     }
 
@@ -151,7 +167,10 @@ impl Ground {
     /// None if the ray misses, if it leaves the surface raster first, or if it starts below the ground.
     pub fn intersect(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<[f64; 3]> {
         let along = match &self.surface {
-            Some(surface) => surface.intersect(origin, direction)?,
+            Some(surface) => match &self.mirror {
+                Some(mirror) => mirror.along(origin, direction, |o, d| surface.intersect(o, d))?,
+                None => surface.intersect(origin, direction)?,
+            },
             None => {
                 let along = -origin[2] / direction[2];
                 (origin[2] >= 0.0 && along >= 0.0 && along.is_finite()).then_some(along)?

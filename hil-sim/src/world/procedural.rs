@@ -81,6 +81,12 @@ pub fn procedural(seed: u64) -> Ground {
     ground
 }
 
+/// The landscape of [`procedural`] in a square of `side_m` around `centre` of the system `epsg`: in its middle, and beyond its
+/// borders continued by its mirror images. Nothing more is painted or kept, however large it is.
+pub fn procedural_around(seed: u64, epsg: u32, centre: [f64; 2], side_m: f64) -> Ground {
+    procedural(seed).mirrored(epsg, centre, side_m)
+}
+
 fn painted_anew(seed: u64) -> Ground {
     let layout = layout::Layout::new(seed);
     let grain = fractal::fractal(seed, streams::GRAIN, SIDE, 9);

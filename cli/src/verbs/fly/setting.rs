@@ -2,7 +2,7 @@
 
 use super::Args;
 use crate::outcome::Failure;
-use plumbline_sim::scenario::{BUILT_IN, Ground, Replay, Scenario};
+use plumbline_sim::scenario::{BUILT_IN, Ground, LIVE, Replay, Scenario};
 use plumbline_sim::setup::{PlanToFly, Setup};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::data::shared_data;
@@ -11,6 +11,16 @@ use std::path::Path;
 
 /// What is to be flown, made ready.
 pub fn setup(args: &Args) -> Result<Setup, Failure> {
+    let (scenario, has_resolution) = scenario(args)?;
+    Ok(match args.plan.clone() {
+        // Under a plan there is always an elevation model.
+        Some(file) => Setup::along_plan(scenario, &PlanToFly { file, dem: args.dem.clone(), has_resolution })?,
+        None => Setup::prepare(scenario)?,
+    })
+}
+
+/// What is to be flown, and whether it says a resolution.
+pub fn scenario(args: &Args) -> Result<(Scenario, bool), Failure> {
     let (mut scenario, has_resolution) = load(args)?;
     if let Some(frames) = args.frames {
         scenario.run.frames = frames;
@@ -22,23 +32,24 @@ pub fn setup(args: &Args) -> Result<Setup, Failure> {
         scenario.run.replay = Some(Replay { att: log.clone(), start_s: None, time_scale: 1.0 });
     }
     ground(args, &mut scenario.world.ground)?;
-    Ok(match args.plan.clone() {
-        // Under a plan there is always an elevation model.
-        Some(file) => Setup::along_plan(scenario, &PlanToFly { file, dem: args.dem.clone(), has_resolution })?,
-        None => Setup::prepare(scenario)?,
-    })
+    Ok((scenario, has_resolution))
 }
 
-/// A file of that name, or else a built-in scenario; with a plan over what plans are flown with, and whether it says a
-/// resolution.
+/// A file of that name, or else a built-in scenario; with a plan over what plans are flown with, with a real autopilot over what
+/// live flights are flown with; and whether it says a resolution.
 fn load(args: &Args) -> Result<(Scenario, bool), Failure> {
     let data = shared_data();
-    let parse = |text: &str, file: &str, folder: &Path| match args.plan {
-        Some(_) => Ok(Scenario::parse_planned(text, file, folder, data.as_deref())?),
-        None => Ok((Scenario::parse(text, file, folder, data.as_deref())?, true)),
+    let parse = |text: &str, file: &str, folder: &Path| match (&args.plan, &args.autopilot) {
+        (Some(_), _) => Ok(Scenario::parse_planned(text, file, folder, data.as_deref())?),
+        (None, Some(_)) => Ok((Scenario::parse_over(LIVE, text, file, folder, data.as_deref())?, true)),
+        (None, None) => Ok((Scenario::parse(text, file, folder, data.as_deref())?, true)),
     };
     let Some(path) = &args.scenario else {
-        return if args.plan.is_some() { parse("", "survey", Path::new("")) } else { Ok((Scenario::default(), true)) };
+        return match (&args.plan, &args.autopilot) {
+            (Some(_), _) => parse("", "survey", Path::new("")),
+            (None, Some(_)) => parse("", "live", Path::new("")),
+            (None, None) => Ok((Scenario::default(), true)),
+        };
     };
     match BUILT_IN.iter().find(|(name, _)| Path::new(name) == path) {
         Some((name, text)) if !path.is_file() => parse(text, &format!("scenario {name}"), Path::new("")),

@@ -1,6 +1,9 @@
-//! The flight in thirteen lines, for a person at a terminal; three more of a plan, one more where a serial line was in between.
+//! The flight in thirteen lines, for a person at a terminal; three more of a plan or with a real autopilot, one more where a
+//! serial line was in between.
 
 use plumbline_charts::format::NOT_MEASURED;
+use plumbline_sim::live::navigation::Navigation;
+use plumbline_sim::live::report::Live;
 use plumbline_sim::score::Summary;
 use plumbline_sim::score::plan::{Flown, Pair};
 use std::path::Path;
@@ -57,10 +60,44 @@ pub fn table(summary: &Summary, out: Option<&Path>) -> String {
     if let Some(trouble) = summary.link_faults {
         rows.insert(rows.len() - 1, ("line", trouble.to_string()));
     }
+    if let Some(live) = &summary.live {
+        let at = rows.len() - 1;
+        rows.splice(at..at, live_rows(live, summary.navigation.as_ref()));
+    }
     if let Some(why) = &summary.aborted {
         rows.insert(1, ("ended early", why.clone()));
     }
     rows.iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect()
+}
+
+/// A live flight in three lines: how it went, how well its times are known, what the autopilot's own position is worth.
+fn live_rows(live: &Live, navigation: Option<&Navigation>) -> [(&'static str, String); 3] {
+    let exposures = &live.exposures;
+    let [mean_ms, most_ms] = exposures.delivery_ms;
+    let flown = format!(
+        "ended: {}; {} exposures dropped, {} beyond the ground, {} without truth; delivered after {mean_ms:.0} ms, at most \
+         {most_ms:.0}",
+        live.ended, exposures.dropped, exposures.beyond_ground, exposures.without_truth
+    );
+    let (truth, clock) = (&live.truth, &live.clock);
+    let delay = truth.attitude_delay_ms.map_or_else(String::new, |[delay_ms, sigma_ms]| {
+        format!("; its attitude is {delay_ms:.1} ms older than its stamp (sigma {sigma_ms:.1})")
+    });
+    let times = format!(
+        "truth to {:.1} ms, clock to {:.1} ms with {} jumps{delay}",
+        truth.error_ms, clock.scatter_ms, clock.jumps
+    );
+    let navigation = navigation.map_or_else(
+        || "-".to_owned(),
+        |navigation| {
+            let lost = navigation.gnss_lost_s.map_or_else(String::new, |seconds| {
+                let rms = number(navigation.rms_20_90_s_m, "m");
+                format!("; without satellites for {seconds:.0} s: {rms} RMS from 20 to 90 s")
+            });
+            format!("{:.2} m, {:.2} m/s RMS{lost}", navigation.rms_m, navigation.velocity_rms_m_s)
+        },
+    );
+    [("live", flown), ("times", times), ("autopilot", navigation)]
 }
 
 /// To hundredths, with its unit.
@@ -156,6 +193,7 @@ mod tests {
             matching_error_px: nothing,
             ground_error_m: Spread { mean: None, p95: None },
             nees_mean: None,
+            wrong_fixes: 0,
             stamps: stamps(&[]),
             poses: poses(&[]),
             blur: blur(&[]),
@@ -180,6 +218,8 @@ mod tests {
             stamp_health: StampHealth::default(),
             servo_rms_deg: 0.0,
             plan: None,
+            navigation: None,
+            live: None,
             aborted: None,
         }
     }
