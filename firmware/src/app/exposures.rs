@@ -23,7 +23,7 @@ pub(super) struct Flown<'t> {
 }
 
 /// Least time from one check of the plan to the next, ticks: a quarter of how far ahead an exposure is committed to.
-const CHECK_TICKS: u32 = COMMIT_US as u32 / 4;
+const CHECK_TICKS: u32 = COMMIT_US / 4;
 
 /// Exposures that may be committed to and not yet triggered: they are committed to at most [`COMMIT_US`] ahead, and no
 /// camera of ours takes two within 25 ms.
