@@ -25,11 +25,9 @@ use plan::{Flown, flown};
 use plumbline_firmware::serial::message::Counts;
 use plumbline_firmware::wire::telemetry::{SituationReport, StampHealth};
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::output::write_file;
 use serde::Serialize;
 use statistics::{mean, percentile};
 use std::collections::BTreeMap;
-use std::path::Path;
 use unrectified::Unrectified;
 
 /// A fix is wrong beyond the first, or beyond the second and so many of its own sigmas, pixels of the reference.
@@ -323,20 +321,21 @@ pub fn fixes_csv(setup: &Setup, flight: &Flight, scored: &[Scored]) -> String {
     fixes::csv(setup.tile_centre, rows)
 }
 
-/// Writes `fixes.csv`, `poses.csv` and `report.json` into `folder`.
+/// What a flight leaves behind: `fixes.csv`, `poses.csv` and `report.json`.
 ///
 /// # Errors
-/// A folder that cannot be written to.
-pub fn write(
-    folder: &Path,
+/// Figures that JSON cannot hold.
+pub fn files(
     setup: &Setup,
     flight: &Flight,
     scored: &[Scored],
     summary: &Summary,
-) -> Result<(), InputError> {
-    write_file(&folder.join("fixes.csv"), fixes_csv(setup, flight, scored).as_bytes())?;
-    write_file(&folder.join("poses.csv"), navigation::csv(setup, flight).as_bytes())?;
+) -> Result<[(&'static str, String); 3], InputError> {
     let json = serde_json::to_string_pretty(summary)
         .map_err(|error| InputError::new(format!("the report cannot be written: {error}")))?;
-    write_file(&folder.join("report.json"), json.as_bytes())
+    Ok([
+        ("fixes.csv", fixes_csv(setup, flight, scored)),
+        ("poses.csv", navigation::csv(setup, flight)),
+        ("report.json", json),
+    ])
 }

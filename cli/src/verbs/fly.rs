@@ -25,7 +25,7 @@ use plumbline_sim::setup::Setup;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::input::sha256;
 use plumbline_survey::io::output::write_file;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::flag;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -189,7 +189,7 @@ impl Watch {
     /// From now on the first interrupt ends the flight, and a second one the process.
     fn new(bar: ProgressBar) -> Result<Self, Failure> {
         let interrupted = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM] {
+        for signal in [SIGHUP, SIGINT, SIGTERM] {
             flag::register_conditional_shutdown(signal, 1, Arc::clone(&interrupted))
                 .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
                 .map_err(|error| Failure::Work(format!("cannot listen for interrupts: {error}")))?;

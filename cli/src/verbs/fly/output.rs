@@ -7,7 +7,7 @@ use crate::outcome::Failure;
 use crate::pages::flight::Report;
 use plumbline_sim::score;
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::output::write_file;
+use plumbline_survey::io::output::write_files;
 use std::path::PathBuf;
 
 /// A folder that can be written to once the flight is over.
@@ -43,8 +43,11 @@ impl Output {
         let page = report.html()?;
         create_folder(&self.folder)?;
         dump::write(&self.folder, report.setup, report.flight, self.dump)?;
-        score::write(&self.folder, report.setup, report.flight, report.scored, report.summary)?;
-        write_file(&self.folder.join("report.html"), page.as_bytes())?;
+        // All of them or none: a full disk leaves no mixture of two flights.
+        let files = score::files(report.setup, report.flight, report.scored, report.summary)?;
+        let page = ("report.html", page);
+        let paths: Vec<_> = files.iter().chain([&page]).map(|(name, text)| (self.folder.join(name), text)).collect();
+        write_files(&paths.iter().map(|(path, text)| (path.as_path(), text.as_bytes())).collect::<Vec<_>>())?;
         Ok(())
     }
 }
