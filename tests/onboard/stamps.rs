@@ -149,6 +149,32 @@ fn a_clock_follows_an_autopilot_that_boots_anew() {
     assert_eq!(instant(&clock, at(10)), Some(Micros(6_000_000)));
 }
 
+/// The autopilot's clock makes a step of 20 ms, as that of a simulator does which is short of processor. By TIMESYNC alone, whose
+/// answers wait up to 5 ms on the way there, the clock follows within three exchanges, though it was known to a fraction of a
+/// millisecond.
+#[test]
+fn a_clock_by_timesync_follows_a_step() {
+    let mut clock = Clock::new(CLOCK);
+    let mut exchange = |seconds: u32, step_us: u64| {
+        let sent = u64::from(seconds) * 1_000_000;
+        let wait_us = [0, 3_700, 1_200, 4_900, 2_400][seconds as usize % 5];
+        let (answered, received) = (sent + 500 + wait_us, sent + 1_000 + wait_us);
+        clock.on_timesync(Ticks(sent as u32), Micros(answered + step_us), Ticks(received as u32));
+        let (found, sigma_us) = clock.instant(Ticks(received as u32)).expect("it is tied");
+        (found.since(Micros(received + step_us)), sigma_us)
+    };
+    for seconds in 1..100 {
+        let (off_us, sigma_us) = exchange(seconds, 0);
+        let is_good = (off_us as f32).abs() < 3.0 * sigma_us && sigma_us < 500.0;
+        assert!(seconds < 5 || is_good, "{off_us} us, sigma {sigma_us}, at {seconds} s");
+    }
+    for seconds in 100..160 {
+        let (off_us, _) = exchange(seconds, 20_000);
+        assert!(seconds < 102 || off_us.abs() < 2_500, "{off_us} us at {seconds} s");
+        assert!(seconds < 140 || off_us.abs() < 500, "{off_us} us at {seconds} s");
+    }
+}
+
 #[test]
 fn a_timesync_that_took_too_long_or_ran_backwards_ties_nothing() {
     let mut clock = Clock::new(CLOCK);

@@ -12,7 +12,9 @@
 //! exchanges count the less the longer they took beyond the quickest, and the quickest may be off by its whole round
 //! trip's asymmetry, which no averaging mends.
 //!
-//! An answer is given between request and receipt, whatever the asymmetry. Where exchange after exchange puts it outside,
+//! An answer is given between request and receipt, whatever the asymmetry. A clock by TIMESYNC that puts it outside is off by
+//! what it lies beyond, at least: its variance grows by that, so that it follows a clock that has made a step, as that of an
+//! autopilot's simulator does. Where exchange after exchange lies outside what pulses say,
 //! the pulses are not the autopilot's whole seconds (a receiver's own, or the wrong edge of theirs): until the two agree
 //! again, what the clock says has no bound.
 
@@ -161,7 +163,9 @@ impl Clock {
             self.disputes = 0;
             self.epoch = Some(Epoch { pulse_age: state.pulse_age, ..anew });
         } else {
-            let updated = state.updated(state.innovation_us(theirs), variance);
+            let innovation_us = state.innovation_us(theirs);
+            let state = state.widened(innovation_us.abs() - 0.5 * round_trip as f32);
+            let updated = state.updated(innovation_us, variance);
             self.epoch = Epoch { bias_variance, ..updated }.settled();
         }
     }

@@ -58,6 +58,12 @@ impl Epoch {
         instant.since(self.at) as f32 - self.offset_us
     }
 
+    /// The state where a comparison has shown that it is off by so much, at least; unchanged where that is nothing.
+    pub(super) fn widened(self, off_us: f32) -> Epoch {
+        let off_us = off_us.max(0.0);
+        Epoch { offset_variance: self.offset_variance + off_us * off_us, ..self }
+    }
+
     /// The state after a comparison that was `innovation_us` off and is good to `variance`.
     pub(super) fn updated(self, innovation_us: f32, variance: f32) -> Epoch {
         let sum = self.offset_variance + variance;
