@@ -24,6 +24,7 @@ mavlink = mavutil.mavlink
 
 # Parameter, value, whether it counts only after a reboot. Sources: 6 is external navigation, 1 barometer or compass.
 PARAMETERS = [
+    ("EK2_ENABLE", 0, True),  # the older filter beside the one that flies
     ("SCHED_LOOP_RATE", 300, True),  # attitude at 100 Hz and more
     ("SERIAL1_PROTOCOL", 2, True),  # MAVLink 2 on the firmware's port
     ("SERIAL1_BAUD", 921, True),  # what it assumes to take: no time to speak of

@@ -1,10 +1,10 @@
 //! Live flights: the firmware in the loop with a real autopilot, which flies in its own simulator at its own speed.
 //!
 //! Two connections to one vehicle. What the firmware and the autopilot say to each other passes through unchanged
-//! ([`connection`]). On the other one the truth is asked for ([`messages`], [`approach`]): where the vehicle really is
-//! ([`truth`], with the instant found by [`shift`]), and what time it is there ([`clock`]). From both come the exposures, and
-//! the frames that a camera would have taken ([`frames`]); [`flight`] has it all happen in time, and [`navigation`] compares
-//! what the autopilot believes with the truth. [`report`] is what is told of it.
+//! ([`connection`]). On the other one the truth is asked for ([`messages`], [`approach`]): where the vehicle really was and when
+//! ([`truth`]), how late its estimated attitude is ([`shift`]), and what time it is there ([`clock`]). From these come the
+//! exposures, and the frames that a camera would have taken ([`frames`]); [`flight`] has it all happen in time, and
+//! [`navigation`] compares what the autopilot believes with the truth. [`report`] is what is told of it.
 
 pub mod approach;
 pub mod clock;

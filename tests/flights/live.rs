@@ -50,7 +50,7 @@ fn flown(vehicle: &Vehicle, frames: u32) -> (Flown, Summary) {
     let approach = approach(vehicle.ports, 10.0).expect("a vehicle");
     let start = approach.start().expect("a place");
     assert!((start.home_alt_m - HOME_M).abs() < 0.01, "{start:?}");
-    let text = format!("frames = {frames}\n[live]\ntile_side_m = 1600.0\n");
+    let text = format!("frames = {frames}\n[live]\ntile_side_m = 1600.0\n[attitude]\ndelay_us = 16000\n");
     let scenario = Scenario::parse_over(LIVE, &text, "live", Path::new(""), None).expect("a scenario");
     let mut setup = Setup::live(scenario, &start).expect("a ground");
     let mut link = InProcess::new(&setup.flash).expect("a firmware");

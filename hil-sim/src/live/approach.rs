@@ -25,8 +25,9 @@ const ACK_TRIES: usize = 3;
 const BEAT: Duration = Duration::from_secs(1);
 /// A vehicle slower than this stands on the ground, metres a second.
 const STANDING_M_S: f64 = 1.0;
-/// How far the clock goes beyond the newest stamp, in intervals of the stream.
-const HOLD_INTERVALS: f64 = 4.0;
+/// How far the clock goes beyond the newest stamp, in intervals of the stream: at 100 Hz 30 ms, of which 20 ms are usual, an
+/// interval, a simulator's step and the way.
+const HOLD_INTERVALS: f64 = 3.0;
 /// Longest wait for something to come, while interrupts are looked for.
 const LOOK: Duration = Duration::from_millis(20);
 

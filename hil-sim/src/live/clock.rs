@@ -18,8 +18,11 @@ const BIN_S: f64 = 0.25;
 /// Bins that a rate takes; with fewer it stays as it was.
 const RATE_BINS: usize = 5;
 /// An exchange off the line by its round trip and this much says that the clock has stood still or jumped, microseconds.
-/// Chosen: above the steps of a simulator, 5 ms at single speed.
-const JUMP_US: f64 = 25_000.0;
+/// Chosen: above the steps of a simulator, 5 ms at single speed, and not by much: what is taken for scatter stays in the line for
+/// seconds.
+const JUMP_US: f64 = 8_000.0;
+/// Likewise of a stamp ahead of the relation, in which it is a step ahead at most.
+const STAMP_JUMP_US: f64 = 12_000.0;
 /// Exchanges that take so many times the median are left out.
 const SLOW: f64 = 2.0;
 /// Stamps that a quartile takes.
@@ -107,7 +110,7 @@ impl Clock {
     pub fn stamped(&mut self, wall_s: f64, stamp_us: f64) {
         self.newest_us = self.newest_us.max(stamp_us);
         if let Some(line) = self.line.as_mut().filter(|_| self.has_rate)
-            && stamp_us > line.at(wall_s) + self.ahead_us + JUMP_US * line.rate.max(1.0)
+            && stamp_us > line.at(wall_s) + self.ahead_us + STAMP_JUMP_US * line.rate.max(1.0)
         {
             *line = Line { at_s: wall_s, at_us: stamp_us - self.ahead_us, ..*line };
             self.forget();
@@ -287,6 +290,20 @@ mod tests {
         exchange(&mut clock, [12.2, 18.0], 0.0, shows);
         let off_us = clock.at(18.0).unwrap() - shows(18.0);
         assert!(off_us.abs() < 2500.0 && clock.errors().jumps == 1, "{off_us} {:?}", clock.errors());
+    }
+
+    /// A simulator short of processor: 30 ms behind for a second, and then back.
+    #[test]
+    fn a_clock_that_falls_behind_and_catches_up_is_followed_at_once() {
+        let shows = |wall_s: f64| 1e6 * (wall_s - if (10.0..11.0).contains(&wall_s) { 0.03 } else { 0.0 });
+        let mut clock = Clock::new(80_000.0);
+        exchange(&mut clock, [0.0, 10.0], 0.0, shows);
+        for (from_s, to_s) in [(10.0, 10.3), (10.3, 10.9), (10.9, 11.3), (11.3, 12.0)] {
+            exchange(&mut clock, [from_s, to_s], 0.0, shows);
+            let off_us = clock.at(to_s).unwrap() - shows(to_s);
+            assert!(off_us.abs() < 3000.0, "{off_us} at {to_s}");
+        }
+        assert_eq!(clock.errors().jumps, 2);
     }
 
     #[test]

@@ -137,7 +137,7 @@ struct Flying<'s> {
     asked: [VecDeque<(i64, f64)>; 2],
     exchanges: Vec<(f64, f64)>,
     /// Stamps of the attitudes that the firmware got, and when they arrived, microseconds.
-    attitudes: Vec<[f64; 2]>,
+    attitudes: [Vec<[f64; 2]>; 2],
     bytes: [u64; 2],
     next_sync_s: f64,
     next_beat_s: f64,
@@ -192,7 +192,7 @@ impl<'s> Flying<'s> {
             commands: Vec::new(),
             asked: [VecDeque::new(), VecDeque::new()],
             exchanges: Vec::new(),
-            attitudes: Vec::new(),
+            attitudes: [Vec::new(), Vec::new()],
             bytes: [0; 2],
             next_sync_s: 0.0,
             next_beat_s: 0.0,
@@ -291,7 +291,7 @@ impl<'s> Flying<'s> {
                     self.clock.exchanged(sent_s, wall_s, theirs_us);
                 }
             }
-            Said::Interval(_) => {}
+            Said::Interval(_) | Said::GimbalAttitude(_) => {}
         }
         Ok(())
     }
@@ -323,7 +323,7 @@ impl<'s> Flying<'s> {
             reconnects: self.wanted.reconnects,
             truth: TruthTime::new(&shift, self.rate_hz, self.samples, self.truth.unordered),
             clock: ClockTime::new(&self.clock.errors(), &self.exchanges),
-            attitude: AttitudeStream::new(&self.attitudes, begin_us),
+            attitude: self.attitude_stream(begin_us),
             exposures: self.counts,
             bytes: self.bytes,
         };
@@ -340,6 +340,12 @@ impl<'s> Flying<'s> {
             late: 0,
         };
         Flown { flight, motion, live, navigation }
+    }
+
+    /// The attitudes that the firmware got: those in microseconds, where there are more of them.
+    fn attitude_stream(&self, begin_us: f64) -> AttitudeStream {
+        let [coarse, fine] = self.attitudes.each_ref().map(|all| AttitudeStream::new(all, begin_us));
+        if fine.messages > coarse.messages { fine } else { coarse }
     }
 
     /// Servo commands: how many, and their root mean square off the exact angle when they arrived.

@@ -155,3 +155,48 @@ pub fn make(setup: &Setup, jobs: &Receiver<Job>, made: &Sender<Made>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All that is opened up to `to_us` in steps of 2 ms.
+    fn opened(exposures: &mut Exposures, [from_us, to_us]: [f64; 2], under_way: usize) -> Vec<Exposure> {
+        let scenario = Scenario::default();
+        let mut found = Vec::new();
+        let mut now_us = from_us;
+        while now_us < to_us {
+            found.extend(exposures.opened(&scenario, now_us, under_way));
+            now_us += 2000.0;
+        }
+        found
+    }
+
+    #[test]
+    fn exposures_come_at_intervals_with_their_edges() {
+        let mut exposures = Exposures::new(&Scenario::default());
+        assert!(opened(&mut exposures, [0.0, 1e6], 0).is_empty() && !exposures.has_begun());
+        exposures.begin(7e6);
+        let found = opened(&mut exposures, [7e6, 9.9e6], 0);
+        assert_eq!((found.len(), exposures.count(), exposures.dropped), (12, 12, 0));
+        for (index, exposure) in found.iter().enumerate() {
+            let late_us = exposure.open_us as f64 - 7e6 - 250_000.0 * index as f64;
+            assert!(exposure.frame == index as u32 && (0.0..5000.0).contains(&late_us), "{exposure:?}");
+        }
+        let edges: Vec<LineEdge> = std::iter::from_fn(|| exposures.edge(9.9e6)).collect();
+        assert!(edges.len() == 24 && edges.is_sorted_by(|a, b| a.at_us <= b.at_us));
+        assert!((edges[0].at_us - found[0].open_us as f64).abs() < 10.0 && edges[0].rising && !edges[1].rising);
+    }
+
+    #[test]
+    fn what_cannot_be_made_in_time_is_dropped_and_counted() {
+        let mut exposures = Exposures::new(&Scenario::default());
+        exposures.begin(0.0);
+        assert!(opened(&mut exposures, [0.0, 0.9e6], UNDER_WAY_MAX).is_empty());
+        assert_eq!((exposures.dropped, exposures.count()), (4, 0));
+        // The clock jumps by three seconds: what lies before is not made up for.
+        let found = opened(&mut exposures, [4e6, 4.6e6], 0);
+        assert_eq!((found.len(), found[0].frame), (4, 0));
+        assert!(found[0].open_us >= 3_750_000 && exposures.dropped == 15, "{found:?} {}", exposures.dropped);
+    }
+}

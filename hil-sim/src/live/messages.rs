@@ -1,8 +1,9 @@
 //! MAVLink on the truth's connection: what is asked of the simulated vehicle, and what it says.
 
 use mavlink::dialects::common::{
-    ATTITUDE_QUATERNION_DATA, COMMAND_ACK_DATA, COMMAND_LONG_DATA, GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA,
-    HEARTBEAT_DATA, MavAutopilot, MavCmd, MavModeFlag, MavState, MavType, SIM_STATE_DATA, VIBRATION_DATA,
+    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, COMMAND_ACK_DATA, COMMAND_LONG_DATA,
+    GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavModeFlag, MavState, MavType,
+    SIM_STATE_DATA, VIBRATION_DATA,
 };
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, MessageData};
 use plumbline_firmware::wire::decoder::{Decoder, Packet};
@@ -84,6 +85,8 @@ pub enum Said {
     Truth(SimState),
     /// ATTITUDE_QUATERNION: milliseconds since boot, [w, x, y, z].
     Attitude(u32, [f64; 4]),
+    /// AUTOPILOT_STATE_FOR_GIMBAL_DEVICE: microseconds since boot, in 32 bits of some autopilots.
+    GimbalAttitude(u64),
     /// GLOBAL_POSITION_INT.
     Position(OwnPosition),
     /// VIBRATION's stamp, microseconds since boot.
@@ -166,6 +169,9 @@ fn of(packet: &Packet<'_>) -> Option<Said> {
             }))
         }
         GPS_RAW_INT => Some(Said::Gnss(payload::<GPS_RAW_INT_DATA>(packet)?.fix_type as u8)),
+        AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::ID => {
+            Some(Said::GimbalAttitude(payload::<AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA>(packet)?.time_boot_us))
+        }
         VIBRATION => Some(Said::Stamp(payload::<VIBRATION_DATA>(packet)?.time_usec)),
         Timesync::ID => {
             let sync: Timesync = payload(packet)?;

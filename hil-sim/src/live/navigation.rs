@@ -116,3 +116,58 @@ fn rms(errors: &[ErrorAt], [from_s, to_s]: [f64; 2], of: fn(&ErrorAt) -> f64) ->
     let (sum, count) = within.fold((0.0, 0), |(sum, count), error| (sum + of(error) * of(error), count + 1));
     (count > 0).then(|| (sum / f64::from(count)).sqrt())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vehicle::motion::TrueState;
+
+    const PLACE: [f64; 2] = [560_000.0, 5_330_000.0];
+
+    /// Two minutes at 10 Hz of a vehicle that stands and believes to drift east by 0.1 m/s from second 10 on; satellite
+    /// navigation goes then, and once before for a moment.
+    fn flown(lost: bool) -> Option<Navigation> {
+        let crs = Crs::from_epsg(32633).unwrap();
+        let (mut truth, mut log) = (Truth::default(), NavigationLog::default());
+        for index in 0..1250_u32 {
+            let (time_boot_ms, at_s) = (5000 + 100 * index, 0.1 * f64::from(index));
+            let state = TrueState { east_m: PLACE[0], north_m: PLACE[1], ..TrueState::default() };
+            truth.attitude(time_boot_ms, [1.0, 0.0, 0.0, 0.0], at_s);
+            truth.state([1.0, 0.0, 0.0, 0.0], state, at_s);
+            truth.stamp(f64::from(time_boot_ms) * 1000.0 + 500.0);
+            let (lat, lon) = crs.to_wgs84(PLACE[0] + 0.1 * (at_s - 10.0).max(0.0), PLACE[1]).unwrap();
+            let place_e7 = [lat, lon].map(|degrees| (degrees * 1e7).round() as i32);
+            let velocity_ned_m_s = [0.0, if at_s > 10.0 { 0.1 } else { 0.0 }, 0.0];
+            log.position(OwnPosition { time_boot_ms, place_e7, alt_m: 0.0, above_home_m: 0.0, velocity_ned_m_s });
+            let is_lost = index == 50 || at_s > 10.0 && lost;
+            log.gnss(if is_lost { 1 } else { 3 }, 1000.0 * f64::from(time_boot_ms));
+        }
+        truth.settle();
+        log.navigation(&truth, &crs, 5e6)
+    }
+
+    #[test]
+    fn errors_count_from_the_loss() {
+        let navigation = flown(true).unwrap();
+        let lost_at_s = navigation.gnss_lost_at_s.unwrap();
+        assert!((lost_at_s - 10.1).abs() < 0.01, "{lost_at_s}");
+        assert!((navigation.gnss_lost_s.unwrap() - 114.7).abs() < 0.2);
+        for (mark, error_m) in &navigation.error_after_loss_m {
+            assert!((error_m - 0.1 * f64::from(*mark) - 0.01).abs() < 0.03, "{mark}: {error_m}");
+        }
+        let marks: Vec<u32> = navigation.error_after_loss_m.keys().copied().collect();
+        assert_eq!(marks, [10, 30, 60, 90]);
+        // The root mean square of 0.1 t from 20 to 90: 0.1 sqrt((90³ − 20³) / (3 · 70)).
+        let expected_m = 0.1 * ((90f64.powi(3) - 20f64.powi(3)) / 210.0).sqrt();
+        assert!((navigation.rms_20_90_s_m.unwrap() - expected_m).abs() < 0.05);
+        assert!((navigation.velocity_rms_20_90_s_m_s.unwrap() - 0.1).abs() < 1e-3);
+    }
+
+    #[test]
+    fn without_a_loss_there_is_the_error_alone() {
+        let navigation = flown(false).unwrap();
+        assert!(navigation.rms_m > 5.0 && navigation.gnss_lost_at_s.is_none() && navigation.gnss_lost_s.is_none());
+        assert!(navigation.error_after_loss_m.is_empty() && navigation.rms_20_90_s_m.is_none());
+        assert_eq!(NavigationLog::default().navigation(&Truth::default(), &Crs::from_epsg(32633).unwrap(), 0.0), None);
+    }
+}

@@ -21,7 +21,7 @@ pub struct Live {
     pub truth: TruthTime,
     /// The capture timer and the autopilot's clock.
     pub clock: ClockTime,
-    /// ATTITUDE_QUATERNION as the firmware got it.
+    /// The attitude as the firmware got it: AUTOPILOT_STATE_FOR_GIMBAL_DEVICE or ATTITUDE_QUATERNION.
     pub attitude: AttitudeStream,
     /// What became of the exposures.
     pub exposures: ExposureCounts,

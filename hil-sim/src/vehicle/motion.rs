@@ -79,7 +79,7 @@ pub struct Motion {
 #[derive(Debug)]
 enum Source {
     /// We do.
-    Made(Made),
+    Made(Box<Made>),
     /// Somebody else did.
     Recorded(Vec<Recorded>),
 }
@@ -153,7 +153,7 @@ impl Motion {
     fn on_course(scenario: &Scenario, course: Course, attitude: Attitude) -> Self {
         let follows = scenario.vehicle.follow_up.mode != FollowUpMode::Fixed;
         let servo = follows.then(|| Servo::new(scenario.world.follow_up.servo_lag_s));
-        Motion { source: Source::Made(Made { course, attitude, servo }) }
+        Motion { source: Source::Made(Box::new(Made { course, attitude, servo })) }
     }
 
     /// Motion that was recorded: samples in the order of time, at least one.
@@ -175,19 +175,20 @@ impl Motion {
     /// Whether the log that is replayed has nothing at `t_us`. The true attitude goes on there, interpolated; the
     /// attitude sensor is silent, so the firmware has to refuse the frame.
     pub fn in_gap(&self, t_us: u64) -> bool {
-        match &self.source {
-            Source::Made(Made { attitude: Attitude::Log { log, start_s, time_scale }, .. }) => {
-                log.in_gap(start_s + t_us as f64 * 1e-6 * time_scale)
-            }
-            Source::Made(_) | Source::Recorded(_) => false,
+        let Source::Made(made) = &self.source else { return false };
+        match &made.attitude {
+            Attitude::Synthetic { .. } => false,
+            Attitude::Log { log, start_s, time_scale } => log.in_gap(start_s + t_us as f64 * 1e-6 * time_scale),
         }
     }
 
     /// Root-mean-square horizontal speed that is really flown, metres a second.
     pub fn speed_m_s(&self) -> f64 {
         match &self.source {
-            Source::Made(Made { course: Course::Free { track, .. }, .. }) => track.speed_m_s(),
-            Source::Made(Made { course: Course::Planned(track), .. }) => track.speed_m_s(),
+            Source::Made(made) => match &made.course {
+                Course::Free { track, .. } => track.speed_m_s(),
+                Course::Planned(track) => track.speed_m_s(),
+            },
             Source::Recorded(samples) => {
                 let squares = samples.iter().map(|(_, state)| {
                     let [east, north, _] = state.velocity_enu_m_s;

@@ -154,6 +154,9 @@ impl End {
     }
 }
 
+/// An answer, to be sent on its connection; whether that lives.
+type Answer = Box<dyn Fn(&mut End) -> bool>;
+
 struct Flying {
     manner: Manner,
     ends: [End; 2],
@@ -183,7 +186,7 @@ impl Flying {
     /// Answers what came in; whether the connection lives.
     fn answer(&mut self, end: usize) -> bool {
         let (system, clock_us, denies) = (self.manner.system, self.clock_us, self.manner.denies);
-        let mut answers: Vec<Box<dyn Fn(&mut End) -> bool>> = Vec::new();
+        let mut answers: Vec<Answer> = Vec::new();
         loop {
             let room = self.ends[end].decoder.free().len();
             let mut buffer = vec![0; room];

@@ -21,10 +21,17 @@ use plumbline_sim::vehicle::motion::Motion;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::output::write_file;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
 /// Frames between two pictures for the report where nobody says how many frames there will be: five minutes at 4 Hz have six.
 const PICTURE_EVERY: u32 = 200;
+
+/// Flights begun anew at most. Chosen: a script that sets parameters reboots once or twice; this many mean that nobody is there
+/// who flies.
+const RECONNECTS_MAX: u32 = 20;
+/// How long a vehicle that boots anew is left alone.
+const REBOOT: Duration = Duration::from_millis(500);
 
 /// Flies until the flight ends.
 pub fn run(args: &Args, ends: [&End; 2], output: Option<&Output>) -> Result<Outcome, Failure> {
@@ -47,8 +54,14 @@ pub fn run(args: &Args, ends: [&End; 2], output: Option<&Output>) -> Result<Outc
     let (mut setup, flown, link) = loop {
         match attempt(args, &scenario, &mut doors, reconnects, &mut watch)? {
             Some(flown) => break flown,
+            None if reconnects >= RECONNECTS_MAX => {
+                return Err(Failure::Work(format!(
+                    "the connection was closed {reconnects} times before the vehicle was armed"
+                )));
+            }
             None => {
                 reconnects += 1;
+                thread::sleep(REBOOT);
                 outcome::note(
                     "plumbline: the connection was closed before the vehicle was armed; waiting for it again",
                 );
@@ -98,7 +111,7 @@ fn attempt(
         approach => approach?,
     };
     let Some(start) = approach.start() else { return Ok(None) };
-    watch.bar.set_message("frame");
+    watch.bar.set_message(if args.frames.is_some() { "frame" } else { "waiting for take-off" });
     let setup = Setup::live(scenario.clone(), &start)?;
     let mut link = if args.log.is_some() { InProcess::logged(&setup.flash)? } else { InProcess::new(&setup.flash)? };
     let place = Place { crs: setup.crs.clone(), home_alt_m: start.home_alt_m };
@@ -133,6 +146,10 @@ impl Waiting for Lookout<'_> {
 impl Observer for Lookout<'_> {
     fn exposed(&mut self, frame: u32) {
         self.bar.set_position(u64::from(frame) + 1);
+        // A spinner shows no position.
+        if self.bar.length().is_none() {
+            self.bar.set_message(format!("frame {frame}"));
+        }
     }
 
     fn is_interrupted(&self) -> bool {

@@ -57,8 +57,13 @@ impl Flying<'_> {
         let mut said = Vec::new();
         self.listeners[1].take(bytes, &mut said);
         for said in said {
-            if let (Said::Attitude(time_boot_ms, _), Some(arrived_us)) = (&said, self.clock.at(wall_s)) {
-                self.attitudes.push([f64::from(*time_boot_ms) * 1000.0, arrived_us]);
+            let stamp = match &said {
+                Said::Attitude(time_boot_ms, _) => Some((0, f64::from(*time_boot_ms) * 1000.0)),
+                Said::GimbalAttitude(stamp_us) => Some((1, *stamp_us as f64)),
+                _ => None,
+            };
+            if let Some(((kind, stamp_us), arrived_us)) = stamp.zip(self.clock.at(wall_s)) {
+                self.attitudes[kind].push([stamp_us, arrived_us]);
             }
             let Said::Timesync { sent_ns, theirs_us } = said else { continue };
             let Some(sent_s) = taken(&mut self.asked[1], sent_ns) else { continue };
