@@ -2,9 +2,8 @@
 
 use super::Image;
 use super::hot::{WORKERS, is_bridge, is_hot};
-use super::map::{APPLICATION, BANK_2, BUFFERS, COMPARABLE, DTCM, FLASH_LIMIT, ITCM, SECTIONS};
+use super::map::{APPLICATION, BANK_2, BUFFERS, COMPARABLE, DTCM, FLASH_LIMIT, ITCM, RAM_LIMIT, SECTIONS};
 use crate::Failure;
-use crate::budget::map::RAM_LIMIT;
 
 /// Bytes that interrupts add to a stack at most: two levels, each the core's frame with the floating-point registers (104)
 /// and what a handler of ours or embassy's keeps (less than 152, by their prologues).

@@ -18,6 +18,9 @@ pub const BANK_1: u32 = 0x0800_0000;
 pub const APPLICATION: u32 = 0x0804_0000;
 /// Start of the configuration and the tiles.
 pub const BANK_2: u32 = 0x0810_0000;
+/// What static data and stack may take without drivers and frame, bytes. The paper's 25 KB hold on the emulated board; here the
+/// journal, the pilot's lines and the link to a real autopilot come on top.
+pub const RAM_LIMIT: u32 = 32 * 1024;
 /// What the image may take of flash, bytes.
 pub const FLASH_LIMIT: u32 = 512 * 1024;
 
