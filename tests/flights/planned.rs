@@ -263,7 +263,7 @@ fn frames_end_the_flight_early() {
 }
 
 #[test]
-fn every_link_flies_the_same_plan() {
+fn a_board_on_a_line_flies_the_same_plan() {
     let folder = Folder::new("links", 20.0);
     let setup = setup(&folder.plan("plan.json", 0.0), "");
     let (_, expected, csv) = in_process(&setup);
@@ -271,6 +271,14 @@ fn every_link_flies_the_same_plan() {
     let mut serial = Serial::open(&setup.flash, device.path(), Patience::default()).expect("it takes the plan");
     let (_, flown, of_serial) = fly_over(&setup, &mut serial);
     assert!(of_serial == csv && flown == expected, "{of_serial}\n{csv}");
+}
+
+#[test]
+#[ignore = "long: a whole plan on the emulated core"]
+fn the_emulated_board_flies_the_same_plan() {
+    let folder = Folder::new("emulated", 20.0);
+    let setup = setup(&folder.plan("plan.json", 0.0), "");
+    let (_, expected, csv) = in_process(&setup);
     let image = default_image();
     if !image.is_file() {
         println!("skipped: there is no image {}, `cargo xtask build` makes it", image.display());

@@ -153,6 +153,7 @@ fn over_a_concave_area() {
 }
 
 #[test]
+#[ignore = "long: hills"]
 fn over_hills_in_degrees() {
     let terrain = |_: &std::path::Path| Terrain::real("jacksboro_3arcsec.tif", [-84.2625, 36.5185]);
     holds("cast-jacksboro", terrain, "--area=-84.3,36.5,-84.225,36.537 --height-m 700 --overlap 60/30", [0.6, 0.3]);
