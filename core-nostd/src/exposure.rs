@@ -32,8 +32,7 @@ const COS_ENTERED: f32 = 0.966;
 /// elsewhere. Chosen.
 const BESIDE: f32 = 3.0;
 /// Exposures that are remembered until their frames have been stamped. A call commits to one at most, and calls are 50 ms apart:
-/// those of [`COMMIT_US`] ahead, and of as long behind, in which a
-/// frame is read out and worked on.
+/// those of [`COMMIT_US`] ahead, and of as long behind, in which a frame is read out and worked on.
 const TAKEN: usize = 8;
 /// A frame's mid-exposure is this near to the one that was committed to, microseconds. Chosen between what a stamp by
 /// pulses is off, some microseconds, and 25 ms, half of the 50 ms between two exposures.

@@ -41,9 +41,4 @@ impl Presence {
     pub fn kind(&self) -> AutopilotKind {
         self.newest.map_or(AutopilotKind::Other, |(_, heartbeat)| heartbeat.kind)
     }
-
-    /// Whether it is armed, as far as it is there.
-    pub fn is_armed(&self) -> Option<bool> {
-        self.newest.map(|(_, heartbeat)| heartbeat.is_armed)
-    }
 }

@@ -57,18 +57,8 @@ pub struct GroundStation {
 impl GroundStation {
     /// Takes bytes.
     pub fn take(&mut self, bytes: &[u8]) {
-        let mut rest = bytes;
         let mut decoder = std::mem::take(&mut self.decoder);
-        while !rest.is_empty() {
-            let room = decoder.free();
-            let count = room.len().min(rest.len());
-            room[..count].copy_from_slice(&rest[..count]);
-            decoder.filled(count);
-            rest = &rest[count..];
-            while let Some(packet) = decoder.next() {
-                self.packet(&packet);
-            }
-        }
+        decoder.take(bytes, |packet| self.packet(packet));
         self.decoder = decoder;
     }
 

@@ -4,7 +4,7 @@ mod cockpit;
 
 use crate::camera::render::Rendered;
 use crate::fault::FaultCounts;
-use crate::ground_station::ReceivedPatch;
+use crate::ground_station::{GroundStation, ReceivedPatch};
 use crate::link::{Link, LinkError, annotation};
 use crate::scenario::COOL_DOWN_US;
 use crate::setup::Setup;
@@ -32,6 +32,16 @@ pub struct FrameRecord {
     pub patch: Option<ReceivedPatch>,
     /// The planned photo that it is, as the firmware called it when it committed to the exposure.
     pub photo: Option<PhotoReport>,
+}
+
+impl FrameRecord {
+    /// Takes what the firmware said of the frame; its patch is kept nowhere else.
+    pub(crate) fn take_reports(&mut self, station: &mut GroundStation) {
+        let frame = self.exposure.frame;
+        self.report = station.reports.get(&frame).copied();
+        self.instant = station.instants.get(&frame).copied();
+        self.patch = station.patches.remove(&frame);
+    }
 }
 
 /// A finished flight.
@@ -202,8 +212,8 @@ impl Frames<'_> {
     }
 }
 
-/// The picture of an exposure of a vehicle that is in `state` at each instant: each row the mean of so many instants of its own exposure as the scenario says, by the
-/// midpoint rule. Frame and truth belong to mid-exposure of the middle row.
+/// The picture of an exposure of a vehicle that is in `state` at each instant: each row the mean of so many instants of its own
+/// exposure as the scenario says, by the midpoint rule. Frame and truth belong to mid-exposure of the middle row.
 pub(crate) fn picture(setup: &Setup, exposure: &Exposure, state: &(dyn Fn(u64) -> TrueState + Sync)) -> Rendered {
     let scenario = &setup.scenario;
     let station = |offset_us: f64| {

@@ -85,11 +85,7 @@ impl Setup {
         let payload = payload_of(&scenario)?;
         scenario.check_horizon(&payload)?;
         let (ground, reference) = grounds_of(&scenario)?;
-        let crs = Crs::from_epsg(ground.epsg()).map_err(|error| of_ground(&scenario, &error.to_string()))?;
-        if crs.is_geographic() {
-            let why = format!("it is in degrees (EPSG:{}); a projected grid in metres is needed", ground.epsg());
-            return Err(of_ground(&scenario, &why));
-        }
+        let crs = grid_of(&scenario, &ground)?;
         let log = scenario.run.replay.as_ref().map(|replay| AttitudeLog::load(&replay.att)).transpose()?;
         let margin_m = match &log {
             Some(log) => footprint_margin_at_m(&scenario, &payload, log.largest_tilt_rad(&scenario)?),
@@ -182,6 +178,16 @@ fn grounds_of(scenario: &Scenario) -> Result<(Ground, Option<Ground>), InputErro
         )));
     }
     Ok((ground, reference))
+}
+
+/// The ground's reference system, a projected grid in metres.
+fn grid_of(scenario: &Scenario, ground: &Ground) -> Result<Crs, InputError> {
+    let crs = Crs::from_epsg(ground.epsg()).map_err(|error| of_ground(scenario, &error.to_string()))?;
+    if crs.is_geographic() {
+        let why = format!("it is in degrees (EPSG:{}); a projected grid in metres is needed", ground.epsg());
+        return Err(of_ground(scenario, &why));
+    }
+    Ok(crs)
 }
 
 /// A sentence about the ground, with its file's name.

@@ -95,8 +95,7 @@ fn on_two_sockets() {
     assert!((navigation.rms_m - OFF_M).abs() < 0.1, "{}", navigation.rms_m);
     assert!(navigation.gnss_lost_at_s.is_some() && navigation.gnss_lost_s.is_some());
     let accepted = summary.accepted as f64 / summary.frames as f64;
-    // Of a machine that is short of time some frames come without attitudes.
-    assert!(accepted > 0.2 && summary.wrong_fixes == 0, "{} fixes, {:?}", summary.accepted, summary.refused);
+    assert!(accepted > 0.5 && summary.wrong_fixes == 0, "{} fixes, {:?}", summary.accepted, summary.refused);
     let error_m = summary.ground_error_m.mean.expect("fixes");
     assert!(error_m < 1.0, "{error_m}: half a pixel");
     let heard = vehicle.heard.lock().expect("nobody panics with it");

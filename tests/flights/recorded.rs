@@ -49,34 +49,27 @@ fn recording(file: &[u8], shift_ms: u64) -> (Vec<Arrival>, u32) {
     while let Some((head, behind)) = rest.split_at_checked(12) {
         let seconds = f64::from_le_bytes(head[..8].try_into().expect("eight bytes"));
         let length = u32::from_le_bytes(head[8..].try_into().expect("four bytes")) as usize;
-        let (mut bytes, after) = behind.split_at_checked(length).expect("a whole record");
+        let (bytes, after) = behind.split_at_checked(length).expect("a whole record");
         rest = after;
         newest_us = newest_us.max((seconds * 1e6) as u64);
-        while !bytes.is_empty() {
-            let room = decoder.free();
-            let count = room.len().min(bytes.len());
-            room[..count].copy_from_slice(&bytes[..count]);
-            bytes = &bytes[count..];
-            decoder.filled(count);
-            while let Some(packet) = decoder.next() {
-                let mut payload = packet.payload.to_vec();
-                payload.resize(payload.len().max(18), 0);
-                let word = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| payload[at + i]));
-                if packet.id == TIMESYNC_DATA::ID && payload[..8] != [0; 8] {
-                    continue;
-                }
-                // Least, largest and measured distance; on the ground the last is 0.
-                let (least, most, measured) = (word(4) & 0xFFFF, word(4) >> 16, word(8) & 0xFFFF);
-                let is_measured = measured > 0 && (least..=most).contains(&measured);
-                empty += u32::from(packet.id == DISTANCE_SENSOR_DATA::ID && !is_measured);
-                empty += u32::from(packet.id == GLOBAL_POSITION_INT_DATA::ID && (word(4), word(8)) == (0, 0));
-                if [31, 33].contains(&packet.id) {
-                    newest_us = newest_us.max(u64::from(word(0)) * 1000);
-                }
-                let header = (packet.id, packet.system, packet.component);
-                arrivals.push(Arrival { at_us: newest_us + TRANSPORT_US, bytes: shifted(header, payload, shift_ms) });
+        decoder.take(bytes, |packet| {
+            let mut payload = packet.payload.to_vec();
+            payload.resize(payload.len().max(18), 0);
+            let word = |at: usize| u32::from_le_bytes(std::array::from_fn(|i| payload[at + i]));
+            if packet.id == TIMESYNC_DATA::ID && payload[..8] != [0; 8] {
+                return;
             }
-        }
+            // Least, largest and measured distance; on the ground the last is 0.
+            let (least, most, measured) = (word(4) & 0xFFFF, word(4) >> 16, word(8) & 0xFFFF);
+            let is_measured = measured > 0 && (least..=most).contains(&measured);
+            empty += u32::from(packet.id == DISTANCE_SENSOR_DATA::ID && !is_measured);
+            empty += u32::from(packet.id == GLOBAL_POSITION_INT_DATA::ID && (word(4), word(8)) == (0, 0));
+            if [31, 33].contains(&packet.id) {
+                newest_us = newest_us.max(u64::from(word(0)) * 1000);
+            }
+            let header = (packet.id, packet.system, packet.component);
+            arrivals.push(Arrival { at_us: newest_us + TRANSPORT_US, bytes: shifted(header, payload, shift_ms) });
+        });
     }
     (arrivals, empty)
 }
@@ -120,8 +113,6 @@ fn flash() -> Flash {
     let (west_m, north_m) = (east_m - half(cols), north_m + half(rows));
     let tile = Tile { west_m, north_m, cols, rows, resolution_m, pixels: Vec::new(), unknown: 0 };
     flash.head = tile.head(&crs).expect("it can be georeferenced");
-    // By TIMESYNC alone, of an autopilot whose answers take long.
-    flash.configuration.link.autopilot = (1, 1);
     flash
 }
 

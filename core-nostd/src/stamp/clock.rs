@@ -14,9 +14,8 @@
 //!
 //! An answer is given between request and receipt, whatever the asymmetry. A clock by TIMESYNC that puts it outside is off by
 //! what it lies beyond, at least: its variance grows by that, so that it follows a clock that has made a step, as that of an
-//! autopilot's simulator does. Where exchange after exchange lies outside what pulses say,
-//! the pulses are not the autopilot's whole seconds (a receiver's own, or the wrong edge of theirs): until the two agree
-//! again, what the clock says has no bound.
+//! autopilot's simulator does. Where exchange after exchange lies outside what pulses say, the pulses are not the autopilot's
+//! whole seconds (a receiver's own, or the wrong edge of theirs): until the two agree again, what the clock says has no bound.
 
 mod epoch;
 

@@ -236,12 +236,9 @@ impl Requests {
     /// Asks for the other attitude instead.
     fn take_coarse_attitude(&mut self) {
         let wanted_us = self.of(Stream::Attitude).map_or(0, |fine| {
-            fine.is_due = false;
+            (fine.is_due, fine.asked_us) = (false, 0);
             core::mem::take(&mut fine.wanted_us)
         });
-        if let Some(fine) = self.of(Stream::Attitude) {
-            fine.asked_us = 0;
-        }
         if let Some(coarse) = self.of(Stream::CoarseAttitude).filter(|_| wanted_us > 0) {
             *coarse = Subscription { wanted_us, asked_us: wanted_us, count: 0, vain: 0, is_due: true };
         }

@@ -70,12 +70,7 @@ impl MessageData for Command {
         let (system, component) = self.target;
         let bytes = a.into_iter().chain(b).chain([0; 20]).chain(self.command.to_le_bytes()).chain([system, component]);
         // The confirmation, 0 for the first time, is a trailing zero, which MAVLink 2 cuts off.
-        let mut count = 0;
-        for (to, from) in payload.iter_mut().zip(bytes) {
-            *to = from;
-            count += 1;
-        }
-        count
+        written(payload, bytes)
     }
 
     fn deser(_: MavlinkVersion, payload: &[u8]) -> Result<Self, ParserError> {
@@ -87,6 +82,11 @@ impl MessageData for Command {
             target: (byte(30), byte(31)),
         })
     }
+}
+
+/// Writes bytes into a payload; how many.
+fn written(payload: &mut [u8], bytes: impl Iterator<Item = u8>) -> usize {
+    payload.iter_mut().zip(bytes).map(|(to, from)| *to = from).count()
 }
 
 /// COMMAND_ACK: a command and what became of it.
@@ -108,12 +108,7 @@ impl MessageData for Acknowledgement {
 
     fn ser(&self, _: MavlinkVersion, payload: &mut [u8]) -> usize {
         let [low, high] = self.command.to_le_bytes();
-        let mut count = 0;
-        for (to, from) in payload.iter_mut().zip([low, high, self.result]) {
-            *to = from;
-            count += 1;
-        }
-        count
+        written(payload, [low, high, self.result].into_iter())
     }
 
     fn deser(_: MavlinkVersion, payload: &[u8]) -> Result<Self, ParserError> {

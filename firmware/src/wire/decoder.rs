@@ -90,6 +90,21 @@ impl Decoder {
         self.filled = (self.filled + count).min(LONGEST);
     }
 
+    /// Takes all of `bytes`, however many, and hands over each message that they complete.
+    pub fn take(&mut self, bytes: &[u8], mut each: impl FnMut(&Packet<'_>)) {
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let room = self.free();
+            let (now, later) = rest.split_at(room.len().min(rest.len()));
+            room.iter_mut().zip(now).for_each(|(to, from)| *to = *from);
+            self.filled(now.len());
+            rest = later;
+            while let Some(packet) = self.next() {
+                each(&packet);
+            }
+        }
+    }
+
     /// The next whole message, `None` when more bytes are needed.
     #[allow(clippy::should_implement_trait, reason = "lends its buffer, which an Iterator cannot")]
     pub fn next(&mut self) -> Option<Packet<'_>> {

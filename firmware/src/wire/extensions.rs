@@ -17,6 +17,18 @@ pub fn signal_quality(payload: &[u8]) -> u8 {
     payload.get(QUALITY_OFFSET).copied().unwrap_or(0)
 }
 
+/// Writes the extension behind base fields whose trailing zeros may have been cut off; the length of all, its own cut off.
+pub(super) fn extended<const N: usize>(payload: &mut [u8], used: usize, base: usize, extension: [u8; N]) -> usize {
+    let Some(significant) = extension.iter().rposition(|byte| *byte != 0) else { return used };
+    if let Some(zeros) = payload.get_mut(used.min(base)..base) {
+        zeros.fill(0);
+    }
+    if let Some(rest) = payload.get_mut(base..) {
+        rest.iter_mut().zip(extension).for_each(|(to, from)| *to = from);
+    }
+    base + significant + 1
+}
+
 /// TIMESYNC with its target.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Timesync {
@@ -38,18 +50,8 @@ impl MessageData for Timesync {
 
     fn ser(&self, version: MavlinkVersion, payload: &mut [u8]) -> usize {
         let base = TIMESYNC_DATA { tc1: self.tc1, ts1: self.ts1 };
-        let length = TIMESYNC_DATA::ENCODED_LEN;
         let used = base.ser(version, payload);
-        match payload.get_mut(used..length + 2) {
-            Some(rest) if self.target != (0, 0) => {
-                rest.fill(0);
-                if let [.., system, component] = rest {
-                    (*system, *component) = self.target;
-                }
-                if self.target.1 == 0 { length + 1 } else { length + 2 }
-            }
-            _ => used,
-        }
+        extended(payload, used, TIMESYNC_DATA::ENCODED_LEN, [self.target.0, self.target.1])
     }
 
     fn deser(version: MavlinkVersion, payload: &[u8]) -> Result<Self, ParserError> {

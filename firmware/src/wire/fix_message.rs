@@ -4,6 +4,7 @@
 //! the covariance it uses one number for each axis, the root of the sum of the three position variances in the diagonal. PX4
 //! takes GLOBAL_POSITION_SENSOR, which stamps its transmission.
 
+use super::extensions::extended;
 use mavlink::dialects::common::{
     GLOBAL_POSITION_SENSOR_DATA, GlobalPositionFlags, GlobalPositionSrc, MavFrame, MavMessage, ODOMETRY_DATA,
     VISION_POSITION_ESTIMATE_DATA, VISION_SPEED_ESTIMATE_DATA,
@@ -214,18 +215,6 @@ impl MessageData for VisionPosition {
         let base = VISION_POSITION_ESTIMATE_DATA::deser(version, payload)?;
         Ok(VisionPosition { base, covariance: core::array::from_fn(|i| float(4 * i)), resets: byte(84) })
     }
-}
-
-/// Writes the extension behind base fields whose trailing zeros may have been cut off; the length of all, its own cut off.
-fn extended<const N: usize>(payload: &mut [u8], used: usize, base: usize, extension: [u8; N]) -> usize {
-    let Some(significant) = extension.iter().rposition(|byte| *byte != 0) else { return used };
-    if let Some(zeros) = payload.get_mut(used.min(base)..base) {
-        zeros.fill(0);
-    }
-    if let Some(rest) = payload.get_mut(base..) {
-        rest.iter_mut().zip(extension).for_each(|(to, from)| *to = from);
-    }
-    base + significant + 1
 }
 
 /// VISION_SPEED_ESTIMATE of the autopilot's own velocity, stamped at its transmission. ArduPilot estimates the smallest

@@ -81,9 +81,7 @@ impl Exposures {
             }
             let exposure = self.shutter.expose(self.count, open_us);
             self.count += 1;
-            let mut edges: Vec<_> = self.edges.drain(..).chain(self.line.edges(scenario, &exposure)).collect();
-            edges.sort_by(|a, b| a.at_us.total_cmp(&b.at_us));
-            self.edges = edges.into();
+            self.line.add_edges(scenario, &exposure, &mut self.edges);
             return Some(exposure);
         }
     }

@@ -1,13 +1,14 @@
 //! MAVLink on the truth's connection: what is asked of the simulated vehicle, and what it says.
 
 use mavlink::dialects::common::{
-    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, COMMAND_ACK_DATA, COMMAND_LONG_DATA,
-    GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavModeFlag, MavState, MavType,
-    SIM_STATE_DATA, VIBRATION_DATA,
+    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA,
+    HEARTBEAT_DATA, MavAutopilot, MavModeFlag, MavState, MavType, SIM_STATE_DATA, VIBRATION_DATA,
 };
-use mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, MessageData};
+use mavlink::{MavlinkVersion, MessageData};
+use plumbline_firmware::wire::command::{ACCEPTED, Acknowledgement, Ask, SET_MESSAGE_INTERVAL};
 use plumbline_firmware::wire::decoder::{Decoder, Packet};
 use plumbline_firmware::wire::extensions::Timesync;
+use plumbline_firmware::wire::outgoing::Encoder;
 
 /// System of the vehicle that the firmware believes to fly in.
 pub const VEHICLE: u8 = 1;
@@ -113,17 +114,7 @@ pub struct Listener {
 impl Listener {
     /// Takes bytes; what they say is appended to `said`.
     pub fn take(&mut self, bytes: &[u8], said: &mut Vec<Said>) {
-        let mut rest = bytes;
-        while !rest.is_empty() {
-            let room = self.decoder.free();
-            let count = room.len().min(rest.len());
-            room[..count].copy_from_slice(&rest[..count]);
-            self.decoder.filled(count);
-            rest = &rest[count..];
-            while let Some(packet) = self.decoder.next() {
-                said.extend(of(&packet));
-            }
-        }
+        self.decoder.take(bytes, |packet| said.extend(of(packet)));
     }
 
     /// Good messages so far, of whatever kind.
@@ -177,10 +168,9 @@ fn of(packet: &Packet<'_>) -> Option<Said> {
             let sync: Timesync = payload(packet)?;
             (sync.tc1 > 0).then_some(Said::Timesync { sent_ns: sync.ts1, theirs_us: sync.tc1 as f64 * 1e-3 })
         }
-        COMMAND_ACK_DATA::ID => {
-            let ack: COMMAND_ACK_DATA = payload(packet)?;
-            let accepted = ack.result == mavlink::dialects::common::MavResult::MAV_RESULT_ACCEPTED;
-            (ack.command == MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL).then_some(Said::Interval(accepted))
+        Acknowledgement::ID => {
+            let ack: Acknowledgement = payload(packet)?;
+            (ack.command == SET_MESSAGE_INTERVAL).then_some(Said::Interval(ack.result == ACCEPTED))
         }
         _ => None,
     }
@@ -211,9 +201,15 @@ fn unit(q: [f32; 4]) -> Option<[f64; 4]> {
 }
 
 /// What is sent on the truth's connection.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Speaker {
-    sequence: u8,
+    encoder: Encoder,
+}
+
+impl Default for Speaker {
+    fn default() -> Self {
+        Speaker { encoder: Encoder::new(US) }
+    }
 }
 
 impl Speaker {
@@ -236,27 +232,11 @@ impl Speaker {
 
     /// SET_MESSAGE_INTERVAL.
     pub fn interval(&mut self, id: u32, interval_us: u32) -> Vec<u8> {
-        self.encode(&COMMAND_LONG_DATA {
-            param1: id as f32,
-            param2: interval_us as f32,
-            param3: 0.0,
-            param4: 0.0,
-            param5: 0.0,
-            param6: 0.0,
-            param7: 0.0,
-            command: MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL,
-            target_system: VEHICLE,
-            target_component: AUTOPILOT,
-            confirmation: 0,
-        })
+        self.encode(&Ask::Interval(id, interval_us).command((VEHICLE, AUTOPILOT)))
     }
 
     fn encode<D: MessageData>(&mut self, data: &D) -> Vec<u8> {
-        let mut raw = MAVLinkV2MessageRaw::new();
-        let header = MavHeader { system_id: US.0.into(), component_id: US.1, sequence: self.sequence };
-        self.sequence = self.sequence.wrapping_add(1);
-        raw.serialize_message_data(header, data);
-        raw.raw_bytes().to_vec()
+        self.encoder.encode(data).to_vec()
     }
 }
 

@@ -98,10 +98,7 @@ impl<'s> Cockpit<'s> {
         }
         let exposure = self.shutter.expose(count, open_us);
         self.exposures = Some(count + 1);
-        let mut edges: Vec<_> = self.edges.drain(..).collect();
-        edges.extend(self.line.edges(&self.setup.scenario, &exposure));
-        edges.sort_by(|a, b| a.at_us.total_cmp(&b.at_us));
-        self.edges = edges.into();
+        self.line.add_edges(&self.setup.scenario, &exposure, &mut self.edges);
         self.planned.push_back((exposure, photo));
     }
 
@@ -210,10 +207,7 @@ impl<'s> Cockpit<'s> {
 
     /// What the firmware said of a frame.
     pub(super) fn report(&mut self, record: &mut FrameRecord) {
-        let frame = record.exposure.frame;
-        record.report = self.station.reports.get(&frame).copied();
-        record.instant = self.station.instants.get(&frame).copied();
-        record.patch = self.station.patches.remove(&frame);
+        record.take_reports(&mut self.station);
     }
 
     pub(super) fn finish(self, frames: Vec<FrameRecord>) -> Flight {

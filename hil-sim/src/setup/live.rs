@@ -1,6 +1,6 @@
 //! A live flight made ready: ground and reference around where the vehicle stands.
 
-use super::{Setup, grounds_of, of_ground};
+use super::{Setup, grid_of, grounds_of, of_ground};
 use crate::scenario::{self, Scenario};
 use crate::vehicle::motion::{Motion, TrueState};
 use crate::vehicle::mount::payload_of;
@@ -48,11 +48,7 @@ impl Setup {
                 (procedural_around(scenario.run.seed, start.utm(), [east_m, north_m], side_m), None)
             }
         };
-        let crs = Crs::from_epsg(ground.epsg()).map_err(|error| of_ground(&scenario, &error.to_string()))?;
-        if crs.is_geographic() {
-            let why = format!("it is in degrees (EPSG:{}); a projected grid in metres is needed", ground.epsg());
-            return Err(of_ground(&scenario, &why));
-        }
+        let crs = grid_of(&scenario, &ground)?;
         let (east_m, north_m) = on_grid(&crs)?;
         if !ground.bounds().contains(east_m, north_m) {
             let (lat, lon) = (start.lat_deg, start.lon_deg);

@@ -37,24 +37,6 @@ const FIX_INTERVAL_US: core::ops::RangeInclusive<u32> = 10_000..=60_000_000;
 /// A map that is further off is the wrong one.
 const MAP_SIGMA_MAX_M: f32 = 1000.0;
 
-impl Default for Link {
-    /// One vehicle, its autopilot, and an encoder that is its second gimbal; two fixes a second, alike for five seconds, from
-    /// a map without an offset.
-    fn default() -> Self {
-        Link {
-            autopilot: (1, 1),
-            range: (1, None),
-            encoder: 171,
-            range_interval_us: 20_000,
-            fix_message: 0,
-            sensor_id: 1,
-            fix_interval_us: 500_000,
-            correlation_s: CORRELATION_MAX_S,
-            map_sigma_m: 0.0,
-        }
-    }
-}
-
 impl Link {
     /// Whose messages are taken.
     pub fn speakers(&self) -> Speakers {

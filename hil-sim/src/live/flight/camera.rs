@@ -135,13 +135,10 @@ impl Flying<'_> {
             if record.exposure.readout_start_us as f64 > before_us {
                 return;
             }
-            let frame = record.exposure.frame;
-            record.report = self.station.reports.get(&frame).copied();
-            record.instant = self.station.instants.get(&frame).copied();
-            record.patch = self.station.patches.remove(&frame);
+            record.take_reports(&mut self.station);
             // A judge that has gone judges no more.
             let _ = self.to_judge.send(FrameRecord { patch: None, ..record.clone() });
-            if !self.wanted.keep.keeps(frame) {
+            if !self.wanted.keep.keeps(record.exposure.frame) {
                 (record.frame, record.patch) = (None, None);
             }
             self.closed += 1;

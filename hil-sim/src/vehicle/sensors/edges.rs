@@ -8,6 +8,7 @@ use super::shutter::{Exposure, exposures};
 use crate::noise::{normal, stream, uniform};
 use crate::scenario::{EdgeSource, Scenario, Vehicle};
 use rand_chacha::ChaCha12Rng;
+use std::collections::VecDeque;
 
 /// Longest hold-off, microseconds.
 const HOLD_OFF_MAX_US: u32 = 100;
@@ -58,8 +59,14 @@ impl ShutterLine {
         ShutterLine { jitter: stream(scenario.run.seed, "edge.jitter"), fate: stream(scenario.run.seed, "edge.fate") }
     }
 
+    /// The edges of an exposure among those that are still to come, in the order of time.
+    pub fn add_edges(&mut self, scenario: &Scenario, exposure: &Exposure, to_come: &mut VecDeque<LineEdge>) {
+        to_come.extend(self.edges(scenario, exposure));
+        to_come.make_contiguous().sort_by(|a, b| a.at_us.total_cmp(&b.at_us));
+    }
+
     /// The edges of an exposure, in no order.
-    pub fn edges(&mut self, scenario: &Scenario, exposure: &Exposure) -> Vec<LineEdge> {
+    fn edges(&mut self, scenario: &Scenario, exposure: &Exposure) -> Vec<LineEdge> {
         let (shutter, faults) = (&scenario.vehicle.shutter, &scenario.faults.shutter);
         let mut edges = Vec::new();
         let sides =
