@@ -30,6 +30,7 @@ use crate::stores::plan::Plan;
 use crate::wire::command::Ask;
 use crate::wire::decoder::LinkCounters;
 use crate::wire::incoming::Speakers;
+use crate::wire::signing::{Refused, Signing};
 use crate::wire::telemetry::{FrameReport, InstantReport, PhotoReport};
 use autopilot::Autopilot;
 pub use autopilot::Companion;
@@ -116,6 +117,15 @@ impl FrameOut {
     }
 }
 
+/// What a heartbeat of the autopilot says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Armed {
+    /// Whether it is armed.
+    pub is_armed: bool,
+    /// Whether the heartbeat was signed with our key.
+    pub is_signed: bool,
+}
+
 /// Counters beside the link's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
@@ -148,8 +158,12 @@ pub struct App<'t> {
     outbox: Outbox,
     /// Number of the patch in the pipeline's buffer.
     patch: Cell<u32>,
-    /// Whether the autopilot said that it is armed.
-    armed: Cell<Option<bool>>,
+    /// What the newest heartbeat of the autopilot said, and who sent it for sure.
+    armed: Cell<Option<Armed>>,
+    /// Whether the autopilot has ever said that it is armed.
+    was_armed: Cell<bool>,
+    /// What messages are signed with, if they are.
+    signing: Option<Shared<Signing>>,
     speakers: Speakers,
     autopilot: Shared<Autopilot>,
     /// Whether nothing is missing for fixes to be made and sent.
@@ -162,14 +176,15 @@ pub struct App<'t> {
 }
 
 impl<'t> App<'t> {
-    /// An application around a pipeline, with what its stamps depend on, the photos that are planned, and the link that it is
-    /// on. All that decides goes into the `journal`.
+    /// An application around a pipeline, with what its stamps depend on, the photos that are planned, the link that it is
+    /// on, and what messages on it are signed with. All that decides goes into the `journal`.
     pub fn new(
         pipeline: Pipeline<'t>,
         stamps: &StampSettings,
         plan: Option<Plan<'t>>,
         send_patches: bool,
         companion: &Companion,
+        signing: Option<Signing>,
         journal: &'t dyn Journal,
     ) -> Self {
         App {
@@ -181,6 +196,8 @@ impl<'t> App<'t> {
             outbox: Outbox::new(),
             patch: Cell::new(0),
             armed: Cell::new(None),
+            was_armed: Cell::new(false),
+            signing: signing.map(Shared::new),
             speakers: companion.speakers,
             autopilot: Shared::new(Autopilot::new(companion)),
             is_ready: Cell::new(false),
@@ -192,8 +209,30 @@ impl<'t> App<'t> {
     }
 
     /// Whether the autopilot is armed, if it ever said.
-    pub fn armed(&self) -> Option<bool> {
+    pub fn armed(&self) -> Option<Armed> {
         self.armed.get()
+    }
+
+    /// Whether the autopilot has ever said that it is armed.
+    pub fn was_armed(&self) -> bool {
+        self.was_armed.get()
+    }
+
+    /// The newest time in signatures; nothing without a key.
+    pub fn stamp(&self) -> Option<u64> {
+        self.signing.as_ref().and_then(|signing| signing.with(|signing| signing.stamp()))
+    }
+
+    /// What was refused for its signature; nothing without a key.
+    fn refused(&self) -> Option<Refused> {
+        self.signing.as_ref().and_then(|signing| signing.with(|signing| signing.refused()))
+    }
+
+    /// The time in signatures goes on.
+    fn advance_stamps(&self, now: Ticks) {
+        self.signing.iter().for_each(|signing| {
+            signing.with(|signing| signing.advance(now));
+        });
     }
 
     /// Where the follow-up axis should be, for a board that turns it itself.

@@ -4,7 +4,8 @@ use crate::app::{App, Companion};
 use crate::autopilot::requests::Intervals;
 use crate::journal::Journal;
 use crate::stores::plan::Plan;
-use crate::stores::{StoreError, configuration, plan, tiles};
+use crate::stores::{StoreError, configuration, key, plan, tiles};
+use crate::wire::signing::Signing;
 use plumbline_core::budget::SEARCH_MAX_PX;
 use plumbline_core::pipeline::{Buffers, Pipeline, Settings, SettingsError};
 use plumbline_core::stamp::StampSettings;
@@ -19,6 +20,8 @@ pub enum BootError {
     Tiles(StoreError),
     /// The plan store was refused.
     Plan(StoreError),
+    /// The key store was refused.
+    Key(StoreError),
     /// All are good, but the plan reaches beyond the reference's grid.
     Astray,
     /// Either is good, but the reference is smaller than what the configuration searches.
@@ -34,6 +37,7 @@ impl BootError {
             BootError::Configuration(error) => ["configuration: ", error.words()],
             BootError::Tiles(error) => ["tile store: ", error.words()],
             BootError::Plan(error) => ["plan store: ", error.words()],
+            BootError::Key(error) => ["key store: ", error.words()],
             BootError::Astray => ["plan store: ", "far from the reference"],
             BootError::Misfit => ["tile store: ", "smaller than the search"],
             BootError::FrameMemory => ["board: ", "too little frame memory"],
@@ -49,6 +53,7 @@ impl BootError {
             BootError::FrameMemory => 0x31,
             BootError::Astray => 0x32,
             BootError::Plan(error) => 0x40 + error.code(),
+            BootError::Key(error) => 0x50 + error.code(),
         }
     }
 }
@@ -119,8 +124,18 @@ pub fn read<'f>(configuration: &[u8], tiles: &'f [u8], plan: &'f [u8]) -> Result
     Ok(Flight { settings, stamps, tile, plan, send_patches: configuration.send_patches, link })
 }
 
+/// Reads the key store from the region of flash that it begins, which may be empty, and begins to sign where there is a key. Any
+/// bytes may come. `stamp`: the newest time that the board knows, units of 10 us since 2015.
+///
+/// # Errors
+/// [`BootError::Key`]: where a key is there, but damaged, nothing flies unsigned.
+pub fn signing(key: &[u8], stamp: u64) -> Result<Option<Signing>, BootError> {
+    let stored = key::read(key).map_err(BootError::Key)?;
+    Ok(stored.map(|stored| Signing::new(stored.key, stamp.max(stored.first))))
+}
+
 impl<'t> Flight<'t> {
-    /// The application; `journal` records all that decides.
+    /// The application; `signing` signs its messages, `journal` records all that decides.
     ///
     /// # Errors
     /// [`BootError::FrameMemory`]; settings that [`read`] has not checked may be refused as well.
@@ -130,10 +145,11 @@ impl<'t> Flight<'t> {
         self,
         buffers: &'t mut Buffers,
         frame_memory: &'t mut [u8],
+        signing: Option<Signing>,
         journal: &'t dyn Journal,
     ) -> Result<App<'t>, BootError> {
         let Flight { settings, stamps, tile, plan, send_patches, link } = self;
         let pipeline = Pipeline::new(settings, tile, buffers, frame_memory)?;
-        Ok(App::new(pipeline, &stamps, plan, send_patches, &link, journal))
+        Ok(App::new(pipeline, &stamps, plan, send_patches, &link, signing, journal))
     }
 }

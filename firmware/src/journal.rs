@@ -8,6 +8,7 @@
 //! until what it is to do next is what the log has next.
 
 use crate::board::FrameStart;
+use crate::wire::signing::Verdict;
 use crate::wire::telemetry::{FrameReport, InstantReport};
 use core::task::{Poll, Waker};
 use plumbline_core::image::Run;
@@ -63,6 +64,10 @@ pub trait Journal {
     /// pixels.
     fn patch(&self, size: (u16, u16), runs: &[Run], pixels: &mut [u8]);
 
+    /// The verdict on a packet, which is this one, from 0, of those that the newest [`Event::Bytes`] completed. A replay, which
+    /// has no key, answers that of the flight; in flight it is the application's own.
+    fn verdict(&self, number: u8, own: Verdict) -> Verdict;
+
     /// Whether the application may pass; in flight always.
     fn gate(&self, gate: Gate, waker: &Waker) -> Poll<()>;
 }
@@ -75,6 +80,10 @@ impl Journal for NoJournal {
     fn event(&self, _: Event<'_>) {}
 
     fn patch(&self, _: (u16, u16), _: &[Run], _: &mut [u8]) {}
+
+    fn verdict(&self, _: u8, own: Verdict) -> Verdict {
+        own
+    }
 
     fn gate(&self, _: Gate, _: &Waker) -> Poll<()> {
         Poll::Ready(())

@@ -31,7 +31,7 @@ pub mod wires;
 
 /// Version of the protocol. Framing, the envelope and `Hello` and `Welcome` up to their version stay as they are in all
 /// versions, so that two versions recognise each other.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 /// Most bytes of payload in a message: a piece of an upload, of a frame's rows, or of what the application sent.
 pub const PIECE_MAX: usize = 2048;
 /// Most bytes that the application may have sent and the simulator not yet fetched; a writer beyond waits. More than a

@@ -59,7 +59,11 @@ pub const STATUS: usize = 0x84;
 /// The configuration store.
 pub const CONFIGURATION: usize = 0x1000;
 /// Bytes of its region.
-pub const CONFIGURATION_BYTES: usize = 0x1000;
+pub const CONFIGURATION_BYTES: usize = 0xe00;
+/// The key store; zeros where messages are not signed.
+pub const KEY: usize = CONFIGURATION + CONFIGURATION_BYTES;
+/// Bytes of its region.
+pub const KEY_BYTES: usize = 0x200;
 /// The plan store; erased where photos are not planned.
 pub const PLAN: usize = 0x2000;
 /// Bytes of its region.
@@ -75,7 +79,7 @@ pub const TILES_BYTES: usize = AREA_MAX + BEFORE_PIXELS;
 pub const FRAME_MEMORY: usize = 0x7d_0000;
 /// Most pixels of a frame and of a tile.
 pub const AREA_MAX: usize = 0x7c_0000;
-const _: () = assert!(CONFIGURATION + CONFIGURATION_BYTES <= PLAN && PLAN + PLAN_BYTES <= FRAME);
+const _: () = assert!(KEY + KEY_BYTES <= PLAN && PLAN + PLAN_BYTES <= FRAME);
 const _: () = assert!(FRAME + AREA_MAX <= FRAME_MEMORY && FRAME_MEMORY + FRAME_MEMORY_BYTES <= TILES);
 const _: () = assert!(TILES + TILES_BYTES <= SIZE);
 const _: () = assert!(EDGE_WORDS + 8 * EDGE_RING <= STEP_DONE);

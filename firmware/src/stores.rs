@@ -1,12 +1,13 @@
-//! What lies in flash: two stores, and a third for who flies a plan, each behind a header that says what it is and whether it
-//! is whole.
+//! What lies in flash: two stores, a third for who flies a plan and a fourth for who signs messages, each behind a header that
+//! says what it is and whether it is whole.
 //!
 //! [`configuration`]: camera, calibration and settings. [`tiles`]: the reference and where it lies. [`plan`]: where photos are to be
-//! taken. All are written on the ground and read at boot, in place: nothing is copied. A store that is refused leaves the
+//! taken. [`key`]: what messages are signed with. All are written on the ground and read at boot, in place: nothing is copied. A store that is refused leaves the
 //! vehicle without fixes and with a reason ([`crate::app::grounded`]), never with wrong ones.
 
 pub mod configuration;
 pub mod framing;
+pub mod key;
 pub mod plan;
 pub mod tiles;
 

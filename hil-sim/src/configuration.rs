@@ -1,5 +1,6 @@
 //! The configuration store of a vehicle: camera, sensors and shutter. All calibrated values are the true ones.
 
+pub mod key;
 mod link;
 pub mod settings;
 mod stamps;

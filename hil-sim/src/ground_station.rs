@@ -1,5 +1,6 @@
 //! The ground station: what the firmware sent, decoded and kept.
 
+use crate::vehicle::signing::Signatory;
 use mavlink::dialects::common::{
     DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA, GIMBAL_DEVICE_SET_ATTITUDE_DATA, TIMESYNC_DATA,
     TUNNEL_DATA,
@@ -8,7 +9,9 @@ use mavlink::{MavlinkVersion, MessageData};
 use plumbline_firmware::wire::command::Command;
 use plumbline_firmware::wire::decoder::{Decoder, Packet};
 use plumbline_firmware::wire::fix_message::Odometry;
-use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, PhotoReport, PlanReport, Telemetry};
+use plumbline_firmware::wire::telemetry::{
+    FrameReport, Health, InstantReport, PhotoReport, PlanReport, SigningReport, Telemetry,
+};
 use std::collections::BTreeMap;
 
 /// A rectified patch as it was received.
@@ -24,6 +27,10 @@ pub struct ReceivedPatch {
 #[derive(Debug, Default)]
 pub struct GroundStation {
     decoder: Decoder,
+    /// Where messages are signed: who signs, and what of the firmware's it takes.
+    pub signatory: Option<Signatory>,
+    /// What signing refused on board, as it was reported last.
+    pub signing: SigningReport,
     /// Reports by frame.
     pub reports: BTreeMap<u32, FrameReport>,
     /// What belongs to the instants of their exposures, by frame.
@@ -55,6 +62,11 @@ pub struct GroundStation {
 }
 
 impl GroundStation {
+    /// One that takes what is signed alone, where there is somebody to sign.
+    pub fn signing(signatory: Option<Signatory>) -> Self {
+        GroundStation { signatory, ..GroundStation::default() }
+    }
+
     /// Takes bytes.
     pub fn take(&mut self, bytes: &[u8]) {
         let mut decoder = std::mem::take(&mut self.decoder);
@@ -63,6 +75,9 @@ impl GroundStation {
     }
 
     fn packet(&mut self, packet: &Packet<'_>) {
+        if self.signatory.as_mut().is_some_and(|signatory| !signatory.takes(packet)) {
+            return;
+        }
         *self.messages.entry(packet.id).or_default() += 1;
         match packet.id {
             TUNNEL_DATA::ID => {
@@ -85,6 +100,7 @@ impl GroundStation {
                         None => self.due.push(report),
                     },
                     Some(Telemetry::Plan(report)) => self.plan = Some(report),
+                    Some(Telemetry::Signing(report)) => self.signing = report,
                     None => {}
                 }
             }

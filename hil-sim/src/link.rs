@@ -188,6 +188,8 @@ pub struct Flash {
     pub tile: Vec<u8>,
     /// The plan store; empty where photos are not planned.
     pub plan: Vec<u8>,
+    /// The key store; empty where messages are not signed.
+    pub key: Vec<u8>,
 }
 
 /// The stores, as they lie in flash.
@@ -199,6 +201,8 @@ pub struct Stores {
     pub tiles: Vec<u8>,
     /// The plan store, or nothing.
     pub plan: Vec<u8>,
+    /// The key store, or nothing.
+    pub key: Vec<u8>,
 }
 
 impl Flash {
@@ -215,7 +219,8 @@ impl Flash {
             self.configuration.store(&mut buffer).map_err(|error| refusal(BootError::Configuration(error)))?.to_vec();
         let tiles = tile_store(&self.head, &self.tile).map_err(|error| refusal(BootError::Tiles(error)))?;
         boot::read(&configuration, &tiles, &self.plan).map_err(refusal)?;
-        Ok(Stores { configuration, tiles, plan: self.plan.clone() })
+        boot::signing(&self.key, 0).map_err(refusal)?;
+        Ok(Stores { configuration, tiles, plan: self.plan.clone(), key: self.key.clone() })
     }
 }
 

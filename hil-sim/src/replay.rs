@@ -116,7 +116,7 @@ fn application(log: &Log, tiles: Option<&[u8]>, tape: &'static Tape) -> Result<A
     let tiles: &'static [u8] = Box::leak(tiles.to_vec().into_boxed_slice());
     let memory = vec![0; log.head.frame_memory as usize].leak();
     boot::read(&log.configuration, tiles, &[])
-        .and_then(|flight| flight.app(Box::leak(Box::default()), memory, tape))
+        .and_then(|flight| flight.app(Box::leak(Box::default()), memory, None, tape))
         .map_err(|error| refuse(format!("the log's own stores are refused: {error}")))
 }
 

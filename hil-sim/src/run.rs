@@ -11,7 +11,7 @@ use crate::setup::Setup;
 use crate::vehicle::motion::TrueState;
 use crate::vehicle::sensors::{Exposure, exposures, lost_frames};
 use cockpit::Cockpit;
-use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, PhotoReport, PlanReport};
+use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, PhotoReport, PlanReport, SigningReport};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -51,6 +51,8 @@ pub struct Flight {
     pub frames: Vec<FrameRecord>,
     /// The firmware's last word on its own state.
     pub health: Health,
+    /// Where messages were signed, what the firmware refused, and how many the autopilot where that is known.
+    pub signing: Option<(SigningReport, Option<u64>)>,
     /// Messages received from the firmware, by id.
     pub messages: BTreeMap<u32, u64>,
     /// Servo commands: how many, and their root mean square off the exact angle at the time they arrived, radians.

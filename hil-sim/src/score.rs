@@ -7,6 +7,7 @@ mod matching;
 pub mod navigation;
 pub mod plan;
 pub mod pose;
+pub mod signing;
 pub mod stamps;
 mod statistics;
 pub mod unrectified;
@@ -181,6 +182,9 @@ pub struct Summary {
     pub link_faults: Option<LinkTrouble>,
     /// What the firmware counted on its link.
     pub link_health: LinkHealth,
+    /// What was refused for its signature; left out where messages are not signed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub signing: Option<signing::Signing>,
     /// What it counted of edges and pulses.
     pub stamp_health: StampHealth,
     /// Root mean square of the servo commands off the exact angle when they arrived, degrees.
@@ -282,6 +286,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
             backwards: health.backwards,
             invalid: health.invalid,
         },
+        signing: flight.signing.map(signing::Signing::from),
         stamp_health: health.stamps,
         servo_rms_deg: flight.servo.1.to_degrees(),
         plan: flown(setup, flight),

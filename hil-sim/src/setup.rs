@@ -10,6 +10,7 @@ pub use live::Start;
 use crate::camera::render::{Renderer, Station};
 use crate::camera::render_camera;
 use crate::configuration::configuration_of;
+use crate::configuration::key::{key_of_file, store_of};
 use crate::link::Flash;
 use crate::scenario::footprint::{footprint_margin_at_m, footprint_margin_m};
 use crate::scenario::{self, Payload, Scenario};
@@ -19,6 +20,7 @@ use crate::world::reference::Radiometry;
 use crate::world::tile::{Frame, SIDE_MAX, Tile};
 use crate::world::{Bounds, Grid, Ground, procedural};
 use planned::Planned;
+use plumbline_firmware::wire::signature::Key;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::raster::Raster;
@@ -63,6 +65,8 @@ pub struct Setup {
     pub tile_centre: [f64; 2],
     /// Grid convergence there.
     pub convergence_rad: f64,
+    /// What both sides of the link sign their messages with, if they do.
+    pub signing: Option<Key>,
     /// The plan that is flown.
     pub plan: Option<Planned>,
 }
@@ -126,7 +130,9 @@ impl Setup {
         let convergence_rad = crs.convergence_rad(tile_centre[0], tile_centre[1])?;
         let shake_deg = if scenario.run.replay.is_some() { RECORDED_SHAKE_DEG } else { 0.0 };
         let configuration = configuration_of(&scenario.vehicle, &payload, shake_deg);
-        let flash = Flash { configuration, head, tile: tile.pixels, plan };
+        let signing = scenario.run.link.signing_key_path.as_deref().map(key_of_file).transpose()?;
+        let key = signing.map_or_else(Vec::new, |key| store_of(key, 0));
+        let flash = Flash { configuration, head, tile: tile.pixels, plan, key };
         flash.stores()?;
         let renderer = Renderer::new(render_camera(&payload.camera), RENDER_SAMPLES);
         Ok(Setup {
@@ -140,6 +146,7 @@ impl Setup {
             flash,
             tile_centre,
             convergence_rad,
+            signing,
             plan: None,
         })
     }

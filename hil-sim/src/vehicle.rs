@@ -5,3 +5,4 @@ pub mod motion;
 pub mod mount;
 pub mod sensors;
 pub mod servo;
+pub mod signing;

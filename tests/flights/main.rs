@@ -7,5 +7,6 @@ mod reboot;
 mod recorded;
 mod replay;
 mod serial;
+mod signing;
 mod stamps;
 mod truth;

@@ -2,7 +2,7 @@
 //! as the log goes.
 
 mod cards;
-mod flown;
+pub mod flown;
 mod order;
 mod power;
 mod reboot;

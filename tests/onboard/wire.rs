@@ -4,6 +4,7 @@ mod axes;
 mod fix_message;
 mod incoming;
 mod outgoing;
+mod signing;
 
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, ENCAPSULATED_DATA_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavMessage,

@@ -17,6 +17,7 @@ pub async fn beat(app: &App<'_>, timer: &mut impl Timer) -> ! {
     let mut count = 0u32;
     loop {
         app.event(Event::Beat(now));
+        app.advance_stamps(now);
         let is_second = count.is_multiple_of(BEATS_PER_SECOND);
         app.ask_autopilot(now, is_second);
         if is_second {

@@ -6,7 +6,9 @@
 
 use super::Line;
 use crate::board::{Reader, Timer, Writer};
+use crate::shared::Shared;
 use crate::wire::outgoing::{self, COMPONENT, Encoder, SYSTEM};
+use crate::wire::signing::Signing;
 use mavlink::dialects::common::MavSeverity;
 use plumbline_core::units::Ticks;
 
@@ -23,17 +25,22 @@ pub async fn drain(reader: &mut impl Reader) -> ! {
 }
 
 /// Tells for ever: the reason in two parts, as [`BootError::words`](crate::boot::BootError::words) has it, and the board's
-/// own notices.
+/// own notices; signed where there is a key.
 pub async fn report(
     reason: [&'static str; 2],
     notices: &[(MavSeverity, Line)],
+    signing: Option<Signing>,
     writer: &mut impl Writer,
     timer: &mut impl Timer,
 ) -> ! {
-    let mut encoder = Encoder::new((SYSTEM, COMPONENT));
+    let signing = signing.map(Shared::new);
+    let mut encoder = Encoder::new((SYSTEM, COMPONENT), signing.as_ref());
     let mut at = timer.now();
     let mut count = 0u32;
     loop {
+        signing.iter().for_each(|signing| {
+            signing.with(|signing| signing.advance(timer.now()));
+        });
         let bytes = encoder.encode(&outgoing::grounded_heartbeat());
         writer.write(bytes).await;
         if count.is_multiple_of(REASON_EVERY) {

@@ -1,12 +1,13 @@
 //! Bytes in, samples out.
 
 use super::autopilot::Kind;
-use super::{App, Out};
+use super::{App, Armed, Out};
 use crate::board::{Reader, Timer};
 use crate::journal::Event;
 use crate::wire::boot_time::BootTime;
-use crate::wire::decoder::Decoder;
+use crate::wire::decoder::{Decoder, Packet};
 use crate::wire::incoming::{Incoming, Unusable, incoming};
+use crate::wire::signing::Verdict;
 use plumbline_core::pipeline::{Arrival, FollowUpMode, Instants, SampleError};
 use plumbline_core::tilt::{Attitude, follow_up_command};
 use plumbline_core::units::{Micros, Radians, Ticks};
@@ -28,8 +29,15 @@ pub async fn receive(app: &App<'_>, reader: &mut impl Reader, timer: &impl Timer
         // One reading of the timer for all that these bytes complete.
         let now = timer.now();
         app.event(Event::Bytes(now, free.get(..count).unwrap_or(&[])));
+        app.advance_stamps(now);
         decoder.filled(count);
+        let mut number = 0u8;
         while let Some(packet) = decoder.next() {
+            let verdict = judge(app, &packet, number);
+            number = number.wrapping_add(1);
+            if verdict != Verdict::Taken {
+                continue;
+            }
             match incoming(&packet, &app.speakers) {
                 Ok(message) => state.take(app, message, now),
                 Err(Unusable::Invalid) => app.count(|c| c.invalid += 1),
@@ -39,6 +47,17 @@ pub async fn receive(app: &App<'_>, reader: &mut impl Reader, timer: &impl Timer
         }
         app.link.set(decoder.counters());
     }
+}
+
+/// What is to be done with the packet that is this one, from 0, of those that a read completed. Without a key all are taken; a
+/// replay, which has none, is told by its log.
+fn judge(app: &App<'_>, packet: &Packet<'_>, number: u8) -> Verdict {
+    let own = match &app.signing {
+        // Used within another use it would tell nothing, and what is not known to be good is not taken.
+        Some(signing) => signing.with(|signing| signing.judge(packet)).unwrap_or(Verdict::Wrong),
+        None => Verdict::Taken,
+    };
+    app.journal.verdict(number, own)
 }
 
 /// When the last of each was.
@@ -54,7 +73,12 @@ impl State {
         match message {
             Incoming::Timesync { sent_ns, theirs } => self.timesync(app, sent_ns, theirs, now),
             Incoming::TimesyncRequest { theirs_ns } => app.outbox.put(Out::TimesyncAnswer(theirs_ns)),
-            Incoming::Heartbeat(heartbeat) => app.armed.set(Some(heartbeat.is_armed)),
+            Incoming::Heartbeat(heartbeat) => {
+                let is_armed = heartbeat.is_armed;
+                // With a key nothing comes this far that is not signed.
+                app.armed.set(Some(Armed { is_armed, is_signed: app.signing.is_some() }));
+                app.was_armed.set(app.was_armed.get() || is_armed);
+            }
             Incoming::Origin(_) | Incoming::Gnss(_) | Incoming::Acknowledged(..) | Incoming::Parameter(_) => {}
             sample => {
                 // Without a clock nobody knows which wrap of its counter a stamp belongs to, and no frame has a stamp.

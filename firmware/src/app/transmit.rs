@@ -23,7 +23,7 @@ pub async fn transmit(
     timer: &impl Timer,
     performance: &impl PerformanceCounters,
 ) -> ! {
-    let mut encoder = Encoder::new(app.speakers.us);
+    let mut encoder = Encoder::new(app.speakers.us, app.signing.as_ref());
     let mut picture: Option<Picture> = None;
     loop {
         let Some(out) = app.outbox.take() else {
@@ -61,7 +61,7 @@ pub async fn transmit(
 }
 
 /// What is one message; nothing for what is several.
-fn encoded<'e>(app: &App<'_>, out: &Out, encoder: &'e mut Encoder, now: Ticks) -> &'e [u8] {
+fn encoded<'e>(app: &App<'_>, out: &Out, encoder: &'e mut Encoder<'_>, now: Ticks) -> &'e [u8] {
     let autopilot = app.speakers.autopilot;
     match out {
         Out::Ask(ask) => encoder.encode(&ask.command(autopilot)),
@@ -80,10 +80,10 @@ fn encoded<'e>(app: &App<'_>, out: &Out, encoder: &'e mut Encoder, now: Ticks) -
     }
 }
 
-/// Heartbeat, health, and how far a plan has been flown.
+/// Heartbeat, health, how far a plan has been flown, and what signing has refused.
 async fn beat_out(
     app: &App<'_>,
-    encoder: &mut Encoder,
+    encoder: &mut Encoder<'_>,
     writer: &mut impl Writer,
     timer: &impl Timer,
     performance: &impl PerformanceCounters,
@@ -94,6 +94,10 @@ async fn beat_out(
     writer.write(bytes).await;
     if let Some(report) = app.plan_report() {
         let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Plan(report)));
+        writer.write(bytes).await;
+    }
+    if let Some(refused) = app.refused() {
+        let bytes = encoder.encode(&outgoing::tunnel(&Telemetry::Signing(refused.into())));
         writer.write(bytes).await;
     }
 }
@@ -134,7 +138,12 @@ fn motion(app: &App<'_>, frame: &FrameOut) -> Option<MotionReport> {
 }
 
 /// The message of a fix, in the form that the autopilot takes; nothing where none is due.
-fn fix_out<'e>(app: &App<'_>, (fix, situation): (&Fix, &Situation), encoder: &'e mut Encoder, now: Ticks) -> &'e [u8] {
+fn fix_out<'e>(
+    app: &App<'_>,
+    (fix, situation): (&Fix, &Situation),
+    encoder: &'e mut Encoder<'_>,
+    now: Ticks,
+) -> &'e [u8] {
     let mid = situation.mid_exposure_at;
     let convergence = app.pipeline.with(|pipeline| pipeline.tile().georeference().convergence).unwrap_or(Radians(0.0));
     let message = app
@@ -155,7 +164,7 @@ fn fix_out<'e>(app: &App<'_>, (fix, situation): (&Fix, &Situation), encoder: &'e
 async fn frame_out(
     app: &App<'_>,
     frame: &FrameOut,
-    encoder: &mut Encoder,
+    encoder: &mut Encoder<'_>,
     writer: &mut impl Writer,
     timer: &impl Timer,
 ) {
@@ -206,7 +215,7 @@ struct Picture {
 async fn announce_picture(
     app: &App<'_>,
     frame: &FrameOut,
-    encoder: &mut Encoder,
+    encoder: &mut Encoder<'_>,
     writer: &mut impl Writer,
 ) -> Option<Picture> {
     let number = frame.patch.filter(|_| app.send_patches)?;
@@ -221,7 +230,7 @@ async fn announce_picture(
 async fn piece_out(
     app: &App<'_>,
     picture: Picture,
-    encoder: &mut Encoder,
+    encoder: &mut Encoder<'_>,
     writer: &mut impl Writer,
 ) -> Option<Picture> {
     if app.patch.get() != picture.number {

@@ -19,6 +19,7 @@ mod board {
     use plumbline_firmware::run::{self, Pending};
     use plumbline_firmware::shared_memory as at;
     use plumbline_firmware::stores::StoreError;
+    use plumbline_firmware::wire::signing::Signing;
     use plumbline_firmware::{application_tasks, embassy_tasks};
     use static_cell::{ConstStaticCell, StaticCell};
 
@@ -37,7 +38,13 @@ mod board {
 
     #[embassy_executor::task]
     async fn tell_task(reason: BootError, mut writer: Port, mut timer: Port) -> ! {
-        grounded::report(reason.words(), &[], &mut writer, &mut timer).await
+        grounded::report(reason.words(), &[], signing().ok().flatten(), &mut writer, &mut timer).await
+    }
+
+    /// What the key store begins.
+    fn signing() -> Result<Option<Signing>, BootError> {
+        // SAFETY: the stores stand for flash: the simulator does not change them after it has started us.
+        boot::signing(unsafe { psram::bytes(at::KEY, at::KEY_BYTES) }.unwrap_or(&[]), 0)
     }
 
     /// Flash as the simulator has filled it. A function of its own, so that what it builds is off the stack when the flight
@@ -54,7 +61,7 @@ mod board {
         let flight = boot::read(configuration, tiles.ok_or(BootError::Tiles(StoreError::Nothing))?, plan)?;
         // SAFETY: `boot` runs once.
         let frame_memory = unsafe { psram::frame_memory() };
-        Ok(APP.uninit().write(flight.app(BUFFERS.take(), frame_memory, &NoJournal)?))
+        Ok(APP.uninit().write(flight.app(BUFFERS.take(), frame_memory, signing()?, &NoJournal)?))
     }
 
     #[entry]

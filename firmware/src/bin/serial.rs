@@ -32,6 +32,7 @@ mod board {
     /// What lies in the PSRAM: its start and size, bytes.
     const CONFIGURATION: (usize, usize) = (at::CONFIGURATION, at::CONFIGURATION_BYTES);
     const PLAN: (usize, usize) = (at::PLAN, at::PLAN_BYTES);
+    const KEY: (usize, usize) = (at::KEY, at::KEY_BYTES);
     const ROWS: (usize, usize) = (0x1_0000, 0x3_0000);
     const TILE: (usize, usize) = (at::TILES, at::TILES_BYTES);
 
@@ -115,11 +116,11 @@ mod board {
         let executor = FLIGHT_EXECUTOR.init(run::executor(&FLIGHT));
         let line = LINE_EXECUTOR.init(run::executor(&LINE));
         // SAFETY: `main` runs once, and nothing else uses these parts of the PSRAM.
-        let memories = unsafe { [CONFIGURATION, TILE, PLAN].map(|(start, size)| psram::memory(start, size)) };
-        if let [Some(configuration), Some(tile), Some(plan)] = memories {
+        let memories = unsafe { [CONFIGURATION, TILE, PLAN, KEY].map(|(start, size)| psram::memory(start, size)) };
+        if let [Some(configuration), Some(tile), Some(plan), Some(key)] = memories {
             let machine = Emulated { boot, executor };
-            let session =
-                SESSION.init_with(|| Session::new(machine, WIRES.take(), Stores::new(configuration, tile, plan)));
+            let stores = Stores::new(configuration, tile, plan, key);
+            let session = SESSION.init_with(|| Session::new(machine, WIRES.take(), stores));
             if let Ok(task) = line_task(session) {
                 line.spawner().spawn(task);
             }

@@ -6,6 +6,7 @@ use super::record::{Blob, Head, Record};
 use crate::journal::{Event, Gate, Journal};
 use crate::shared::Shared;
 use crate::stores::framing::checksum;
+use crate::wire::signing::Verdict;
 use core::cell::Cell;
 use core::task::{Poll, Waker};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -139,6 +140,14 @@ impl<const N: usize> Journal for LogJournal<'_, N> {
     fn patch(&self, size: (u16, u16), runs: &[Run], pixels: &mut [u8]) {
         let mut buffer = [0; RUNS_BYTES];
         self.push(&Record::Patch(size, Blob(runs_in(runs, &mut buffer)), Blob(pixels)));
+    }
+
+    fn verdict(&self, number: u8, own: Verdict) -> Verdict {
+        // Of nearly all packets there is nothing to tell.
+        if own != Verdict::Taken {
+            self.push(&Record::Refused(number, own as u8));
+        }
+        own
     }
 
     fn gate(&self, _: Gate, _: &Waker) -> Poll<()> {

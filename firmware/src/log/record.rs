@@ -60,6 +60,9 @@ pub enum Record<'a> {
     Frame(FrameReport, InstantReport, Option<(i32, i32)>),
     /// The timer when a time request went out.
     Asked(u32),
+    /// A packet that was refused for its signature: which, from 0, of those that the bytes before it complete, and the code of
+    /// the verdict. All others were taken.
+    Refused(u8, u8),
 }
 
 /// What the application ran on.

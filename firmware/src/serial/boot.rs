@@ -21,5 +21,6 @@ pub struct Memory {
 /// Why it cannot fly with them, in two parts.
 pub fn application(uploaded: Uploaded, memory: Memory) -> Result<App<'static>, [&'static str; 2]> {
     let flight = boot::read(uploaded.configuration, uploaded.tile, uploaded.plan);
-    flight.and_then(|flight| flight.app(memory.buffers, memory.frame, &NoJournal)).map_err(BootError::words)
+    let signing = boot::signing(uploaded.key, 0).map_err(BootError::words)?;
+    flight.and_then(|flight| flight.app(memory.buffers, memory.frame, signing, &NoJournal)).map_err(BootError::words)
 }

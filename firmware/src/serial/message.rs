@@ -107,6 +107,8 @@ pub enum Store {
     Tile,
     /// Where photos are to be taken; it may be left out.
     Plan,
+    /// What messages are signed with; it may be left out.
+    Key,
 }
 
 /// What the board answers.
@@ -157,6 +159,8 @@ pub struct Welcome<'a> {
     pub tile_capacity: u32,
     /// Largest plan store, bytes.
     pub plan_capacity: u32,
+    /// Largest key store, bytes.
+    pub key_capacity: u32,
     /// Name of the board, at most 32 bytes.
     pub board: &'a str,
     /// Version of the firmware, at most 32 bytes.

@@ -1,4 +1,4 @@
-//! What is uploaded before a flight: the blobs that stand for flash, of which the plan may be missing. What is in them is
+//! What is uploaded before a flight: the blobs that stand for flash, of which plan and key may be missing. What is in them is
 //! the application's affair.
 
 use super::message::{Refused, Store};
@@ -13,6 +13,8 @@ pub struct Stores {
     tile: Slot,
     /// Where photos are to be taken.
     plan: Slot,
+    /// What messages are signed with.
+    key: Slot,
 }
 
 /// What was uploaded, whole and checked.
@@ -24,6 +26,8 @@ pub struct Uploaded {
     pub tile: &'static [u8],
     /// Where photos are to be taken; empty where that is not planned.
     pub plan: &'static [u8],
+    /// What messages are signed with; empty where they are not.
+    pub key: &'static [u8],
 }
 
 /// Memory for one, and what is in it.
@@ -37,19 +41,24 @@ struct Slot {
 
 impl Stores {
     /// Empty ones in this memory.
-    pub fn new(configuration: &'static mut [u8], tile: &'static mut [u8], plan: &'static mut [u8]) -> Self {
+    pub fn new(
+        configuration: &'static mut [u8],
+        tile: &'static mut [u8],
+        plan: &'static mut [u8],
+        key: &'static mut [u8],
+    ) -> Self {
         let slot = |memory| Slot { memory, announced: None, filled: 0 };
-        Stores { configuration: slot(configuration), tile: slot(tile), plan: slot(plan) }
+        Stores { configuration: slot(configuration), tile: slot(tile), plan: slot(plan), key: slot(key) }
     }
 
-    /// Bytes that configuration, tile and plan may have.
-    pub fn capacities(&self) -> [u32; 3] {
-        [&self.configuration, &self.tile, &self.plan].map(|slot| slot.memory.len() as u32)
+    /// Bytes that configuration, tile, plan and key may have.
+    pub fn capacities(&self) -> [u32; 4] {
+        [&self.configuration, &self.tile, &self.plan, &self.key].map(|slot| slot.memory.len() as u32)
     }
 
     /// Forgets what was announced and uploaded.
     pub fn clear(&mut self) {
-        for slot in [&mut self.configuration, &mut self.tile, &mut self.plan] {
+        for slot in [&mut self.configuration, &mut self.tile, &mut self.plan, &mut self.key] {
             (slot.announced, slot.filled) = (None, 0);
         }
     }
@@ -59,6 +68,7 @@ impl Stores {
             Store::Configuration => &mut self.configuration,
             Store::Tile => &mut self.tile,
             Store::Plan => &mut self.plan,
+            Store::Key => &mut self.key,
         }
     }
 
@@ -90,20 +100,20 @@ impl Stores {
         Ok(())
     }
 
-    /// Hands all over, for ever. A plan that was not announced is none.
+    /// Hands all over, for ever. A plan or a key that was not announced is none.
     ///
     /// # Errors
     /// [`Refused::Damaged`] where one is not what was announced; nothing is handed over then.
     pub fn hand_over(&mut self) -> Result<Uploaded, Refused<'static>> {
-        for store in [Store::Configuration, Store::Tile, Store::Plan] {
+        for store in [Store::Configuration, Store::Tile, Store::Plan, Store::Key] {
             let slot = self.of(store);
-            let may_be_missing = store == Store::Plan && slot.announced.is_none();
+            let may_be_missing = matches!(store, Store::Plan | Store::Key) && slot.announced.is_none();
             if !(slot.is_whole() || may_be_missing) {
                 return Err(Refused::Damaged(store));
             }
         }
         let (configuration, tile) = (self.configuration.hand_over(), self.tile.hand_over());
-        Ok(Uploaded { configuration, tile, plan: self.plan.hand_over() })
+        Ok(Uploaded { configuration, tile, plan: self.plan.hand_over(), key: self.key.hand_over() })
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! | bytes | |
 //! |---|---|
-//! | 0..4 | magic: `PLBM` the configuration, `PLBT` the reference tile, `PLBP` the plan |
+//! | 0..4 | magic: `PLBM` the configuration, `PLBT` the reference tile, `PLBP` the plan, `PLBK` the key |
 //! | 4..6 | version of the payload's format |
 //! | 6..8 | zeros |
 //! | 8..12 | bytes of payload, which follows the header |

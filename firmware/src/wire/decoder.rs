@@ -1,5 +1,6 @@
 //! Finds MAVLink 2 messages in a stream of bytes.
 
+use super::signature::{SIGNATURE, SIGNED};
 use mavlink::dialects::common::MavMessage;
 use mavlink::{MAV_STX_V2, Message, calculate_crc};
 
@@ -7,9 +8,6 @@ use mavlink::{MAV_STX_V2, Message, calculate_crc};
 const LONGEST: usize = 280;
 const HEADER: usize = 10;
 const CHECKSUM: usize = 2;
-const SIGNATURE: usize = 13;
-/// The incompatibility flag of a signed message; all others are refused.
-const SIGNED: u8 = 0x01;
 
 /// What was seen on the link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,8 +35,17 @@ pub struct Packet<'a> {
     pub component: u8,
     /// Payload, trailing zeros cut off as MAVLink 2 does.
     pub payload: &'a [u8],
-    /// Whether a signature followed, which is not checked.
-    pub is_signed: bool,
+    /// What a signature is about, where one followed; it is not checked here.
+    pub signed: Option<Signed<'a>>,
+}
+
+/// A signed message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Signed<'a> {
+    /// From its first byte to its checksum.
+    pub message: &'a [u8],
+    /// What is behind it.
+    pub signature: &'a [u8; SIGNATURE],
 }
 
 /// Gathers bytes until they are a message. A candidate that turns out wrong costs one byte, not its claimed length, so
@@ -122,12 +129,14 @@ impl Decoder {
         self.counters.good += 1;
         self.used = length;
         let payload_end = HEADER + self.buffer[1] as usize;
+        let whole = self.buffer.get(..length).unwrap_or(&[]);
+        let signed = whole.split_last_chunk().filter(|_| self.buffer[2] & SIGNED != 0);
         Some(Packet {
             id: self.id(),
             system: self.buffer[5],
             component: self.buffer[6],
             payload: self.buffer.get(HEADER..payload_end).unwrap_or(&[]),
-            is_signed: self.buffer[2] & SIGNED != 0,
+            signed: signed.map(|(message, signature)| Signed { message, signature }),
         })
     }
 

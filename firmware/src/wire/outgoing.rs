@@ -1,7 +1,10 @@
 //! What we send: each message encoded into a buffer of the caller's.
 
 use super::extensions::Timesync;
+use super::signature::{SIGNATURE, SIGNED};
+use super::signing::Signing;
 use super::telemetry::{TUNNEL_BYTES, Telemetry};
+use crate::shared::Shared;
 use mavlink::dialects::common::{
     CAMERA_IMAGE_CAPTURED_DATA, CAMERA_TRIGGER_DATA, DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA,
     GIMBAL_DEVICE_SET_ATTITUDE_DATA, GimbalDeviceFlags, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag,
@@ -24,11 +27,13 @@ pub const CHUNK: usize = 253;
 /// Encodes messages and numbers them. The frame around a payload is our own, ten lines: the `mavlink` crate's reads its
 /// lengths back from the buffer and checks them by panics.
 #[derive(Debug)]
-pub struct Encoder {
+pub struct Encoder<'s> {
     sequence: u8,
     /// Our system and component.
     us: (u8, u8),
-    bytes: [u8; HEADER + PAYLOAD + CHECKSUM],
+    /// What all of them are signed with, if they are.
+    signing: Option<&'s Shared<Signing>>,
+    bytes: [u8; HEADER + PAYLOAD + CHECKSUM + SIGNATURE],
 }
 
 /// Bytes of a frame before its payload, of the longest payload, and behind it.
@@ -36,10 +41,10 @@ const HEADER: usize = 10;
 const PAYLOAD: usize = 255;
 const CHECKSUM: usize = 2;
 
-impl Encoder {
+impl<'s> Encoder<'s> {
     /// Sequence from 0, of messages of this system and component.
-    pub const fn new(us: (u8, u8)) -> Self {
-        Encoder { sequence: 0, us, bytes: [0; HEADER + PAYLOAD + CHECKSUM] }
+    pub const fn new(us: (u8, u8), signing: Option<&'s Shared<Signing>>) -> Self {
+        Encoder { sequence: 0, us, signing, bytes: [0; HEADER + PAYLOAD + CHECKSUM + SIGNATURE] }
     }
 
     /// The message's bytes, valid until the next call.
@@ -51,22 +56,30 @@ impl Encoder {
         self.frame((D::ID, D::EXTRA_CRC), length)
     }
 
-    /// Puts header and checksum around a payload that is in place. Kept apart: it is the same for all messages.
+    /// Puts header, checksum and signature around a payload that is in place. Kept apart: it is the same for all messages.
     #[inline(never)]
     fn frame(&mut self, (id, extra): (u32, u8), length: usize) -> &[u8] {
         let end = HEADER + length.min(PAYLOAD);
         let [low, middle, high, _] = id.to_le_bytes();
         let Some(header) = self.bytes.first_chunk_mut::<HEADER>() else { return &[] };
-        // No flag of either kind: not signed.
         let (system, component) = self.us;
-        *header = [MAV_STX_V2, length as u8, 0, 0, self.sequence, system, component, low, middle, high];
+        let flags = if self.signing.is_some() { SIGNED } else { 0 };
+        *header = [MAV_STX_V2, length as u8, flags, 0, self.sequence, system, component, low, middle, high];
         self.sequence = self.sequence.wrapping_add(1);
         // From the length on.
         let checksum = calculate_crc(self.bytes.get(1..end).unwrap_or(&[]), extra).to_le_bytes();
         if let Some(target) = self.bytes.get_mut(end..).and_then(|rest| rest.first_chunk_mut()) {
             *target = checksum;
         }
-        self.bytes.get(..end + CHECKSUM).unwrap_or(&[])
+        let Some(signing) = self.signing else { return self.bytes.get(..end + CHECKSUM).unwrap_or(&[]) };
+        self.signed(signing, end + CHECKSUM).unwrap_or(&[])
+    }
+
+    /// Puts the signature behind a message of so many bytes; without one nothing may be sent.
+    fn signed(&mut self, signing: &Shared<Signing>, end: usize) -> Option<&[u8]> {
+        let (message, rest) = self.bytes.split_at_mut_checked(end)?;
+        *rest.first_chunk_mut()? = signing.with(|signing| signing.sign(message))?;
+        self.bytes.get(..end + SIGNATURE)
     }
 }
 

@@ -7,6 +7,7 @@ mod frame;
 mod instant;
 mod plan;
 
+use super::signing::Refused;
 pub use frame::{FixReport, FrameReport, MatchReport, PositionReport, STAGES, SituationReport};
 pub use instant::{InstantReport, MotionReport, PoseReport, StampHealth, StampReport};
 pub use plan::{PhotoReport, PlanReport};
@@ -53,6 +54,27 @@ pub struct Health {
     pub stamps: StampHealth,
 }
 
+/// Messages that were refused since there is a key, by the reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SigningReport {
+    /// Not signed.
+    pub unsigned: u32,
+    /// Signed with another key, or changed on their way.
+    pub wrong: u32,
+    /// Not newer than the last of their stream.
+    pub replayed: u32,
+    /// The first of their stream, and more than a minute behind our own time.
+    pub late: u32,
+    /// Of one stream more than there is room for.
+    pub crowded: u32,
+}
+
+impl From<Refused> for SigningReport {
+    fn from([unsigned, wrong, replayed, late, crowded]: Refused) -> Self {
+        SigningReport { unsigned, wrong, replayed, late, crowded }
+    }
+}
+
 /// One of ours.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Telemetry {
@@ -66,6 +88,8 @@ pub enum Telemetry {
     Photo(PhotoReport),
     /// How far the plan has been flown; sent behind health.
     Plan(PlanReport),
+    /// What signing has refused; sent behind health where there is a key.
+    Signing(SigningReport),
 }
 
 impl Telemetry {

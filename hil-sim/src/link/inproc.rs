@@ -114,10 +114,13 @@ impl InProcess {
                 write_out(log, &mut card, area).await;
             });
         }
+        let signing = boot::signing(&stores.key, 0);
+        let known = signing.clone().ok().flatten();
         let flight = boot::read(&stores.configuration, tiles, plan);
-        match flight.and_then(|flight| flight.app(Box::leak(Box::default()), memory, journal)) {
+        let signed = signing.and_then(|signing| Ok((signing, flight?)));
+        match signed.and_then(|(signing, flight)| flight.app(Box::leak(Box::default()), memory, signing, journal)) {
             Ok(app) => link.fly(Box::leak(Box::new(app))),
-            Err(reason) => tasks::spawn_grounded(executor, reason, Port(link.wires)),
+            Err(reason) => tasks::spawn_grounded(executor, reason, known, Port(link.wires)),
         }
         link
     }

@@ -73,7 +73,7 @@ impl Flying {
 
     /// Another one on the same bench, which has nothing to upload.
     fn new(bench: &'static RefCell<Bench>) -> Self {
-        let (wires, stores) = (bench.borrow().wires, Stores::new(&mut [], &mut [], &mut []));
+        let (wires, stores) = (bench.borrow().wires, Stores::new(&mut [], &mut [], &mut [], &mut []));
         let mut flying = Flying { session: Session::new(Handle(bench), wires, stores), bench, id: 1 };
         let crc = checksum(&[]);
         let announce = |store| Request::Announce { store, bytes: 0, crc };

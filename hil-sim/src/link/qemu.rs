@@ -293,6 +293,7 @@ fn prepare(folder: &Path, flash: &Flash) -> Result<(MmapMut, Sockets), LinkError
     put(at::CONFIGURATION, &stores.configuration);
     put(at::TILES, &stores.tiles);
     put(at::PLAN, &stores.plan);
+    put(at::KEY, &stores.key);
     let listen = |name: &str| UnixListener::bind(folder.join(name)).map_err(lost);
     Ok((window, (listen("link")?, listen("doorbell")?)))
 }

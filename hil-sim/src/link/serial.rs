@@ -26,7 +26,7 @@ pub struct Serial {
     talk: Talk,
     path: PathBuf,
     board: Welcomed,
-    /// Configuration and tile, as they are stored, and the plan where there is one.
+    /// Configuration and tile, as they are stored, plan and key where there is one.
     stores: Vec<(Store, Vec<u8>)>,
     /// The newest frame, until the board has taken all of it.
     frame: Option<(u32, Vec<u8>)>,
@@ -43,9 +43,14 @@ impl Serial {
     /// [`LinkError::Input`] for all that the user can mend: the path, a board that is silent, or that refuses.
     pub fn open(flash: &Flash, path: &Path, patience: Patience) -> Result<Self, LinkError> {
         let stores = flash.stores()?;
-        let all =
-            [(Store::Configuration, stores.configuration), (Store::Tile, stores.tiles), (Store::Plan, stores.plan)];
-        let stores = all.into_iter().filter(|(store, bytes)| *store != Store::Plan || !bytes.is_empty()).collect();
+        let all = [
+            (Store::Configuration, stores.configuration),
+            (Store::Tile, stores.tiles),
+            (Store::Plan, stores.plan),
+            (Store::Key, stores.key),
+        ];
+        let may_be_missing = |store: &Store| matches!(store, Store::Plan | Store::Key);
+        let stores = all.into_iter().filter(|(store, bytes)| !(may_be_missing(store) && bytes.is_empty())).collect();
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         // Another number than that of an earlier simulator on the same line.
         let session = (now.as_nanos() as u32).rotate_left(11) ^ std::process::id();
@@ -58,6 +63,7 @@ impl Serial {
             configuration_capacity: 0,
             tile_capacity: 0,
             plan_capacity: 0,
+            key_capacity: 0,
             board: String::new(),
         };
         let mut serial = Serial {

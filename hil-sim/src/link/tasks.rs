@@ -5,6 +5,7 @@ use plumbline_firmware::app::{App, grounded};
 use plumbline_firmware::application_tasks;
 use plumbline_firmware::board::{Board, FrontEnd, Parts, PerformanceCounters, Reader, Timer, Writer};
 use plumbline_firmware::boot::BootError;
+use plumbline_firmware::wire::signing::Signing;
 use std::marker::PhantomData;
 
 /// A host process that acts as a board: a front end, and a port that is both ends of the link and the capture timer.
@@ -50,11 +51,12 @@ pub fn spawn<P: Reader + Writer + Timer + Copy + 'static>(
 pub fn spawn_grounded<P: Reader + Writer + Timer + Copy + 'static>(
     executor: &'static Executor,
     reason: BootError,
+    signing: Option<Signing>,
     port: P,
 ) {
     let (mut reader, mut writer, mut timer) = (port, port, port);
     endless(executor, async move { grounded::drain(&mut reader).await });
-    endless(executor, async move { grounded::report(reason.words(), &[], &mut writer, &mut timer).await });
+    endless(executor, async move { grounded::report(reason.words(), &[], signing, &mut writer, &mut timer).await });
 }
 
 /// Spawns a task that never ends.

@@ -332,6 +332,7 @@ impl<'s> Flying<'s> {
             servo: self.servo(),
             frames: self.frames,
             health: self.station.health,
+            signing: self.setup.signing.map(|_| (self.station.signing, None)),
             messages: self.station.messages,
             faults: FaultCounts::default(),
             steps: self.steps,

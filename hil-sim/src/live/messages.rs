@@ -203,12 +203,12 @@ fn unit(q: [f32; 4]) -> Option<[f64; 4]> {
 /// What is sent on the truth's connection.
 #[derive(Debug)]
 pub struct Speaker {
-    encoder: Encoder,
+    encoder: Encoder<'static>,
 }
 
 impl Default for Speaker {
     fn default() -> Self {
-        Speaker { encoder: Encoder::new(US) }
+        Speaker { encoder: Encoder::new(US, None) }
     }
 }
 
@@ -246,7 +246,7 @@ mod tests {
 
     /// A message with the payload `bytes`, from the autopilot.
     fn said(id: u32, bytes: &[u8]) -> Option<Said> {
-        of(&Packet { id, system: 1, component: 1, payload: bytes, is_signed: false })
+        of(&Packet { id, system: 1, component: 1, payload: bytes, signed: None })
     }
 
     #[test]

@@ -12,6 +12,7 @@ use plumbline_firmware::board::{FrameStart, FrontEnd, Reader, Rows, Timer, Write
 use plumbline_firmware::journal::{Event, Gate, Journal};
 use plumbline_firmware::log::journal::{RUNS_BYTES, record, runs_in};
 use plumbline_firmware::log::record::Record;
+use plumbline_firmware::wire::signing::Verdict as PacketVerdict;
 use plumbline_firmware::wire::telemetry::{FrameReport, STAGES};
 use std::cell::{Cell, RefCell};
 use std::future::poll_fn;
@@ -162,6 +163,7 @@ fn name(record: &Record<'_>) -> String {
         Record::Rows(code) => format!("rows refused with {code}"),
         Record::Pose(at) => format!("a pose at tick {at}"),
         Record::Asked(at) => format!("a time request at tick {at}"),
+        Record::Refused(number, _) => format!("packet {number} of a read refused for its signature"),
         Record::Patch((cols, rows), ..) => format!("a patch of {cols} x {rows} with its runs"),
         Record::Frame(report, ..) => format!("frame {}'s report", report.sequence),
         _ => "a record about the log itself".to_owned(),
@@ -191,6 +193,18 @@ impl Journal for Tape {
                 ));
             }
             None => self.end(),
+        }
+    }
+
+    /// A verdict follows the bytes that complete its packet, before anything else happens.
+    fn verdict(&self, number: u8, _: PacketVerdict) -> PacketVerdict {
+        match self.record() {
+            Some(Record::Refused(which, code)) if which == number => {
+                self.advance();
+                // Of a code that is not known, at least that it was refused.
+                PacketVerdict::from_code(code).unwrap_or(PacketVerdict::Wrong)
+            }
+            _ => PacketVerdict::Taken,
         }
     }
 

@@ -12,6 +12,7 @@ use crate::vehicle::sensors::{
     Exposure, LineEdge, Reading, Sample, Shutter, ShutterLine, Streams, TimerModel, line_edges,
 };
 use crate::vehicle::servo::{follow_up_exact, wrapped};
+use crate::vehicle::signing::Signatory;
 use plumbline_firmware::wire::telemetry::PhotoReport;
 use std::collections::VecDeque;
 
@@ -61,7 +62,7 @@ impl<'s> Cockpit<'s> {
             exposures: setup.plan.as_ref().map(|_| 0),
             autopilot: Autopilot::new(setup.scenario.world.autopilot.loop_rate_hz, setup.scenario.run.seed),
             injector: FaultInjector::new(setup.scenario.faults.link_faults, setup.scenario.run.seed, "to_firmware"),
-            station: GroundStation::default(),
+            station: GroundStation::signing(setup.signing.map(Signatory::new)),
             answers: Vec::new(),
             next_heartbeat_us: 0,
             now_us: 0,
@@ -156,6 +157,9 @@ impl<'s> Cockpit<'s> {
 
     /// A message, through whatever goes wrong on the link.
     fn bytes(&mut self, at_us: u64, message: &[u8]) -> Result<(), LinkError> {
+        // Signed as it leaves: what was made earlier may leave later.
+        let signed = self.station.signatory.as_mut().map(|signatory| signatory.signed(message, at_us));
+        let message = signed.as_deref().unwrap_or(message);
         let mut passed = Vec::with_capacity(message.len());
         self.injector.pass(message, &mut passed);
         self.step(at_us, Event::Bytes(&passed))
@@ -215,6 +219,7 @@ impl<'s> Cockpit<'s> {
         Flight {
             frames,
             health: self.station.health,
+            signing: self.station.signatory.map(|signatory| (self.station.signing, Some(signatory.refused()))),
             messages: self.station.messages,
             servo: (count, (squares / count.max(1) as f64).sqrt()),
             faults: self.injector.counts(),

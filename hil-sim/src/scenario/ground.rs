@@ -65,6 +65,9 @@ impl Scenario {
         if let Some(replay) = &mut self.run.replay {
             paths.push(("replay.att", &mut replay.att));
         }
+        if let Some(key) = &mut self.run.link.signing_key_path {
+            paths.push(("link.signing_key_path", key));
+        }
         for (key, path) in paths {
             *path = resolved(path, folder, data).ok_or_else(|| {
                 InputError::new(format!(

@@ -35,6 +35,8 @@ pub struct Run {
     pub plan: Plan,
     /// How a flight with a real autopilot is flown.
     pub live: Live,
+    /// What the link is given for this run.
+    pub link: RunLink,
 }
 
 impl Default for Run {
@@ -49,6 +51,7 @@ impl Default for Run {
             replay: None,
             plan: Plan::default(),
             live: Live::default(),
+            link: RunLink::default(),
         }
     }
 }
@@ -101,6 +104,14 @@ impl Default for Live {
     fn default() -> Self {
         Live { tile_side_m: None, tile_offset_m: [0.0; 2], ground_side_m: 8000.0, from_height_m: 30.0 }
     }
+}
+
+/// What the link is given for a run, beside the settings of the vehicle's.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
+#[serde(default)]
+pub struct RunLink {
+    /// File of 64 hexadecimal digits: the key that both sides sign their messages with. They are not signed without.
+    pub signing_key_path: Option<PathBuf>,
 }
 
 /// A recorded attitude, flown as the true one.

@@ -61,7 +61,7 @@ struct Board {
 fn board(application: fn(&'static Wires) -> Pin<Box<dyn Future<Output = ()>>>) -> Board {
     let (runs, uploaded) = (Rc::new(Cell::new(0)), Rc::new(Cell::new(None)));
     let machine = Bench { runs: runs.clone(), application, running: None, uploaded: uploaded.clone() };
-    let stores = Stores::new(vec![0; 100].leak(), vec![0; 3000].leak(), vec![0; 50].leak());
+    let stores = Stores::new(vec![0; 100].leak(), vec![0; 3000].leak(), vec![0; 50].leak(), vec![0; 72].leak());
     Board { session: Session::new(machine, Box::leak(Box::default()), stores), runs, uploaded }
 }
 

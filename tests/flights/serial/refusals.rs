@@ -65,6 +65,7 @@ fn welcome(version: u16, tile_capacity: u32) -> impl Fn(u32, u32) -> Vec<u8> + S
             configuration_capacity: 4096,
             tile_capacity,
             plan_capacity: 4096,
+            key_capacity: 128,
             board: "test",
             firmware: "0",
         };

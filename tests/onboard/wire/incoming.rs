@@ -24,7 +24,7 @@ const SPEAKERS: Speakers = Speakers { us: US, autopilot: AUTOPILOT, range: (AUTO
 /// What the sample of a message with this payload is; trailing zeros are cut off, as on the wire.
 fn taken(id: u32, payload: &[u8]) -> Result<Incoming, Unusable> {
     let length = payload.iter().rposition(|&byte| byte != 0).map_or(1, |last| last + 1);
-    incoming(&Packet { id, system: 1, component: 1, payload: &payload[..length], is_signed: false }, &SPEAKERS)
+    incoming(&Packet { id, system: 1, component: 1, payload: &payload[..length], signed: None }, &SPEAKERS)
 }
 
 fn taken_from<D: MessageData>(data: &D) -> Result<Incoming, Unusable> {
@@ -192,7 +192,7 @@ fn only_the_autopilots_own_heartbeat_says_whether_it_is_armed() {
         let length = heartbeat.ser(MavlinkVersion::V2, &mut payload);
         // A ground station's.
         let theirs =
-            Packet { id: HEARTBEAT_DATA::ID, system: 1, component: 190, payload: &payload[..length], is_signed: false };
+            Packet { id: HEARTBEAT_DATA::ID, system: 1, component: 190, payload: &payload[..length], signed: None };
         assert_eq!(incoming(&theirs, &SPEAKERS), Err(Unusable::NotOurs));
     }
 }
@@ -209,7 +209,7 @@ fn who_is_not_named_is_not_listened_to() {
     let position = GLOBAL_POSITION_INT_DATA { lat: 1, lon: 1, ..Default::default() };
     let sync = TIMESYNC_DATA { tc1: 5_000_000, ts1: 9 };
     let is_foreign = |(id, payload): &(u32, Vec<u8>), (system, component): (u8, u8)| {
-        let packet = Packet { id: *id, system, component, payload, is_signed: false };
+        let packet = Packet { id: *id, system, component, payload, signed: None };
         incoming(&packet, &speakers).map_or_else(
             |why| {
                 assert_eq!(why, Unusable::Foreign);
@@ -265,7 +265,7 @@ proptest! {
         ];
         let mut random = Random::new(seed);
         let payload: Vec<u8> = (0..length).map(|_| random.byte()).collect();
-        let packet = Packet { id: ids[which], system: 1, component: 1, payload: &payload, is_signed: false };
+        let packet = Packet { id: ids[which], system: 1, component: 1, payload: &payload, signed: None };
         match incoming(&packet, &SPEAKERS) {
             Ok(Incoming::Attitude(_, a)) => {
                 prop_assert!([a.heading, a.pitch, a.roll].iter().all(|angle| angle.0.is_finite()));

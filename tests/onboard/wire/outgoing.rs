@@ -34,7 +34,7 @@ const AT: Geographic = Geographic { lat_e7: 481_234_567, lon_e7: -163_000_001 };
 
 #[test]
 fn messages_are_what_they_claim() {
-    let mut encoder = Encoder::new((SYSTEM, COMPONENT));
+    let mut encoder = Encoder::new((SYSTEM, COMPONENT), None);
     let MavMessage::HEARTBEAT(beat) = sent(&mut encoder, 0, &outgoing::heartbeat(true)) else {
         panic!("another message")
     };
@@ -69,7 +69,7 @@ fn messages_are_what_they_claim() {
 
 #[test]
 fn pictures_go_out_in_pieces() {
-    let mut encoder = Encoder::new((SYSTEM, COMPONENT));
+    let mut encoder = Encoder::new((SYSTEM, COMPONENT), None);
     for (size, packets) in [((34, 34), 5), ((64, 64), 17), ((23, 11), 1), ((22, 23), 2), ((23, 22), 2)] {
         let announcement = outgoing::picture_announcement(size);
         let pixels = u32::from(size.0) * u32::from(size.1);
@@ -107,7 +107,7 @@ fn piece_number(number: u16) -> u8 {
 #[test]
 fn a_picture_is_where_and_how_it_was_taken() {
     let mut random = Random::new(101);
-    let mut encoder = Encoder::new((SYSTEM, COMPONENT));
+    let mut encoder = Encoder::new((SYSTEM, COMPONENT), None);
     for sequence in 0..50u8 {
         let [heading, pitch, roll, beta] = [3.0, 0.5, 0.5, 3.0].map(|most| random.between(-most, most));
         let [h, p, r] = [heading, pitch, roll].map(|angle| Radians(angle as f32));
@@ -245,7 +245,7 @@ fn longest_instant() -> InstantReport {
 
 #[test]
 fn the_longest_telemetry_fits_and_comes_back() {
-    let mut encoder = Encoder::new((SYSTEM, COMPONENT));
+    let mut encoder = Encoder::new((SYSTEM, COMPONENT), None);
     let longest = [
         Telemetry::Frame(longest_report()),
         Telemetry::Health(longest_health()),

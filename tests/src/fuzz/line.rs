@@ -67,6 +67,7 @@ impl Target for Host {
             configuration_capacity: 1024,
             tile_capacity: 400_000,
             plan_capacity: 16_384,
+            key_capacity: 128,
             board: "board",
             firmware: "0.1.0",
         };

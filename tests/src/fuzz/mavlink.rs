@@ -124,7 +124,7 @@ impl Target for Mavlink {
             rest = &rest[count..];
             while let Some(packet) = decoder.next() {
                 let length = packet.payload.len() + 12;
-                used += if packet.is_signed { length + 13 } else { length };
+                used += if packet.signed.is_some() { length + 13 } else { length };
             }
         }
         let waiting = decoder.waiting();

@@ -215,6 +215,7 @@ mod tests {
                 backwards: 0,
                 invalid: 0,
             },
+            signing: None,
             stamp_health: StampHealth::default(),
             servo_rms_deg: 0.0,
             plan: None,

@@ -4,6 +4,7 @@ use crate::app::App;
 use crate::boot::{self, BootError};
 use crate::h743::mt9v034::{SensorError, Setting, Wanted};
 use crate::journal::Journal;
+use crate::wire::signing::Signing;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::motion::{Moving, Rates, Velocity, image_motion};
 use plumbline_core::pipeline::Buffers;
@@ -18,6 +19,8 @@ unsafe extern "C" {
     static _configuration_end: u8;
     static _plan: u8;
     static _plan_end: u8;
+    static _key: u8;
+    static _key_end: u8;
     static _tiles: u8;
     static _tiles_end: u8;
 }
@@ -69,12 +72,13 @@ pub struct Booted {
     pub blurs: bool,
 }
 
-/// The regions of flash: configuration, tiles, plan.
-pub fn stores() -> [&'static [u8]; 3] {
+/// The regions of flash: configuration, tiles, plan, key.
+pub fn stores() -> [&'static [u8]; 4] {
     let regions = [
         (&raw const _configuration, &raw const _configuration_end),
         (&raw const _tiles, &raw const _tiles_end),
         (&raw const _plan, &raw const _plan_end),
+        (&raw const _key, &raw const _key_end),
     ];
     regions.map(|(start, end)| {
         // SAFETY: all are flash, which nobody writes while this image runs.
@@ -100,8 +104,8 @@ pub fn keep(app: App<'static>) -> &'static App<'static> {
 /// # Errors
 /// [`Grounded`].
 #[inline(never)]
-pub fn boot(clock_hz: u32, journal: &'static dyn Journal) -> Result<Booted, Grounded> {
-    let [configuration, tiles, plan] = stores();
+pub fn boot(clock_hz: u32, signing: Option<Signing>, journal: &'static dyn Journal) -> Result<Booted, Grounded> {
+    let [configuration, tiles, plan, _] = stores();
     let flight = boot::read(configuration, tiles, plan).map_err(Grounded::Stores)?;
     let (camera, shutter) = (flight.settings.camera, flight.stamps.shutter);
     let exposure = shutter.exposure.filter(|_| shutter.wired == Wired::Opening).ok_or(Grounded::Edges)?;
@@ -109,7 +113,7 @@ pub fn boot(clock_hz: u32, journal: &'static dyn Journal) -> Result<Booted, Grou
     let setting = Setting::new(&Wanted { frame, exposure_us: exposure.us, clock_hz }).map_err(Grounded::Sensor)?;
     let limit_us = image_motion(&camera, &ORDINARY, exposure.us).map_or(0, |motion| motion.exposure_max_us);
     let (buffers, frame_memory) = memory();
-    let app = keep(flight.app(buffers, frame_memory, journal).map_err(Grounded::Stores)?);
+    let app = keep(flight.app(buffers, frame_memory, signing, journal).map_err(Grounded::Stores)?);
     Ok(Booted { app, frame, setting, opens_on: shutter.opens_on, blurs: exposure.us > limit_us })
 }
 

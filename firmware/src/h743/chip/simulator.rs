@@ -26,10 +26,11 @@ use cortex_m::peripheral::DWT;
 use embassy_executor::raw::Executor;
 use static_cell::StaticCell;
 
-/// Capacities, bytes: the configuration store; the plan store; the tile store, 384 KiB; rows, the largest boxes there are,
+/// Capacities, bytes: the configuration store; the plan store; the key store; the tile store, 384 KiB; rows, the largest boxes there are,
 /// 64 rows of the sensor's 752 pixels, and a piece.
 const CONFIGURATION: usize = 4096;
 const PLAN: usize = 16 * 1024;
+const KEY: usize = 128;
 const TILES: usize = 384 * 1024;
 const ROWS: usize = 64 * 752 + 4096;
 
@@ -43,9 +44,11 @@ static MEMORY_ROWS: Buffer<[u8; ROWS]> = Buffer::new();
 static MEMORY_CONFIGURATION: Buffer<[u8; CONFIGURATION]> = Buffer::new();
 #[unsafe(link_section = ".sram123.simulator_plan")]
 static MEMORY_PLAN: Buffer<[u8; PLAN]> = Buffer::new();
+#[unsafe(link_section = ".sram123.simulator_key")]
+static MEMORY_KEY: Buffer<[u8; KEY]> = Buffer::new();
 #[unsafe(link_section = ".axisram.simulator_tiles")]
 static MEMORY_TILES: Buffer<[u8; TILES]> = Buffer::new();
-static TAKEN: [AtomicBool; 6] = [const { AtomicBool::new(false) }; 6];
+static TAKEN: [AtomicBool; 7] = [const { AtomicBool::new(false) }; 7];
 
 static PENDING: Pending = Pending::new();
 static EXECUTOR: StaticCell<Executor> = StaticCell::new();
@@ -94,11 +97,11 @@ impl Machine for Board {
 pub async fn line_task(clock_hz: u32, mut line_in: usb::UsbReader, mut line_out: usb::UsbWriter) {
     let memories = MEMORY_CONFIGURATION.take(&TAKEN[3]).zip(MEMORY_TILES.take(&TAKEN[4]));
     let wires = WIRES.put(&TAKEN[0], Wires::new);
-    let plan = MEMORY_PLAN.take(&TAKEN[5]);
-    let (Some((configuration, tiles)), Some(plan), Some(wires)) = (memories, plan, wires) else { return };
+    let others = MEMORY_PLAN.take(&TAKEN[5]).zip(MEMORY_KEY.take(&TAKEN[6]));
+    let (Some((configuration, tiles)), Some((plan, key)), Some(wires)) = (memories, others, wires) else { return };
     let wires: &'static Wires = wires;
     let board = Board { clock_hz, boot: fault::boots(), executor: EXECUTOR.init(run::executor(&PENDING)) };
-    let session = SESSION.put(&TAKEN[1], || Session::new(board, wires, Stores::new(configuration, tiles, plan)));
+    let session = SESSION.put(&TAKEN[1], || Session::new(board, wires, Stores::new(configuration, tiles, plan, key)));
     let Some(session) = session else { return };
     let work = async {
         // An unplugged line is waited for by its receiver.

@@ -13,7 +13,7 @@ pub(super) struct Dialogue<M> {
     machine: M,
     wires: &'static Wires,
     stores: Stores,
-    capacities: [u32; 3],
+    capacities: [u32; 4],
     stage: Stage,
     current: Option<u32>,
     /// The last request done, and how long its answer is.
@@ -120,7 +120,8 @@ impl<M: Machine> Dialogue<M> {
     }
 }
 
-fn welcome(identity: &Identity, [configuration_capacity, tile_capacity, plan_capacity]: [u32; 3]) -> Welcome<'static> {
+fn welcome(identity: &Identity, capacities: [u32; 4]) -> Welcome<'static> {
+    let [configuration_capacity, tile_capacity, plan_capacity, key_capacity] = capacities;
     Welcome {
         version: VERSION,
         boot: identity.boot,
@@ -130,6 +131,7 @@ fn welcome(identity: &Identity, [configuration_capacity, tile_capacity, plan_cap
         configuration_capacity,
         tile_capacity,
         plan_capacity,
+        key_capacity,
         board: identity.board,
         firmware: env!("CARGO_PKG_VERSION"),
     }

@@ -17,6 +17,8 @@ const TILE_ROOM: usize = plumbline_firmware::shared_memory::TILES_BYTES;
 const CONFIGURATION_ROOM: usize = 4096;
 /// Room for the plan, bytes: 8,000 photos.
 const PLAN_ROOM: usize = 64 * 1024;
+/// Room for the key, bytes.
+const KEY_ROOM: usize = 128;
 /// Room for rows: the largest boxes there are, 64 rows, of the widest frame there is room for.
 const ROWS_ROOM: usize = 64 * 2816 + 4096;
 
@@ -26,7 +28,8 @@ pub fn power_on(boot: u32) -> Session<Host> {
     let pending: &'static Pending = Box::leak(Box::default());
     let executor: &'static Executor = Box::leak(Box::new(run::executor(pending)));
     // Zeroed pages cost nothing until they are used.
-    let stores = Stores::new(vec![0; CONFIGURATION_ROOM].leak(), vec![0; TILE_ROOM].leak(), vec![0; PLAN_ROOM].leak());
+    let room = |bytes: usize| vec![0; bytes].leak();
+    let stores = Stores::new(room(CONFIGURATION_ROOM), room(TILE_ROOM), room(PLAN_ROOM), room(KEY_ROOM));
     Session::new(Host { boot, executor, pending }, wires, stores)
 }
 

@@ -3,7 +3,7 @@
 use super::said::{Failed, Refusal, Said, Welcomed};
 use super::{REBOOTS_MAX, Serial, sentence};
 use plumbline_firmware::serial::PIECE_MAX;
-use plumbline_firmware::serial::message::Request;
+use plumbline_firmware::serial::message::{Request, Store};
 use plumbline_firmware::stores::framing::checksum;
 
 impl Serial {
@@ -32,12 +32,13 @@ impl Serial {
     }
 
     fn check(&self, welcomed: &Welcomed) -> Result<(), String> {
-        let rooms = [
-            ("configuration", welcomed.configuration_capacity),
-            ("reference tile", welcomed.tile_capacity),
-            ("plan", welcomed.plan_capacity),
-        ];
-        for ((_, bytes), (name, room)) in self.stores.iter().zip(rooms) {
+        for (store, bytes) in &self.stores {
+            let (name, room) = match store {
+                Store::Configuration => ("configuration", welcomed.configuration_capacity),
+                Store::Tile => ("reference tile", welcomed.tile_capacity),
+                Store::Plan => ("plan", welcomed.plan_capacity),
+                Store::Key => ("key", welcomed.key_capacity),
+            };
             if bytes.len() > room {
                 let length = bytes.len();
                 return Err(format!("the {name} has {length} bytes, and the board has room for {room}"));

@@ -41,6 +41,7 @@ pub struct Welcomed {
     pub configuration_capacity: usize,
     pub tile_capacity: usize,
     pub plan_capacity: usize,
+    pub key_capacity: usize,
     /// Name of the board and version of its firmware.
     pub board: String,
 }
@@ -55,6 +56,7 @@ impl From<Welcome<'_>> for Welcomed {
             configuration_capacity: welcome.configuration_capacity as usize,
             tile_capacity: welcome.tile_capacity as usize,
             plan_capacity: welcome.plan_capacity as usize,
+            key_capacity: welcome.key_capacity as usize,
             board: format!("{} {}", welcome.board, welcome.firmware),
         }
     }
@@ -78,6 +80,7 @@ pub fn matches(envelope: &Envelope<Answer<'_>>, session: u32, id: u32) -> Option
                 Refusal::Because("the configuration did not arrive whole".to_owned())
             }
             Refused::Damaged(Store::Plan) => Refusal::Because("the plan did not arrive whole".to_owned()),
+            Refused::Damaged(Store::Key) => Refusal::Because("the key did not arrive whole".to_owned()),
             Refused::Damaged(Store::Tile) => Refusal::Because("the tile did not arrive whole".to_owned()),
             Refused::Boot(why) => Refusal::Because(why.concat()),
             Refused::Order => Refusal::Because("a request out of order".to_owned()),
