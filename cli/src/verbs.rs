@@ -45,7 +45,7 @@ enum Verb {
     Serve(serve::Args),
     /// Make a reference tile for the board's flash from an orthophoto
     Tiles(tiles::Args),
-    /// Make the configuration store for the board's flash: camera, calibration, settings; or the store of a plan
+    /// Make the configuration store for the board's flash: camera, calibration, settings; or the store of a plan or of a key
     #[command(alias = "mission")]
     Configuration(configuration::Args),
     /// Map undistorted pixels to frame pixels (eq. 3 and 7)

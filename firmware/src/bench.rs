@@ -12,6 +12,7 @@
 //! | [`texture`] | pictures |
 //! | [`scenery`] | a frame as a tilted camera would take it of a tile |
 //! | [`rectify`] | cases of the rectification alone |
+//! | [`signing`] | a message signed and verified |
 //! | [`frame`] | cases of the whole chain from edge to fix, and of getting a lost position back |
 
 #[cfg(all(target_os = "none", feature = "an500"))]
@@ -21,4 +22,5 @@ pub mod poses;
 pub mod rectify;
 pub mod region;
 pub mod scenery;
+pub mod signing;
 pub mod texture;

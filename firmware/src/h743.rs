@@ -11,6 +11,7 @@
 //! | [`mt9v034`] | the sensor's registers |
 //! | [`regions`] | the MPU's words |
 //! | [`record`] | the record of a fault |
+//! | [`resume`] | what outlives a reset beside it |
 //! | [`life`] | when the watchdog is fed |
 //! | [`led`] | what the lamps say |
 //! | [`servo`] | an angle as a pulse |
@@ -23,6 +24,7 @@ pub mod life;
 pub mod mt9v034;
 pub mod record;
 pub mod regions;
+pub mod resume;
 pub mod row_ring;
 pub mod sdio;
 pub mod servo;

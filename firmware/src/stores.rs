@@ -2,9 +2,11 @@
 //! says what it is and whether it is whole.
 //!
 //! [`configuration`]: camera, calibration and settings. [`tiles`]: the reference and where it lies. [`plan`]: where photos are to be
-//! taken. [`key`]: what messages are signed with. All are written on the ground and read at boot, in place: nothing is copied. A store that is refused leaves the
+//! taken. [`key`]: what messages are signed with; [`bounds`]: how far their time
+//! is reserved, which alone the board writes itself. All are written on the ground and read at boot, in place: nothing is copied. A store that is refused leaves the
 //! vehicle without fixes and with a reason ([`crate::app::grounded`]), never with wrong ones.
 
+pub mod bounds;
 pub mod configuration;
 pub mod framing;
 pub mod key;

@@ -4,7 +4,7 @@ use crate::folder::{CAMERA, FLY, Folder};
 use crate::refusals::Refusals;
 use plumbline_firmware::boot;
 use plumbline_firmware::stores::tiles::BEFORE_PIXELS;
-use plumbline_firmware::stores::{configuration, tiles};
+use plumbline_firmware::stores::{configuration, key, tiles};
 use plumbline_tests::vectors::number;
 
 const TILES: &str = "tiles --ortho ground.tif --resolution-m 10 --out tiles.bin --json";
@@ -24,10 +24,11 @@ fn a_tile_of_an_orthophoto_says_what_it_is() {
     let g = tile.georeference();
     assert!((number(&told, "centre_lat") * 1e7 - f64::from(g.centre.lat_e7)).abs() < 0.5);
     assert!((number(&told, "convergence_deg") - f64::from(g.convergence.to_degrees())).abs() < 1e-6);
-    // A UTM grid's metres, turned to ground metres; the board's flash is seven sectors less the head.
+    // A UTM grid's metres, turned to ground metres; the board's flash is six sectors less the head, all of
+    // which the bootloader writes.
     let cell = (10.0 / number(&told, "point_scale")).powi(2) * 1e-6;
     assert!((number(&told, "km2") - 127.0 * 127.0 * cell).abs() < 1e-9);
-    assert!((number(&told, "km2_max") - (917_504.0 - 128.0) * cell).abs() < 1e-9);
+    assert!((number(&told, "km2_max") - (786_432.0 - 128.0) * cell).abs() < 1e-9);
     assert!((number(&told, "km2_max_dfu") - (786_432.0 - 128.0) * cell).abs() < 1e-9);
     assert_eq!(number(&told, "unknown_cells"), 0.0);
     // A part of it, by its corners and by GeoJSON with the same corners.
@@ -66,6 +67,39 @@ fn what_is_made_boots() {
     folder.run(TILES).done();
     folder.run("mission --camera camera.toml --out mission.bin").done();
     assert!(boot::read(&folder.read("mission.bin"), &folder.read("tiles.bin"), &[]).is_ok());
+}
+
+/// What the store of a key says, and that nothing of the key is told.
+#[test]
+fn a_key_becomes_a_store_and_is_not_told() {
+    let folder = Folder::with_ground("key");
+    let digits = "C0ffee000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c";
+    folder.write("key.txt", &format!("{digits}\n"));
+    let told = folder.run("configuration --signing-key key.txt --out key.bin --json").done();
+    assert!(!told.stdout.to_lowercase().contains("c0ffee") && !told.stderr.to_lowercase().contains("c0ffee"));
+    let stored = key::read(&folder.read("key.bin")).expect("a good store").expect("a key");
+    assert_eq!((&stored.key.0[..4], stored.key.0[31]), (&[0xc0, 0xff, 0xee, 0][..], 0x1c));
+    // Made after 2026 and before 2100.
+    assert!((34_715_520_000_000..268_000_000_000_000).contains(&stored.first), "{}", stored.first);
+    let short = "c0ffee000102030405060708090a0b0c0d0e0f101112131415161718191a1b";
+    for (name, text) in [("short", short.to_owned()), ("long", format!("{digits}00")), ("word", "key".repeat(21) + "e")]
+    {
+        folder.write(&format!("{name}.txt"), &text);
+    }
+    folder.write("zeros.txt", "0".repeat(64));
+    let mut refused = Refusals::new(&folder);
+    for name in ["short", "long", "word"] {
+        refused.expect(
+            &format!("configuration --signing-key {name}.txt --out k.bin"),
+            &[&format!("{name}.txt"), "64 hexadecimal digits"],
+        );
+    }
+    refused.expect("configuration --signing-key zeros.txt --out k.bin", &["zeros.txt", "zeros"]);
+    refused.expect("configuration --signing-key none.txt --out k.bin", &["none.txt"]);
+    refused.expect("configuration --signing-key key.txt --out key.txt", &["key.txt"]);
+    folder.write("flight.toml", "[link]\nsigning_key_path = \"none.txt\"\n");
+    refused.expect("fly --scenario flight.toml --frames 2", &["none.txt"]);
+    refused.done();
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod line;
 mod log;
 mod mavlink;
 mod mutate;
+mod signing;
 mod stores;
 
 use mutate::mutated;
@@ -38,6 +39,8 @@ pub fn targets() -> Vec<Box<dyn Target>> {
         Box::new(stores::Configuration::new()),
         Box::new(stores::Tiles),
         Box::new(stores::Plan),
+        Box::new(signing::KeyStore),
+        Box::new(signing::Signed::new()),
         Box::new(stores::Camera),
         Box::new(log::Log::new()),
         Box::new(line::Device),

@@ -1,4 +1,4 @@
-//! `cargo xtask flash`: puts image, configuration, plan and tiles onto the flight computer, and never erases its bootloader
+//! `cargo xtask flash`: puts image, configuration, plan, key and tiles onto the flight computer, and never erases its bootloader
 //! unasked.
 //!
 //! By default a DFU file for the camera's own bootloader, which listens for a second and a half after power-up and keeps
@@ -15,7 +15,7 @@ use super::{Failure, build, places, set_up};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
-use store::{Blob, PLAN, TILES};
+use store::{Blob, KEY, PLAN, TILES};
 
 /// The chip, as probe-rs calls it.
 const CHIP: &str = "STM32H743VITx";
@@ -30,6 +30,7 @@ struct Asked {
     settings: Option<PathBuf>,
     tiles: Option<PathBuf>,
     plan: Option<PathBuf>,
+    key: Option<PathBuf>,
 }
 
 /// How it gets there.
@@ -64,11 +65,21 @@ pub fn flash(args: &[String]) -> Result<ExitCode, Failure> {
         },
         other => other,
     };
+    let has_configuration = configuration.is_some();
     if let Some(path) = configuration {
         blobs.push(store::read(&path, store::CONFIGURATION, region("CONFIGURATION")?)?);
     }
+    match &asked.key {
+        Some(path) => blobs.push(store::read(path, KEY, region("KEY")?)?),
+        None if has_configuration => {
+            eprintln!("without --key the board signs nothing: a key on it goes with the configuration's sector");
+        }
+        None => {}
+    }
     if let Some(path) = &asked.plan {
         blobs.push(store::read(path, PLAN, region("PLAN")?)?);
+    }
+    if asked.plan.is_some() || asked.key.is_some() {
         // By a probe each piece is written by its own call, which erases its sector.
         blobs = store::joined(blobs)?;
     }
@@ -92,9 +103,10 @@ fn asked(args: &[String]) -> Result<Asked, Failure> {
             "--settings" => asked.settings = Some(file()?),
             "--tiles" => asked.tiles = Some(file()?),
             "--plan" => asked.plan = Some(file()?),
+            "--key" => asked.key = Some(file()?),
             other => {
                 return Err(format!(
-                    "flash knows --bare, --probe, --camera, --settings, --configuration, --plan and --tiles, but not {other:?}"
+                    "flash knows --bare, --probe, --camera, --settings, --configuration, --plan, --key and --tiles, but not {other:?}"
                 ));
             }
         }
@@ -104,6 +116,9 @@ fn asked(args: &[String]) -> Result<Asked, Failure> {
         Some(_) if !is_camera_file => Err("--settings goes with a camera file: --camera FILE.toml".into()),
         _ if asked.plan.is_some() && asked.configuration.is_none() => {
             Err("the plan goes with the configuration, whose sector it shares and which is erased: give --camera or --configuration too".into())
+        }
+        _ if asked.key.is_some() && asked.configuration.is_none() => {
+            Err("the key goes with the configuration, whose sector it shares and which is erased: give --camera or --configuration too".into())
         }
         _ if asked.way == Way::Dfu && asked.tiles.is_some() && asked.configuration.is_none() => Err(
             "by DFU the tiles go with the configuration, whose sector lies before them and is erased: give --camera or --configuration too"
@@ -205,6 +220,8 @@ mod tests {
         assert!(asked_for("--settings s.toml").unwrap_err().contains("camera file"));
         assert!(asked_for("--plan p.bin").unwrap_err().contains("configuration"));
         assert_eq!(asked_for("--probe --plan p.bin --configuration m.bin").unwrap().plan, Some("p.bin".into()));
+        assert!(asked_for("--key k.bin").unwrap_err().contains("configuration") && asked_for("--key").is_err());
+        assert_eq!(asked_for("--configuration m.bin --key k.bin").unwrap().key, Some("k.bin".into()));
         assert!(asked_for("--settings s.toml --mission m.bin").unwrap_err().contains("camera file"));
         assert!(asked_for("--camera c.toml --mission m.bin").unwrap_err().contains("one configuration"));
     }

@@ -9,8 +9,8 @@ use std::process::Command;
 /// Inputs for each reader, of either kind.
 const INPUTS: &str = "10000000";
 /// The readers, as `fuzz/Cargo.toml` has them.
-const TARGETS: [&str; 8] =
-    ["mavlink", "line_device", "line_host", "configuration", "tiles", "plan", "camera_file", "log"];
+const TARGETS: [&str; 10] =
+    ["mavlink", "line_device", "line_host", "configuration", "tiles", "plan", "key", "signing", "camera_file", "log"];
 
 /// `cargo xtask fuzz [--inputs N] [--seed S] [--target NAME]`.
 pub fn fuzz(args: &[String]) -> Result<(), Failure> {

@@ -19,6 +19,7 @@ mod process;
 mod python;
 mod selftest;
 mod set_up;
+mod signing;
 mod steps;
 mod test;
 mod thumb;

@@ -1,11 +1,13 @@
-//! `plumbline configuration`: camera, calibration and settings for the board's flash; or where photos are to be taken.
+//! `plumbline configuration`: camera, calibration and settings for the board's flash; or where photos are to be taken; or what
+//! messages are signed with.
 
 use crate::files::Files;
 use crate::outcome::{Failure, Outcome};
 use plumbline_firmware::boot::BootError;
 use plumbline_firmware::stores::configuration::{KIND, STORE_MAX};
 use plumbline_firmware::stores::framing::checksum;
-use plumbline_firmware::stores::plan;
+use plumbline_firmware::stores::{key, plan};
+use plumbline_sim::configuration::key::{key_of_file, store_of};
 use plumbline_sim::configuration::settings::configuration;
 use plumbline_sim::link::why;
 use plumbline_sim::setup::planned::limits;
@@ -16,15 +18,22 @@ use plumbline_survey::io::output::write_file;
 use plumbline_survey::plan::PlanFile;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Camera file (TOML)
-    #[arg(long, value_name = "FILE", required_unless_present = "plan")]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["plan", "signing_key"])]
     camera: Option<PathBuf>,
     /// Plan (plan.json) of which the plan store is made, instead of a configuration store
     #[arg(long, value_name = "PLAN", conflicts_with_all = ["camera", "head", "settings"])]
     plan: Option<PathBuf>,
+    /// Key that messages are signed with (64 hexadecimal digits), of which the key store is made, instead of a configuration store
+    ///
+    /// What this key signed before now is not taken: the store holds the time at which it was made. It is as secret as the key;
+    /// nothing of either is printed.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["camera", "head", "settings", "plan"])]
+    signing_key: Option<PathBuf>,
     /// Which head of the camera file flies, counted from 1; a file of several needs it, here or in the settings
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..), allow_negative_numbers = true)]
     head: Option<u8>,
@@ -60,6 +69,12 @@ struct PlanSummary {
     crc32: String,
 }
 
+#[derive(Serialize)]
+struct KeySummary {
+    version: u16,
+    bytes: usize,
+}
+
 /// The plan store.
 fn plan(path: &Path, args: &Args) -> Result<Outcome, Failure> {
     let file = PlanFile::read(path)?;
@@ -93,17 +108,43 @@ fn plan(path: &Path, args: &Args) -> Result<Outcome, Failure> {
     Outcome::new(args.json, &summary, text)
 }
 
+/// The key store. No checksum is told: it would be of the key.
+fn key(path: &Path, args: &Args) -> Result<Outcome, Failure> {
+    let store = store_of(key_of_file(path)?, now()?);
+    write_file(&args.out, &store)?;
+    let summary = KeySummary { version: key::KIND.version, bytes: store.len() };
+    let text = || format!("{:<14}{}, {} bytes, as secret as the key\n", "key store", args.out.display(), summary.bytes);
+    Outcome::new(args.json, &summary, text)
+}
+
+/// The time in signatures now: units of 10 us since 2015-01-01.
+fn now() -> Result<u64, Failure> {
+    /// From 1970 to 2015: 45 years, 11 of them leap years.
+    const SINCE_S: u64 = (45 * 365 + 11) * 86_400;
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).map_err(|_| clock_is_wrong())?;
+    let us = since_1970.checked_sub(Duration::from_secs(SINCE_S)).ok_or_else(clock_is_wrong)?.as_micros();
+    Ok((us / 10) as u64)
+}
+
+fn clock_is_wrong() -> Failure {
+    Failure::Input(InputError::new("this machine's clock is before 2015: a key needs the time at which it was made"))
+}
+
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
     Files::default()
         .may_read("--camera", args.camera.as_ref())
         .may_read("--settings", args.settings.as_ref())
         .may_read("--plan", args.plan.as_ref())
+        .may_read("--signing-key", args.signing_key.as_ref())
         .writes("--out", &args.out)
         .check()?;
+    if let Some(path) = &args.signing_key {
+        return key(path, args);
+    }
     let camera = match (&args.camera, &args.plan) {
         (_, Some(path)) => return plan(path, args),
         (Some(camera), None) => camera,
-        (None, None) => return Err(Failure::Input(InputError::new("--camera or --plan is missing"))),
+        (None, None) => return Err(Failure::Input(InputError::new("--camera, --plan or --signing-key is missing"))),
     };
     let name = args.settings.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
     let text = args.settings.as_ref().map(|path| input::text(path)).transpose()?;

@@ -164,13 +164,7 @@ fn table(summary: &Summary, out: &str) -> String {
         ),
         ("centre", format!("{:.7}, {:.7}", summary.centre_lat, summary.centre_lon)),
         ("grid", format!("convergence {:.6} deg, scale {:.7}", summary.convergence_deg, summary.point_scale)),
-        (
-            "area",
-            format!(
-                "{:.3} km2 of the {:.3} km2 that fit on the board, {:.3} km2 by DFU",
-                summary.km2, summary.km2_max, summary.km2_max_dfu
-            ),
-        ),
+        ("area", format!("{:.3} km2 of the {:.3} km2 that fit on the board", summary.km2, summary.km2_max)),
         ("unknown", format!("{} pixels, black", summary.unknown_cells)),
         ("store", format!("{out}, {} bytes, CRC-32 {}", summary.bytes, summary.crc32)),
     ];

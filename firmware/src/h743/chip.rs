@@ -7,6 +7,7 @@
 //! | [`capture`], [`trigger`], [`sensor`], [`front_end`] | the camera front end |
 //! | [`link`], [`usb`], [`port`], [`card`] | what it talks to |
 //! | [`simulator`] | the flight that comes over USB instead |
+//! | [`flash`], [`kept`] | what outlives a lost power and a reset |
 //! | [`logging`], [`random`] | the flight's log onto the card |
 
 #[macro_use]
@@ -17,8 +18,10 @@ pub mod capture;
 pub mod card;
 pub mod clocks;
 pub mod fault;
+pub mod flash;
 pub mod flight;
 pub mod counters;
+pub mod kept;
 pub mod link;
 pub mod logging;
 pub mod memory;

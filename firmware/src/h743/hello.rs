@@ -1,5 +1,6 @@
 //! Recognises the simulator's hello in what comes over USB.
 
+use crate::app::Armed;
 use crate::serial::GREETING as HELLO;
 
 /// Looks for the hello in a stream.
@@ -27,15 +28,19 @@ impl Listener {
     }
 }
 
-/// Whether the board may leave the flight for the simulator: not while the autopilot is armed. One that has never said
-/// whether it is does not count as armed: on a bench there is none.
-pub fn may_leave(armed: Option<bool>) -> bool {
-    armed != Some(true)
+/// Whether the board may leave the flight for the simulator: only where the autopilot has not been armed since power-on, or its
+/// newest heartbeat says that it is not and was signed with our key. So nobody on the autopilot's link who merely says
+/// "disarmed" opens it. One that has never said anything does not count as armed: on a bench there is none.
+///
+/// `was_armed`: since power-on, over resets; `newest`: the newest heartbeat.
+pub fn may_leave(was_armed: bool, newest: Option<Armed>) -> bool {
+    let is_surely_disarmed = newest.is_some_and(|newest| newest.is_signed && !newest.is_armed);
+    !was_armed || is_surely_disarmed
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{HELLO, Listener, may_leave};
+    use super::{Armed, HELLO, Listener, may_leave};
 
     #[test]
     fn a_hello_is_heard_wherever_it_is_cut() {
@@ -57,7 +62,12 @@ mod tests {
     }
 
     #[test]
-    fn an_armed_autopilot_keeps_the_board() {
-        assert!(may_leave(None) && may_leave(Some(false)) && !may_leave(Some(true)));
+    fn who_was_armed_keeps_the_board_until_it_says_otherwise_for_sure() {
+        let says = |is_armed, is_signed| Some(Armed { is_armed, is_signed });
+        // On a bench: no autopilot, or one that was never armed.
+        assert!(may_leave(false, None) && may_leave(false, says(false, false)));
+        // After arming nobody's "disarmed" counts that is not signed, nor silence after a reset.
+        assert!(!may_leave(true, says(true, false)) && !may_leave(true, says(false, false)) && !may_leave(true, None));
+        assert!(!may_leave(true, says(true, true)) && may_leave(true, says(false, true)));
     }
 }

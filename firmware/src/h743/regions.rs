@@ -30,8 +30,9 @@ pub enum Access {
 
 /// All regions, later ones over earlier ones. Everywhere else the default map holds.
 ///
-/// The first is what the stack runs into when it overflows. Code is not written, ITCM included, so neither is address 0.
-pub const REGIONS: [Region; 7] = [
+/// The first is what the stack runs into when it overflows. Code is not written, ITCM included, so neither is address 0; of flash
+/// the last sector alone is.
+pub const REGIONS: [Region; 8] = [
     GUARD,
     Region { base: 0x0000_0000, size: 0x0001_0000, access: Access::Code },
     Region { base: 0x2000_0000, size: 0x0002_0000, access: Access::Data },
@@ -39,10 +40,14 @@ pub const REGIONS: [Region; 7] = [
     Region { base: 0x3000_0000, size: 0x0008_0000, access: Access::Shared },
     Region { base: 0x3800_0000, size: 0x0100_0000, access: Access::Shared },
     Region { base: 0x0800_0000, size: 0x0020_0000, access: Access::Code },
+    STAMPS,
 ];
 
 /// The last 32 KiB below DTCM, reserved by the chip.
 pub const GUARD: Region = Region { base: 0x1fff_8000, size: 0x8000, access: Access::None };
+
+/// The last sector of flash, STAMPS of memory.x: how far the time in signatures is reserved, which the board writes itself.
+pub const STAMPS: Region = Region { base: 0x081e_0000, size: 0x2_0000, access: Access::Shared };
 
 impl Region {
     /// Addresses.

@@ -47,10 +47,19 @@ impl Verdict {
 /// Messages that were refused, by their verdicts from [`Verdict::Unsigned`] on.
 pub type Refused = [u32; 5];
 
+/// Where the time is kept over a lost power.
+pub trait Keeper: core::fmt::Debug {
+    /// Reserves the time beyond `stamp`, at once; until where it is reserved, the end excluded.
+    fn reserve(&self, stamp: u64) -> u64;
+}
+
 /// The key and what changes with each message.
 #[derive(Clone, Debug)]
 pub struct Signing {
     key: Key,
+    /// Where the time is kept, and how far it has been reserved there.
+    keeper: Option<&'static dyn Keeper>,
+    reserved: u64,
     clock: StampClock,
     streams: Streams,
     refused: Refused,
@@ -59,12 +68,27 @@ pub struct Signing {
 impl Signing {
     /// With this key. `stamp`: a time that nothing which was sent or taken with this key is beyond, as far as the board knows.
     pub fn new(key: Key, stamp: u64) -> Self {
-        Signing { key, clock: StampClock::new(stamp), streams: Streams::new(), refused: Refused::default() }
+        let (clock, streams) = (StampClock::new(stamp), Streams::new());
+        Signing { key, keeper: None, reserved: u64::MAX, clock, streams, refused: Refused::default() }
+    }
+
+    /// With a time that is kept: nothing is signed or taken with one that has not been reserved before.
+    pub fn kept(self, keeper: &'static dyn Keeper) -> Self {
+        let reserved = keeper.reserve(self.clock.stamp());
+        Signing { keeper: Some(keeper), reserved, ..self }
+    }
+
+    /// Reserves the time up to this one, where that has not been done.
+    fn reserve(&mut self, stamp: u64) {
+        if let Some(keeper) = self.keeper.filter(|_| stamp >= self.reserved) {
+            self.reserved = keeper.reserve(stamp);
+        }
     }
 
     /// The signature of the next message to be sent.
     pub fn sign(&mut self, message: &[u8]) -> [u8; SIGNATURE] {
         let stamp = self.clock.next();
+        self.reserve(stamp);
         Signature { link: LINK, stamp, digest: self.key.digest(message, tail(LINK, stamp)) }.bytes()
     }
 
@@ -90,6 +114,7 @@ impl Signing {
         );
         if verdict == Verdict::Taken {
             self.clock.received(stamp);
+            self.reserve(stamp);
         }
         verdict
     }

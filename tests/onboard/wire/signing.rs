@@ -114,7 +114,7 @@ fn checked(mut message: Vec<u8>) -> Vec<u8> {
 /// The unsigned bytes of a random message of the autopilot's.
 fn unsigned(random: &mut Random) -> Vec<u8> {
     let mut raw = MAVLinkV2MessageRaw::new();
-    let header = MavHeader { system_id: 1.into(), component_id: 1, sequence: random.byte() };
+    let header = MavHeader { system_id: 1u8.into(), component_id: 1, sequence: random.byte() };
     raw.serialize_message(header, &message(random));
     raw.raw_bytes().to_vec()
 }

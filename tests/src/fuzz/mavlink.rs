@@ -92,22 +92,8 @@ impl Target for Mavlink {
         self.seeds.clone()
     }
 
-    /// Wherever a message seems to begin.
     fn seal(&self, input: &mut Vec<u8>) {
-        let mut at = 0;
-        while let Some(start) = input.get(at..).and_then(|rest| rest.iter().position(|&byte| byte == MAV_STX_V2)) {
-            let start = at + start;
-            at = start + 1;
-            let Some(head) = input.get(start..start + 10) else { return };
-            let id = u32::from_le_bytes([head[7], head[8], head[9], 0]);
-            let end = start + 10 + usize::from(head[1]);
-            let Some(body) = input.get(start + 1..end) else { continue };
-            let checksum = calculate_crc(body, MavMessage::extra_crc(id)).to_le_bytes();
-            if let Some(place) = input.get_mut(end..end + 2) {
-                place.copy_from_slice(&checksum);
-                at = end + 2;
-            }
-        }
+        checksums(input);
     }
 
     fn read(&mut self, input: &[u8]) -> Result<(), String> {
@@ -141,5 +127,23 @@ impl Target for Mavlink {
             return Err(format!("{} bytes were answered by {}", input.len(), sent.len()));
         }
         Ok(())
+    }
+}
+
+/// Makes checksums right wherever a message seems to begin.
+pub fn checksums(input: &mut [u8]) {
+    let mut at = 0;
+    while let Some(start) = input.get(at..).and_then(|rest| rest.iter().position(|&byte| byte == MAV_STX_V2)) {
+        let start = at + start;
+        at = start + 1;
+        let Some(head) = input.get(start..start + 10) else { return };
+        let id = u32::from_le_bytes([head[7], head[8], head[9], 0]);
+        let end = start + 10 + usize::from(head[1]);
+        let Some(body) = input.get(start + 1..end) else { continue };
+        let checksum = calculate_crc(body, MavMessage::extra_crc(id)).to_le_bytes();
+        if let Some(place) = input.get_mut(end..end + 2) {
+            place.copy_from_slice(&checksum);
+            at = end + 2;
+        }
     }
 }

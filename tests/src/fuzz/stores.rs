@@ -215,7 +215,7 @@ impl Target for Camera {
 }
 
 /// Header and payload of a store made to fit each other.
-fn seal(input: &mut [u8]) {
+pub fn seal(input: &mut [u8]) {
     let Some((header, payload)) = input.split_first_chunk_mut::<HEADER_BYTES>() else { return };
     header[8..12].copy_from_slice(&(payload.len() as u32).to_le_bytes());
     header[12..16].copy_from_slice(&checksum(payload).to_le_bytes());

@@ -38,7 +38,7 @@ pub const SECTIONS: [(&str, Range<u32>); 8] = [
 
 /// Buffers that must be there, by the end of their mangled names' paths, and where. DMA1 and DMA2 do not reach DTCM, the
 /// card's DMA reaches AXI SRAM alone; what the pipeline works in must not wait for a bus.
-pub const BUFFERS: [(&str, Range<u32>); 20] = [
+pub const BUFFERS: [(&str, Range<u32>); 23] = [
     ("9front_end4RING", AXI),
     ("4card6BLOCKS", AXI),
     ("7logging4RING", SRAM123),
@@ -48,11 +48,14 @@ pub const BUFFERS: [(&str, Range<u32>); 20] = [
     ("5fault6RECORD", BACKUP),
     ("5fault4MODE", BACKUP),
     ("5fault5BOOTS", BACKUP),
+    ("4kept5STAMP", BACKUP),
+    ("4kept5ARMED", BACKUP),
     ("9simulator5WIRES", SRAM123),
     ("9simulator7SESSION", SRAM123),
     ("9simulator11MEMORY_ROWS", SRAM123),
     ("9simulator20MEMORY_CONFIGURATION", SRAM123),
     ("9simulator11MEMORY_PLAN", SRAM123),
+    ("9simulator10MEMORY_KEY", SRAM123),
     ("9simulator12MEMORY_TILES", AXI),
     ("4boot12FRAME_MEMORY", DTCM),
     ("4boot7BUFFERS", DTCM),

@@ -28,7 +28,7 @@ const NAMES: [(&[&str], &[&str]); 7] = [
     (&["SRAM123"], &["SRAM1", "SRAM2", "SRAM3"]),
     (&["SRAM4"], &["SRAM4"]),
     (&["FLASH"], &["BANK_1"]),
-    (&["CONFIGURATION", "PLAN", "TILES"], &["BANK_2"]),
+    (&["CONFIGURATION", "KEY", "PLAN", "TILES", "STAMPS"], &["BANK_2"]),
 ];
 const UNKNOWN_TO_PROBE_RS: &str = "BACKUP";
 
@@ -116,7 +116,9 @@ mod tests {
             ("288K", "280K"),
             ("1M", "2M"),
             ("0x08110000", "0x08118000"),
-            ("896K", "900K"),
+            ("768K", "900K"),
+            ("0x0810e000", "0x0810f000"),
+            ("56K", "64K"),
             ("0x08000000 +", "0x08020000 +"),
             ("  SRAM4 :", "  SRAM5 :"),
         ] {

@@ -26,6 +26,10 @@ pub const TILES: Kind = Kind { magic: *b"PLBT", version: 1, name: "tile store", 
 /// Where photos are to be taken.
 pub const PLAN: Kind = Kind { magic: *b"PLBP", version: 1, name: "plan store", verb: "plumbline configuration --plan" };
 
+/// What messages of the link are signed with.
+pub const KEY: Kind =
+    Kind { magic: *b"PLBK", version: 1, name: "key store", verb: "plumbline configuration --signing-key" };
+
 /// Bytes of a header.
 const HEADER: usize = 32;
 
@@ -72,7 +76,7 @@ pub fn joined(mut blobs: Vec<Blob>) -> Result<Vec<Blob>, Failure> {
             Some(last) => {
                 last.bytes.resize((blob.address - last.address) as usize, 0xff);
                 last.bytes.extend(&blob.bytes);
-                last.path = places::scratch().join("configuration-and-plan.bin");
+                last.path = places::scratch().join("configuration-and-others.bin");
                 fs::create_dir_all(places::scratch())
                     .and_then(|()| fs::write(&last.path, &last.bytes))
                     .map_err(|error| format!("{}: {error}", last.path.display()))?;
@@ -136,7 +140,7 @@ mod tests {
     fn store(magic: &[u8; 4], payload: &[u8]) -> Vec<u8> {
         let mut bytes = vec![0; HEADER];
         bytes[..4].copy_from_slice(magic);
-        bytes[4] = [CONFIGURATION, TILES, PLAN].iter().find(|kind| kind.magic == *magic).unwrap().version as u8;
+        bytes[4] = [CONFIGURATION, TILES, PLAN, KEY].iter().find(|kind| kind.magic == *magic).unwrap().version as u8;
         bytes[8..12].copy_from_slice(&(payload.len() as u32).to_le_bytes());
         bytes[12..16].copy_from_slice(&(!crc(payload)).to_le_bytes());
         let sum = !crc(&bytes[..28]);
@@ -169,7 +173,7 @@ mod tests {
     /// The firmware's own figures, read from its source: this crate does not link it.
     #[test]
     fn formats_are_those_that_the_firmware_reads() {
-        for (kind, file) in [(CONFIGURATION, "configuration"), (TILES, "tiles"), (PLAN, "plan")] {
+        for (kind, file) in [(CONFIGURATION, "configuration"), (TILES, "tiles"), (PLAN, "plan"), (KEY, "key")] {
             let path = places::root().join(format!("firmware/src/stores/{file}.rs"));
             let text = fs::read_to_string(path).unwrap();
             let line = text.lines().find(|line| line.contains("pub const KIND")).unwrap();
@@ -188,6 +192,11 @@ mod tests {
         assert_eq!(said, "this is no configuration store; `plumbline configuration` makes one");
         assert!(check(&store(b"PLBM", b"configuration"), TILES).unwrap_err().contains("plumbline tiles"));
         assert!(check(&store(b"PLBM", b"mission"), PLAN).unwrap_err().contains("plumbline configuration --plan"));
+        assert_eq!(
+            check(b"000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f\n", KEY).unwrap_err(),
+            "this is no key store; `plumbline configuration --signing-key` makes one"
+        );
+        assert!(check(&store(b"PLBK", b"a key"), PLAN).is_err() && check(&store(b"PLBM", b"a camera"), KEY).is_err());
         assert!(check(b"exposure_us = 2000\n", CONFIGURATION).is_err());
     }
 

@@ -81,7 +81,7 @@ pub fn stores() -> [&'static [u8]; 4] {
         (&raw const _key, &raw const _key_end),
     ];
     regions.map(|(start, end)| {
-        // SAFETY: all are flash, which nobody writes while this image runs.
+        // SAFETY: all are flash that nobody writes while this image runs.
         unsafe { core::slice::from_raw_parts(start.addr() as *const u8, end.addr() - start.addr()) }
     })
 }

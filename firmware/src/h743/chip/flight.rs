@@ -6,7 +6,7 @@ use super::front_end::{DcmiFrontEnd, Staging};
 use super::port::{self, BoardFrontEnd, BoardReader, BoardTimer, BoardWriter, Mode};
 use super::sensor::{self, NoSensor, Sensor};
 use super::tasks::{self, Notices};
-use super::{card, link, logging, usb};
+use super::{card, kept, link, logging, usb};
 use crate::app::Line;
 use crate::board::Parts;
 use crate::h743::led::Indication;
@@ -55,12 +55,15 @@ pub fn start_flight(spawner: Spawner, vehicle: Vehicle, mut notices: Notices, re
     let log = if is_safe_state { None } else { logging::log() };
     let journal: &'static dyn Journal = log.map_or(&NoJournal, |log| log);
     let is_unreadable = is_safe_state && record.is_some_and(|record| record.reason == Reason::Bus);
-    let booted = match if is_unreadable { Err(Grounded::Unreadable) } else { boot(wave.hz, journal) } {
+    let signing = if is_unreadable { Err(Grounded::Unreadable) } else { kept::signing().map_err(Grounded::Stores) };
+    // What a board says that stays on the ground is signed too.
+    let known = signing.clone().ok().flatten();
+    let booted = match signing.and_then(|signing| boot(wave.hz, signing, journal)) {
         Ok(booted) => booted,
         Err(grounded) => {
             tasks::show(Indication::Grounded);
             spawn(spawner, tasks::lamps_task(None, lamps));
-            spawn(spawner, tasks::grounded_task(reader, writer, grounded.words(), notices));
+            spawn(spawner, tasks::grounded_task(reader, writer, grounded.words(), notices, known));
             spawn(spawner, tasks::hello_task(None, usb_in));
             return;
         }

@@ -28,7 +28,7 @@ static LOG: StaticCell<Log> = StaticCell::new();
 /// A log of what is about to boot from flash; none where flash holds no stores, or the ring is taken.
 #[inline(never)]
 pub fn log() -> Option<&'static Log> {
-    let [configuration_region, tiles_region, _] = boot::stores();
+    let [configuration_region, tiles_region, ..] = boot::stores();
     let configuration = configuration_region.get(..extent(configuration::KIND, configuration_region)?)?;
     let tiles = tiles_region.get(..extent(tiles::KIND, tiles_region)?)?;
     let ring = RING.take(&RING_TAKEN)?;

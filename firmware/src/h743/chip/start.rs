@@ -3,7 +3,7 @@
 use super::flight::{Vehicle, notice, spawn, start_flight};
 use super::tasks::{self, Notices};
 use super::watchdog::LIFE;
-use super::{capture, card, clocks, counters, fault, link, memory, sensor, simulator, supply, usb};
+use super::{capture, card, clocks, counters, fault, kept, link, memory, sensor, simulator, supply, usb};
 use crate::h743::led::Indication;
 use crate::h743::life::TIMEOUT_US;
 use crate::h743::record::Record;
@@ -85,6 +85,7 @@ fn start_tasks(
     if cause.watchdog {
         fault::note_watchdog();
     }
+    kept::begin(cause.power_on);
     let is_simulator = fault::take_simulator_wish();
     let record = fault::last().filter(|record| record.in_a_row > 0);
     let mut notices = notices(record.as_ref(), cause);

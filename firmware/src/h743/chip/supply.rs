@@ -57,13 +57,16 @@ pub struct ResetCause {
     pub watchdog: bool,
     /// The supply sagged; not that it came on, which sets the same flag and another.
     pub brown_out: bool,
+    /// The supply came on.
+    pub power_on: bool,
 }
 
 /// See [`ResetCause`].
 pub fn reset_cause() -> ResetCause {
     let flags = RCC.rsr().read();
     RCC.rsr().modify(|w| w.set_rmvf(true));
-    ResetCause { watchdog: flags.iwdg1rstf(), brown_out: flags.borrstf() && !flags.porrstf() }
+    let power_on = flags.porrstf();
+    ResetCause { watchdog: flags.iwdg1rstf(), brown_out: flags.borrstf() && !power_on, power_on }
 }
 
 #[interrupt]

@@ -6,7 +6,7 @@ use super::boot::Booted;
 use super::capture::{self, CaptureTimer};
 use super::port::{BoardReader, BoardWriter, Mode};
 use super::watchdog::watched;
-use super::{fault, front_end, supply, trigger, usb};
+use super::{fault, front_end, kept, supply, trigger, usb};
 use crate::app::{App, Line, grounded};
 use crate::board::Reader;
 use crate::h743::hello::{Listener, may_leave};
@@ -15,6 +15,7 @@ use crate::h743::life::BoardTask;
 use crate::h743::record::{GOOD_S, SAFE_S};
 use crate::h743::servo::pulse_us;
 use crate::h743::silence::{Change, Counts, Silence};
+use crate::wire::signing::Signing;
 use core::cell::Cell;
 use embassy_futures::join::join;
 use embassy_stm32::gpio::Output;
@@ -65,7 +66,7 @@ pub async fn servo_task(app: &'static App<'static>, mut pwm: SimplePwm<'static, 
     watched(BoardTask::Servo, work).await
 }
 
-/// The lamps; and after good running, what went before is forgiven.
+/// The lamps; beside them, what is kept over a reset, and after good running, what went before is forgiven.
 #[embassy_executor::task]
 pub async fn lamps_task(app: Option<&'static App<'static>>, mut pins: [Output<'static>; 3]) -> ! {
     let work = async {
@@ -74,6 +75,7 @@ pub async fn lamps_task(app: Option<&'static App<'static>>, mut pins: [Output<'s
             if let Some(app) = app {
                 since_fix = if app.fixes() == fixes { since_fix.saturating_add(1) } else { 0 };
                 fixes = app.fixes();
+                kept::keep(app);
             }
             let state = match (STATE.lock(Cell::get), app) {
                 (Indication::Searching, Some(app)) if !app.is_tied(capture::now()) => Indication::NoClock,
@@ -114,7 +116,7 @@ pub async fn hello_task(app: Option<&'static App<'static>>, mut line: usb::UsbRe
         loop {
             let count = line.read(&mut buffer).await;
             let heard = listener.hear(buffer.get(..count).unwrap_or(&[]));
-            if heard && may_leave(app.and_then(App::armed)) {
+            if heard && may_leave(kept::has_been_armed(app), app.and_then(App::armed)) {
                 fault::restart_as_simulator();
             }
         }
@@ -136,7 +138,7 @@ pub async fn notices_task(app: &'static App<'static>, notices: Notices) -> ! {
         for (severity, line) in notices {
             app.say(severity, line).await;
         }
-        let (mut silence, mut is_low_told) = (Silence::default(), false);
+        let (mut silence, mut is_low_told, mut is_full_told) = (Silence::default(), false, false);
         loop {
             let (triggers, frames) = (trigger::triggers(), front_end::frames());
             let counts = Counts { triggers, frames, answered: front_end::answered() };
@@ -150,6 +152,10 @@ pub async fn notices_task(app: &'static App<'static>, notices: Notices) -> ! {
                     app.say(MavSeverity::MAV_SEVERITY_NOTICE, Line::new("camera: the sensor delivers again")).await;
                 }
                 None => {}
+            }
+            if kept::is_full() && !is_full_told {
+                is_full_told = true;
+                app.say(MavSeverity::MAV_SEVERITY_WARNING, Line::new("signing: flash takes no more of its time")).await;
             }
             if supply::was_low() && !is_low_told {
                 is_low_told = true;
@@ -168,8 +174,9 @@ pub async fn grounded_task(
     mut line_out: BoardWriter,
     reason: [&'static str; 2],
     notices: Notices,
+    signing: Option<Signing>,
 ) -> ! {
     let mut timer = CaptureTimer;
-    let reporting = grounded::report(reason, &notices, &mut line_out, &mut timer);
+    let reporting = grounded::report(reason, &notices, signing, &mut line_out, &mut timer);
     watched(BoardTask::Grounded, join(grounded::drain(&mut line_in), reporting)).await.0
 }
