@@ -7,7 +7,11 @@ use plumbline_firmware::stores::key::STORE_BYTES;
 use plumbline_firmware::wire::decoder::Decoder;
 use plumbline_firmware::wire::signature::SIGNATURE;
 use plumbline_firmware::wire::signing::Verdict;
+use plumbline_sim::link::device::Device;
 use plumbline_sim::link::inproc::InProcess;
+use plumbline_sim::link::pace::Patience;
+use plumbline_sim::link::qemu::{Qemu, default_image};
+use plumbline_sim::link::serial::Serial;
 use plumbline_sim::link::{Event, Link, LinkError};
 use plumbline_sim::replay::End;
 use plumbline_sim::run::{Flight, Keep, fly};
@@ -140,4 +144,34 @@ fn a_damaged_key_flies_nothing() {
     let said = InProcess::boot(&stores, false).step(0, Event::Nothing).expect("a host's firmware");
     assert!(String::from_utf8_lossy(&said).contains("no fixes: key store: content damaged"));
     assert_eq!(Verdict::from_code(6), None);
+}
+
+/// The links carry the key, and what the firmware signs and refuses is the same on each.
+#[test]
+fn every_link_flies_with_a_key() {
+    let mut scenario = signed(scenario(7, 4), "links");
+    scenario.faults.link_faults.bit_error_percent = 0.01;
+    let setup = Setup::prepare(scenario).expect("it can be flown");
+    let flight_over = |link: &mut dyn Link| {
+        let flight = fly(&setup, link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+        (csv(&setup, &flight), flight.signing, flight.messages)
+    };
+    let expected = flight_over(&mut InProcess::new(&setup.flash).expect("it boots"));
+    assert!(expected.1.is_some_and(|(report, _)| report.wrong > 0), "{:?}", expected.1);
+    let path = std::env::temp_dir().join(format!("plumbline-{}-signing", std::process::id()));
+    let device = Device::socket(&path).expect("a socket");
+    assert_eq!(
+        flight_over(&mut Serial::open(&setup.flash, device.path(), Patience::default()).expect("a link")),
+        expected
+    );
+    let image = default_image();
+    let emulated = if image.is_file() {
+        Qemu::launch(&setup.flash, &image).map_err(|why| why.to_string())
+    } else {
+        Err(format!("no image {}", image.display()))
+    };
+    match emulated {
+        Ok(mut emulated) => assert_eq!(flight_over(&mut emulated), expected),
+        Err(why) => println!("skipped on the emulated board: {why}"),
+    }
 }

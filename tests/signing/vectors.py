@@ -47,11 +47,14 @@ def attitude(mav, ms):
 def sent():
     mav = speaker(KEY, 1, 154, stamp=NOW + 1)
     messages = [
-        mav.heartbeat_encode(mavlink.MAV_TYPE_GIMBAL, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 3, 3).pack(mav),
-        mav.camera_trigger_encode(123_456_789_012, 77).pack(mav),
-        mav.encapsulated_data_encode(7, bytes((n * n) & 0xFF for n in range(253))).pack(mav),
+        mav.heartbeat_encode(mavlink.MAV_TYPE_GIMBAL, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 3, 3),
+        mav.camera_trigger_encode(123_456_789_012, 77),
+        mav.encapsulated_data_encode(7, bytes((n * n) & 0xFF for n in range(253))),
     ]
-    return {"key": KEY.hex(), "stamp": NOW, "messages": [bytes(m).hex() for m in messages]}
+    packed = []
+    for mav.seq, message in enumerate(messages):
+        packed.append(bytes(message.pack(mav)).hex())
+    return {"key": KEY.hex(), "stamp": NOW, "messages": packed}
 
 
 def received():

@@ -94,7 +94,7 @@ fn no_other_bit_pattern_of_a_signed_message_is_taken() {
         let mut changed = message.clone();
         changed[bit / 8] ^= 1 << (bit % 8);
         // With the checksum made right again: what signs is the key.
-        for changed in [changed.clone(), checked(changed)] {
+        for changed in [changed.clone(), checked(changed)].iter().filter(|changed| **changed != message) {
             let verdicts = verdicts(&mut signing, &[&changed[..], &[0; 300]].concat());
             assert!(!verdicts.contains(&Verdict::Taken), "bit {bit}");
         }
