@@ -3,7 +3,13 @@
 //! message from its first byte to the checksum, link id and time.
 
 use core::hint::black_box;
-use sha2::{Digest, Sha256};
+use core::iter::repeat_n;
+use sha2::compress256;
+
+/// Bytes that SHA-256 hashes at a time, and the state that it begins with (FIPS 180-4, 5.3.3).
+const BLOCK: usize = 64;
+const INITIAL: [u32; 8] =
+    [0x6a09_e667, 0xbb67_ae85, 0x3c6e_f372, 0xa54f_f53a, 0x510e_527f, 0x9b05_688c, 0x1f83_d9ab, 0x5be0_cd19];
 
 /// Bytes behind the checksum of a signed message: link id, time, and [`DIGEST`].
 pub const SIGNATURE: usize = 13;
@@ -23,10 +29,24 @@ impl core::fmt::Debug for Key {
 
 impl Key {
     /// The hash in the signature of `message`, from its first byte to its checksum, that ends in `tail`: link id and time.
+    // By the function that hashes a block, and padded here: the crate's own buffer of a block can panic.
     pub fn digest(&self, message: &[u8], tail: [u8; SIGNATURE - DIGEST]) -> [u8; DIGEST] {
-        let whole: [u8; 32] =
-            Sha256::new().chain_update(self.0).chain_update(message).chain_update(tail).finalize().into();
-        whole.first_chunk().copied().unwrap_or_default()
+        let length = self.0.len() + message.len() + tail.len();
+        // Behind the end a one, zeros, and in the last 8 bytes of a block the length in bits (FIPS 180-4, 5.1.1).
+        let zeros = repeat_n(0, 55usize.wrapping_sub(length) % BLOCK);
+        let end = [0x80].into_iter().chain(zeros).chain((8 * length as u64).to_be_bytes());
+        let mut padded = self.0.iter().chain(message).copied().chain(tail).chain(end);
+        let mut state = INITIAL;
+        loop {
+            let mut block = [0; BLOCK];
+            if block.iter_mut().zip(&mut padded).map(|(to, from)| *to = from).count() == 0 {
+                break;
+            }
+            compress256(&mut state, &[block.into()]);
+        }
+        let [first, second, ..] = state.map(u32::to_be_bytes);
+        let ([d0, d1, d2, d3], [d4, d5, ..]) = (first, second);
+        [d0, d1, d2, d3, d4, d5]
     }
 }
 

@@ -5,7 +5,8 @@ use super::mavlink::checksums;
 use super::stores::seal;
 use mavlink::dialects::common::{ATTITUDE_QUATERNION_DATA, HEARTBEAT_DATA};
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
-use plumbline_firmware::stores::key::{self, Stored};
+use plumbline_firmware::stores::framing::HEADER_BYTES;
+use plumbline_firmware::stores::key::{self, STORE_BYTES, Stored};
 use plumbline_firmware::wire::decoder::Decoder;
 use plumbline_firmware::wire::signature::Key;
 use plumbline_firmware::wire::signing::{Signing, Verdict};
@@ -39,7 +40,7 @@ impl Target for KeyStore {
     /// A key that was taken is the one that the store holds, and comes back.
     fn read(&mut self, input: &[u8]) -> Result<(), String> {
         match key::read(input) {
-            Ok(Some(stored)) if !input.starts_with(&key::store(&stored)) => {
+            Ok(Some(stored)) if input.get(HEADER_BYTES..STORE_BYTES) != key::store(&stored).get(HEADER_BYTES..) => {
                 Err("another key than is stored".to_owned())
             }
             _ => Ok(()),
