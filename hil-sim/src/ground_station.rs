@@ -82,27 +82,7 @@ impl GroundStation {
         match packet.id {
             TUNNEL_DATA::ID => {
                 let Some(tunnel) = payload::<TUNNEL_DATA>(packet) else { return };
-                let used = tunnel.payload.get(..tunnel.payload_length as usize).unwrap_or(&[]);
-                match Telemetry::decode(used) {
-                    Some(Telemetry::Frame(report)) => {
-                        self.current = Some(report.sequence);
-                        // The first word stands: a board that has booted anew calls all earlier frames lost.
-                        self.reports.entry(report.sequence).or_insert(report);
-                    }
-                    Some(Telemetry::Instant(report)) => {
-                        self.instants.entry(report.sequence).or_insert(report);
-                    }
-                    Some(Telemetry::Health(health)) => self.health = health,
-                    Some(Telemetry::Photo(report)) => match report.frame {
-                        Some(frame) => {
-                            self.photos.entry(frame).or_insert(report.photo);
-                        }
-                        None => self.due.push(report),
-                    },
-                    Some(Telemetry::Plan(report)) => self.plan = Some(report),
-                    Some(Telemetry::Signing(report)) => self.signing = report,
-                    None => {}
-                }
+                self.telemetry(tunnel.payload.get(..tunnel.payload_length as usize).unwrap_or(&[]));
             }
             Odometry::ID => self.fixes.extend(payload::<Odometry>(packet)),
             Command::ID => self.commands.extend(payload::<Command>(packet)),
@@ -134,6 +114,30 @@ impl GroundStation {
                 }
             }
             _ => {}
+        }
+    }
+
+    /// What we say ourselves.
+    fn telemetry(&mut self, used: &[u8]) {
+        match Telemetry::decode(used) {
+            Some(Telemetry::Frame(report)) => {
+                self.current = Some(report.sequence);
+                // The first word stands: a board that has booted anew calls all earlier frames lost.
+                self.reports.entry(report.sequence).or_insert(report);
+            }
+            Some(Telemetry::Instant(report)) => {
+                self.instants.entry(report.sequence).or_insert(report);
+            }
+            Some(Telemetry::Health(health)) => self.health = health,
+            Some(Telemetry::Photo(report)) => match report.frame {
+                Some(frame) => {
+                    self.photos.entry(frame).or_insert(report.photo);
+                }
+                None => self.due.push(report),
+            },
+            Some(Telemetry::Plan(report)) => self.plan = Some(report),
+            Some(Telemetry::Signing(report)) => self.signing = report,
+            None => {}
         }
     }
 

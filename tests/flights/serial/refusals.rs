@@ -93,7 +93,7 @@ fn every_line_that_cannot_be_flown_has_its_sentence() {
         (&answering("babbling", |_, _| b"\0login: \0\0AT OK\0".to_vec()), "nobody answers"),
         (
             &answering("newer", welcome(VERSION + 1, 1 << 20)),
-            "speaks version 3 of the protocol, this command version 2",
+            "speaks version 4 of the protocol, this command version 3",
         ),
         (&answering("small", welcome(VERSION, 10_000)), "and the board has room for 10000"),
     ];
