@@ -74,7 +74,7 @@ fn what_is_made_boots() {
 fn a_key_becomes_a_store_and_is_not_told() {
     let folder = Folder::with_ground("key");
     let digits = "C0ffee000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c";
-    folder.write("key.txt", &format!("{digits}\n"));
+    folder.write("key.txt", format!("{digits}\n"));
     let told = folder.run("configuration --signing-key key.txt --out key.bin --json").done();
     assert!(!told.stdout.to_lowercase().contains("c0ffee") && !told.stderr.to_lowercase().contains("c0ffee"));
     let stored = key::read(&folder.read("key.bin")).expect("a good store").expect("a key");

@@ -87,7 +87,7 @@ impl Signing {
 
     /// The signature of the next message to be sent.
     pub fn sign(&mut self, message: &[u8]) -> [u8; SIGNATURE] {
-        let stamp = self.clock.next();
+        let stamp = self.clock.issue();
         self.reserve(stamp);
         Signature { link: LINK, stamp, digest: self.key.digest(message, tail(LINK, stamp)) }.bytes()
     }

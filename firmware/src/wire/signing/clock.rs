@@ -31,7 +31,7 @@ impl StampClock {
     }
 
     /// The time of the next message.
-    pub fn next(&mut self) -> u64 {
+    pub fn issue(&mut self) -> u64 {
         self.stamp = self.stamp.saturating_add(1).min(LATEST);
         self.stamp
     }
@@ -61,10 +61,10 @@ mod tests {
     #[test]
     fn it_goes_on_by_messages_by_the_timer_and_by_what_is_received_and_never_back() {
         let mut clock = StampClock::new(1000);
-        assert_eq!((clock.next(), clock.next()), (1001, 1002));
+        assert_eq!((clock.issue(), clock.issue()), (1001, 1002));
         clock.received(5000);
         clock.received(4000);
-        assert_eq!(clock.next(), 5001);
+        assert_eq!(clock.issue(), 5001);
         // A reading of the timer by itself says nothing; its wrap is none of the clock's, and nothing is lost below a unit.
         clock.advance(Ticks(u32::MAX - 4));
         assert_eq!(clock.stamp(), 5001);
@@ -79,12 +79,12 @@ mod tests {
     #[test]
     fn at_the_end_of_its_bits_it_stands() {
         let mut clock = StampClock::new(u64::MAX);
-        assert_eq!(clock.next(), LATEST);
+        assert_eq!(clock.issue(), LATEST);
         clock.advance(Ticks(0));
         clock.advance(Ticks(1_000_000));
-        assert_eq!(clock.next(), LATEST);
+        assert_eq!(clock.issue(), LATEST);
         let mut clock = StampClock::new(7);
         clock.received(u64::MAX);
-        assert_eq!(clock.next(), LATEST);
+        assert_eq!(clock.issue(), LATEST);
     }
 }
