@@ -17,9 +17,9 @@ pub async fn beat(app: &App<'_>, timer: &mut impl Timer) -> ! {
     let mut count = 0u32;
     loop {
         app.event(Event::Beat(now));
-        let is_second = count.is_multiple_of(BEATS_PER_SECOND);
-        app.ask_autopilot(now, is_second);
-        if is_second {
+        let place = count % BEATS_PER_SECOND;
+        app.ask_autopilot(now, place);
+        if place == 0 {
             app.outbox.put(Out::Beat);
         }
         app.stamper.with(|stamper| stamper.keep(now));

@@ -1,6 +1,6 @@
 //! Bytes in, samples out.
 
-use super::autopilot::Kind;
+use super::autopilot::{Autopilot, Kind};
 use super::{App, Out};
 use crate::board::{Reader, Timer};
 use crate::journal::Event;
@@ -56,6 +56,7 @@ impl State {
             Incoming::TimesyncRequest { theirs_ns } => app.outbox.put(Out::TimesyncAnswer(theirs_ns)),
             Incoming::Heartbeat(heartbeat) => app.armed.set(Some(heartbeat.is_armed)),
             Incoming::Origin(_) | Incoming::Gnss(_) | Incoming::Acknowledged(..) | Incoming::Parameter(_) => {}
+            Incoming::Ordered(order, by) => app.ordered(order, by),
             sample => {
                 // Without a clock nobody knows which wrap of its counter a stamp belongs to, and no frame has a stamp.
                 let Some(arrival) = app.arrival(now) else { return };
@@ -85,7 +86,7 @@ impl State {
         let has_jumped = |(before, after): (Micros, Micros)| after.since(before).unsigned_abs() > JUMP_US;
         if before.zip(app.instant(now)).is_some_and(has_jumped) {
             app.pipeline.with(|p| p.streams.clear());
-            app.autopilot.with(|autopilot| autopilot.fixes.clear());
+            app.autopilot.with(Autopilot::has_rebooted);
             *self = State::default();
         }
         app.fresh.signal(());
@@ -116,6 +117,9 @@ impl State {
             }
             Incoming::FollowUp(stamp, angle) => app.pipeline.with(|p| p.streams.follow_up(instants(stamp), angle)),
             Incoming::Slant(stamp, slant) => app.pipeline.with(|p| p.streams.slant(instants(stamp), slant)),
+            Incoming::Position(..) if app.autopilot.with(|autopilot| autopilot.is_at_start()) == Some(true) => {
+                Some(Ok(()))
+            }
             Incoming::Position(stamp, sample) => {
                 let taken = app.pipeline.with(|p| p.position(instants(stamp), sample).map(|()| p.is_on_the_map()));
                 if let Some(Ok(true)) = taken {
