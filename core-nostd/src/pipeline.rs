@@ -64,6 +64,8 @@ pub struct Pipeline<'t> {
     /// The stamped streams.
     pub streams: Streams,
     smoothers: Smoothers,
+    /// What position and heading are worse than the settings say, for now.
+    pub doubt: Doubt,
     /// The newest position lies where the tile's georeference does not reach.
     is_off_the_map: bool,
     reducer: Option<Reducer>,
@@ -73,6 +75,18 @@ pub struct Pipeline<'t> {
     buffers: &'t mut Buffers,
     frame_memory: &'t mut [u8],
 }
+
+/// One sigma that a position and a heading have beside what the settings say of them: of a vehicle whose navigation has not begun.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Doubt {
+    /// Each axis, metres.
+    pub position_m: f32,
+    /// Radians.
+    pub heading_rad: f32,
+}
+
+/// A position is searched for within so many sigmas of its doubt: of a hundred normal errors of an axis five lie beyond.
+const DOUBT_SIGMAS: f32 = 2.0;
 
 /// Consecutive frames that were matched and not accepted after which the position counts as lost: the next one is searched over
 /// ±[`REACQUIRE_PX`], and whether that finds it or not, the count begins anew. Over good ground one frame in fifty is not
@@ -132,6 +146,7 @@ impl<'t> Pipeline<'t> {
             smoothers: settings.smoothers(),
             settings,
             tile,
+            doubt: Doubt::default(),
             is_off_the_map: false,
             reducer: None,
             patch_size: (0, 0),
@@ -254,12 +269,14 @@ impl<'t> Pipeline<'t> {
     }
 
     /// Matches the patch around the predicted position. The search is as wide as the settings say, and
-    /// ±[`REACQUIRE_PX`] after [`LOST_AFTER`] frames that were tried in vain.
+    /// ±[`REACQUIRE_PX`] after [`LOST_AFTER`] frames that were tried in vain, and while the position is in such [`Doubt`] that it
+    /// may well lie beyond the other.
     ///
     /// # Errors
     /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
     pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
-        let was_lost = self.missed >= LOST_AFTER;
+        let reach_m = f32::from(self.settings.search_px) * self.tile.ground_resolution().0;
+        let was_lost = self.missed >= LOST_AFTER || DOUBT_SIGMAS * self.doubt.position_m > reach_m;
         let radius = if was_lost { REACQUIRE_PX as u16 } else { self.settings.search_px };
         let Buffers { patch, runs, matcher, .. } = &mut *self.buffers;
         let patch = View::new(patch, self.patch_size).ok_or(Refusal::NoFootprint)?;

@@ -9,7 +9,8 @@
 //! | [`edges::pulses`] | pulses per second | the clock |
 //! | [`edges::edges`] | the shutter's edges | keeps them for their frames |
 //!
-//! Receive commits to the next exposure of a plan (`exposures`); receive and beat deal with the autopilot (`autopilot`).
+//! Receive commits to the next exposure of a plan (`exposures`); receive and beat deal with the autopilot (`autopilot`), and
+//! the pilot reads of it (`sentences`).
 //!
 //! A vehicle whose stores were refused runs [`grounded`] instead. All run on one executor in one thread: what they share
 //! they use in one go, and await nothing meanwhile ([`Shared`]).
@@ -22,12 +23,13 @@ mod exposures;
 pub mod grounded;
 mod outbox;
 pub mod receive;
+mod sentences;
 pub mod transmit;
 
 use crate::journal::{Event, Gate, Journal};
 use crate::shared::Shared;
 use crate::stores::plan::Plan;
-use crate::wire::command::Ask;
+use crate::wire::command::{Acknowledgement, Ask};
 use crate::wire::decoder::LinkCounters;
 use crate::wire::incoming::Speakers;
 use crate::wire::signing::{Refused, Signing};
@@ -36,6 +38,7 @@ use autopilot::Autopilot;
 pub use autopilot::Companion;
 use core::cell::Cell;
 use core::future::poll_fn;
+use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use exposures::Flown;
@@ -44,6 +47,7 @@ use outbox::Outbox;
 use plumbline_core::fix::Fix;
 use plumbline_core::pipeline::{Arrival, Pipeline, Situation};
 use plumbline_core::stamp::{StampSettings, Stamper};
+use plumbline_core::tile::Geographic;
 use plumbline_core::units::{Micros, Radians, Ticks};
 
 /// Something to be sent.
@@ -56,6 +60,12 @@ pub enum Out {
     TimesyncRequest,
     /// What the autopilot is asked for.
     Ask(Ask),
+    /// PARAM_REQUEST_READ: the parameter's name.
+    Parameter(&'static str),
+    /// The result of a command to us.
+    Acknowledgement(Acknowledgement),
+    /// SET_GPS_GLOBAL_ORIGIN: where the autopilot's frame is to begin, and its height above sea level in millimetres.
+    Origin(Geographic, i32),
     /// A message that is new when it is sent, from which the autopilot reckons the link's latency.
     Reference,
     /// The servo's command.
@@ -168,6 +178,8 @@ pub struct App<'t> {
     autopilot: Shared<Autopilot>,
     /// Whether nothing is missing for fixes to be made and sent.
     is_ready: Cell<bool>,
+    /// Where the reset counter of the fixes is kept over a start of this board.
+    resets: Cell<Option<&'t AtomicU32>>,
     /// The newest command to the follow-up axis.
     servo: Cell<Option<Radians>>,
     flown: Option<Flown<'t>>,
@@ -201,6 +213,7 @@ impl<'t> App<'t> {
             speakers: companion.speakers,
             autopilot: Shared::new(Autopilot::new(companion)),
             is_ready: Cell::new(false),
+            resets: Cell::new(None),
             servo: Cell::new(None),
             flown: plan.map(|plan| Flown::new(plan, &stamps.shutter)),
             send_patches,
@@ -238,6 +251,14 @@ impl<'t> App<'t> {
     /// Where the follow-up axis should be, for a board that turns it itself.
     pub fn servo(&self) -> Option<Radians> {
         self.servo.get()
+    }
+
+    /// The reset counter of the fixes goes on from what is in `kept`, whatever that is, and is kept there: an autopilot takes
+    /// any change of it for the wish that it begin anew, which a start of this board is none of.
+    pub fn keep_resets_in(&self, kept: &'t AtomicU32) {
+        let resets = kept.load(Ordering::Relaxed) as u8;
+        self.autopilot.with(|autopilot| autopilot.fixes.go_on_from(resets));
+        self.resets.set(Some(kept));
     }
 
     /// Fixes since start.

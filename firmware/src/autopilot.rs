@@ -1,13 +1,20 @@
 //! The autopilot at the other end of the link: what it is asked for, and how it takes a fix.
 //!
 //! Nothing here waits, sends or reads a clock: the application tells what arrived and asks, on each beat, what is to be sent.
-//! [`exchange`] knows the time requests that are not answered yet, [`requests`] has the streams that the application lives on sent at the rates that it wants, [`fixes`] makes of a match
-//! the fix that is sent, [`readiness`] says what is missing.
+//! [`exchange`] knows the time requests that are not answered yet, [`requests`] has the streams that the application lives on
+//! sent at the rates that it wants, [`wanted`] has the parameters that it must be set to and [`parameters`] asks for them,
+//! [`fixes`] makes of a match the fix that is sent, [`watch`] sees whether there are any, [`sources`] has the autopilot use them,
+//! [`start`] stands in for its position, [`readiness`] says what is missing.
 
 pub mod exchange;
 pub mod fixes;
+pub mod parameters;
 pub mod readiness;
 pub mod requests;
+pub mod sources;
+pub mod start;
+pub mod wanted;
+pub mod watch;
 
 use crate::wire::incoming::{AutopilotKind, Heartbeat};
 use plumbline_core::units::Ticks;

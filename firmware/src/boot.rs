@@ -115,6 +115,8 @@ pub fn read<'f>(configuration: &[u8], tiles: &'f [u8], plan: &'f [u8]) -> Result
     let link = Companion {
         speakers: configuration.link.speakers(),
         fixes,
+        switching: configuration.link.switching().map_err(BootError::Configuration)?,
+        start: configuration.link.start().map_err(BootError::Configuration)?,
         intervals: Intervals {
             attitude_us: settings.motions.attitude.interval_us,
             position_us: settings.motions.position.interval_us,

@@ -2,11 +2,11 @@
 
 use crate::vehicle::signing::Signatory;
 use mavlink::dialects::common::{
-    DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA, GIMBAL_DEVICE_SET_ATTITUDE_DATA, TIMESYNC_DATA,
-    TUNNEL_DATA,
+    DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA, GIMBAL_DEVICE_SET_ATTITUDE_DATA, PARAM_REQUEST_READ_DATA,
+    STATUSTEXT_DATA, TIMESYNC_DATA, TUNNEL_DATA,
 };
 use mavlink::{MavlinkVersion, MessageData};
-use plumbline_firmware::wire::command::Command;
+use plumbline_firmware::wire::command::{Acknowledgement, Command};
 use plumbline_firmware::wire::decoder::{Decoder, Packet};
 use plumbline_firmware::wire::fix_message::Odometry;
 use plumbline_firmware::wire::telemetry::{
@@ -45,6 +45,14 @@ pub struct GroundStation {
     pub timesync: Vec<i64>,
     /// Commands to the autopilot since last asked.
     pub commands: Vec<Command>,
+    /// Parameters that were asked for since last asked, by their names.
+    pub parameters: Vec<String>,
+    /// The newest origin that the autopilot was given since last asked: latitude, longitude in 1e-7 degrees, height in metres.
+    pub origin: Option<(i32, i32, f64)>,
+    /// Results of commands to the firmware.
+    pub acknowledged: Vec<Acknowledgement>,
+    /// Lines for the pilot, in order.
+    pub lines: Vec<String>,
     /// The newest health.
     pub health: Health,
     /// Planned exposures reported since last asked.
@@ -85,6 +93,22 @@ impl GroundStation {
                 self.telemetry(tunnel.payload.get(..tunnel.payload_length as usize).unwrap_or(&[]));
             }
             Odometry::ID => self.fixes.extend(payload::<Odometry>(packet)),
+            Acknowledgement::ID => self.acknowledged.extend(payload::<Acknowledgement>(packet)),
+            PARAM_REQUEST_READ_DATA::ID => {
+                let Some(request) = payload::<PARAM_REQUEST_READ_DATA>(packet) else { return };
+                self.parameters.push(text(&<[u8; 16]>::from(request.param_id)));
+            }
+            STATUSTEXT_DATA::ID => {
+                let Some(status) = payload::<STATUSTEXT_DATA>(packet) else { return };
+                self.lines.push(text(&<[u8; 50]>::from(status.text)));
+            }
+            SET_ORIGIN => {
+                let degrees = |at: usize| {
+                    let byte = |n: usize| packet.payload.get(at + n).copied().unwrap_or(0);
+                    i32::from_le_bytes(std::array::from_fn(byte))
+                };
+                self.origin = Some((degrees(0), degrees(4), 1e-3 * f64::from(degrees(8))));
+            }
             Command::ID => self.commands.extend(payload::<Command>(packet)),
             GIMBAL_DEVICE_SET_ATTITUDE_DATA::ID => {
                 let Some(command) = payload::<GIMBAL_DEVICE_SET_ATTITUDE_DATA>(packet) else { return };
@@ -145,6 +169,15 @@ impl GroundStation {
     pub fn count(&self, id: u32) -> u64 {
         self.messages.get(&id).copied().unwrap_or(0)
     }
+}
+
+/// SET_GPS_GLOBAL_ORIGIN's id: its definition in the crate is deprecated.
+const SET_ORIGIN: u32 = 48;
+
+/// A text that a zero ends where it is shorter than its field.
+fn text(bytes: &[u8]) -> String {
+    let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
+    String::from_utf8_lossy(&bytes[..end]).into_owned()
 }
 
 fn payload<D: MessageData>(packet: &Packet<'_>) -> Option<D> {

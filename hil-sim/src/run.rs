@@ -67,6 +67,10 @@ pub struct Flight {
     pub plan: Option<PlanReport>,
     /// Planned exposures that the firmware committed to when their shutter would have had to be open already.
     pub late: u32,
+    /// What the firmware told the pilot, line by line.
+    pub lines: Vec<String>,
+    /// The set of sources that the simulated autopilot's estimator used in the end; 0 of a real one.
+    pub source_set: u8,
 }
 
 /// A flight that ended early: what there is of it, and why.

@@ -22,12 +22,12 @@ pub mod world;
 
 pub use built_in::{BUILT_IN, LIVE, SURVEY};
 pub use camera::{Camera, Frame};
-pub use faults::{AttitudeFaults, Faults, LinkFaults, Seconds};
+pub use faults::{AttitudeFaults, AutopilotFaults, Faults, LinkFaults, Seconds, WrongParameters};
 pub use ground::Ground;
 pub use payload::{Mounting, Payload};
 pub use read::Reader;
 pub use run::{COOL_DOWN_US, FRAMES_MAX, Live, Replay, Run, WARM_UP_US};
-pub use vehicle::{Boresight, EdgeSource, FixMessage, FollowUpMode, Vehicle};
+pub use vehicle::{Boresight, EdgeSource, FixMessage, FollowUpMode, Start, SwitchSource, Vehicle};
 pub use world::World;
 
 use plumbline_survey::error::InputError;

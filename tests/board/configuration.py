@@ -62,7 +62,8 @@ def configuration():
     m.byte(0, 1)  # fixes in the autopilot's own message, sensor 1
     m.unsigned(500_000)
     m.floats(5.0, 0.5)
-    return store(b"PLBM", 4, bytes(m.bytes))
+    m.byte(0, 255, 0, 0)  # sources left alone, orders of 255, no resets, no start
+    return store(b"PLBM", 5, bytes(m.bytes))
 
 
 def tiles(cols=200, rows=200):

@@ -115,7 +115,8 @@ impl Pipeline<'_> {
         let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
         let tilt_rad = hypot(tilt, sigmas.tilt_drift_rad);
         let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
-        let heading_rad = hypot(hypot(heading_sigma, sigmas.heading_drift_rad), follow_up.sigma_rad);
+        let heading_drift = doubted(sigmas.heading_drift_rad, self.doubt.heading_rad);
+        let heading_rad = hypot(hypot(heading_sigma, heading_drift), follow_up.sigma_rad);
         let range_m = sigmas.range_m * slant.noise_factor();
         // H = s cos t: a tilt error changes the height by s sin t.
         let lean_m = slant.value * math::sqrt((1.0 - cos_tilt * cos_tilt).max(0.0)) * tilt_rad;
@@ -186,6 +187,12 @@ impl Pipeline<'_> {
         let [east_m, north_m] = offset_m;
         let local = Local { east_m: state.east_m + east_m, north_m: state.north_m + north_m };
         let velocity_m_per_s = [state.east_m_per_s, state.north_m_per_s];
-        Ok((Prediction { local, velocity_m_per_s, sigma_m: predicted.sigma_m }, predicted.method))
+        let sigma_m = doubted(predicted.sigma_m, self.doubt.position_m);
+        Ok((Prediction { local, velocity_m_per_s, sigma_m }, predicted.method))
     }
+}
+
+/// A sigma with doubt beside it; to the last bit itself without.
+fn doubted(sigma: f32, doubt: f32) -> f32 {
+    if doubt > 0.0 { hypot(sigma, doubt) } else { sigma }
 }

@@ -18,9 +18,9 @@ pub async fn beat(app: &App<'_>, timer: &mut impl Timer) -> ! {
     loop {
         app.event(Event::Beat(now));
         app.advance_stamps(now);
-        let is_second = count.is_multiple_of(BEATS_PER_SECOND);
-        app.ask_autopilot(now, is_second);
-        if is_second {
+        let place = count % BEATS_PER_SECOND;
+        app.ask_autopilot(now, place);
+        if place == 0 {
             app.outbox.put(Out::Beat);
         }
         app.stamper.with(|stamper| stamper.keep(now));

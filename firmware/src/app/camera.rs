@@ -67,6 +67,7 @@ impl FrameOut {
 
     fn report_to(&self, app: &App<'_>) {
         app.event(Event::Frame(&self.report, &self.instant, self.fix.map(|fix| fix.position)));
+        app.watch(&self.report);
     }
 }
 

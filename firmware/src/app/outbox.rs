@@ -6,24 +6,31 @@
 
 use super::{FrameOut, Line, Out};
 use crate::shared::{Queue, Shared};
-use crate::wire::command::Ask;
+use crate::wire::command::{Acknowledgement, Ask};
 use crate::wire::telemetry::PhotoReport;
 use core::cell::Cell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use mavlink::dialects::common::MavSeverity;
+use plumbline_core::tile::Geographic;
 use plumbline_core::units::Radians;
 
 /// Photo commitments that may wait. A check of the plan makes one at most, and checks are 50 ms apart: these are 200 ms of
 /// them, and a message takes a millisecond.
 const PHOTOS: usize = 4;
 
+/// Commands that may wait: one for a stream, and one for the autopilot's sources, on each beat.
+const ASKS: usize = 2;
+
 /// The outbox.
 pub(super) struct Outbox {
     is_beat_due: Cell<bool>,
     is_time_wanted: Cell<bool>,
     is_reference_due: Cell<bool>,
-    ask: Cell<Option<Ask>>,
+    asks: Queue<Ask, ASKS>,
+    parameter: Cell<Option<&'static str>>,
+    acknowledgement: Cell<Option<Acknowledgement>>,
+    origin: Cell<Option<(Geographic, i32)>>,
     /// The time in the newest TIMESYNC request.
     timesync: Cell<Option<i64>>,
     photos: Queue<PhotoReport, PHOTOS>,
@@ -42,7 +49,10 @@ impl Outbox {
             is_beat_due: Cell::new(false),
             is_time_wanted: Cell::new(false),
             is_reference_due: Cell::new(false),
-            ask: Cell::new(None),
+            asks: Queue::new(),
+            parameter: Cell::new(None),
+            acknowledgement: Cell::new(None),
+            origin: Cell::new(None),
             timesync: Cell::new(None),
             photos: Queue::new(),
             servo: Cell::new(None),
@@ -60,7 +70,13 @@ impl Outbox {
             Out::Beat => self.is_beat_due.set(true),
             Out::TimesyncRequest => self.is_time_wanted.set(true),
             Out::Reference => self.is_reference_due.set(true),
-            Out::Ask(ask) => self.ask.set(Some(ask)),
+            Out::Ask(ask) => {
+                // One too many is asked again.
+                let _ = self.asks.try_send(ask);
+            }
+            Out::Parameter(name) => self.parameter.set(Some(name)),
+            Out::Acknowledgement(acknowledgement) => self.acknowledgement.set(Some(acknowledgement)),
+            Out::Origin(place, altitude_mm) => self.origin.set(Some((place, altitude_mm))),
             Out::TimesyncAnswer(theirs) => self.timesync.set(Some(theirs)),
             Out::Photo(report) => {
                 let _ = self.photos.try_send(report);
@@ -88,8 +104,8 @@ impl Outbox {
         if self.is_reference_due.take() {
             return Some(Out::Reference);
         }
-        if let Some(ask) = self.ask.take() {
-            return Some(Out::Ask(ask));
+        if let Some(asked) = self.asked() {
+            return Some(asked);
         }
         if let Some(report) = self.photos.try_receive() {
             return Some(Out::Photo(report));
@@ -104,6 +120,15 @@ impl Outbox {
         let (severity, line) = self.text.take()?;
         self.text_taken.signal(());
         Some(Out::Text(severity, line))
+    }
+
+    /// What is asked of the autopilot, or answered to who asked us.
+    fn asked(&self) -> Option<Out> {
+        let ask = self.asks.try_receive().map(Out::Ask);
+        let acknowledgement = || self.acknowledgement.take().map(Out::Acknowledgement);
+        let origin = || self.origin.take().map(|(place, altitude_mm)| Out::Origin(place, altitude_mm));
+        let parameter = || self.parameter.take().map(Out::Parameter);
+        ask.or_else(acknowledgement).or_else(origin).or_else(parameter)
     }
 
     /// Waits until something has been put in since the last wait.

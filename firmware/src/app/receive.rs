@@ -1,6 +1,6 @@
 //! Bytes in, samples out.
 
-use super::autopilot::Kind;
+use super::autopilot::{Autopilot, Kind};
 use super::{App, Armed, Out};
 use crate::board::{Reader, Timer};
 use crate::journal::Event;
@@ -80,6 +80,7 @@ impl State {
                 app.was_armed.set(app.was_armed.get() || is_armed);
             }
             Incoming::Origin(_) | Incoming::Gnss(_) | Incoming::Acknowledged(..) | Incoming::Parameter(_) => {}
+            Incoming::Ordered(order, by) => app.ordered(order, by),
             sample => {
                 // Without a clock nobody knows which wrap of its counter a stamp belongs to, and no frame has a stamp.
                 let Some(arrival) = app.arrival(now) else { return };
@@ -109,7 +110,7 @@ impl State {
         let has_jumped = |(before, after): (Micros, Micros)| after.since(before).unsigned_abs() > JUMP_US;
         if before.zip(app.instant(now)).is_some_and(has_jumped) {
             app.pipeline.with(|p| p.streams.clear());
-            app.autopilot.with(|autopilot| autopilot.fixes.clear());
+            app.autopilot.with(Autopilot::has_rebooted);
             *self = State::default();
         }
         app.fresh.signal(());
@@ -140,6 +141,9 @@ impl State {
             }
             Incoming::FollowUp(stamp, angle) => app.pipeline.with(|p| p.streams.follow_up(instants(stamp), angle)),
             Incoming::Slant(stamp, slant) => app.pipeline.with(|p| p.streams.slant(instants(stamp), slant)),
+            Incoming::Position(..) if app.autopilot.with(|autopilot| autopilot.is_at_start()) == Some(true) => {
+                Some(Ok(()))
+            }
             Incoming::Position(stamp, sample) => {
                 let taken = app.pipeline.with(|p| p.position(instants(stamp), sample).map(|()| p.is_on_the_map()));
                 if let Some(Ok(true)) = taken {

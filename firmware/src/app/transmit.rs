@@ -65,6 +65,9 @@ fn encoded<'e>(app: &App<'_>, out: &Out, encoder: &'e mut Encoder<'_>, now: Tick
     let autopilot = app.speakers.autopilot;
     match out {
         Out::Ask(ask) => encoder.encode(&ask.command(autopilot)),
+        Out::Parameter(name) => encoder.encode(&outgoing::parameter_request(name, autopilot)),
+        Out::Acknowledgement(acknowledgement) => encoder.encode(acknowledgement),
+        Out::Origin(place, altitude_mm) => encoder.encode(&outgoing::origin(*place, *altitude_mm, autopilot.0)),
         Out::Reference => {
             let velocity = app.autopilot.with(|autopilot| autopilot.fixes.velocity_m_per_s).unwrap_or_default();
             match app.instant(now) {
@@ -146,9 +149,8 @@ fn fix_out<'e>(
 ) -> &'e [u8] {
     let mid = situation.mid_exposure_at;
     let convergence = app.pipeline.with(|pipeline| pipeline.tile().georeference().convergence).unwrap_or(Radians(0.0));
-    let message = app
-        .autopilot
-        .with(|autopilot| autopilot.fix_message(fix, mid, from_true_north(situation.attitude, convergence)));
+    let attitude = from_true_north(situation.attitude, convergence);
+    let message = app.autopilot.with(|autopilot| autopilot.fix_message(fix, (mid, situation.height_m), attitude));
     match message.flatten() {
         Some(FixMessage::Odometry(message)) => encoder.encode(&message),
         Some(FixMessage::VisionPosition(message)) => encoder.encode(&message),

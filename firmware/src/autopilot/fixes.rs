@@ -56,6 +56,8 @@ pub struct FixSettings {
     pub correlation_s: f32,
     /// What the map may lie beside the ground, one sigma of each axis, metres.
     pub map_sigma_m: f32,
+    /// Whether the autopilot is to begin anew from a fix that found a lost position.
+    pub resets_on_reacquisition: bool,
 }
 
 /// Longest gap between two heights to interpolate in, and oldest height that is still taken, microseconds. Heights come ten
@@ -73,12 +75,31 @@ pub struct Fixes {
     /// Newest velocity to true north and east, m/s, as the autopilot has it.
     pub velocity_m_per_s: [f32; 2],
     newest_at: Option<Micros>,
+    /// The number that has the autopilot begin anew from the next fix when it changes.
+    resets: u8,
 }
 
 impl Fixes {
     /// None sent yet.
     pub fn new(settings: FixSettings) -> Self {
-        Fixes { settings, origin: None, down: History::new(), velocity_m_per_s: [0.0; 2], newest_at: None }
+        Fixes { settings, origin: None, down: History::new(), velocity_m_per_s: [0.0; 2], newest_at: None, resets: 0 }
+    }
+
+    /// What was sent as the reset counter before this board started anew: it goes on from there.
+    pub fn go_on_from(&mut self, resets: u8) {
+        self.resets = resets;
+    }
+
+    /// A fix found the position `off_px` beside the prediction, (columns, rows), where `near_px` are searched as a rule. The
+    /// number that is sent from now on, where it changes: a position that the ordinary search would not have found is one that
+    /// the autopilot's filter would hold off.
+    pub fn found(&mut self, off_px: [f32; 2], near_px: u16) -> Option<u8> {
+        let is_far = off_px.iter().any(|off| off.abs() > f32::from(near_px));
+        if !(is_far && self.settings.resets_on_reacquisition) {
+            return None;
+        }
+        self.resets = self.resets.wrapping_add(1);
+        Some(self.resets)
     }
 
     /// In which message fixes are sent to an autopilot of this kind.
@@ -113,9 +134,9 @@ impl Fixes {
         self.down.newest().is_some()
     }
 
-    /// Forgets what belongs to a clock that is no more.
+    /// Forgets what belongs to a clock that is no more, and the origin: an autopilot that has rebooted chooses another.
     pub fn clear(&mut self) {
-        (self.down, self.newest_at) = (History::new(), None);
+        (self.down, self.newest_at, self.origin) = (History::new(), None, None);
     }
 
     /// The fix of a frame exposed at `at` as it is sent; nothing where it comes too soon after the last. `attitude`: of the
@@ -143,7 +164,7 @@ impl Fixes {
             largest_m2: 0.5 * (east + north) + math::sqrt(half * half + cross * cross),
             attitude,
             velocity_m_per_s: self.velocity_m_per_s,
-            resets: 0,
+            resets: self.resets,
         })
     }
 }
@@ -156,8 +177,14 @@ mod tests {
     use plumbline_core::tilt::Attitude;
     use plumbline_core::units::Micros;
 
-    const SETTINGS: FixSettings =
-        FixSettings { form: None, sensor_id: 1, interval_us: 500_000, correlation_s: 5.0, map_sigma_m: 0.0 };
+    const SETTINGS: FixSettings = FixSettings {
+        form: None,
+        sensor_id: 1,
+        interval_us: 500_000,
+        correlation_s: 5.0,
+        map_sigma_m: 0.0,
+        resets_on_reacquisition: false,
+    };
 
     fn fix(covariance: [[f32; 2]; 2], correlated: [[f32; 2]; 2]) -> Fix {
         let position = Geographic { lat_e7: 1, lon_e7: 2 };
@@ -193,6 +220,21 @@ mod tests {
         let mut rare = Fixes::new(FixSettings { interval_us: 60_000_000, ..SETTINGS });
         let sent = rare.take(&one, Micros(0), Attitude::default()).unwrap();
         assert_eq!(sent.variance_m2, [1.3, 2.4]);
+    }
+
+    /// A change makes the autopilot jump: it survives a start of ours, and comes of nothing but a far search, where that is set.
+    #[test]
+    fn the_reset_counter_changes_only_where_a_lost_position_was_found() {
+        let one = fix([[1.0, 0.0], [0.0, 1.0]], [[0.0; 2]; 2]);
+        let resets = |fixes: &mut Fixes, at: u64| fixes.take(&one, Micros(at), Attitude::default()).unwrap().resets;
+        let mut fixes = Fixes::new(SETTINGS);
+        fixes.go_on_from(7);
+        assert_eq!((fixes.found([40.0, 0.0], 10), resets(&mut fixes, 0)), (None, 7));
+        let mut fixes = Fixes::new(FixSettings { resets_on_reacquisition: true, ..SETTINGS });
+        fixes.go_on_from(u8::MAX);
+        assert_eq!((fixes.found([-10.0, 9.5], 10), resets(&mut fixes, 0)), (None, u8::MAX));
+        assert_eq!((fixes.found([3.0, -10.5], 10), resets(&mut fixes, 1_000_000)), (Some(0), 0));
+        assert_eq!(resets(&mut fixes, 2_000_000), 0);
     }
 
     #[test]

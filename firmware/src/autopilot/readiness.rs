@@ -15,6 +15,10 @@ pub struct Present {
     pub origin: bool,
     /// A height in that frame, likewise.
     pub height: bool,
+    /// The autopilot's parameters have been asked for.
+    pub checked: bool,
+    /// None of them that is required is wrong.
+    pub parameters: bool,
     /// Frames of late.
     pub camera: bool,
 }
@@ -34,6 +38,10 @@ pub enum Missing {
     Origin,
     /// No height.
     Height,
+    /// Parameters are not known yet.
+    Unchecked,
+    /// Parameters are wrong; which, they say themselves.
+    Parameters,
     /// No frames.
     Camera,
 }
@@ -48,6 +56,8 @@ impl Present {
             (self.position, Missing::Position),
             (self.origin, Missing::Origin),
             (self.height, Missing::Height),
+            (self.checked, Missing::Unchecked),
+            (self.parameters, Missing::Parameters),
             (self.camera, Missing::Camera),
         ];
         each.into_iter().find(|(is_there, _)| !is_there).map(|(_, what)| what)
@@ -64,6 +74,8 @@ impl Missing {
             Missing::Position => "no fixes: no position on the map",
             Missing::Origin => "no fixes: the autopilot's EKF has no origin",
             Missing::Height => "no fixes: no LOCAL_POSITION_NED",
+            Missing::Unchecked => "no fixes: parameters are not read yet",
+            Missing::Parameters => "no fixes: the autopilot's parameters are wrong",
             Missing::Camera => "no fixes: no frames from the camera",
         }
     }

@@ -8,7 +8,7 @@ mod stamps;
 
 use super::StoreError;
 use super::framing::{HEADER_BYTES, Kind, header, open};
-pub use link::{CORRELATION_MAX_S, Link};
+pub use link::{ALTITUDES_M, CORRELATION_MAX_S, Link, START_SIGMA_MAX_M, Start};
 use plumbline_core::camera::{Camera, Distortion};
 use plumbline_core::matching::acceptance::AcceptRule;
 use plumbline_core::mount::{LeverArm, Mount};
@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 pub use stamps::Stamps;
 
 /// This store's magic and version.
-pub const KIND: Kind = Kind { magic: *b"PLBM", version: 4 };
+pub const KIND: Kind = Kind { magic: *b"PLBM", version: 5 };
 /// Bytes that hold any configuration with its header.
 pub const STORE_MAX: usize = 512;
 

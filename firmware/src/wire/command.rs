@@ -3,6 +3,7 @@
 //! By their own few bytes: the `mavlink` crate's command numbers are an enumeration that lacks those of ArduPilot's dialect,
 //! and an acknowledgement of one of them would not decode.
 
+use super::extensions::extended;
 use mavlink::dialects::common::{COMMAND_ACK_DATA, COMMAND_LONG_DATA, MavMessage};
 use mavlink::error::ParserError;
 use mavlink::{MavlinkVersion, MessageData};
@@ -13,6 +14,8 @@ pub const SET_MESSAGE_INTERVAL: u16 = 511;
 pub const REQUEST_MESSAGE: u16 = 512;
 /// MAV_CMD_SET_EKF_SOURCE_SET, of ArduPilot's dialect.
 pub const SET_EKF_SOURCE_SET: u16 = 42_007;
+/// MAV_CMD_EXTERNAL_POSITION_ESTIMATE.
+pub const EXTERNAL_POSITION_ESTIMATE: u16 = 43_003;
 
 /// MAV_RESULT: done.
 pub const ACCEPTED: u8 = 0;
@@ -22,6 +25,8 @@ pub const TEMPORARILY_REJECTED: u8 = 1;
 pub const DENIED: u8 = 2;
 /// Not known.
 pub const UNSUPPORTED: u8 = 3;
+/// Tried in vain.
+pub const FAILED: u8 = 4;
 /// Done later.
 pub const IN_PROGRESS: u8 = 5;
 
@@ -32,6 +37,8 @@ pub enum Ask {
     Interval(u32, u32),
     /// MAV_CMD_REQUEST_MESSAGE: a message's id.
     Message(u32),
+    /// MAV_CMD_SET_EKF_SOURCE_SET: the set of sources of its estimator, from 1.
+    SourceSet(u8),
 }
 
 impl Ask {
@@ -41,6 +48,7 @@ impl Ask {
             // Ids and intervals are whole numbers below 2²⁴, which single precision holds.
             Ask::Interval(message, interval_us) => (SET_MESSAGE_INTERVAL, [message as f32, interval_us as f32]),
             Ask::Message(message) => (REQUEST_MESSAGE, [message as f32, 0.0]),
+            Ask::SourceSet(set) => (SET_EKF_SOURCE_SET, [f32::from(set), 0.0]),
         };
         Command { command, parameters, target }
     }
@@ -89,14 +97,20 @@ fn written(payload: &mut [u8], bytes: impl Iterator<Item = u8>) -> usize {
     payload.iter_mut().zip(bytes).map(|(to, from)| *to = from).count()
 }
 
-/// COMMAND_ACK: a command and what became of it.
+/// COMMAND_ACK: a command, what became of it, and who had given it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Acknowledgement {
     /// MAV_CMD.
     pub command: u16,
     /// MAV_RESULT.
     pub result: u8,
+    /// System and component of who gave it; zeros for everybody.
+    pub target: (u8, u8),
 }
+
+/// Bytes of COMMAND_ACK before its extensions, and those before the target.
+const ACK_BASE: usize = 3;
+const ACK_TARGET: usize = 5;
 
 impl MessageData for Acknowledgement {
     type Message = MavMessage;
@@ -104,15 +118,18 @@ impl MessageData for Acknowledgement {
     const ID: u32 = COMMAND_ACK_DATA::ID;
     const NAME: &'static str = COMMAND_ACK_DATA::NAME;
     const EXTRA_CRC: u8 = COMMAND_ACK_DATA::EXTRA_CRC;
-    const ENCODED_LEN: usize = COMMAND_ACK_DATA::ENCODED_LEN;
+    const ENCODED_LEN: usize = ACK_BASE + ACK_TARGET + 2;
 
     fn ser(&self, _: MavlinkVersion, payload: &mut [u8]) -> usize {
         let [low, high] = self.command.to_le_bytes();
-        written(payload, [low, high, self.result].into_iter())
+        let used = written(payload, [low, high, self.result].into_iter());
+        let (system, component) = self.target;
+        extended(payload, used, ACK_BASE, [0, 0, 0, 0, 0, system, component])
     }
 
     fn deser(_: MavlinkVersion, payload: &[u8]) -> Result<Self, ParserError> {
         let byte = |at: usize| payload.get(at).copied().unwrap_or(0);
-        Ok(Acknowledgement { command: u16::from_le_bytes([byte(0), byte(1)]), result: byte(2) })
+        let target = (byte(ACK_BASE + ACK_TARGET), byte(ACK_BASE + ACK_TARGET + 1));
+        Ok(Acknowledgement { command: u16::from_le_bytes([byte(0), byte(1)]), result: byte(2), target })
     }
 }

@@ -6,11 +6,12 @@
 //! is clockwise and may be relative to north or to the vehicle, as its flags say; a TIMESYNC answer may name nobody.
 
 use super::boot_time::BootTime;
-use super::command::Acknowledgement;
+use super::command::{Acknowledgement, Command};
 use super::decoder::Packet;
 use super::extensions::{Timesync, signal_quality};
+use super::order::{Order, order};
 use mavlink::dialects::common::{
-    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA,
+    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, COMMAND_INT_DATA, DISTANCE_SENSOR_DATA,
     GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GPS_GLOBAL_ORIGIN_DATA, GPS_RAW_INT_DATA,
     GimbalDeviceFlags, HEARTBEAT_DATA, LOCAL_POSITION_NED_DATA, MavAutopilot, MavModeFlag, MavSensorOrientation,
     PARAM_VALUE_DATA,
@@ -57,6 +58,8 @@ pub enum Incoming {
     Acknowledged(u16, u8),
     /// A parameter of the autopilot.
     Parameter(Parameter),
+    /// What a ground station has ordered, and who it is.
+    Ordered(Order, (u8, u8)),
 }
 
 /// What a heartbeat of the autopilot says.
@@ -91,6 +94,28 @@ pub struct Parameter {
     pub kind: u8,
 }
 
+/// MAV_PARAM_TYPE of the integers that PX4 has.
+const UINT32: u8 = 5;
+const INT32: u8 = 6;
+
+impl Parameter {
+    /// Its number, as this autopilot's software puts it into the message.
+    pub fn number(&self, of: AutopilotKind) -> f32 {
+        let bits = self.value.to_bits();
+        match (of, self.kind) {
+            (AutopilotKind::Px4, INT32) => bits as i32 as f32,
+            (AutopilotKind::Px4, UINT32) => bits as f32,
+            _ => self.value,
+        }
+    }
+
+    /// Whether this is its name.
+    pub fn is_called(&self, name: &str) -> bool {
+        let end = self.name.iter().position(|byte| *byte == 0).unwrap_or(self.name.len());
+        self.name.get(..end) == Some(name.as_bytes())
+    }
+}
+
 /// Whose messages are taken: one sender, and one sensor, for each kind of sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Speakers {
@@ -102,6 +127,8 @@ pub struct Speakers {
     pub range: ((u8, u8), Option<u8>),
     /// Who sends the follow-up axis' GIMBAL_DEVICE_ATTITUDE_STATUS.
     pub encoder: (u8, u8),
+    /// System of the ground station whose orders are taken, from any of its components.
+    pub ground_station: Option<u8>,
 }
 
 /// Why a good message gives no sample.
@@ -132,6 +159,7 @@ pub fn incoming(packet: &Packet<'_>, speakers: &Speakers) -> Result<Incoming, Un
         | Acknowledgement::ID
         | PARAM_VALUE_DATA::ID => speakers.autopilot,
         Timesync::ID => return timesync(packet, speakers),
+        Command::ID | COMMAND_INT_DATA::ID => return ordered(packet, speakers),
         // A ground station and other devices send heartbeats too.
         HEARTBEAT_DATA::ID if (packet.system, packet.component) == speakers.autopilot => speakers.autopilot,
         _ => return Err(Unusable::NotOurs),
@@ -142,8 +170,27 @@ pub fn incoming(packet: &Packet<'_>, speakers: &Speakers) -> Result<Incoming, Un
     match packet.id {
         GIMBAL_DEVICE_ATTITUDE_STATUS_DATA::ID => follow_up(&payload(packet)?),
         DISTANCE_SENSOR_DATA::ID => slant(&payload(packet)?, signal_quality(packet.payload), speakers.range.1),
+        Acknowledgement::ID => acknowledged(&payload(packet)?, speakers),
         _ => of_the_autopilot(packet),
     }
+}
+
+/// What others have asked for is acknowledged to them, past us.
+fn acknowledged(ack: &Acknowledgement, speakers: &Speakers) -> Result<Incoming, Unusable> {
+    let is_for_us = ack.target == (0, 0) || ack.target == speakers.us;
+    if is_for_us { Ok(Incoming::Acknowledged(ack.command, ack.result)) } else { Err(Unusable::NotOurs) }
+}
+
+/// An order to us; the autopilot's own commands to a gimbal are none.
+fn ordered(packet: &Packet<'_>, speakers: &Speakers) -> Result<Incoming, Unusable> {
+    let (order, target) = order(packet).ok_or(Unusable::NotOurs)?;
+    if target != speakers.us {
+        return Err(Unusable::NotOurs);
+    }
+    if speakers.ground_station != Some(packet.system) {
+        return Err(Unusable::Foreign);
+    }
+    Ok(Incoming::Ordered(order, (packet.system, packet.component)))
 }
 
 fn of_the_autopilot(packet: &Packet<'_>) -> Result<Incoming, Unusable> {
@@ -174,10 +221,6 @@ fn of_the_autopilot(packet: &Packet<'_>) -> Result<Incoming, Unusable> {
             let gnss: GPS_RAW_INT_DATA = payload(packet)?;
             // GPS_FIX_TYPE: 3 is a position in three dimensions, more are better ones.
             Ok(Incoming::Gnss(gnss.fix_type as u8 >= 3))
-        }
-        Acknowledgement::ID => {
-            let ack: Acknowledgement = payload(packet)?;
-            Ok(Incoming::Acknowledged(ack.command, ack.result))
         }
         PARAM_VALUE_DATA::ID => {
             let parameter: PARAM_VALUE_DATA = payload(packet)?;

@@ -6,9 +6,10 @@ use super::signing::Signing;
 use super::telemetry::{TUNNEL_BYTES, Telemetry};
 use crate::shared::Shared;
 use mavlink::dialects::common::{
-    CAMERA_IMAGE_CAPTURED_DATA, CAMERA_TRIGGER_DATA, DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA,
+    self, CAMERA_IMAGE_CAPTURED_DATA, CAMERA_TRIGGER_DATA, DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA,
     GIMBAL_DEVICE_SET_ATTITUDE_DATA, GimbalDeviceFlags, HEARTBEAT_DATA, MavAutopilot, MavBool, MavModeFlag,
-    MavSeverity, MavState, MavTunnelPayloadType, MavType, MavlinkDataStreamType, STATUSTEXT_DATA, TUNNEL_DATA,
+    MavSeverity, MavState, MavTunnelPayloadType, MavType, MavlinkDataStreamType, PARAM_REQUEST_READ_DATA,
+    STATUSTEXT_DATA, TUNNEL_DATA,
 };
 use mavlink::{MAV_STX_V2, MavlinkVersion, MessageData, calculate_crc};
 use plumbline_core::frames::{gimbal_quaternion_from_follow_up, ned_quaternion_from_attitude};
@@ -127,6 +128,23 @@ pub fn timesync_request(ours_ns: i64, target: (u8, u8)) -> Timesync {
 /// TIMESYNC answer to a request that carried `theirs_ns`.
 pub fn timesync_answer(ours_ns: i64, theirs_ns: i64, target: (u8, u8)) -> Timesync {
     Timesync { tc1: ours_ns, ts1: theirs_ns, target }
+}
+
+/// PARAM_REQUEST_READ of a parameter by its name, of which the message holds 16 characters.
+pub fn parameter_request(name: &str, (target_system, target_component): (u8, u8)) -> PARAM_REQUEST_READ_DATA {
+    /// PARAM_REQUEST_READ.param_index: by the name.
+    const BY_NAME: i16 = -1;
+    let mut id = [0; 16];
+    id.iter_mut().zip(name.bytes()).for_each(|(to, from)| *to = from);
+    PARAM_REQUEST_READ_DATA { param_index: BY_NAME, target_system, target_component, param_id: id.into() }
+}
+
+/// SET_GPS_GLOBAL_ORIGIN: where the autopilot's frame is to begin, its height above sea level in millimetres. The definition
+/// calls it superseded by a command that no autopilot knows yet.
+#[expect(deprecated, reason = "its successor is not known to ArduPilot")]
+pub fn origin(place: Geographic, altitude_mm: i32, target_system: u8) -> common::SET_GPS_GLOBAL_ORIGIN_DATA {
+    let (latitude, longitude) = (place.lat_e7, place.lon_e7);
+    common::SET_GPS_GLOBAL_ORIGIN_DATA { latitude, longitude, altitude: altitude_mm, target_system }
 }
 
 /// CAMERA_TRIGGER: when the picture was taken, by its middle.

@@ -339,6 +339,8 @@ impl<'s> Flying<'s> {
             photos: self.station.photos,
             plan: self.station.plan,
             late: 0,
+            lines: self.station.lines,
+            source_set: 0,
         };
         Flown { flight, motion, live, navigation }
     }

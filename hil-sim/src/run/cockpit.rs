@@ -42,6 +42,8 @@ pub(super) struct Cockpit<'s> {
     answers: Vec<(u64, Vec<u8>)>,
     next_heartbeat_us: u64,
     now_us: u64,
+    /// Fixes that the autopilot has had.
+    fixes: usize,
     servo: (usize, f64),
     steps: u64,
     late: u32,
@@ -60,12 +62,14 @@ impl<'s> Cockpit<'s> {
             line: ShutterLine::new(&setup.scenario),
             planned: VecDeque::new(),
             exposures: setup.plan.as_ref().map(|_| 0),
-            autopilot: Autopilot::new(setup.scenario.world.autopilot.loop_rate_hz, setup.scenario.run.seed),
+            autopilot: Autopilot::new(setup.scenario.world.autopilot.loop_rate_hz, setup.scenario.run.seed)
+                .with(&setup.scenario.faults.autopilot_faults),
             injector: FaultInjector::new(setup.scenario.faults.link_faults, setup.scenario.run.seed, "to_firmware"),
             station: GroundStation::signing(setup.signing.map(Signatory::new)),
             answers: Vec::new(),
             next_heartbeat_us: 0,
             now_us: 0,
+            fixes: 0,
             servo: (0, 0.0),
             steps: 0,
             late: 0,
@@ -189,10 +193,7 @@ impl<'s> Cockpit<'s> {
             let answer = self.autopilot.timesync_answer(stamp, self.now_us);
             self.answer(answer);
         }
-        for command in std::mem::take(&mut self.station.commands) {
-            let answer = self.autopilot.commanded(&command, self.now_us);
-            self.answer(answer);
-        }
+        self.answer_commands();
         for photo in std::mem::take(&mut self.station.due) {
             self.commit(photo);
         }
@@ -207,6 +208,24 @@ impl<'s> Cockpit<'s> {
             }
         }
         Ok(())
+    }
+
+    /// Has the autopilot do what it is asked for.
+    fn answer_commands(&mut self) {
+        for command in std::mem::take(&mut self.station.commands) {
+            let answer = self.autopilot.commanded(&command, self.now_us);
+            self.answer(answer);
+        }
+        for name in std::mem::take(&mut self.station.parameters) {
+            self.autopilot.parameter(&name, self.now_us).into_iter().for_each(|answer| self.answer(answer));
+        }
+        if let Some(origin) = self.station.origin.take() {
+            self.autopilot.set_origin(origin);
+        }
+        if self.station.fixes.len() > self.fixes {
+            self.fixes = self.station.fixes.len();
+            self.autopilot.take_fix();
+        }
     }
 
     /// What the firmware said of a frame.
@@ -227,6 +246,8 @@ impl<'s> Cockpit<'s> {
             photos: self.station.photos,
             plan: self.station.plan,
             late: self.late,
+            lines: self.station.lines,
+            source_set: self.autopilot.source_set(),
         }
     }
 }

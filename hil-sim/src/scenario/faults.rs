@@ -10,6 +10,8 @@ pub type Seconds = [f64; 2];
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(default)]
 pub struct Faults {
+    /// The autopilot.
+    pub autopilot_faults: AutopilotFaults,
     /// The attitude sensor.
     pub attitude_faults: AttitudeFaults,
     /// The link.
@@ -20,6 +22,36 @@ pub struct Faults {
     pub shutter: Shutter,
     /// The pulse per second.
     pub timer: Timer,
+}
+
+/// What is wrong with the autopilot.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AutopilotFaults {
+    /// When satellite navigation has a position; never unless given, which is what fixes are for.
+    pub gnss_s: Option<Seconds>,
+    /// It denies to take another set of sources.
+    pub denies_source_set: bool,
+    /// It knows neither origin nor position until it is given the one, and a fix.
+    pub knows_no_place: bool,
+    /// Parameters that are set to something else than they should be.
+    pub parameters: WrongParameters,
+}
+
+/// Parameters that differ from the documented ones, by their names; what is `nan` is never answered.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "SCREAMING_SNAKE_CASE")]
+#[allow(missing_docs, reason = "the autopilot's own names")]
+pub struct WrongParameters {
+    pub viso_type: Option<f32>,
+    pub viso_delay_ms: Option<f32>,
+    pub viso_pos_m_nse: Option<f32>,
+    pub ek3_src2_posxy: Option<f32>,
+    pub ek3_src2_velxy: Option<f32>,
+    pub ek3_src2_posz: Option<f32>,
+    pub ek3_src2_velz: Option<f32>,
+    pub ek3_src2_yaw: Option<f32>,
+    pub ek3_glitch_rad: Option<f32>,
 }
 
 /// What the attitude sensor does wrong, and when.
@@ -54,6 +86,8 @@ pub struct LinkFaults {
 pub struct Range {
     /// Share of the samples without an echo.
     pub dropout_percent: f64,
+    /// It measures 0, as on the ground.
+    pub zero_s: Option<Seconds>,
 }
 
 /// What the shutter's line and the frames do wrong.
@@ -98,6 +132,8 @@ impl Faults {
         let attitude = &self.attitude_faults;
         let all = [
             ("timer.pps_lost_s", self.timer.pps_lost_s),
+            ("range.zero_s", self.range.zero_s),
+            ("autopilot_faults.gnss_s", self.autopilot_faults.gnss_s),
             ("attitude_faults.gap_s", attitude.gap_s),
             ("attitude_faults.stuck_s", attitude.stuck_s),
             ("attitude_faults.backwards_s", attitude.backwards_s),

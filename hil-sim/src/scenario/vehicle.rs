@@ -4,7 +4,7 @@
 mod link;
 
 use super::bounds::Bounded;
-pub use link::{FixMessage, Link};
+pub use link::{FixMessage, Link, Start, SwitchSource};
 use plumbline_core::budget::REACQUIRE_PX;
 use plumbline_core::pose::noise::LAGS;
 use plumbline_core::stamp::EXPOSURE_MAX_US;

@@ -2,9 +2,13 @@
 //!
 //! It is as unkind as a real one, measured on ArduPlane 4.8: unasked it sends each message once a second and no attitude
 //! quaternion at all; it streams what SET_MESSAGE_INTERVAL asks for and its loop allows, and acknowledges or denies; its TIMESYNC
-//! answers name nobody and take from 1.6 to 13 ms; its microseconds are counted in 32 bits, its milliseconds are cut off.
+//! answers name nobody and take from 1.6 to 13 ms; its microseconds are counted in 32 bits, its milliseconds are cut off. Its
+//! parameters are answered by name where it has them. Where it knows no place it sends (0, 0), and neither origin nor height.
+
+mod parameters;
 
 use crate::noise::{stream, uniform};
+use crate::scenario::{AutopilotFaults, Seconds};
 use crate::vehicle::sensors::{Reading, Sample};
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA, EstimatorStatusFlags,
@@ -13,8 +17,9 @@ use mavlink::dialects::common::{
     MavDistanceSensor, MavLandedState, MavModeFlag, MavSensorOrientation, MavState, MavType, TIMESYNC_DATA,
 };
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
+use parameters::Parameters;
 use plumbline_firmware::wire::command::{
-    ACCEPTED, Acknowledgement, Command, DENIED, REQUEST_MESSAGE, SET_MESSAGE_INTERVAL, UNSUPPORTED,
+    ACCEPTED, Acknowledgement, Command, DENIED, REQUEST_MESSAGE, SET_EKF_SOURCE_SET, SET_MESSAGE_INTERVAL, UNSUPPORTED,
 };
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
@@ -51,6 +56,12 @@ pub struct Autopilot {
     loop_rate_hz: u32,
     /// Latitude, longitude in 1e-7 degrees and height of where its local frame begins: where it first knew its place.
     origin: Option<(i32, i32, f64)>,
+    /// Whether it has a position.
+    is_placed: bool,
+    /// Its estimator's set of sources.
+    source_set: u8,
+    parameters: Parameters,
+    faults: AutopilotFaults,
     waits: ChaCha12Rng,
 }
 
@@ -58,7 +69,45 @@ impl Autopilot {
     /// Before its first message.
     pub fn new(loop_rate_hz: u32, seed: u64) -> Self {
         let streams = UNASKED.iter().map(|message| (*message, (UNASKED_US, 0))).collect();
-        Autopilot { sequence: 0, streams, loop_rate_hz, origin: None, waits: stream(seed, "autopilot") }
+        let faults = AutopilotFaults::default();
+        Autopilot {
+            sequence: 0,
+            streams,
+            loop_rate_hz,
+            origin: None,
+            is_placed: true,
+            source_set: 1,
+            parameters: Parameters::new(loop_rate_hz, &faults.parameters),
+            faults,
+            waits: stream(seed, "autopilot"),
+        }
+    }
+
+    /// The same with what is wrong with it.
+    pub fn with(self, faults: &AutopilotFaults) -> Self {
+        let parameters = Parameters::new(self.loop_rate_hz, &faults.parameters);
+        Autopilot { is_placed: !faults.knows_no_place, parameters, faults: *faults, ..self }
+    }
+
+    /// The set of sources that its estimator uses.
+    pub fn source_set(&self) -> u8 {
+        self.source_set
+    }
+
+    /// It is given an origin: latitude, longitude in 1e-7 degrees, and height.
+    pub fn set_origin(&mut self, origin: (i32, i32, f64)) {
+        self.origin.get_or_insert(origin);
+    }
+
+    /// It gets a fix, which gives it a position where it has an origin.
+    pub fn take_fix(&mut self) {
+        self.is_placed |= self.origin.is_some();
+    }
+
+    /// The answer to a request for a parameter that was sent at `at_us`: when it arrives, and its bytes.
+    pub fn parameter(&mut self, name: &str, at_us: u64) -> Option<(u64, Vec<u8>)> {
+        let answer = self.parameters.answer(name)?;
+        Some((at_us + self.way_us() + self.way_us(), self.encode(COMPONENT, &answer)))
     }
 
     /// The messages of a sample; none for readings that travel by wire, and for streams that nobody asked for.
@@ -80,13 +129,14 @@ impl Autopilot {
             Reading::Range { slant_m } => vec![self.due(sample, &range(sample, slant_m))],
             Reading::Position { east_m, north_m, up_m, velocity_ned_m_s } => {
                 let degrees = crs.to_wgs84(east_m, north_m)?;
-                let message = position(sample, degrees, up_m, velocity_ned_m_s);
-                let (_, _, origin_up_m) = *self.origin.get_or_insert((message.lat, message.lon, up_m));
-                vec![
-                    self.due(sample, &message),
-                    self.due(sample, &local(sample, origin_up_m - up_m)),
-                    self.due(sample, &no_gnss(sample)),
-                ]
+                let gnss = self.due(sample, &gnss(sample, self.faults.gnss_s));
+                if self.is_placed {
+                    let message = position(sample, degrees, up_m, velocity_ned_m_s);
+                    let (_, _, origin_up_m) = *self.origin.get_or_insert((message.lat, message.lon, up_m));
+                    vec![self.due(sample, &message), self.due(sample, &local(sample, origin_up_m - up_m)), gnss]
+                } else {
+                    vec![self.due(sample, &position(sample, (0.0, 0.0), up_m, [0.0; 3])), gnss]
+                }
             }
         };
         Ok(messages.into_iter().filter(|message| !message.is_empty()).collect())
@@ -129,9 +179,14 @@ impl Autopilot {
                 }
                 None => (Vec::new(), DENIED),
             },
+            SET_EKF_SOURCE_SET if SOURCE_SETS.contains(&first) && !self.faults.denies_source_set => {
+                self.source_set = first as u8;
+                (Vec::new(), ACCEPTED)
+            }
+            SET_EKF_SOURCE_SET => (Vec::new(), DENIED),
             _ => (Vec::new(), UNSUPPORTED),
         };
-        let mut bytes = self.encode(COMPONENT, &Acknowledgement { command: command.command, result });
+        let mut bytes = self.encode(COMPONENT, &Acknowledgement { command: command.command, result, target: (0, 0) });
         bytes.append(&mut sent);
         (at_autopilot_us + self.way_us(), bytes)
     }
@@ -177,13 +232,15 @@ impl Autopilot {
 /// MAV_RESULT of a message that it does not know, and of a rate that it does not reach (FAILED).
 const DENIED_AS: [u8; 2] = [DENIED, 4];
 
-/// GPS_RAW_INT of a receiver without a fix: what our fixes are for.
-fn no_gnss(sample: &Sample) -> GPS_RAW_INT_DATA {
-    GPS_RAW_INT_DATA {
-        time_usec: sample.sampled_at_us,
-        fix_type: GpsFixType::GPS_FIX_TYPE_NO_FIX,
-        ..GPS_RAW_INT_DATA::DEFAULT
-    }
+/// Sets of sources of its estimator.
+const SOURCE_SETS: [f64; 3] = [1.0, 2.0, 3.0];
+
+/// GPS_RAW_INT of a receiver with a fix in these seconds and no others.
+fn gnss(sample: &Sample, good_s: Option<Seconds>) -> GPS_RAW_INT_DATA {
+    let at_s = 1e-6 * sample.sampled_at_us as f64;
+    let is_good = good_s.is_some_and(|[from, to]| (from..to).contains(&at_s));
+    let fix_type = if is_good { GpsFixType::GPS_FIX_TYPE_3D_FIX } else { GpsFixType::GPS_FIX_TYPE_NO_FIX };
+    GPS_RAW_INT_DATA { time_usec: sample.sampled_at_us, fix_type, ..GPS_RAW_INT_DATA::DEFAULT }
 }
 
 fn time_boot_ms(sample: &Sample) -> u32 {

@@ -216,7 +216,7 @@ impl Flying {
                         streams.insert(id as u32, interval_us as u64);
                     }
                     let result = if accepted { ACCEPTED } else { DENIED };
-                    let answer = Acknowledgement { command: command.command, result };
+                    let answer = Acknowledgement { command: command.command, result, target: (0, 0) };
                     answers.push(Box::new(move |end| end.send(system, &answer)));
                 }
             }

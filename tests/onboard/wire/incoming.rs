@@ -2,24 +2,28 @@
 
 use super::axes::{largest_difference, ned_from_body};
 use mavlink::dialects::common::{
-    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, COMMAND_ACK_DATA, DISTANCE_SENSOR_DATA,
-    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GPS_GLOBAL_ORIGIN_DATA, GPS_RAW_INT_DATA,
-    GimbalDeviceFlags, HEARTBEAT_DATA, HIGHRES_IMU_DATA, LOCAL_POSITION_NED_DATA, MavAutopilot, MavModeFlag,
-    MavSensorOrientation, PARAM_VALUE_DATA, TIMESYNC_DATA,
+    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, COMMAND_ACK_DATA, COMMAND_INT_DATA,
+    COMMAND_LONG_DATA, DISTANCE_SENSOR_DATA, GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA,
+    GPS_GLOBAL_ORIGIN_DATA, GPS_RAW_INT_DATA, GimbalDeviceFlags, HEARTBEAT_DATA, HIGHRES_IMU_DATA,
+    LOCAL_POSITION_NED_DATA, MavAutopilot, MavModeFlag, MavParamType, MavSensorOrientation, PARAM_VALUE_DATA,
+    TIMESYNC_DATA,
 };
 use mavlink::{MavlinkVersion, MessageData};
 use plumbline_core::tile::Geographic;
 use plumbline_core::units::{Metres, Micros};
 use plumbline_firmware::wire::boot_time::BootTime;
+use plumbline_firmware::wire::command::{Acknowledgement, Command};
 use plumbline_firmware::wire::decoder::Packet;
 use plumbline_firmware::wire::incoming::{AutopilotKind, Heartbeat, Incoming, Speakers, Unusable, incoming};
+use plumbline_firmware::wire::order::Order;
 use plumbline_tests::seeded::{Random, config};
 use proptest::prelude::{any, prop_assert, proptest};
 
 const US: (u8, u8) = (1, 154);
 const AUTOPILOT: (u8, u8) = (1, 1);
 /// All from one sender.
-const SPEAKERS: Speakers = Speakers { us: US, autopilot: AUTOPILOT, range: (AUTOPILOT, None), encoder: AUTOPILOT };
+const SPEAKERS: Speakers =
+    Speakers { us: US, autopilot: AUTOPILOT, range: (AUTOPILOT, None), encoder: AUTOPILOT, ground_station: Some(255) };
 
 /// What the sample of a message with this payload is; trailing zeros are cut off, as on the wire.
 fn taken(id: u32, payload: &[u8]) -> Result<Incoming, Unusable> {
@@ -201,7 +205,7 @@ fn only_the_autopilots_own_heartbeat_says_whether_it_is_armed() {
 #[test]
 fn who_is_not_named_is_not_listened_to() {
     let (laser, encoder) = ((1, 158), (1, 171));
-    let speakers = Speakers { us: US, autopilot: AUTOPILOT, range: (laser, Some(3)), encoder };
+    let speakers = Speakers { us: US, autopilot: AUTOPILOT, range: (laser, Some(3)), encoder, ground_station: None };
     let attitude = ATTITUDE_QUATERNION_DATA { q1: 1.0, ..Default::default() };
     let angle = GIMBAL_DEVICE_ATTITUDE_STATUS_DATA { q: [1.0, 0.0, 0.0, 0.0], ..Default::default() };
     let orientation = MavSensorOrientation::MAV_SENSOR_ROTATION_PITCH_270;
@@ -239,6 +243,82 @@ fn payload_of<D: MessageData>(data: &D) -> (u32, Vec<u8>) {
     (D::ID, payload[..length].to_vec())
 }
 
+/// COMMAND_INT: four parameters, latitude, longitude, altitude, command, target, frame.
+fn place(sigma_m: f32, (lat_e7, lon_e7): (i32, i32), target: (u8, u8), frame: u8) -> Vec<u8> {
+    let mut payload: Vec<u8> = [5.0, 0.1, sigma_m, 0.0].into_iter().flat_map(f32::to_le_bytes).collect();
+    payload.extend([lat_e7, lon_e7].into_iter().flat_map(i32::to_le_bytes));
+    payload.extend(f32::NAN.to_le_bytes());
+    payload.extend(43_003u16.to_le_bytes());
+    payload.extend([target.0, target.1, frame]);
+    payload
+}
+
+#[test]
+fn orders_are_a_ground_stations_to_us() {
+    let from =
+        |id, system, payload: &[u8]| incoming(&Packet { id, system, component: 190, payload, signed: None }, &SPEAKERS);
+    let long = |command, first, target| {
+        let (id, payload) = payload_of(&Command { command, parameters: [first, 0.0], target });
+        (id, payload)
+    };
+    let (id, two) = long(42_007, 2.0, US);
+    assert_eq!(from(id, 255, &two), Ok(Incoming::Ordered(Order::SourceSet(Some(2)), (255, 190))));
+    assert_eq!(from(id, 254, &two), Err(Unusable::Foreign));
+    for (set, wanted) in [(0.0, None), (1.5, None), (f32::NAN, None), (4.0, None), (3.0, Some(3))] {
+        let ordered = from(id, 255, &long(42_007, set, US).1);
+        assert_eq!(ordered, Ok(Incoming::Ordered(Order::SourceSet(wanted), (255, 190))), "{set}");
+    }
+    // The autopilot's and others' commands to a gimbal, and what is for another.
+    assert_eq!(from(id, 1, &long(512, 283.0, US).1), Err(Unusable::NotOurs));
+    assert_eq!(from(id, 255, &long(42_007, 2.0, AUTOPILOT).1), Err(Unusable::NotOurs));
+    let int = COMMAND_INT_DATA::ID;
+    let here = (480_000_000, -160_000_000);
+    let position = |sigma_m, place: (i32, i32)| {
+        let place = Geographic { lat_e7: place.0, lon_e7: place.1 };
+        Ok(Incoming::Ordered(Order::Position(Some((place, sigma_m))), (255, 190)))
+    };
+    assert_eq!(from(int, 255, &place(20.0, here, US, 0)), position(20.0, here));
+    assert_eq!(from(int, 255, &place(20.0, here, US, 5)), position(20.0, here));
+    let refused = Ok(Incoming::Ordered(Order::Position(None), (255, 190)));
+    for bad in [
+        place(0.0, here, US, 5),
+        place(f32::NAN, here, US, 5),
+        place(f32::INFINITY, here, US, 5),
+        place(20.0, (0, 0), US, 5),
+        place(20.0, (900_000_001, 0), US, 5),
+        place(20.0, (1, i32::MIN), US, 5),
+        place(20.0, here, US, 3),
+    ] {
+        assert_eq!(from(int, 255, &bad), refused);
+    }
+    // In single precision it is a metre coarse.
+    assert_eq!(from(id, 255, &place(20.0, here, US, 5)), refused);
+}
+
+#[test]
+fn acknowledgements_to_others_are_not_ours() {
+    let to = |target| taken_from(&Acknowledgement { command: 42_007, result: 2, target });
+    assert_eq!((to((0, 0)), to(US)), (Ok(Incoming::Acknowledged(42_007, 2)), Ok(Incoming::Acknowledged(42_007, 2))));
+    assert_eq!((to((255, 190)), to((1, 191))), (Err(Unusable::NotOurs), Err(Unusable::NotOurs)));
+}
+
+/// PX4 puts an integer's bits into the float, ArduPilot the number.
+#[test]
+fn parameters_are_numbers_or_bits() {
+    let taken = |value, param_type| {
+        let name = *b"EKF2_AGP0_CTRL\0\0";
+        let data = PARAM_VALUE_DATA { param_value: value, param_id: name.into(), param_type, ..Default::default() };
+        let Ok(Incoming::Parameter(parameter)) = taken_from(&data) else { panic!("{:?}", taken_from(&data)) };
+        assert!(parameter.is_called("EKF2_AGP0_CTRL") && !parameter.is_called("EKF2_AGP0_CTR"));
+        [AutopilotKind::Px4, AutopilotKind::Ardupilot].map(|kind| parameter.number(kind))
+    };
+    let (int, real) = (MavParamType::MAV_PARAM_TYPE_INT32, MavParamType::MAV_PARAM_TYPE_REAL32);
+    assert_eq!(taken(f32::from_bits(7), int)[0], 7.0);
+    assert_eq!(taken(f32::from_bits(-7i32 as u32), int)[0], -7.0);
+    assert_eq!(taken(6.0, int)[1], 6.0);
+    assert_eq!(taken(0.25, real), [0.25, 0.25]);
+}
+
 #[test]
 fn a_place_that_is_not_known_is_none() {
     assert_eq!(taken_from(&GLOBAL_POSITION_INT_DATA { vx: 5, ..Default::default() }), Err(Unusable::Invalid));
@@ -274,6 +354,30 @@ proptest! {
             Ok(Incoming::Down(_, down_m)) => prop_assert!(down_m.is_finite()),
             Ok(Incoming::Slant(_, slant)) => prop_assert!(slant.0 > 0.0 && slant.0 < 655.35),
             _ => {}
+        }
+    }
+
+    /// Any order: a set that there is, a place on the earth, or none.
+    #[test]
+    fn any_order_is_one_that_can_be_meant(is_int in any::<bool>(), is_place in any::<bool>(), seed in any::<u64>(), length in 32usize..=255) {
+        let mut random = Random::new(seed);
+        let mut payload: Vec<u8> = (0..length).map(|_| random.byte()).collect();
+        payload[28..30].copy_from_slice(&if is_place { 43_003u16 } else { 42_007 }.to_le_bytes());
+        payload[30..32].copy_from_slice(&[US.0, US.1]);
+        if let Some(frame) = payload.get_mut(32) {
+            *frame %= 6;
+        }
+        let id = if is_int { COMMAND_INT_DATA::ID } else { COMMAND_LONG_DATA::ID };
+        match incoming(&Packet { id, system: 255, component: 1, payload: &payload, signed: None }, &SPEAKERS) {
+            Ok(Incoming::Ordered(Order::SourceSet(set), _)) => prop_assert!(set.is_none_or(|set| (1..=3).contains(&set))),
+            Ok(Incoming::Ordered(Order::Position(place), _)) => {
+                prop_assert!(is_int || place.is_none());
+                if let Some((place, sigma_m)) = place {
+                    prop_assert!(sigma_m > 0.0 && sigma_m.is_finite());
+                    prop_assert!(place.lat_e7.abs() <= 900_000_000 && place.lon_e7.unsigned_abs() <= 1_800_000_000);
+                }
+            }
+            other => prop_assert!(false, "{other:?}"),
         }
     }
 }

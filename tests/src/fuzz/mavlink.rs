@@ -46,6 +46,8 @@ impl Mavlink {
         let (_, answered) = autopilot.commanded(&origin, 0);
         messages.extend(each(&answered).map(<[u8]>::to_vec));
         messages.push(autopilot.timesync_answer(5_000, 1_000_000).1);
+        messages.extend(autopilot.parameter("EK3_SRC2_POSXY", 0).map(|(_, answer)| answer));
+        messages.extend([76, 75].map(order));
         // One of each kind is enough, and each in company.
         messages.sort_by_key(|message| message[7..10].to_vec());
         messages.dedup_by_key(|message| message[7..10].to_vec());
@@ -55,6 +57,22 @@ impl Mavlink {
         let timer = tied(&mut application, &mut autopilot);
         Mavlink { seeds: messages, application, timer }
     }
+}
+
+/// A ground station's order to us: a set of sources by COMMAND_LONG (76), a place by COMMAND_INT (75). Both have parameters, the
+/// command, and the target at the same places.
+fn order(id: u8) -> Vec<u8> {
+    let (command, words) = match id {
+        75 => (43_003u16, [0, 0, 20f32.to_bits(), 0, 480_000_000, 160_000_000, 0]),
+        _ => (42_007, [2f32.to_bits(), 0, 0, 0, 0, 0, 0]),
+    };
+    let mut payload: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
+    payload.extend(command.to_le_bytes());
+    payload.extend([1, 154, 5]);
+    let mut bytes = [&[MAV_STX_V2, payload.len() as u8, 0, 0, 0, 255, 190, id, 0, 0][..], &payload].concat();
+    let checksum = calculate_crc(&bytes[1..], MavMessage::extra_crc(id.into()));
+    bytes.extend(checksum.to_le_bytes());
+    bytes
 }
 
 /// Has the clock of the application tied, without which it takes no sample; its capture timer then.

@@ -1,5 +1,6 @@
 //! What lies in flash, made into an application.
 
+use super::fault;
 use crate::app::App;
 use crate::boot::{self, BootError};
 use crate::h743::mt9v034::{SensorError, Setting, Wanted};
@@ -114,6 +115,7 @@ pub fn boot(clock_hz: u32, signing: Option<Signing>, journal: &'static dyn Journ
     let limit_us = image_motion(&camera, &ORDINARY, exposure.us).map_or(0, |motion| motion.exposure_max_us);
     let (buffers, frame_memory) = memory();
     let app = keep(flight.app(buffers, frame_memory, signing, journal).map_err(Grounded::Stores)?);
+    app.keep_resets_in(fault::resets());
     Ok(Booted { app, frame, setting, opens_on: shutter.opens_on, blurs: exposure.us > limit_us })
 }
 

@@ -6,6 +6,7 @@
 use crate::h743::record::{Reason, Record, WORDS, firmware, hash};
 use crate::h743::regions::GUARD;
 use core::panic::PanicInfo;
+use core::sync::atomic::AtomicU32;
 use cortex_m::peripheral::{SCB, SYST};
 use embassy_stm32::pac;
 
@@ -81,6 +82,15 @@ pub fn boots() -> u32 {
         address.write_volatile(boots);
         boots
     }
+}
+
+/// The reset counter of the fixes. A word: the memory's own checksums are of words.
+#[unsafe(link_section = ".backup.resets")]
+static RESETS: AtomicU32 = AtomicU32::new(0);
+
+/// Where the reset counter of the fixes is kept over a start. It may hold anything.
+pub fn resets() -> &'static AtomicU32 {
+    &RESETS
 }
 
 /// Restarts into the simulator's mode.

@@ -3,7 +3,7 @@
 use super::attitude_faults::FaultyAttitude;
 use super::reading::{Reading, Sample};
 use crate::noise::{GaussMarkov, White, stream, uniform};
-use crate::scenario::{FollowUpMode, Mounting, Scenario};
+use crate::scenario::{FollowUpMode, Mounting, Scenario, Seconds};
 use crate::vehicle::motion::{Motion, TrueState};
 use crate::vehicle::mount::antenna;
 use crate::vehicle::servo::wrapped;
@@ -65,6 +65,7 @@ pub struct Streams {
     follow_up_white: White,
     range_white: White,
     dropout: (f64, ChaCha12Rng),
+    zero_s: Option<Seconds>,
     /// East, north, up.
     position_drift: [GaussMarkov; 3],
     position_white: [White; 3],
@@ -107,6 +108,7 @@ impl Streams {
             follow_up_white: white(scenario.vehicle.follow_up.noise_deg, "follow_up"),
             range_white: White::new(scenario.vehicle.range.sigma_m, seed, "range"),
             dropout: (scenario.faults.range.dropout_percent / 100.0, stream(seed, "range.dropout")),
+            zero_s: scenario.faults.range.zero_s,
             position_drift: ["position.east", "position.north", "position.up"].map(wandering),
             position_white: ["position.east.white", "position.north.white", "position.up.white"]
                 .map(|name| White::new(position.white_m, seed, name)),
@@ -144,7 +146,7 @@ impl Streams {
                     (!motion.in_gap(sampled_at_us)).then_some(reading)
                 }
                 Kind::FollowUp => Some(self.follow_up(held_at_us, motion)),
-                Kind::Range => Some(self.range(slant(&motion.state(held_at_us)))),
+                Kind::Range => Some(self.range(held_at_us, slant(&motion.state(held_at_us)))),
                 Kind::Position => Some(self.position(held_at_us, motion)),
             };
             let sample = reading.map(|reading| Sample { sampled_at_us, arrived_at_us, reading });
@@ -175,10 +177,13 @@ impl Streams {
         Reading::FollowUp { follow_up_rad }
     }
 
-    fn range(&mut self, true_slant_m: Option<f64>) -> Reading {
+    fn range(&mut self, at_us: u64, true_slant_m: Option<f64>) -> Reading {
         // Both are drawn in any case, so that one lost echo does not change the noise of the next.
         let noise_m = self.range_white.draw();
         let lost = uniform(&mut self.dropout.1) < self.dropout.0;
+        if self.zero_s.is_some_and(|[from, to]| (from..to).contains(&(1e-6 * at_us as f64))) {
+            return Reading::Range { slant_m: Some(0.0) };
+        }
         Reading::Range { slant_m: true_slant_m.filter(|_| !lost).map(|slant_m| slant_m + noise_m) }
     }
 
