@@ -1,6 +1,7 @@
 //! From a match to a position with its covariance.
 
 use crate::image::Run;
+use crate::homography::Placement;
 use crate::matching::Shift;
 use crate::tile::{Geographic, Local, Tile};
 use nalgebra::{Matrix2, Vector2};
@@ -46,14 +47,16 @@ pub struct Footprint {
 }
 
 impl Footprint {
-    /// Of the valid `runs` of a patch of `size`.
-    pub fn of(runs: &[Run], size: (u16, u16)) -> Self {
+    /// Of the valid `runs` of a patch.
+    pub fn of(runs: &[Run], placement: &Placement) -> Self {
+        let Placement { size, aside } = *placement;
         let mut sums = Footprint::default();
         for run in runs {
             let count = run.end.saturating_sub(run.start) as f32;
             // Sums over a run in closed form: mean of x, and mean of x² = mean² + (n² − 1)/12.
             let (x, y) =
                 crate::frames::centred(0.5 * (run.start as f32 + run.end as f32 - 1.0), run.row as f32, size.0, size.1);
+            let (x, y) = (x + aside.0 as f32, y + aside.1 as f32);
             sums.xx += count * (x * x + (count * count - 1.0) / 12.0);
             sums.xy += count * x * y;
             sums.yy += count * y * y;
@@ -64,7 +67,7 @@ impl Footprint {
     }
 }
 
-/// The fix for a match whose window centre is pixel `window` (col, row) of `tile`, of a camera so high above ground and so
+/// The fix for a match that predicted the nadir at pixel `window` (col, row) of `tile`, of a camera so high above ground and so
 /// far (east, north) off the point that positions refer to, metres.
 ///
 /// Covariance: the match's own (which holds heading and height through [`crate::matching::Prior`]) plus the tilt's. A tilt

@@ -45,6 +45,8 @@ pub struct Request<'a> {
     pub tile: View<'a>,
     /// The tile's (column, row) under the patch's upper left pixel, as predicted.
     pub predicted: (i32, i32),
+    /// Where the nadir lies from the patch's centre, columns to the right and rows down.
+    pub nadir: (i16, i16),
     /// How far off the prediction may be, pixels along each axis.
     pub radius: u16,
     /// What is known of turn and scale.
@@ -63,13 +65,13 @@ pub struct Prior {
     pub scale: f32,
 }
 
-/// What a matcher answers, accepted or not. Shifts are those of the patch's centre against the predicted one, columns to the
-/// right and rows downwards, pixels.
+/// What a matcher answers, accepted or not. Shifts are those of the nadir against the predicted one, columns to the right and
+/// rows downwards, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Match {
     /// The best estimate: sub-pixel where there is one, whole pixels otherwise.
     pub shift: (f32, f32),
-    /// Whole-pixel shift with the highest score.
+    /// Whole-pixel shift with the highest score, of the patch's centre.
     pub peak: (i16, i16),
     /// Normalised cross-correlation of the greys at the peak and at the best other shift, 0 where there is none.
     pub grey_correlation: [f32; 2],

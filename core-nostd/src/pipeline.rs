@@ -13,7 +13,7 @@ mod refusal;
 
 use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, REACQUIRE_PX, RUNS_MAX};
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
-use crate::homography::FrameFromPatch;
+use crate::homography::{FrameFromPatch, Placement};
 use crate::image::{Run, View};
 use crate::matching::{Match, Matcher, OnBoard, Prior, Request, Shift};
 use crate::pose::position::PositionState;
@@ -67,7 +67,8 @@ pub struct Pipeline<'t> {
     /// The newest position lies where the tile's georeference does not reach.
     is_off_the_map: bool,
     reducer: Option<Reducer>,
-    patch_size: (u16, u16),
+    /// Of the newest patch.
+    placement: Placement,
     /// Frames since the last accepted one, or the last search for a lost position, that were tried and not accepted.
     missed: u8,
     buffers: &'t mut Buffers,
@@ -134,7 +135,7 @@ impl<'t> Pipeline<'t> {
             tile,
             is_off_the_map: false,
             reducer: None,
-            patch_size: (0, 0),
+            placement: Placement::default(),
             missed: 0,
             buffers,
             frame_memory,
@@ -228,7 +229,8 @@ impl<'t> Pipeline<'t> {
         let Buffers { patch, runs, nodes, .. } = &mut *self.buffers;
         let kept = self.frame_memory.get(..reduction.bytes()).ok_or(Refusal::BadFrame)?;
         let source = Source::new(kept, reduction)?;
-        let size = situation.patch_size(camera, resolution).ok_or(Refusal::NoFootprint)?;
+        let placement = situation.placement(camera, resolution).ok_or(Refusal::NoFootprint)?;
+        let Placement { size, aside } = placement;
         let scale = (situation.height_m, resolution);
         let bands;
         let map = if self.settings.readout_us > 0 {
@@ -237,8 +239,8 @@ impl<'t> Pipeline<'t> {
         } else {
             FrameFromPatch::new(situation.homography(camera), camera, scale, size)
         };
-        rectify_into(&map, source, patch, nodes, runs)?;
-        self.patch_size = size;
+        rectify_into(&map.aside(aside), source, patch, nodes, runs)?;
+        self.placement = placement;
         // From here on the frame's memory is free.
         self.reducer = None;
         if runs.is_empty() { Err(Refusal::NoFootprint) } else { Ok(()) }
@@ -262,11 +264,12 @@ impl<'t> Pipeline<'t> {
         let was_lost = self.missed >= LOST_AFTER;
         let radius = if was_lost { REACQUIRE_PX as u16 } else { self.settings.search_px };
         let Buffers { patch, runs, matcher, .. } = &mut *self.buffers;
-        let patch = View::new(patch, self.patch_size).ok_or(Refusal::NoFootprint)?;
-        // The whole pixel at which the patch's upper left one is nearest to the prediction.
+        let Placement { size, aside } = self.placement;
+        let patch = View::new(patch, size).ok_or(Refusal::NoFootprint)?;
+        // The whole pixel at which the upper left one of a patch around the nadir is nearest to the prediction.
         let predicted = self.tile.pixel(situation.prediction.local);
         let half = |side: u16| 0.5 * (side as f32 - 1.0);
-        let half = (half(self.patch_size.0), half(self.patch_size.1));
+        let half = (half(size.0), half(size.1));
         let corner = (crate::math::round(predicted.0 - half.0), crate::math::round(predicted.1 - half.1));
         if !(corner.0.abs() < 1e6 && corner.1.abs() < 1e6) {
             return Err(Refusal::OutsideReference);
@@ -275,9 +278,10 @@ impl<'t> Pipeline<'t> {
         let off = (centre.0 - predicted.0, centre.1 - predicted.1);
         let prior =
             Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
-        let predicted = (corner.0 as i32, corner.1 as i32);
+        let predicted = (corner.0 as i32 + aside.0 as i32, corner.1 as i32 - aside.1 as i32);
+        let nadir = (aside.0.saturating_neg(), aside.1);
         let (tile, rule) = (*self.tile.view(), &self.settings.accept);
-        let request = Request { patch, runs, tile, predicted, radius, prior, rule };
+        let request = Request { patch, runs, tile, predicted, nadir, radius, prior, rule };
         let found = matcher.locate(&request, self.frame_memory)?;
         self.missed = if was_lost || found.accepted.is_ok() { 0 } else { self.missed + 1 };
         Ok(Matched { found, centre, off, search_px: radius })
@@ -286,7 +290,7 @@ impl<'t> Pipeline<'t> {
     /// The fix of a match in the situation that it was made in, or why there is none.
     pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
         let Matched { found, centre, off, search_px } = matched;
-        let footprint = Footprint::of(&self.buffers.runs, self.patch_size);
+        let footprint = Footprint::of(&self.buffers.runs, &self.placement);
         let uncertainty = Uncertainty {
             tilt_rad: situation.sigma_tilt_rad,
             tilt_drift_rad: self.settings.sigmas.tilt_drift_rad,
@@ -307,15 +311,15 @@ impl<'t> Pipeline<'t> {
 
     /// The rectified patch with pixels that may be changed, though not their number: a replay has them from its log.
     pub fn patch_mut(&mut self) -> (&mut [u8], (u16, u16), &[Run]) {
-        let pixels = self.patch_size.0 as usize * self.patch_size.1 as usize;
+        let pixels = self.placement.size.0 as usize * self.placement.size.1 as usize;
         let Buffers { patch, runs, .. } = &mut *self.buffers;
-        (patch.get_mut(..pixels).unwrap_or(&mut []), self.patch_size, runs)
+        (patch.get_mut(..pixels).unwrap_or(&mut []), self.placement.size, runs)
     }
 
     /// The rectified patch, its size and its valid runs, until the next frame is rectified.
     pub fn patch(&self) -> (&[u8], (u16, u16), &[Run]) {
-        let pixels = self.patch_size.0 as usize * self.patch_size.1 as usize;
-        (self.buffers.patch.get(..pixels).unwrap_or(&[]), self.patch_size, &self.buffers.runs)
+        let pixels = self.placement.size.0 as usize * self.placement.size.1 as usize;
+        (self.buffers.patch.get(..pixels).unwrap_or(&[]), self.placement.size, &self.buffers.runs)
     }
 }
 

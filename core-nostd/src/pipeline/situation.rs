@@ -2,9 +2,10 @@
 
 use crate::budget::PATCH_MAX_PX;
 use crate::camera::Camera;
-use crate::homography::Homography;
+use crate::homography::{Homography, Placement};
 use crate::homography::rolling::{Band, Bands, BandsError, Displacement, offset_us};
 use crate::motion::{Moving, Rates, Velocity};
+use crate::math;
 use crate::mount::Mount;
 use crate::pose::Method;
 use crate::tile::Local;
@@ -158,10 +159,14 @@ impl Situation {
         }
     }
 
-    /// Patch size, rounded down, at most the build's; `None` when too small to be a template or the height is no height.
-    /// By eq. 4; for a camera that looks aside, whose footprint lies beside the nadir and hardly in a patch of that size
-    /// around it, as large as it takes to hold the footprint.
-    pub fn patch_size(&self, camera: &Camera, resolution_m: f32) -> Option<(u16, u16)> {
+    /// The patch: its size, rounded down, at most the build's, and where it lies; `None` when too small to be a template or the
+    /// height is no height.
+    ///
+    /// As long as the frame shows the nadir, the patch lies around it and is as large as eq. 4 says; for a camera that is
+    /// mounted to look aside, whose footprint hardly lies in a patch of that size, as large as it takes to hold the footprint.
+    /// Where the frame does not show the nadir, as in a steep turn, the patch begins where the footprint does, and is as
+    /// large as can be: there each of the frame's pixels sees the least ground.
+    pub fn placement(&self, camera: &Camera, resolution_m: f32) -> Option<Placement> {
         let (cols, rows) = if self.mount.looks_aside() {
             let (across, along) = self.reach(camera);
             let per_px = 2.0 * self.height_m / resolution_m;
@@ -169,7 +174,30 @@ impl Situation {
         } else {
             camera.patch_size(self.height_m, resolution_m)
         };
+        if cols.min(rows).is_nan() || cols.min(rows) < PATCH_MIN_PX {
+            return None;
+        }
         let side = |px: f32| px.min(PATCH_MAX_PX as f32) as u16;
-        (cols >= PATCH_MIN_PX && rows >= PATCH_MIN_PX).then(|| (side(cols), side(rows)))
+        let Some((east, north)) = self.near_edge(camera) else {
+            return Some(Placement { size: (side(cols), side(rows)), aside: (0, 0) });
+        };
+        let near_px = math::hypot(east, north) * self.height_m / resolution_m;
+        let whole = near_px + 0.5 * PATCH_MAX_PX as f32;
+        let pixels = |part: f32| math::round(part / math::hypot(east, north) * whole) as i16;
+        Some(Placement { size: (PATCH_MAX_PX as u16, PATCH_MAX_PX as u16), aside: (pixels(east), pixels(north)) })
+    }
+
+    /// Where the footprint begins, (east, north) of the nadir, heights; `None` where the frame shows the nadir, or no ground. The
+    /// lens is left out, as in [`Situation::reach`].
+    fn near_edge(&self, camera: &Camera) -> Option<(f32, f32)> {
+        let a = self.mount.camera_from_local(self.attitude, self.follow_up);
+        let (m, n) = Homography::full(&a, camera).ideal(0.0, 0.0)?;
+        let (half_m, half_n) = (0.5 * camera.cols() as f32, 0.5 * camera.rows() as f32);
+        if m.abs() <= half_m && n.abs() <= half_n {
+            return None;
+        }
+        let (k_h, k_v) = camera.tangent_per_px();
+        let (m, n) = Homography::inverse(&a, camera).ideal(m.clamp(-half_m, half_m), n.clamp(-half_n, half_n))?;
+        Some((m * k_h, n * k_v))
     }
 }
