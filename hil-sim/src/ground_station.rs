@@ -93,22 +93,6 @@ impl GroundStation {
                 self.telemetry(tunnel.payload.get(..tunnel.payload_length as usize).unwrap_or(&[]));
             }
             Odometry::ID => self.fixes.extend(payload::<Odometry>(packet)),
-            Acknowledgement::ID => self.acknowledged.extend(payload::<Acknowledgement>(packet)),
-            PARAM_REQUEST_READ_DATA::ID => {
-                let Some(request) = payload::<PARAM_REQUEST_READ_DATA>(packet) else { return };
-                self.parameters.push(text(&<[u8; 16]>::from(request.param_id)));
-            }
-            STATUSTEXT_DATA::ID => {
-                let Some(status) = payload::<STATUSTEXT_DATA>(packet) else { return };
-                self.lines.push(text(&<[u8; 50]>::from(status.text)));
-            }
-            SET_ORIGIN => {
-                let degrees = |at: usize| {
-                    let byte = |n: usize| packet.payload.get(at + n).copied().unwrap_or(0);
-                    i32::from_le_bytes(std::array::from_fn(byte))
-                };
-                self.origin = Some((degrees(0), degrees(4), 1e-3 * f64::from(degrees(8))));
-            }
             Command::ID => self.commands.extend(payload::<Command>(packet)),
             GIMBAL_DEVICE_SET_ATTITUDE_DATA::ID => {
                 let Some(command) = payload::<GIMBAL_DEVICE_SET_ATTITUDE_DATA>(packet) else { return };
@@ -136,6 +120,29 @@ impl GroundStation {
                 for (to, pixel) in patch.pixels.iter_mut().skip(from).zip(piece.data) {
                     *to = pixel;
                 }
+            }
+            _ => self.companion_packet(packet),
+        }
+    }
+
+    /// What a companion asks of an autopilot, answers to commands, and says to a pilot.
+    fn companion_packet(&mut self, packet: &Packet<'_>) {
+        match packet.id {
+            Acknowledgement::ID => self.acknowledged.extend(payload::<Acknowledgement>(packet)),
+            PARAM_REQUEST_READ_DATA::ID => {
+                let Some(request) = payload::<PARAM_REQUEST_READ_DATA>(packet) else { return };
+                self.parameters.push(text(&<[u8; 16]>::from(request.param_id)));
+            }
+            STATUSTEXT_DATA::ID => {
+                let Some(status) = payload::<STATUSTEXT_DATA>(packet) else { return };
+                self.lines.push(text(&<[u8; 50]>::from(status.text)));
+            }
+            SET_ORIGIN => {
+                let degrees = |at: usize| {
+                    let byte = |n: usize| packet.payload.get(at + n).copied().unwrap_or(0);
+                    i32::from_le_bytes(std::array::from_fn(byte))
+                };
+                self.origin = Some((degrees(0), degrees(4), 1e-3 * f64::from(degrees(8))));
             }
             _ => {}
         }

@@ -83,7 +83,7 @@ impl Autopilot {
         }
     }
 
-    /// With what is wrong with it.
+    /// With what the scenario has wrong with it.
     pub fn with(self, faults: &AutopilotFaults) -> Self {
         let parameters = Parameters::new(self.loop_rate_hz, &faults.parameters);
         Autopilot { is_placed: !faults.knows_no_place, parameters, faults: *faults, ..self }
