@@ -176,9 +176,7 @@ impl<'t> Pipeline<'t> {
     /// # Errors
     /// [`SampleError`].
     pub fn position(&mut self, at: impl Into<Instants>, sample: PositionSample) -> Result<(), SampleError> {
-        let lat_possible = (-900_000_000..=900_000_000).contains(&sample.position.lat_e7);
-        let lon_possible = (-1_800_000_000..=1_800_000_000).contains(&sample.position.lon_e7);
-        if !(lat_possible && lon_possible) {
+        if !sample.position.is_possible() {
             return Err(SampleError::Invalid);
         }
         let georeference = self.tile.georeference();

@@ -28,6 +28,13 @@ pub struct Geographic {
     pub lon_e7: i32,
 }
 
+impl Geographic {
+    /// Whether there is such a place: latitude within 90 degrees, longitude within 180.
+    pub fn is_possible(self) -> bool {
+        (-900_000_000..=900_000_000).contains(&self.lat_e7) && (-1_800_000_000..=1_800_000_000).contains(&self.lon_e7)
+    }
+}
+
 /// Metres of the tile's grid from its centre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -6,7 +6,7 @@ use crate::outcome::{Failure, Outcome};
 use plumbline_core::tile::Georeference;
 use plumbline_firmware::boot::BootError;
 use plumbline_firmware::stores::framing::checksum;
-use plumbline_firmware::stores::tiles::{BEFORE_PIXELS, BOARD_BYTES, DFU_BYTES};
+use plumbline_firmware::stores::tiles::{BEFORE_PIXELS, BOARD_BYTES};
 use plumbline_sim::link::tile_store;
 use plumbline_sim::setup::orthophoto;
 use plumbline_sim::world::Bounds;
@@ -130,6 +130,7 @@ impl Summary {
     fn new(tile: &Tile, g: &Georeference, store: &[u8]) -> Self {
         let point_scale = f64::from(g.point_scale);
         let ground_m = tile.resolution_m / point_scale;
+        let km2_max = km2(CELLS_MAX as f64, ground_m);
         Summary {
             cols: tile.cols,
             rows: tile.rows,
@@ -141,8 +142,9 @@ impl Summary {
             point_scale,
             bytes: store.len(),
             km2: km2((tile.cols * tile.rows) as f64, ground_m),
-            km2_max: km2(CELLS_MAX as f64, ground_m),
-            km2_max_dfu: km2((DFU_BYTES - BEFORE_PIXELS) as f64, ground_m),
+            km2_max,
+            // The bootloader writes as much.
+            km2_max_dfu: km2_max,
             unknown_cells: tile.unknown,
             crc32: format!("{:08x}", checksum(store)),
         }

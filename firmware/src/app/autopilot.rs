@@ -7,7 +7,7 @@ use crate::autopilot::fixes::{FixSettings, Fixes, Form};
 use crate::autopilot::parameters::{Checked, Parameters};
 use crate::autopilot::readiness::{Present, Told};
 use crate::autopilot::requests::{Intervals, Requests, Stream};
-use crate::autopilot::sources::{Answer, Sources, Switching};
+use crate::autopilot::sources::{Sources, Switching};
 use crate::autopilot::start::{Place, Start, StartSettings};
 use crate::autopilot::wanted::Ours;
 use crate::autopilot::watch::Watch;
@@ -224,7 +224,7 @@ impl Autopilot {
         let place = self.start.next(is_armed).filter(|_| is_tied);
         let lacks_origin = is_there && is_tied && self.fixes.origin.is_none() && !self.sources.has_gnss();
         let origin = self.start.origin(lacks_origin);
-        let answer = self.sources.answer().map(acknowledgement);
+        let answer = self.sources.answer();
         if !is_there {
             return Due { answer, place, ..Due::default() };
         }
@@ -259,10 +259,6 @@ impl Autopilot {
 const PARAMETERS_BEAT: u32 = 3;
 const FIXES_BEAT: u32 = 5;
 const SOURCES_BEAT: u32 = 7;
-
-fn acknowledgement((command, result, target): Answer) -> Acknowledgement {
-    Acknowledgement { command, result, target }
-}
 
 impl App<'_> {
     /// Ten times a second, on a second's beat of this number: what the autopilot is asked for, the time again while the clock
@@ -313,7 +309,8 @@ impl App<'_> {
     /// A ground station's order: what is answered at once.
     pub(super) fn ordered(&self, order: Order, by: (u8, u8)) {
         if let Some(Some(result)) = self.autopilot.with(|autopilot| autopilot.ordered(order, by)) {
-            self.outbox.put(Out::Acknowledgement(acknowledgement((order.command(), result, by))));
+            let answer = Acknowledgement { command: order.command(), result, target: by };
+            self.outbox.put(Out::Acknowledgement(answer));
         }
     }
 

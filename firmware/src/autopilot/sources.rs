@@ -3,7 +3,9 @@
 //! The autopilot does not say which it uses, and its pilot may choose too: what was chosen here is what is taken back, and
 //! nothing else.
 
-use crate::wire::command::{ACCEPTED, DENIED, FAILED, IN_PROGRESS, SET_EKF_SOURCE_SET, TEMPORARILY_REJECTED};
+use crate::wire::command::{
+    ACCEPTED, Acknowledgement, DENIED, FAILED, IN_PROGRESS, SET_EKF_SOURCE_SET, TEMPORARILY_REJECTED,
+};
 
 /// Who chooses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,8 +46,10 @@ pub enum News {
     Unanswered(u8),
 }
 
-/// A result for who gave a command: the command, MAV_RESULT, and who that is.
-pub type Answer = (u16, u8, (u8, u8));
+/// A result for who gave the command.
+fn answered(result: u8, target: (u8, u8)) -> Acknowledgement {
+    Acknowledgement { command: SET_EKF_SOURCE_SET, result, target }
+}
 
 /// A set that the autopilot is told to take.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +82,7 @@ pub struct Sources {
     /// Beats for which nothing is tried.
     rest: u16,
     news: Option<News>,
-    answer: Option<Answer>,
+    answer: Option<Acknowledgement>,
 }
 
 impl Sources {
@@ -109,7 +113,7 @@ impl Sources {
     /// A ground station orders a set; what is to be answered comes by [`Sources::answer`].
     pub fn ordered(&mut self, set: Option<u8>, by: (u8, u8)) {
         let Some(set) = set.filter(|_| self.switching == Switching::Told) else {
-            self.answer = Some((SET_EKF_SOURCE_SET, DENIED, by));
+            self.answer = Some(answered(DENIED, by));
             return;
         };
         // The same order again, since its answer is late.
@@ -135,7 +139,7 @@ impl Sources {
         self.command = None;
         self.rest = if result == ACCEPTED { 0 } else { AGAIN_BEATS };
         self.news = Some(news);
-        self.answer = command.by.map(|by| (SET_EKF_SOURCE_SET, result, by)).or(self.answer);
+        self.answer = command.by.map(|by| answered(result, by)).or(self.answer);
     }
 
     /// To be called on each beat while the autopilot is there: the set that it is to be told to take. `are_trusted` and
@@ -182,7 +186,7 @@ impl Sources {
     }
 
     /// What a ground station is to be answered, once.
-    pub fn answer(&mut self) -> Option<Answer> {
+    pub fn answer(&mut self) -> Option<Acknowledgement> {
         self.answer.take()
     }
 }
@@ -190,7 +194,7 @@ impl Sources {
 #[cfg(test)]
 mod tests {
     use super::{FIX_SET, GNSS_SET, News, Sources, Switching, TRIES};
-    use crate::wire::command::{ACCEPTED, DENIED, FAILED, SET_EKF_SOURCE_SET, TEMPORARILY_REJECTED};
+    use crate::wire::command::{ACCEPTED, Acknowledgement, DENIED, FAILED, SET_EKF_SOURCE_SET, TEMPORARILY_REJECTED};
 
     extern crate std;
     use std::vec::Vec;
@@ -269,7 +273,10 @@ mod tests {
         for switching in [Switching::Never, Switching::OnGnssLoss] {
             let mut sources = Sources::new(switching);
             sources.ordered(Some(2), by);
-            assert_eq!(sources.answer(), Some((SET_EKF_SOURCE_SET, DENIED, by)));
+            assert_eq!(
+                sources.answer(),
+                Some(Acknowledgement { command: SET_EKF_SOURCE_SET, result: DENIED, target: by })
+            );
             assert_eq!(beats(&mut sources, 10, Some(true), true, Some(ACCEPTED)), []);
         }
         let mut sources = Sources::new(Switching::Told);
@@ -280,13 +287,16 @@ mod tests {
         sources.ordered(Some(3), by);
         assert_eq!(beats(&mut sources, 3, None, false, None), []);
         sources.acknowledged(ACCEPTED);
-        assert_eq!(sources.answer(), Some((SET_EKF_SOURCE_SET, ACCEPTED, by)));
+        assert_eq!(
+            sources.answer(),
+            Some(Acknowledgement { command: SET_EKF_SOURCE_SET, result: ACCEPTED, target: by })
+        );
         assert_eq!(sources.news(), Some(News::Taken(3)));
         sources.ordered(None, by);
-        assert_eq!(sources.answer(), Some((SET_EKF_SOURCE_SET, DENIED, by)));
+        assert_eq!(sources.answer(), Some(Acknowledgement { command: SET_EKF_SOURCE_SET, result: DENIED, target: by }));
         sources.ordered(Some(1), by);
         beats(&mut sources, 100, None, false, None);
-        assert_eq!(sources.answer(), Some((SET_EKF_SOURCE_SET, FAILED, by)));
+        assert_eq!(sources.answer(), Some(Acknowledgement { command: SET_EKF_SOURCE_SET, result: FAILED, target: by }));
         // An acknowledgement of nothing.
         sources.acknowledged(ACCEPTED);
         assert_eq!((sources.answer(), sources.news()), (None, Some(News::Unanswered(1))));

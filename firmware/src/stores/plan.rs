@@ -77,7 +77,7 @@ impl<'f> Plan<'f> {
         };
         let is_place = |&entry: &[u8; ENTRY_BYTES]| {
             let (lat_e7, lon_e7) = words(entry);
-            (lat_e7 as i32).unsigned_abs() <= 900_000_000 && (lon_e7 as i32).unsigned_abs() <= 1_800_000_000
+            Geographic { lat_e7: lat_e7 as i32, lon_e7: lon_e7 as i32 }.is_possible()
         };
         self.limits.interval_us <= INTERVAL_MAX_US
             && (0.0..=ACROSS_MAX_M).contains(&self.limits.across_m)

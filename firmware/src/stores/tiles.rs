@@ -25,10 +25,9 @@ pub const KIND: Kind = Kind { magic: *b"PLBT", version: 1 };
 pub const HEAD_BYTES: usize = 96;
 /// Bytes of the store before the pixels.
 pub const BEFORE_PIXELS: usize = HEADER_BYTES + HEAD_BYTES;
-/// Bytes of flash that the flight computer has for this store: six sectors of 128 KiB.
+/// Bytes of flash that the flight computer has for this store: six sectors of 128 KiB, all of which the
+/// camera's bootloader writes.
 pub const BOARD_BYTES: usize = 6 * 128 * 1024;
-/// Those of them that the camera's bootloader writes: all.
-pub const DFU_BYTES: usize = BOARD_BYTES;
 
 /// What the store says beside the pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]

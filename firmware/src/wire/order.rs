@@ -45,15 +45,15 @@ pub fn order(packet: &Packet<'_>) -> Option<(Order, (u8, u8))> {
         SET_EKF_SOURCE_SET => Order::SourceSet(SOURCE_SETS.into_iter().find(|set| f32::from(*set) == first)),
         EXTERNAL_POSITION_ESTIMATE => {
             // Behind four parameters latitude, longitude and altitude; the frame behind the target.
-            let (sigma_m, lat_e7, lon_e7) = (float(8), degrees(16), degrees(20));
+            let sigma_m = float(8);
+            let place = Geographic { lat_e7: degrees(16), lon_e7: degrees(20) };
             let is_meant = packet.id == COMMAND_INT_DATA::ID
                 && GLOBAL.contains(&byte(32))
                 && sigma_m > 0.0
                 && sigma_m <= SIGMA_MAX_M
-                && (lat_e7, lon_e7) != (0, 0)
-                && (-900_000_000..=900_000_000).contains(&lat_e7)
-                && (-1_800_000_000..=1_800_000_000).contains(&lon_e7);
-            Order::Position(is_meant.then_some((Geographic { lat_e7, lon_e7 }, sigma_m)))
+                && (place.lat_e7, place.lon_e7) != (0, 0)
+                && place.is_possible();
+            Order::Position(is_meant.then_some((place, sigma_m)))
         }
         _ => return None,
     };

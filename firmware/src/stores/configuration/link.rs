@@ -138,8 +138,8 @@ impl Link {
 impl Start {
     fn settings(self) -> Result<StartSettings, StoreError> {
         let Start { place_e7: (lat_e7, lon_e7), sigma_m, heading_sigma_rad, altitude_m, sets_origin } = self;
-        let is_sound = (-900_000_000..=900_000_000).contains(&lat_e7)
-            && (-1_800_000_000..=1_800_000_000).contains(&lon_e7)
+        let place = Geographic { lat_e7, lon_e7 };
+        let is_sound = place.is_possible()
             && sigma_m > 0.0
             && sigma_m <= START_SIGMA_MAX_M
             && (0.0..=HEADING_SIGMA_MAX_RAD).contains(&heading_sigma_rad)
@@ -147,7 +147,6 @@ impl Start {
         if !is_sound {
             return Err(StoreError::Link);
         }
-        let (place, altitude_mm) = (Geographic { lat_e7, lon_e7 }, (altitude_m * 1000.0) as i32);
-        Ok(StartSettings { place, sigma_m, heading_sigma_rad, altitude_mm, sets_origin })
+        Ok(StartSettings { place, sigma_m, heading_sigma_rad, altitude_mm: (altitude_m * 1000.0) as i32, sets_origin })
     }
 }
