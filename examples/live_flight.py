@@ -42,7 +42,7 @@ PARAMETERS = [
     ("EK3_SRC2_YAW", 1, False),
 ]
 # Some exist only once the one that switches them on has been set and the autopilot rebooted.
-LATE = ("VISO_DELAY_MS", 100)
+LATE = ("VISO_DELAY_MS", 0)
 AUTO = 10  # the plane's flight mode
 FORCE = 21196  # arms past its checks: without fixes external navigation is not healthy on the ground
 METRES_PER_DEGREE = 111318.84502145034  # the autopilot's own

@@ -93,6 +93,15 @@ impl Homography {
     }
 }
 
+/// A patch: how large it is, and where it lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Placement {
+    /// Columns and rows.
+    pub size: (u16, u16),
+    /// From the nadir to its centre, pixels to the east and north.
+    pub aside: (i16, i16),
+}
+
 /// Where a pixel of a patch lies in the frame: homography, distortion and the two centrings in one.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameFromPatch<'a> {
@@ -101,6 +110,8 @@ pub struct FrameFromPatch<'a> {
     /// Undistorted pixels per patch pixel, across and along.
     scale: (f32, f32),
     size: (u16, u16),
+    /// From the nadir to the patch's centre, patch pixels to the east and north.
+    aside: (f32, f32),
 }
 
 /// When the rows of the frame were exposed.
@@ -118,7 +129,7 @@ type Position = fn(&Bands, &FrameFromPatch<'_>, f32, f32) -> Option<(f32, f32)>;
 
 impl<'a> FrameFromPatch<'a> {
     /// `height_m` above ground, `resolution_m` a patch pixel, `size` of the patch (cols, rows), which is centred on
-    /// the nadir and north-up.
+    /// the nadir, unless it lies [`aside`](FrameFromPatch::aside), and north-up.
     pub fn new(
         homography: Homography,
         camera: &'a Camera,
@@ -142,7 +153,19 @@ impl<'a> FrameFromPatch<'a> {
     fn of(pose: Pose<'a>, camera: &'a Camera, (height_m, resolution_m): (f32, f32), size: (u16, u16)) -> Self {
         let (k_h, k_v) = camera.tangent_per_px();
         let tangent = resolution_m / height_m;
-        FrameFromPatch { pose, camera, scale: (tangent / k_h, tangent / k_v), size }
+        FrameFromPatch { pose, camera, scale: (tangent / k_h, tangent / k_v), size, aside: (0.0, 0.0) }
+    }
+
+    /// This map for a patch whose centre lies so many pixels to the east and north of the nadir.
+    #[must_use]
+    pub fn aside(self, (east, north): (i16, i16)) -> Self {
+        FrameFromPatch { aside: (east as f32, north as f32), ..self }
+    }
+
+    /// Position of patch (`col`, `row`) from the nadir, patch pixels to the east and north.
+    fn from_nadir(&self, col: f32, row: f32) -> (f32, f32) {
+        let (m, n) = frames::centred(col, row, self.size.0, self.size.1);
+        (m + self.aside.0, n + self.aside.1)
     }
 
     /// Patch size, (cols, rows).
@@ -164,7 +187,7 @@ impl<'a> FrameFromPatch<'a> {
             Pose::Global(homography) => homography,
             Pose::Rolling(bands, position) => return position(bands, self, col, row),
         };
-        let (m, n) = frames::centred(col, row, self.size.0, self.size.1);
+        let (m, n) = self.from_nadir(col, row);
         let (m, n) = homography.ideal(m * self.scale.0, n * self.scale.1)?;
         if !self.camera.is_invertible_at(m, n) {
             return None;
@@ -185,7 +208,7 @@ impl<'a> FrameFromPatch<'a> {
         if self.camera.is_distorted() {
             return None;
         }
-        let (m, n) = frames::centred(0.0, row, self.size.0, self.size.1);
+        let (m, n) = self.from_nadir(0.0, row);
         let (m, n, across) = (m * self.scale.0, n * self.scale.1, self.scale.0);
         let linear = |c: &[f32; 3]| Linear { first: c[0] * m + c[1] * n + c[2], growth: c[0] * across };
         let [right, ahead, depth] = &homography.rows;

@@ -45,6 +45,8 @@ pub struct Request<'a> {
     pub tile: View<'a>,
     /// The tile's (column, row) under the patch's upper left pixel, as predicted.
     pub predicted: (i32, i32),
+    /// Where the nadir lies from the patch's centre, columns to the right and rows down.
+    pub nadir: (i16, i16),
     /// How far off the prediction may be, pixels along each axis.
     pub radius: u16,
     /// What is known of turn and scale.
@@ -63,13 +65,13 @@ pub struct Prior {
     pub scale: f32,
 }
 
-/// What a matcher answers, accepted or not. Shifts are those of the patch's centre against the predicted one, columns to the
-/// right and rows downwards, pixels.
+/// What a matcher answers, accepted or not. Shifts are those of the nadir against the predicted one, columns to the right and
+/// rows downwards, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Match {
     /// The best estimate: sub-pixel where there is one, whole pixels otherwise.
     pub shift: (f32, f32),
-    /// Whole-pixel shift with the highest score.
+    /// Whole-pixel shift with the highest score, of the patch's centre.
     pub peak: (i16, i16),
     /// Normalised cross-correlation of the greys at the peak and at the best other shift, 0 where there is none.
     pub grey_correlation: [f32; 2],
@@ -86,6 +88,18 @@ pub struct Shift {
     pub d_row: f32,
     /// Covariance of (d_col, d_row), square pixels.
     pub covariance: Matrix2<f32>,
+    /// How far turn and scale, by which the shift was carried from the patch's centre to the nadir, are the picture's own: 0 where
+    /// they are the prior's or nothing was carried, 1 where they are the picture's alone.
+    pub carried: Carried,
+}
+
+/// Shares of 0 to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Carried {
+    /// Of the turn.
+    pub turn: f32,
+    /// Of the scale.
+    pub scale: f32,
 }
 
 /// Finds a patch in a tile.

@@ -9,11 +9,12 @@ mod streams;
 mod settings;
 mod situation;
 mod situate;
+mod reckoning;
 mod refusal;
 
 use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, REACQUIRE_PX, RUNS_MAX};
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
-use crate::homography::FrameFromPatch;
+use crate::homography::{FrameFromPatch, Placement};
 use crate::image::{Run, View};
 use crate::matching::{Match, Matcher, OnBoard, Prior, Request, Shift};
 use crate::pose::position::PositionState;
@@ -21,6 +22,7 @@ use crate::rectify::{Node, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
 use heapless::Vec;
+use reckoning::Reckoning;
 pub use refusal::Refusal;
 use settings::Smoothers;
 pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigmas};
@@ -69,9 +71,12 @@ pub struct Pipeline<'t> {
     /// The newest position lies where the tile's georeference does not reach.
     is_off_the_map: bool,
     reducer: Option<Reducer>,
-    patch_size: (u16, u16),
+    /// Of the newest patch.
+    placement: Placement,
     /// Frames since the last accepted one, or the last search for a lost position, that were tried and not accepted.
     missed: u8,
+    /// Where it was found, while the navigation is not there yet.
+    reckoning: Option<Reckoning>,
     buffers: &'t mut Buffers,
     frame_memory: &'t mut [u8],
 }
@@ -149,8 +154,9 @@ impl<'t> Pipeline<'t> {
             doubt: Doubt::default(),
             is_off_the_map: false,
             reducer: None,
-            patch_size: (0, 0),
+            placement: Placement::default(),
             missed: 0,
+            reckoning: None,
             buffers,
             frame_memory,
         })
@@ -241,7 +247,8 @@ impl<'t> Pipeline<'t> {
         let Buffers { patch, runs, nodes, .. } = &mut *self.buffers;
         let kept = self.frame_memory.get(..reduction.bytes()).ok_or(Refusal::BadFrame)?;
         let source = Source::new(kept, reduction)?;
-        let size = situation.patch_size(camera, resolution).ok_or(Refusal::NoFootprint)?;
+        let placement = situation.placement(camera, resolution).ok_or(Refusal::NoFootprint)?;
+        let Placement { size, aside } = placement;
         let scale = (situation.height_m, resolution);
         let bands;
         let map = if self.settings.readout_us > 0 {
@@ -250,8 +257,8 @@ impl<'t> Pipeline<'t> {
         } else {
             FrameFromPatch::new(situation.homography(camera), camera, scale, size)
         };
-        rectify_into(&map, source, patch, nodes, runs)?;
-        self.patch_size = size;
+        rectify_into(&map.aside(aside), source, patch, nodes, runs)?;
+        self.placement = placement;
         // From here on the frame's memory is free.
         self.reducer = None;
         if runs.is_empty() { Err(Refusal::NoFootprint) } else { Ok(()) }
@@ -268,21 +275,26 @@ impl<'t> Pipeline<'t> {
 
     /// Matches the patch around the predicted position. The search is as wide as the settings say, and
     /// ±[`REACQUIRE_PX`] after [`LOST_AFTER`] frames that were tried in vain, and while the position is in such [`Doubt`] that it
-    /// may well lie beyond the other.
+    /// may well lie beyond the other. Where such a search has found it, the next frames are searched, as far as the settings
+    /// say, until the navigation is there itself.
     ///
     /// # Errors
     /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
     pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
         let reach_m = f32::from(self.settings.search_px) * self.tile.ground_resolution().0;
-        let was_lost = self.missed >= LOST_AFTER || DOUBT_SIGMAS * self.doubt.position_m > reach_m;
-        let radius = if was_lost { REACQUIRE_PX as u16 } else { self.settings.search_px };
+        let is_lost = self.missed >= LOST_AFTER;
+        self.reckoning = self.reckoning.filter(|_| !is_lost).and_then(|found| found.to(situation, 0.5 * reach_m));
+        let is_far = is_lost || (self.reckoning.is_none() && DOUBT_SIGMAS * self.doubt.position_m > reach_m);
+        let radius = if is_far { REACQUIRE_PX as u16 } else { self.settings.search_px };
         let Buffers { patch, runs, matcher, .. } = &mut *self.buffers;
-        let patch = View::new(patch, self.patch_size).ok_or(Refusal::NoFootprint)?;
-        // The whole pixel at which the patch's upper left one is nearest to the prediction.
+        let Placement { size, aside } = self.placement;
+        let patch = View::new(patch, size).ok_or(Refusal::NoFootprint)?;
         let predicted = self.tile.pixel(situation.prediction.local);
+        let looked_for = self.reckoning.map_or(predicted, |found| self.tile.pixel(found.local()));
+        // The whole pixel at which the upper left one of a patch around the nadir is nearest to that.
         let half = |side: u16| 0.5 * (side as f32 - 1.0);
-        let half = (half(self.patch_size.0), half(self.patch_size.1));
-        let corner = (crate::math::round(predicted.0 - half.0), crate::math::round(predicted.1 - half.1));
+        let half = (half(size.0), half(size.1));
+        let corner = (crate::math::round(looked_for.0 - half.0), crate::math::round(looked_for.1 - half.1));
         if !(corner.0.abs() < 1e6 && corner.1.abs() < 1e6) {
             return Err(Refusal::OutsideReference);
         }
@@ -290,21 +302,28 @@ impl<'t> Pipeline<'t> {
         let off = (centre.0 - predicted.0, centre.1 - predicted.1);
         let prior =
             Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
-        let predicted = (corner.0 as i32, corner.1 as i32);
+        let predicted = (corner.0 as i32 + aside.0 as i32, corner.1 as i32 - aside.1 as i32);
+        let nadir = (aside.0.saturating_neg(), aside.1);
         let (tile, rule) = (*self.tile.view(), &self.settings.accept);
-        let request = Request { patch, runs, tile, predicted, radius, prior, rule };
+        let request = Request { patch, runs, tile, predicted, nadir, radius, prior, rule };
         let found = matcher.locate(&request, self.frame_memory)?;
-        self.missed = if was_lost || found.accepted.is_ok() { 0 } else { self.missed + 1 };
+        self.missed = if is_far || found.accepted.is_ok() { 0 } else { self.missed + 1 };
+        if let Ok(shift) = found.accepted
+            && (is_far || self.reckoning.is_some())
+        {
+            let nadir = self.tile.local(centre.0 + shift.d_col, centre.1 + shift.d_row);
+            self.reckoning = Some(Reckoning::new(situation, nadir));
+        }
         Ok(Matched { found, centre, off, search_px: radius })
     }
 
     /// The fix of a match in the situation that it was made in, or why there is none.
     pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
         let Matched { found, centre, off, search_px } = matched;
-        let footprint = Footprint::of(&self.buffers.runs, self.patch_size);
+        let footprint = Footprint::of(&self.buffers.runs, &self.placement);
         let uncertainty = Uncertainty {
             tilt_rad: situation.sigma_tilt_rad,
-            tilt_drift_rad: self.settings.sigmas.tilt_drift_rad,
+            tilt_drift_rad: situation.sigma_tilt_drift_rad,
             height_m: situation.sigma_height_m,
             along_m: situation.prediction.velocity_m_per_s.map(|speed| speed * situation.sigma_stamp_s),
         };
@@ -322,15 +341,15 @@ impl<'t> Pipeline<'t> {
 
     /// The rectified patch with pixels that may be changed, though not their number: a replay has them from its log.
     pub fn patch_mut(&mut self) -> (&mut [u8], (u16, u16), &[Run]) {
-        let pixels = self.patch_size.0 as usize * self.patch_size.1 as usize;
+        let pixels = self.placement.size.0 as usize * self.placement.size.1 as usize;
         let Buffers { patch, runs, .. } = &mut *self.buffers;
-        (patch.get_mut(..pixels).unwrap_or(&mut []), self.patch_size, runs)
+        (patch.get_mut(..pixels).unwrap_or(&mut []), self.placement.size, runs)
     }
 
     /// The rectified patch, its size and its valid runs, until the next frame is rectified.
     pub fn patch(&self) -> (&[u8], (u16, u16), &[Run]) {
-        let pixels = self.patch_size.0 as usize * self.patch_size.1 as usize;
-        (self.buffers.patch.get(..pixels).unwrap_or(&[]), self.patch_size, &self.buffers.runs)
+        let pixels = self.placement.size.0 as usize * self.placement.size.1 as usize;
+        (self.buffers.patch.get(..pixels).unwrap_or(&[]), self.placement.size, &self.buffers.runs)
     }
 }
 

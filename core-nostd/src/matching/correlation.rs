@@ -4,7 +4,7 @@ use super::acceptance::AcceptRule;
 use super::reacquire::{self, reacquire};
 use super::refine::{RefineError, SubPixel, refine};
 use super::search::{self, Peak, search};
-use super::{Match, MatchError, Matcher, Prior, Rejection, Request, Shift, grey_correlation, valid};
+use super::{Carried, Match, MatchError, Matcher, Prior, Rejection, Request, Shift, grey_correlation, valid};
 use crate::budget::{PATCH_MAX_PX, REACQUIRE_PX, SCORES_MAX, SEARCH_MAX_PX};
 use crate::image::{Run, View};
 
@@ -42,7 +42,7 @@ impl Matcher for Correlation {
     };
 
     fn locate(&mut self, request: &Request<'_>, memory: &mut [u8]) -> Result<Match, MatchError> {
-        let Request { patch, runs, tile, predicted, radius, prior, rule } = request;
+        let Request { patch, runs, tile, predicted, nadir, radius, prior, rule } = request;
         let near = (*radius).min(SEARCH_MAX_PX as u16);
         let (cols, rows) = patch.size();
         let corner = (predicted.0 - near as i32, predicted.1 - near as i32);
@@ -53,7 +53,7 @@ impl Matcher for Correlation {
         } else {
             locate(patch, runs, &window, near, (*prior, rule), (memory, &mut self.scores))?
         };
-        Ok(Match::from(located))
+        Ok(located.at(*nadir, *prior))
     }
 }
 
@@ -76,16 +76,21 @@ impl Located {
     pub fn shift(&self) -> (f32, f32) {
         self.refined.map_or((self.peak.d_col as f32, self.peak.d_row as f32), |s| (s.d_col, s.d_row))
     }
-}
 
-impl From<Located> for Match {
-    fn from(located: Located) -> Self {
-        let shift = |s: SubPixel| Shift { d_col: s.d_col, d_row: s.d_row, covariance: s.covariance };
+    /// The answer for the nadir, which lies so many columns to the right of the patch's centre and rows below it. Whether a
+    /// solution is precise has been judged where its pixels are.
+    fn at(self, nadir: (i16, i16), prior: Prior) -> Match {
+        let is_centre = nadir == (0, 0);
+        let nadir = (nadir.0 as f32, nadir.1 as f32);
+        let there = Located { refined: self.refined.map(|s| s.at(nadir)), ..self };
+        let carried = |s: &SubPixel| if is_centre { Carried::default() } else { s.decided(prior) };
+        let shift =
+            |s: SubPixel| Shift { d_col: s.d_col, d_row: s.d_row, covariance: s.covariance, carried: carried(&s) };
         Match {
-            shift: located.shift(),
-            peak: (located.peak.d_col, located.peak.d_row),
-            grey_correlation: located.grey_correlation,
-            accepted: located.accepted.map(shift),
+            shift: there.shift(),
+            peak: (self.peak.d_col, self.peak.d_row),
+            grey_correlation: self.grey_correlation,
+            accepted: self.accepted.map(|s| shift(s.at(nadir))),
         }
     }
 }

@@ -18,12 +18,13 @@ mod normal_equations;
 
 use super::histogram::Histogram;
 use super::search::Peak;
-use super::{Prior, valid};
+use super::{Carried, Prior, valid};
 use crate::budget::RUNS_MAX;
 use crate::image::{Run, View};
+use core::ops::AddAssign;
 use estimate::Estimate;
 use heapless::Vec;
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Matrix2x4, Matrix4};
 use normal_equations::Sums;
 use segment::{Radiometry, Segment};
 use smooth::{inner, smooth_into};
@@ -41,6 +42,10 @@ pub enum RefineError {
 /// A sub-pixel match.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SubPixel {
+    /// Turn, clockwise as the picture is seen, radians, and scale less 1, about the patch's centre.
+    pub turn_and_scale: (f32, f32),
+    /// Covariance of (d_col, d_row, turn, scale).
+    pub joint: Matrix4<f32>,
     /// Shift of the patch's centre, columns to the right, pixels.
     pub d_col: f32,
     /// Rows downwards.
@@ -49,6 +54,32 @@ pub struct SubPixel {
     pub covariance: Matrix2<f32>,
     /// Mean weight of the pixels, 0 to 1: how much of the picture agrees.
     pub agreement: f32,
+}
+
+impl SubPixel {
+    /// The match as it is for the point that lies `x` columns to the right of the patch's centre and `y` rows below it: turn
+    /// and scale move that one, too.
+    #[must_use]
+    pub fn at(self, (x, y): (f32, f32)) -> Self {
+        let (turn, scale) = self.turn_and_scale;
+        let by = Matrix2x4::new(1.0, 0.0, -y, x, 0.0, 1.0, x, y);
+        SubPixel {
+            d_col: self.d_col + scale * x - turn * y,
+            d_row: self.d_row + scale * y + turn * x,
+            covariance: by * self.joint * by.transpose(),
+            ..self
+        }
+    }
+
+    /// How far turn and scale are the picture's own: what has become less of the prior's variance.
+    #[must_use]
+    pub fn decided(&self, prior: Prior) -> Carried {
+        let share = |axis: usize, sigma: f32| {
+            let left = self.joint[(axis, axis)] / (sigma * sigma);
+            if left < 1.0 { 1.0 - left } else { 0.0 }
+        };
+        Carried { turn: share(2, prior.turn_rad), scale: share(3, prior.scale) }
+    }
 }
 
 /// Passes at most, and how many of them may take every row where the patch is not large. Over the four series eight passes were
@@ -136,7 +167,13 @@ pub fn refine(
     let covariance = normal.inverse();
     let inflation = EFFICIENCY * sums.inflation();
     let floor = Matrix2::identity() * (SYSTEMATIC_PX * SYSTEMATIC_PX);
+    // Turn and scale are displacements at the patch's edge in here.
+    let per_px = Matrix4::from_diagonal(&[1.0, 1.0, 1.0 / estimate.half, 1.0 / estimate.half].into());
+    let mut joint = per_px * covariance.fixed_view::<4, 4>(0, 0) * per_px * inflation;
+    joint.fixed_view_mut::<2, 2>(0, 0).add_assign(&floor);
     Ok(SubPixel {
+        turn_and_scale: (estimate.turn / estimate.half, estimate.scale / estimate.half),
+        joint,
         d_col: estimate.shift.0,
         d_row: estimate.shift.1,
         covariance: covariance.fixed_view::<2, 2>(0, 0) * inflation + floor,

@@ -44,6 +44,9 @@ pub struct Sigmas {
     pub position_drift_m: f32,
     /// Velocity, each axis, m/s.
     pub velocity_m_per_s: f32,
+    /// Velocity by which the attitude's estimator takes the turn out of what its accelerometers say, m/s; 0 for an attitude
+    /// that needs none.
+    pub turn_velocity_m_per_s: f32,
 }
 
 /// How a stream is sampled, and what it measures: by this, and the sigmas, its smoothing is chosen.
@@ -154,7 +157,7 @@ impl Settings {
         let s = &self.sigmas;
         let sound = |sigma: &f32| sigma.is_finite() && *sigma >= 0.0;
         let angles = [s.tilt_white_rad, s.tilt_drift_rad, s.heading_white_rad, s.heading_drift_rad, s.follow_up_rad];
-        let lengths = [s.range_m, s.position_white_m, s.position_drift_m, s.velocity_m_per_s];
+        let lengths = [s.range_m, s.position_white_m, s.position_drift_m, s.velocity_m_per_s, s.turn_velocity_m_per_s];
         if !angles.iter().chain(&lengths).all(sound) {
             return Err(SettingsError::Sigma);
         }

@@ -37,12 +37,20 @@ struct FollowUp {
 /// One sigma of pitch and roll, each, of the heading, and of the height.
 struct Uncertainty {
     tilt_rad: f32,
+    /// The tilt's part that drifts.
+    tilt_drift_rad: f32,
     heading_rad: f32,
     height_m: f32,
 }
 
-/// Smallest a22 that is worked with: 60° between optical axis and plumb line.
-const COS_TILT_MIN: f32 = 0.5;
+/// Standard gravity (ISO 80000-3).
+const G_M_PER_S2: f32 = 9.806_65;
+/// Tangent of the inclination of the Earth's magnetic field, which a level compass's heading is off by for each radian that it is
+/// not level: 2.0 to 2.3 in the latitudes of central Europe, 1.7 to 2.4 in those of the United States (IGRF-14), less towards the
+/// equator.
+const HEADING_PER_TILT: f32 = 2.0;
+/// Smallest a22 that is worked with: 70° between optical axis and plumb line, where a field of view of 60° begins at 40°. Chosen.
+const COS_TILT_MIN: f32 = 0.34;
 
 impl Pipeline<'_> {
     /// Every stream at mid-exposure, an instant with its sigma in microseconds. `Ok(None)`: a stream's next samples have not
@@ -89,6 +97,7 @@ impl Pipeline<'_> {
             prediction,
             camera_offset_m,
             sigma_tilt_rad: sigmas.tilt_rad,
+            sigma_tilt_drift_rad: sigmas.tilt_drift_rad,
             sigma_heading_rad: sigmas.heading_rad,
             sigma_height_m: sigmas.height_m,
             sigma_stamp_s: sigma_s,
@@ -99,6 +108,10 @@ impl Pipeline<'_> {
 
     /// What attitude and height are worth at an instant known to `sigma_s`: what turns is uncertain by its rate times that.
     /// White noise is averaged by the fit, drift is not.
+    ///
+    /// In a turn an attitude that is found from accelerometers is as good as the velocity that the turn's own acceleration is
+    /// taken out with: an error v of it, turning at ω, is an acceleration ω v across, and so a tilt of ω v / g. Of a compass
+    /// that is levelled by it the heading is off by [`HEADING_PER_TILT`] times that.
     fn uncertainty(
         &self,
         attitude: &Estimate<Attitude, 3>,
@@ -113,14 +126,17 @@ impl Pipeline<'_> {
         let apart_s = hypot(sigma_s, self.streams.attitude.stamp_sigma_s());
         let late = |sigma: f32, rate: f32| hypot(sigma, rate * apart_s);
         let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
-        let tilt_rad = hypot(tilt, sigmas.tilt_drift_rad);
+        let turn_rad = heading.abs() * sigmas.turn_velocity_m_per_s / G_M_PER_S2;
+        let tilt_drift_rad = beside(sigmas.tilt_drift_rad, turn_rad);
+        let tilt_rad = hypot(tilt, tilt_drift_rad);
         let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
-        let heading_drift = doubted(sigmas.heading_drift_rad, self.doubt.heading_rad);
+        let heading_drift = beside(sigmas.heading_drift_rad, self.doubt.heading_rad);
+        let heading_drift = beside(heading_drift, HEADING_PER_TILT * turn_rad);
         let heading_rad = hypot(hypot(heading_sigma, heading_drift), follow_up.sigma_rad);
         let range_m = sigmas.range_m * slant.noise_factor();
         // H = s cos t: a tilt error changes the height by s sin t.
         let lean_m = slant.value * math::sqrt((1.0 - cos_tilt * cos_tilt).max(0.0)) * tilt_rad;
-        Uncertainty { tilt_rad, heading_rad, height_m: hypot(range_m, lean_m) }
+        Uncertainty { tilt_rad, tilt_drift_rad, heading_rad, height_m: hypot(range_m, lean_m) }
     }
 
     /// The follow-up angle at an instant; `Ok(None)` while its next sample has not arrived.
@@ -187,12 +203,12 @@ impl Pipeline<'_> {
         let [east_m, north_m] = offset_m;
         let local = Local { east_m: state.east_m + east_m, north_m: state.north_m + north_m };
         let velocity_m_per_s = [state.east_m_per_s, state.north_m_per_s];
-        let sigma_m = doubted(predicted.sigma_m, self.doubt.position_m);
+        let sigma_m = beside(predicted.sigma_m, self.doubt.position_m);
         Ok((Prediction { local, velocity_m_per_s, sigma_m }, predicted.method))
     }
 }
 
-/// A sigma with doubt beside it; to the last bit itself without.
-fn doubted(sigma: f32, doubt: f32) -> f32 {
-    if doubt > 0.0 { hypot(sigma, doubt) } else { sigma }
+/// A sigma with another one beside it; to the last bit itself without.
+fn beside(sigma: f32, other: f32) -> f32 {
+    if other > 0.0 { hypot(sigma, other) } else { sigma }
 }

@@ -2,8 +2,9 @@
 
 use crate::budget::PATCH_MAX_PX;
 use crate::camera::Camera;
-use crate::homography::Homography;
 use crate::homography::rolling::{Band, Bands, BandsError, Displacement, offset_us};
+use crate::homography::{Homography, Placement};
+use crate::math;
 use crate::motion::{Moving, Rates, Velocity};
 use crate::mount::Mount;
 use crate::pose::Method;
@@ -48,6 +49,8 @@ pub struct Situation {
     pub camera_offset_m: [f32; 2],
     /// Sigma of pitch and roll, each.
     pub sigma_tilt_rad: f32,
+    /// Its part that instants seconds apart share.
+    pub sigma_tilt_drift_rad: f32,
     /// Sigma of heading, the follow-up angle's included where it enters.
     pub sigma_heading_rad: f32,
     /// Sigma of the height.
@@ -83,6 +86,7 @@ impl Situation {
             prediction: Prediction { local, velocity_m_per_s: [0.0; 2], sigma_m: 0.0 },
             camera_offset_m: [0.0; 2],
             sigma_tilt_rad: 0.0,
+            sigma_tilt_drift_rad: 0.0,
             sigma_heading_rad: 0.0,
             sigma_height_m: 0.0,
             sigma_stamp_s: 0.0,
@@ -158,10 +162,14 @@ impl Situation {
         }
     }
 
-    /// Patch size, rounded down, at most the build's; `None` when too small to be a template or the height is no height.
-    /// By eq. 4; for a camera that looks aside, whose footprint lies beside the nadir and hardly in a patch of that size
-    /// around it, as large as it takes to hold the footprint.
-    pub fn patch_size(&self, camera: &Camera, resolution_m: f32) -> Option<(u16, u16)> {
+    /// The patch: its size, rounded down, at most the build's, and where it lies; `None` when too small to be a template or the
+    /// height is no height.
+    ///
+    /// As long as the frame shows the nadir, the patch lies around it and is as large as eq. 4 says; for a camera that is
+    /// mounted to look aside, whose footprint hardly lies in a patch of that size, as large as it takes to hold the footprint.
+    /// Where the frame does not show the nadir, as in a steep turn, the patch begins where the footprint does, and is as
+    /// large as can be: there each of the frame's pixels sees the least ground.
+    pub fn placement(&self, camera: &Camera, resolution_m: f32) -> Option<Placement> {
         let (cols, rows) = if self.mount.looks_aside() {
             let (across, along) = self.reach(camera);
             let per_px = 2.0 * self.height_m / resolution_m;
@@ -169,7 +177,30 @@ impl Situation {
         } else {
             camera.patch_size(self.height_m, resolution_m)
         };
+        if !(cols >= PATCH_MIN_PX && rows >= PATCH_MIN_PX) {
+            return None;
+        }
         let side = |px: f32| px.min(PATCH_MAX_PX as f32) as u16;
-        (cols >= PATCH_MIN_PX && rows >= PATCH_MIN_PX).then(|| (side(cols), side(rows)))
+        let Some((east, north)) = self.near_edge(camera) else {
+            return Some(Placement { size: (side(cols), side(rows)), aside: (0, 0) });
+        };
+        let near_px = math::hypot(east, north) * self.height_m / resolution_m;
+        let whole = near_px + 0.5 * PATCH_MAX_PX as f32;
+        let pixels = |part: f32| math::round(part / math::hypot(east, north) * whole) as i16;
+        Some(Placement { size: (PATCH_MAX_PX as u16, PATCH_MAX_PX as u16), aside: (pixels(east), pixels(north)) })
+    }
+
+    /// Where the footprint begins, (east, north) of the nadir, heights; `None` where the frame shows the nadir, or no ground. The
+    /// lens is left out, as in [`Situation::reach`].
+    fn near_edge(&self, camera: &Camera) -> Option<(f32, f32)> {
+        let a = self.mount.camera_from_local(self.attitude, self.follow_up);
+        let (m, n) = Homography::full(&a, camera).ideal(0.0, 0.0)?;
+        let (half_m, half_n) = (0.5 * camera.cols() as f32, 0.5 * camera.rows() as f32);
+        if m.abs() <= half_m && n.abs() <= half_n {
+            return None;
+        }
+        let (k_h, k_v) = camera.tangent_per_px();
+        let (m, n) = Homography::inverse(&a, camera).ideal(m.clamp(-half_m, half_m), n.clamp(-half_n, half_n))?;
+        Some((m * k_h, n * k_v))
     }
 }

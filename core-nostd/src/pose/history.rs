@@ -13,7 +13,7 @@ pub struct Backwards;
 /// A quantity of `C` channels that can be expressed as its difference from another.
 ///
 /// Angles go the short way round, so a window of attitudes is unwrapped about its reference. Heading, pitch and roll serve
-/// as channels because nothing is rectified beyond 60° of tilt: they are far from where heading and roll become one.
+/// as channels because nothing is rectified beyond 70° of tilt: they are far from where heading and roll become one.
 pub trait Channels<const C: usize>: Copy + PartialEq {
     /// How far it is from `reference`.
     fn away_from(self, reference: Self) -> [f32; C];

@@ -92,8 +92,9 @@ const ARDUPILOT: [Wanted; 10] = [
     // With 0 an outlier is clipped instead of rejected; the rest is ArduPilot's own range.
     advised("EK3_GLITCH_RAD", Right::Within(10.0, 100.0, 25.0)),
     advised("SCHED_LOOP_RATE", Right::AboveAttitudes),
-    // ArduPilot's own range: beyond it a fix is older than its filter remembers.
-    advised("VISO_DELAY_MS", Right::Within(0.0, 250.0, 100.0)),
+    // A fix's stamp says its age, and the message that goes with it keeps that right: what is taken off here is taken off twice.
+    // ArduPilot's default of 10 is 0.2 m at 20 m/s.
+    advised("VISO_DELAY_MS", Right::Within(0.0, 10.0, 0.0)),
     // The floor of what is believed of a fix: beyond a metre good fixes count for little.
     advised("VISO_POS_M_NSE", Right::Within(0.0, 1.0, 0.2)),
 ];

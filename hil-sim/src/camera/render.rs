@@ -58,7 +58,7 @@ pub struct Station {
 pub struct Rendered {
     /// Grey values row by row, row 0 forward, columns to the right.
     pub pixels: Vec<u8>,
-    /// Samples that met no ground or no known albedo; they count as grey 0. Zero for a frame to be trusted.
+    /// Samples below the horizon that met no ground or no known albedo; they count as grey 0. Zero for a frame to be trusted.
     pub outside: usize,
 }
 
@@ -101,6 +101,17 @@ impl CameraAxes {
         let [forward, right, down] = [self.forward, self.right, self.down].map(|v| rotated(v, axis, angle));
         CameraAxes { forward, right, down }
     }
+}
+
+/// Sine over cosine of the angle below the horizon down to which there is nothing but haze: ground ten heights away. Chosen:
+/// 1.2 km from 120 m, so that no ground has to reach to the horizon.
+const HAZE_SLOPE: f64 = 0.1;
+/// Grey of the haze: a bright sky's. Chosen.
+const HAZE: f64 = 200.0;
+
+/// What is seen along a direction that leads above the horizon, or to the haze below it.
+fn haze([east, north, up]: [f64; 3]) -> Option<f64> {
+    (up > -HAZE_SLOPE * east.hypot(north)).then_some(HAZE)
 }
 
 /// Rodrigues: `vector` turned right-handedly by `angle` about the unit vector `about`.
@@ -198,8 +209,8 @@ impl Renderer {
             for &[right, forward] in rays {
                 let direction =
                     std::array::from_fn(|i| right * axes.right[i] + forward * axes.forward[i] + axes.down[i]);
-                let seen = ground.intersect(origin, direction).and_then(|[e, n, _]| ground.albedo(e, n));
-                match seen {
+                let seen = || ground.intersect(origin, direction).and_then(|[e, n, _]| ground.albedo(e, n));
+                match haze(direction).or_else(seen) {
                     Some(albedo) => sum += albedo,
                     None => outside += 1,
                 }

@@ -80,7 +80,7 @@ pub struct ExposureCounts {
     pub delivered: u32,
     /// Not exposed, since the pictures could not be made in time.
     pub dropped: u32,
-    /// Exposed, but they saw beyond the ground or the horizon.
+    /// Exposed, but they saw beyond the ground.
     pub beyond_ground: u32,
     /// Exposed, but no truth came for them.
     pub without_truth: u32,

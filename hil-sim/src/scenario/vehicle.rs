@@ -146,6 +146,9 @@ pub struct Attitude {
     pub heading_white_deg: Option<f64>,
     /// Drift of the heading; that of pitch and roll unless given.
     pub heading_drift_deg: Option<f64>,
+    /// Of an attitude that is found from accelerometers and a velocity: one sigma of that velocity's error, which in a turn
+    /// becomes tilt, and heading with it.
+    pub turn_velocity_sigma_m_s: f64,
 }
 
 impl Default for Attitude {
@@ -158,6 +161,7 @@ impl Default for Attitude {
             drift_deg: 0.0,
             heading_white_deg: None,
             heading_drift_deg: None,
+            turn_velocity_sigma_m_s: 0.0,
         }
     }
 }
@@ -328,6 +332,7 @@ impl Vehicle {
             ("attitude.drift_deg", attitude.drift_deg, 0.0, 90.0),
             ("attitude.heading_white_deg", attitude.heading_white_deg.unwrap_or(0.0), 0.0, 90.0),
             ("attitude.heading_drift_deg", attitude.heading_drift_deg.unwrap_or(0.0), 0.0, 90.0),
+            ("attitude.turn_velocity_sigma_m_s", attitude.turn_velocity_sigma_m_s, 0.0, 100.0),
             ("follow_up.noise_deg", follow_up.noise_deg, 0.0, 90.0),
             ("follow_up.delay_us", follow_up.delay_us.into(), 0.0, 1e6),
             ("range.sigma_m", self.range.sigma_m, 0.0, 1000.0),

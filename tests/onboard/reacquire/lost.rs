@@ -124,6 +124,35 @@ fn a_position_that_jumped_is_found_again() {
     }
 }
 
+/// The position jumps, and the navigation believes no fix for six frames: the far search has found where it is, and the frames
+/// after it are searched there, also over ground that shows nothing for a while. Then the navigation comes, in a jump.
+#[test]
+fn what_was_found_is_where_the_next_frames_are_searched() {
+    let jumped = (32.0, -24.0);
+    let offs = [jumped; 12].into_iter().chain([(0.5, -1.0); 3]);
+    let seeds = (0..15).map(|frame| if frame == 7 { OTHER } else { SAME });
+    let outcomes = flown(10, seeds.zip(offs.clone()));
+    let lost = [(10, false); LOST_AFTER as usize];
+    let found = [(64, true), (10, true), (10, false), (10, true), (10, true), (10, true), (10, true)];
+    assert_eq!(told(&outcomes), [lost.as_slice(), &found, &[(10, true); 3]].concat());
+    for (outcome, off) in outcomes.iter().zip(offs) {
+        let outcome = outcome.as_ref().expect("tried");
+        if let Ok(fix) = outcome.fix {
+            assert!((outcome.d_col + off.0).hypot(outcome.d_row + off.1) < 0.3, "{outcome:?}");
+            assert!(fix.local.east_m.hypot(fix.local.north_m) < 0.3 * RESOLUTION_M, "{outcome:?}");
+        }
+    }
+}
+
+/// What was found is forgotten after two seconds in which nothing was: frames are a second apart.
+#[test]
+fn what_was_found_long_ago_is_forgotten() {
+    let seeds = (0..12).map(|frame| if (6..9).contains(&frame) { OTHER } else { SAME });
+    let outcomes = flown(10, seeds.map(|seed| (seed, (32.0, -24.0))));
+    let expected = [[(10, false); 5].as_slice(), &[(64, true)], &[(10, false); 5], &[(64, true)]].concat();
+    assert_eq!(told(&outcomes), expected);
+}
+
 /// Frames of other ground are never found: every sixth is searched far, and only it.
 #[test]
 fn a_search_in_vain_counts_anew() {
@@ -153,8 +182,8 @@ fn a_wide_search_is_made_where_it_is_asked_for() {
 #[test]
 fn a_lost_position_near_the_border_is_searched_as_far_as_the_tile_reaches() {
     // Half the tile is 110 pixels, the near window 27.
-    let offs = [(60.0, -50.0); 6].into_iter().chain([(84.0, 0.0)]);
-    let outcomes = flown(10, offs.map(|off| (SAME, off)));
-    assert_eq!(told(&outcomes[..6]), [[(10, false); 5].as_slice(), &[(64, true)]].concat());
-    assert_eq!(outcomes[6].as_ref().map(|_| ()), Err(&Refusal::OutsideReference));
+    let outcomes = flown(10, [(60.0, -50.0); 6].map(|off| (SAME, off)).into_iter());
+    assert_eq!(told(&outcomes), [[(10, false); 5].as_slice(), &[(64, true)]].concat());
+    let outcomes = flown(10, [(SAME, (84.0, 0.0))].into_iter());
+    assert_eq!(outcomes[0].as_ref().map(|_| ()), Err(&Refusal::OutsideReference));
 }

@@ -263,3 +263,14 @@ fn each_row_of_a_rolling_shutter_is_that_of_its_instant() {
         assert_eq!(rolling.pixels[row * 256..][..256], instant.pixels[row * 256..][..256], "row {row}");
     }
 }
+
+#[test]
+fn the_sky_is_haze_and_not_outside() {
+    // Right wing down by 80 degrees: the left border looks above the horizon, the right one at the ground beside the raster.
+    let s = station(0.0, 0.0, 80.0, 0.0);
+    let frame = Renderer::new(camera(), 2).render(&dotted([EAST, NORTH], 0.0), &s, 0.0, 1, 1);
+    let seen = |col: usize| f64::from(frame.pixels[96 * 256 + col]);
+    assert_eq!([0, 255].map(seen), [HAZE, 0.0]);
+    let black = frame.pixels.iter().filter(|&&grey| grey == 0).count();
+    assert!(black * 4 <= frame.outside && frame.outside < 256 * 192 * 4, "{black} {}", frame.outside);
+}

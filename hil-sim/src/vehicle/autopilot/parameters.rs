@@ -16,7 +16,7 @@ impl Parameters {
         let parameters = [
             ("SCHED_LOOP_RATE", loop_rate_hz as f32, None),
             ("VISO_TYPE", 1.0, wrong.viso_type),
-            ("VISO_DELAY_MS", 100.0, wrong.viso_delay_ms),
+            ("VISO_DELAY_MS", 0.0, wrong.viso_delay_ms),
             ("VISO_POS_M_NSE", 0.2, wrong.viso_pos_m_nse),
             ("EK3_SRC2_POSXY", 6.0, wrong.ek3_src2_posxy),
             ("EK3_SRC2_VELXY", 0.0, wrong.ek3_src2_velxy),
