@@ -73,7 +73,7 @@ pub struct Pipeline<'t> {
     reducer: Option<Reducer>,
     /// Of the newest patch.
     placement: Placement,
-    /// Frames since the last accepted one, or the last search for a lost position, that were tried and not accepted.
+    /// Frames since the last accepted one, or the last search for a lost position, that were not accepted.
     missed: u8,
     /// Where it was found, while the navigation is not there yet.
     reckoning: Option<Reckoning>,
@@ -306,8 +306,14 @@ impl<'t> Pipeline<'t> {
         let nadir = (aside.0.saturating_neg(), aside.1);
         let (tile, rule) = (*self.tile.view(), &self.settings.accept);
         let request = Request { patch, runs, tile, predicted, nadir, radius, prior, rule };
-        let found = matcher.locate(&request, self.frame_memory)?;
-        self.missed = if is_far || found.accepted.is_ok() { 0 } else { self.missed + 1 };
+        let tried = matcher.locate(&request, self.frame_memory);
+        self.missed = match &tried {
+            // A far search that could not be made is still to come.
+            Err(_) => (self.missed + 1).min(LOST_AFTER),
+            Ok(found) if is_far || found.accepted.is_ok() => 0,
+            Ok(_) => self.missed + 1,
+        };
+        let found = tried?;
         if let Ok(shift) = found.accepted
             && (is_far || self.reckoning.is_some())
         {

@@ -222,12 +222,16 @@ impl Frames<'_> {
 /// exposure as the scenario says, by the midpoint rule. Frame and truth belong to mid-exposure of the middle row.
 pub(crate) fn picture(setup: &Setup, exposure: &Exposure, state: &(dyn Fn(u64) -> TrueState + Sync)) -> Rendered {
     let scenario = &setup.scenario;
+    let (noise_dn, seed, index) = (scenario.world.noise_dn, scenario.run.seed, exposure.frame.into());
+    let at_s = 1e-6 * (u64::from(exposure.frame) * scenario.run.frame_interval_us()) as f64;
+    if scenario.faults.shutter.covered_s.is_some_and(|[from_s, to_s]| (from_s..to_s).contains(&at_s)) {
+        return setup.renderer.black(noise_dn, seed, index);
+    }
     let station = |offset_us: f64| {
         let at_us = exposure.mid_us().saturating_add_signed(offset_us.round() as i64);
         setup.station(&state(at_us))
     };
     let offsets_us = |row: usize| scenario.sample_offsets_us(row, setup.payload.camera.rows);
-    let (noise_dn, seed, index) = (scenario.world.noise_dn, scenario.run.seed, exposure.frame.into());
     if scenario.vehicle.rolling_shutter_ms == 0.0 {
         // All rows share their instants.
         let stations: Vec<_> = offsets_us(0).map(station).collect();

@@ -43,15 +43,14 @@ impl Matcher for Correlation {
 
     fn locate(&mut self, request: &Request<'_>, memory: &mut [u8]) -> Result<Match, MatchError> {
         let Request { patch, runs, tile, predicted, nadir, radius, prior, rule } = request;
-        let near = (*radius).min(SEARCH_MAX_PX as u16);
-        let (cols, rows) = patch.size();
-        let corner = (predicted.0 - near as i32, predicted.1 - near as i32);
-        let window = tile.window(corner.0, corner.1, (cols + 2 * near, rows + 2 * near));
-        let window = window.ok_or(MatchError::OutsideReference)?;
-        let located = if *radius > near {
+        let located = if *radius as usize > SEARCH_MAX_PX {
             locate_far(patch, runs, (tile, *predicted), *radius, (*prior, rule), memory)?
         } else {
-            locate(patch, runs, &window, near, (*prior, rule), (memory, &mut self.scores))?
+            let (cols, rows) = patch.size();
+            let corner = (predicted.0 - *radius as i32, predicted.1 - *radius as i32);
+            let window = tile.window(corner.0, corner.1, (cols + 2 * radius, rows + 2 * radius));
+            let window = window.ok_or(MatchError::OutsideReference)?;
+            locate(patch, runs, &window, *radius, (*prior, rule), (memory, &mut self.scores))?
         };
         Ok(located.at(*nadir, *prior))
     }

@@ -178,15 +178,35 @@ impl Renderer {
         seed: u64,
         frame_index: u64,
     ) -> Rendered {
+        let light = |row: usize, values: &mut [f64]| {
+            let stations = row_stations(row);
+            let outside = stations.iter().map(|station| self.add_row(ground, station, row, values)).sum::<usize>();
+            for value in values {
+                *value /= stations.len() as f64;
+            }
+            outside
+        };
+        self.exposed(&light, noise_dn, seed, frame_index)
+    }
+
+    /// The frame of a lens that is covered: noise alone.
+    pub fn black(&self, noise_dn: f64, seed: u64, frame_index: u64) -> Rendered {
+        self.exposed(&|_, _| 0, noise_dn, seed, frame_index)
+    }
+
+    /// A frame of what `light` puts into each of its rows; it says how many samples met nothing.
+    fn exposed(
+        &self,
+        light: &(dyn Fn(usize, &mut [f64]) -> usize + Sync),
+        noise_dn: f64,
+        seed: u64,
+        frame_index: u64,
+    ) -> Rendered {
         let cols = self.camera.cols;
         let mut pixels = vec![0u8; cols * self.camera.rows];
         let render_row = |(row, line): (usize, &mut [u8])| {
             let mut values = vec![0.0; cols];
-            let stations = row_stations(row);
-            let outside = stations.iter().map(|station| self.add_row(ground, station, row, &mut values)).sum::<usize>();
-            for value in &mut values {
-                *value /= stations.len() as f64;
-            }
+            let outside = light(row, &mut values);
             add_noise(&mut values, noise_dn, seed, frame_index, row);
             for (pixel, value) in line.iter_mut().zip(values) {
                 *pixel = to_grey(value);

@@ -98,6 +98,8 @@ pub struct Shutter {
     pub lost_edge_percent: f64,
     /// Share of the edges beside which a bounce, a short pulse or a stray edge is put.
     pub extra_edge_percent: f64,
+    /// The lens is covered: frames are black, but for their noise.
+    pub covered_s: Option<Seconds>,
     /// Share of the frames that never arrive, though the shutter opened.
     pub lost_frame_percent: f64,
 }
@@ -133,6 +135,7 @@ impl Faults {
         let all = [
             ("timer.pps_lost_s", self.timer.pps_lost_s),
             ("range.zero_s", self.range.zero_s),
+            ("shutter.covered_s", self.shutter.covered_s),
             ("autopilot_faults.gnss_s", self.autopilot_faults.gnss_s),
             ("attitude_faults.gap_s", attitude.gap_s),
             ("attitude_faults.stuck_s", attitude.stuck_s),
