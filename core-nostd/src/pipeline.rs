@@ -9,8 +9,9 @@ mod streams;
 mod settings;
 mod situation;
 mod situate;
-mod reckoning;
 mod refusal;
+mod velocity;
+mod whereabouts;
 
 use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, REACQUIRE_PX, RUNS_MAX};
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
@@ -22,13 +23,15 @@ use crate::rectify::{Node, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
 use heapless::Vec;
-use reckoning::Reckoning;
 pub use refusal::Refusal;
 use settings::Smoothers;
 pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigmas};
 pub use situate::SituateError;
 pub use situation::{Prediction, Situation};
 pub use streams::{Arrival, Instants, Latencies, PositionSample, SampleError, Streams};
+use velocity::VelocityError;
+pub use whereabouts::LOST_AFTER;
+use whereabouts::{Search, Whereabouts};
 
 /// What a frame's match says, accepted or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +59,8 @@ pub struct Matched {
     centre: (f32, f32),
     off: (f32, f32),
     search_px: u16,
+    /// Whether it counts as it is, or another frame must find it, too.
+    counts: Result<(), Refusal>,
 }
 
 /// State of the whole chain.
@@ -73,10 +78,8 @@ pub struct Pipeline<'t> {
     reducer: Option<Reducer>,
     /// Of the newest patch.
     placement: Placement,
-    /// Frames since the last accepted one, or the last search for a lost position, that were not accepted.
-    missed: u8,
-    /// Where it was found, while the navigation is not there yet.
-    reckoning: Option<Reckoning>,
+    whereabouts: Whereabouts,
+    velocity: VelocityError,
     buffers: &'t mut Buffers,
     frame_memory: &'t mut [u8],
 }
@@ -92,11 +95,6 @@ pub struct Doubt {
 
 /// A position is searched for within so many sigmas of its doubt: of a hundred normal errors of an axis five lie beyond.
 const DOUBT_SIGMAS: f32 = 2.0;
-
-/// Consecutive frames that were matched and not accepted after which the position counts as lost: the next one is searched over
-/// ±[`REACQUIRE_PX`], and whether that finds it or not, the count begins anew. Over good ground one frame in fifty is not
-/// accepted; over a lake or changed ground many are in a row, and one in six of them costs a long search.
-pub const LOST_AFTER: u8 = 5;
 
 /// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
 /// board has free memory and need not carry them over a stack.
@@ -155,8 +153,8 @@ impl<'t> Pipeline<'t> {
             is_off_the_map: false,
             reducer: None,
             placement: Placement::default(),
-            missed: 0,
-            reckoning: None,
+            whereabouts: Whereabouts::default(),
+            velocity: VelocityError::default(),
             buffers,
             frame_memory,
         })
@@ -276,21 +274,37 @@ impl<'t> Pipeline<'t> {
     /// Matches the patch around the predicted position. The search is as wide as the settings say, and
     /// ±[`REACQUIRE_PX`] after [`LOST_AFTER`] frames that were tried in vain, and while the position is in such [`Doubt`] that it
     /// may well lie beyond the other. Where such a search has found it, the next frames are searched, as far as the settings
-    /// say, until the navigation is there itself.
+    /// say, until the navigation is there itself; only when one of them finds it, too, is it a fix.
     ///
     /// # Errors
     /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
     pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
-        let reach_m = f32::from(self.settings.search_px) * self.tile.ground_resolution().0;
-        let is_lost = self.missed >= LOST_AFTER;
-        self.reckoning = self.reckoning.filter(|_| !is_lost).and_then(|found| found.to(situation, 0.5 * reach_m));
-        let is_far = is_lost || (self.reckoning.is_none() && DOUBT_SIGMAS * self.doubt.position_m > reach_m);
-        let radius = if is_far { REACQUIRE_PX as u16 } else { self.settings.search_px };
+        let px_m = self.tile.ground_resolution().0;
+        let reach_m = f32::from(self.settings.search_px) * px_m;
+        let is_in_doubt = DOUBT_SIGMAS * self.doubt.position_m > reach_m;
+        let search = self.whereabouts.search(situation, reach_m, is_in_doubt, px_m);
+        let tried = self.locate(situation, search);
+        let nadir = match &tried {
+            Err(refusal) => Err(*refusal),
+            Ok(Matched { found, centre, .. }) => match found.accepted {
+                Err(rejection) => Err(rejection.into()),
+                Ok(shift) => Ok(self.tile.local(centre.0 + shift.d_col, centre.1 + shift.d_row)),
+            },
+        };
+        let counts = self.whereabouts.ended(search, situation, nadir);
+        if let (Ok(nadir), Ok(())) = (nadir, counts) {
+            self.velocity.matched(situation, nadir, self.settings.sigmas.velocity_m_per_s);
+        }
+        tried.map(|matched| Matched { counts, ..matched })
+    }
+
+    fn locate(&mut self, situation: &Situation, search: Search) -> Result<Matched, Refusal> {
+        let radius = if search.is_far { REACQUIRE_PX as u16 } else { self.settings.search_px };
         let Buffers { patch, runs, matcher, .. } = &mut *self.buffers;
         let Placement { size, aside } = self.placement;
         let patch = View::new(patch, size).ok_or(Refusal::NoFootprint)?;
         let predicted = self.tile.pixel(situation.prediction.local);
-        let looked_for = self.reckoning.map_or(predicted, |found| self.tile.pixel(found.local()));
+        let looked_for = self.tile.pixel(search.at);
         // The whole pixel at which the upper left one of a patch around the nadir is nearest to that.
         let half = |side: u16| 0.5 * (side as f32 - 1.0);
         let half = (half(size.0), half(size.1));
@@ -306,26 +320,13 @@ impl<'t> Pipeline<'t> {
         let nadir = (aside.0.saturating_neg(), aside.1);
         let (tile, rule) = (*self.tile.view(), &self.settings.accept);
         let request = Request { patch, runs, tile, predicted, nadir, radius, prior, rule };
-        let tried = matcher.locate(&request, self.frame_memory);
-        self.missed = match &tried {
-            // A far search that could not be made is still to come.
-            Err(_) => (self.missed + 1).min(LOST_AFTER),
-            Ok(found) if is_far || found.accepted.is_ok() => 0,
-            Ok(_) => self.missed + 1,
-        };
-        let found = tried?;
-        if let Ok(shift) = found.accepted
-            && (is_far || self.reckoning.is_some())
-        {
-            let nadir = self.tile.local(centre.0 + shift.d_col, centre.1 + shift.d_row);
-            self.reckoning = Some(Reckoning::new(situation, nadir));
-        }
-        Ok(Matched { found, centre, off, search_px: radius })
+        let found = matcher.locate(&request, self.frame_memory)?;
+        Ok(Matched { found, centre, off, search_px: radius, counts: Ok(()) })
     }
 
     /// The fix of a match in the situation that it was made in, or why there is none.
     pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
-        let Matched { found, centre, off, search_px } = matched;
+        let Matched { found, centre, off, search_px, counts } = matched;
         let footprint = Footprint::of(&self.buffers.runs, &self.placement);
         let uncertainty = Uncertainty {
             tilt_rad: situation.sigma_tilt_rad,
@@ -341,7 +342,7 @@ impl<'t> Pipeline<'t> {
             peak: [found.peak.0 as f32 + off.0, found.peak.1 as f32 + off.1],
             grey_correlation: found.grey_correlation,
             search_px: *search_px,
-            fix: found.accepted.map(fixed).map_err(Refusal::from),
+            fix: found.accepted.map_err(Refusal::from).and_then(|shift| counts.map(|()| fixed(shift))),
         }
     }
 

@@ -343,7 +343,9 @@ fn lay(scenario: &Scenario, radiometry: &Radiometry, wanted: &Bounds, reference:
         let (cols, rows) = (frame.cols, frame.rows);
         return Err(InputError::new(format!("a reference of {cols} x {rows} pixels does not fit the board's flash")));
     }
-    Ok(Tile::lay(reference, &frame, radiometry))
+    let tile = Tile::lay(reference, &frame, radiometry);
+    let [east_m, north_m] = scenario.world.reference.bias_m;
+    Ok(Tile { west_m: tile.west_m + east_m, north_m: tile.north_m + north_m, ..tile })
 }
 
 #[cfg(test)]

@@ -67,10 +67,12 @@ pub enum Refusal {
     TooFast = 26,
     /// A buffer of this build is too small for what the frame needs.
     Capacity = 27,
+    /// A search far from the prediction has found it; the next frames must find it there, too.
+    Unconfirmed = 28,
 }
 
 /// Every refusal, in the order of its code.
-pub const ALL: [Refusal; 27] = [
+pub const ALL: [Refusal; 28] = [
     Refusal::NoClock,
     Refusal::BadExposure,
     Refusal::Busy,
@@ -98,6 +100,7 @@ pub const ALL: [Refusal; 27] = [
     Refusal::AttitudeStuck,
     Refusal::TooFast,
     Refusal::Capacity,
+    Refusal::Unconfirmed,
 ];
 
 impl Refusal {
@@ -137,6 +140,7 @@ impl Refusal {
             Refusal::AttitudeStuck => "attitude_stuck",
             Refusal::TooFast => "too_fast",
             Refusal::Capacity => "capacity",
+            Refusal::Unconfirmed => "unconfirmed",
             Refusal::EdgesContradict => "edges_contradict",
             Refusal::NoExposure => "no_exposure",
             Refusal::UncertainClock => "uncertain_clock",

@@ -175,6 +175,8 @@ pub struct Reference {
     pub noise_dn: Option<f64>,
     /// Share of the area that looks different today.
     pub changed_fraction: Option<f64>,
+    /// How far it says that it lies beside where it does, east and north: the map's bias.
+    pub bias_m: [f64; 2],
 }
 
 impl World {
@@ -199,6 +201,8 @@ impl World {
             ("reference.gain", reference.gain.unwrap_or(1.0), 0.01, 100.0),
             ("reference.offset_dn", reference.offset_dn.unwrap_or(0.0), -255.0, 255.0),
             ("reference.noise_dn", reference.noise_dn.unwrap_or(0.0), 0.0, 255.0),
+            ("reference.bias_m", reference.bias_m[0], -1000.0, 1000.0),
+            ("reference.bias_m", reference.bias_m[1], -1000.0, 1000.0),
             ("reference.changed_fraction", reference.changed_fraction.unwrap_or(0.0), 0.0, 1.0),
         ];
         let keys = ["mount.true_boresight.phi_deg", "mount.true_boresight.omega_deg", "mount.true_boresight.kappa_deg"];

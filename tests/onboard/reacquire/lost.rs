@@ -103,63 +103,84 @@ fn told(outcomes: &[Result<Outcome, Refusal>]) -> Vec<(u16, bool)> {
     outcomes.iter().map(|o| o.as_ref().map(|o| (o.search_px, o.fix.is_ok())).expect("a match was tried")).collect()
 }
 
+/// No fix is off, and each is told against the navigation's own prediction.
+fn assert_right(outcomes: &[Result<Outcome, Refusal>], offs: impl Iterator<Item = (f32, f32)>) {
+    for (outcome, off) in outcomes.iter().zip(offs) {
+        let Ok(Outcome { d_col, d_row, fix: Ok(fix), .. }) = outcome else { continue };
+        let off_px = (d_col + off.0).hypot(d_row + off.1);
+        let off_m = fix.local.east_m.hypot(fix.local.north_m);
+        // A tenth of a pixel by noise, and half of one across 1e-7 degrees and the height's rounding do not add up to this.
+        assert!(off_px < 0.3 && off_m < 0.3 * RESOLUTION_M, "{outcome:?}");
+    }
+}
+
+const LOST: [(u16, bool); LOST_AFTER as usize] = [(10, false); LOST_AFTER as usize];
+
 /// The position jumps by 40 pixels, 200 metres, and stays there: five frames find nothing, the sixth is found where it is,
-/// and the next is searched as ever.
+/// which counts when the seventh is, too, and behind the jump back frames are searched as ever.
 #[test]
 fn a_position_that_jumped_is_found_again() {
     let jumped = (32.0, -24.0);
-    let offs = [(1.0, 2.0); 3].into_iter().chain([jumped; 6]).chain([(0.5, -1.0); 2]);
+    let offs = [(1.0, 2.0); 3].into_iter().chain([jumped; 7]).chain([(0.5, -1.0); 2]);
     let outcomes = flown(10, offs.clone().map(|off| (SAME, off)));
-    let (near, lost) = ([(10, true); 3], [(10, false); LOST_AFTER as usize]);
-    assert_eq!(told(&outcomes), [near.as_slice(), &lost, &[(64, true)], &[(10, true); 2]].concat());
-    for (outcome, off) in outcomes.iter().zip(offs) {
-        let outcome = outcome.as_ref().expect("tried");
-        if let Ok(fix) = outcome.fix {
-            let off_px = (outcome.d_col + off.0).hypot(outcome.d_row + off.1);
-            let off_m = fix.local.east_m.hypot(fix.local.north_m);
-            // A tenth of a pixel by noise, and half of one across 1e-7 degrees and the height's rounding do not add up to
-            // this.
-            assert!(off_px < 0.3 && off_m < 0.3 * RESOLUTION_M, "{outcome:?}");
-        }
-    }
+    assert_eq!(told(&outcomes), [[(10, true); 3].as_slice(), &LOST, &[(64, false)], &[(10, true); 3]].concat());
+    assert_eq!(outcomes[8].as_ref().map(|outcome| outcome.fix), Ok(Err(Refusal::Unconfirmed)));
+    assert_right(&outcomes, offs);
 }
 
 /// The position jumps, and the navigation believes no fix for six frames: the far search has found where it is, and the frames
 /// after it are searched there, also over ground that shows nothing for a while. Then the navigation comes, in a jump.
 #[test]
 fn what_was_found_is_where_the_next_frames_are_searched() {
-    let jumped = (32.0, -24.0);
-    let offs = [jumped; 12].into_iter().chain([(0.5, -1.0); 3]);
-    let seeds = (0..15).map(|frame| if frame == 7 { OTHER } else { SAME });
+    let offs = [(32.0, -24.0); 12].into_iter().chain([(0.5, -1.0); 3]);
+    let seeds = (0..15).map(|frame| if frame == 8 { OTHER } else { SAME });
     let outcomes = flown(10, seeds.zip(offs.clone()));
-    let lost = [(10, false); LOST_AFTER as usize];
-    let found = [(64, true), (10, true), (10, false), (10, true), (10, true), (10, true), (10, true)];
-    assert_eq!(told(&outcomes), [lost.as_slice(), &found, &[(10, true); 3]].concat());
-    for (outcome, off) in outcomes.iter().zip(offs) {
-        let outcome = outcome.as_ref().expect("tried");
-        if let Ok(fix) = outcome.fix {
-            assert!((outcome.d_col + off.0).hypot(outcome.d_row + off.1) < 0.3, "{outcome:?}");
-            assert!(fix.local.east_m.hypot(fix.local.north_m) < 0.3 * RESOLUTION_M, "{outcome:?}");
-        }
-    }
+    let found = [(64, false), (10, true), (10, true), (10, false), (10, true), (10, true), (10, true)];
+    assert_eq!(told(&outcomes), [LOST.as_slice(), &found, &[(10, true); 3]].concat());
+    assert_right(&outcomes, offs);
 }
 
 /// What was found is forgotten after two seconds in which nothing was: frames are a second apart.
 #[test]
 fn what_was_found_long_ago_is_forgotten() {
-    let seeds = (0..12).map(|frame| if (6..9).contains(&frame) { OTHER } else { SAME });
+    let seeds = (0..14).map(|frame| if (7..9).contains(&frame) { OTHER } else { SAME });
     let outcomes = flown(10, seeds.map(|seed| (seed, (32.0, -24.0))));
-    let expected = [[(10, false); 5].as_slice(), &[(64, true)], &[(10, false); 5], &[(64, true)]].concat();
-    assert_eq!(told(&outcomes), expected);
+    let found = [(64, false), (10, true)];
+    assert_eq!(told(&outcomes), [LOST.as_slice(), &found, &LOST, &found].concat());
 }
 
-/// Frames of other ground are never found: every sixth is searched far, and only it.
+/// Where the next two frames do not find it, it was none.
 #[test]
-fn a_search_in_vain_counts_anew() {
+fn what_is_not_found_again_is_no_fix() {
+    let seeds = (0..10).map(|frame| if frame == 5 { SAME } else { OTHER });
+    let outcomes = flown(10, seeds.map(|seed| (seed, (32.0, -24.0))));
+    assert!(outcomes.iter().flatten().all(|outcome| outcome.fix.is_err()), "{outcomes:?}");
+    assert_eq!(outcomes[5].as_ref().map(|outcome| outcome.fix), Ok(Err(Refusal::Unconfirmed)));
+    let radii: Vec<_> = outcomes.iter().map(|outcome| outcome.as_ref().map(|outcome| outcome.search_px)).collect();
+    // Two where it was found, one at the prediction, and the next far search, which is all off the tile to the east.
+    assert_eq!(radii[6..9], [Ok(10); 3]);
+    assert!(matches!(radii[9], Ok(64) | Err(Refusal::OutsideReference)), "{radii:?}");
+}
+
+/// A position further off than one far search reaches: they go round it, every second frame.
+#[test]
+fn far_searches_go_round_the_prediction() {
+    let off = (80.0, 0.0);
+    let outcomes = flown(10, [(SAME, off); 13].into_iter());
+    let fixed: Vec<bool> = outcomes.iter().map(|outcome| outcome.as_ref().is_ok_and(|o| o.fix.is_ok())).collect();
+    assert_eq!(fixed, [[false; 12].as_slice(), &[true]].concat());
+    assert_eq!(outcomes[11].as_ref().map(|outcome| outcome.fix), Ok(Err(Refusal::Unconfirmed)));
+    assert_right(&outcomes, [off; 13].into_iter());
+}
+
+/// Frames of other ground are never found: from the sixth on every second is searched far.
+#[test]
+fn a_search_in_vain_is_made_again_elsewhere() {
     let outcomes = flown(10, (0..18).map(|_| (OTHER, (0.0, 0.0))));
-    let radii: Vec<u16> = told(&outcomes).iter().map(|told| told.0).collect();
-    assert!(outcomes.iter().all(|outcome| outcome.as_ref().is_ok_and(|outcome| outcome.fix.is_err())));
-    assert_eq!(radii, [[10, 10, 10, 10, 10, 64]; 3].concat());
+    assert!(outcomes.iter().flatten().all(|outcome| outcome.fix.is_err()));
+    let is_near = |outcome: &Result<Outcome, Refusal>| outcome.as_ref().is_ok_and(|outcome| outcome.search_px == 10);
+    let near: Vec<bool> = outcomes.iter().map(is_near).collect();
+    assert_eq!(near, [[true; 5].as_slice(), &[false, true].repeat(6), &[false]].concat());
     // One that is accepted ends the row.
     let seeds = [OTHER, OTHER, OTHER, OTHER, SAME, OTHER, OTHER, OTHER, OTHER, OTHER, OTHER];
     let outcomes = flown(10, seeds.into_iter().map(|seed| (seed, (0.0, 0.0))));
@@ -183,7 +204,7 @@ fn a_wide_search_is_made_where_it_is_asked_for() {
 fn a_lost_position_near_the_border_is_searched_as_far_as_the_tile_reaches() {
     // Half the tile is 110 pixels, the near window 27.
     let outcomes = flown(10, [(60.0, -50.0); 6].map(|off| (SAME, off)).into_iter());
-    assert_eq!(told(&outcomes), [[(10, false); 5].as_slice(), &[(64, true)]].concat());
+    assert_eq!(outcomes[5].as_ref().map(|outcome| outcome.fix), Ok(Err(Refusal::Unconfirmed)));
     let outcomes = flown(10, [(SAME, (84.0, 0.0))].into_iter());
     assert_eq!(outcomes[0].as_ref().map(|_| ()), Err(&Refusal::OutsideReference));
 }

@@ -1,0 +1,123 @@
+//! How far the reported velocity is off, by the way between matches.
+//!
+//! An estimator whose velocity is wrong, as after a long time without fixes, takes that for a wrong tilt once fixes come, and is off
+//! in both for some ten seconds: matches that rest on its attitude then are off as well, and to the same side for as long.
+
+use super::Situation;
+use crate::math::{hypot, sqrt};
+use crate::tile::Local;
+use crate::units::Micros;
+
+/// Least way between two matches that are compared, and largest, microseconds: over less noise shows, over more the error itself
+/// has changed.
+const APART_US: i32 = 1_000_000;
+const APART_MAX_US: i32 = 4_000_000;
+/// Time constant by which an error that was seen is forgotten, seconds: velocity and tilt swing by turns, a quarter of 16 s apart,
+/// in ArduPlane 4.8 after 40 s without fixes.
+const MEMORY_S: f32 = 5.0;
+/// What is seen counts beyond so many sigmas of the velocity.
+const SIGMAS: f32 = 2.0;
+
+/// A match, and how far the reported velocity has gone since.
+#[derive(Clone, Copy, Debug)]
+struct Since {
+    at: Micros,
+    nadir: Local,
+    flown_m: [f32; 2],
+}
+
+/// What the matches say of the velocity.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct VelocityError {
+    newest: Option<(Micros, [f32; 2])>,
+    /// The older is compared, the newer takes its place.
+    since: [Option<Since>; 2],
+    /// Of the velocity, m/s, at the newest match.
+    error_m_per_s: f32,
+}
+
+impl VelocityError {
+    /// The error beyond what the settings say, m/s.
+    pub(super) fn m_per_s(&self) -> f32 {
+        self.error_m_per_s
+    }
+
+    /// A match was accepted, with its nadir. `sigma_m_per_s`: of the velocity, by the settings.
+    pub(super) fn matched(&mut self, situation: &Situation, nadir: Local, sigma_m_per_s: f32) {
+        let Situation { mid_exposure_at: at, prediction, .. } = *situation;
+        let velocity = prediction.velocity_m_per_s;
+        let seconds = self.newest.map_or(0.0, |(newest_at, _)| at.since(newest_at) as f32 * 1e-6);
+        let [east, north] = self.newest.map_or(velocity, |(_, newest)| newest);
+        let flown = [0.5 * seconds * (east + velocity[0]), 0.5 * seconds * (north + velocity[1])];
+        self.newest = Some((at, velocity));
+        let is_recent = |since: &Since| (0..=APART_MAX_US).contains(&at.since(since.at));
+        self.since = self.since.map(|since| {
+            let Since { at, nadir, flown_m: [east_m, north_m] } = since.filter(is_recent)?;
+            Some(Since { at, nadir, flown_m: [east_m + flown[0], north_m + flown[1]] })
+        });
+        let [older, newer] = self.since;
+        let seen = older.map_or(0.0, |older| {
+            let [east_m, north_m] = older.flown_m;
+            let off_m =
+                hypot(nadir.east_m - older.nadir.east_m - east_m, nadir.north_m - older.nadir.north_m - north_m);
+            off_m / (at.since(older.at).max(APART_US) as f32 * 1e-6)
+        });
+        let beyond = sqrt((seen * seen - SIGMAS * SIGMAS * sigma_m_per_s * sigma_m_per_s).max(0.0));
+        self.error_m_per_s = beyond.max(self.error_m_per_s / (1.0 + seconds.max(0.0) / MEMORY_S));
+        let begins = Some(Since { at, nadir, flown_m: [0.0; 2] });
+        match newer {
+            Some(since) if at.since(since.at) < APART_US => {}
+            Some(since) => self.since = [Some(since), begins],
+            None => self.since = [older, begins],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::VelocityError;
+    use crate::pipeline::Situation;
+    use crate::tile::Local;
+    use crate::tilt::Attitude;
+    use crate::units::{Micros, Radians};
+
+    /// Matches four times a second of a vehicle that flies east at 20 m/s in bends, and says so with an error; what is seen of that.
+    fn seen(error: impl Fn(f32) -> f32, seconds: f32, sigma_m_per_s: f32) -> f32 {
+        let mut velocity = VelocityError::default();
+        for frame in 0..(4.0 * seconds) as u32 {
+            let at_s = 0.25 * frame as f32;
+            // The way of 20 m/s that swings by 5 m/s in 12.6 s.
+            let nadir = Local { east_m: 20.0 * at_s, north_m: 10.0 * (1.0 - libm::cosf(0.5 * at_s)) };
+            let attitude = Attitude { heading: Radians(0.0), pitch: Radians(0.0), roll: Radians(0.0) };
+            let mut situation =
+                Situation::exact(Micros(1_000_000 + 250_000 * u64::from(frame)), attitude, (Radians(0.0), true), 120.0);
+            situation.prediction.velocity_m_per_s = [20.0 + error(at_s), 5.0 * libm::sinf(0.5 * at_s)];
+            velocity.matched(&situation, nadir, sigma_m_per_s);
+        }
+        velocity.m_per_s()
+    }
+
+    #[test]
+    fn an_error_of_the_velocity_is_seen_and_forgotten() {
+        assert!(seen(|_| 0.0, 20.0, 0.05) < 0.01, "a velocity that is right");
+        assert!((seen(|_| 4.0, 10.0, 0.0) - 4.0).abs() < 0.02);
+        // Beyond two sigmas of 1 m/s; 1.9 m/s is none.
+        assert!((seen(|_| 4.0, 10.0, 1.0) - 12.0f32.sqrt()).abs() < 0.02);
+        assert_eq!(seen(|_| 1.9, 10.0, 1.0), 0.0);
+        // Seven seconds after it ended, of which two are still compared with what was before.
+        let left = seen(|at_s| if at_s < 10.0 { 4.0 } else { 0.0 }, 17.0, 0.05);
+        assert!((0.8..1.6).contains(&left), "{left}");
+    }
+
+    #[test]
+    fn matches_that_lie_far_apart_are_not_compared() {
+        let mut velocity = VelocityError::default();
+        for second in [0u64, 5, 10] {
+            let attitude = Attitude { heading: Radians(0.0), pitch: Radians(0.0), roll: Radians(0.0) };
+            let at = Micros(1_000_000 + 1_000_000 * second);
+            let situation = Situation::exact(at, attitude, (Radians(0.0), true), 120.0);
+            velocity.matched(&situation, Local { east_m: 50.0 * second as f32, north_m: 0.0 }, 0.5);
+        }
+        assert_eq!(velocity.m_per_s(), 0.0);
+    }
+}
