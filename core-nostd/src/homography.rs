@@ -163,7 +163,7 @@ impl<'a> FrameFromPatch<'a> {
     }
 
     /// Position of patch (`col`, `row`) from the nadir, patch pixels to the east and north.
-    fn from_nadir(&self, col: f32, row: f32) -> (f32, f32) {
+    fn off_nadir(&self, col: f32, row: f32) -> (f32, f32) {
         let (m, n) = frames::centred(col, row, self.size.0, self.size.1);
         (m + self.aside.0, n + self.aside.1)
     }
@@ -187,7 +187,7 @@ impl<'a> FrameFromPatch<'a> {
             Pose::Global(homography) => homography,
             Pose::Rolling(bands, position) => return position(bands, self, col, row),
         };
-        let (m, n) = self.from_nadir(col, row);
+        let (m, n) = self.off_nadir(col, row);
         let (m, n) = homography.ideal(m * self.scale.0, n * self.scale.1)?;
         if !self.camera.is_invertible_at(m, n) {
             return None;
@@ -208,7 +208,7 @@ impl<'a> FrameFromPatch<'a> {
         if self.camera.is_distorted() {
             return None;
         }
-        let (m, n) = self.from_nadir(0.0, row);
+        let (m, n) = self.off_nadir(0.0, row);
         let (m, n, across) = (m * self.scale.0, n * self.scale.1, self.scale.0);
         let linear = |c: &[f32; 3]| Linear { first: c[0] * m + c[1] * n + c[2], growth: c[0] * across };
         let [right, ahead, depth] = &homography.rows;
