@@ -95,13 +95,13 @@ fn rebooted(setup: &Setup, expected: &Flown, seed: u64) {
     let trouble = flown.account.trouble.expect("it is counted");
     assert!(counts.rebooted >= 1 && trouble.reboots >= 1 && trouble.reboots <= counts.rebooted, "{trouble} {counts:?}");
     flown.has_no_wrong_fix(setup.scenario.vehicle.resolution_m);
-    let (mut equal, mut gap, mut lost, mut most) = (0, 0, 0, 0.0f64);
+    let (mut equal, mut gap, mut lost, mut most) = (0, 0, Vec::new(), 0.0f64);
     for (ours, theirs) in flown.flight.frames.iter().zip(&expected.flight.frames) {
         let frame = ours.exposure.frame;
         // In a flight's first seconds the board that has booted anew says itself that a frame was lost.
         let report = ours.report.as_ref().filter(|report| report.reason() != Some(Refusal::Busy));
         let Some(report) = report else {
-            lost += 1;
+            lost.push((frame, ours.report.as_ref().and_then(|report| report.reason())));
             continue;
         };
         let (Some(fix), Some(other)) = (report.fix, theirs.report.and_then(|report| report.fix)) else {
@@ -119,8 +119,10 @@ fn rebooted(setup: &Setup, expected: &Flown, seed: u64) {
         most = most.max(apart_m / sigma_m);
         equal += u64::from(fix == other);
     }
-    println!("{equal} fixes equal bit by bit, the others {most:.3} sigma apart at most; {gap} refused, {lost} lost");
-    // What was lost is what the link counted.
-    assert_eq!(lost, trouble.frames_abandoned, "{trouble}");
+    println!("{equal} fixes equal bit by bit, the others {most:.3} sigma apart at most; {gap} refused, {lost:?} lost");
+    // What was lost is what the link counted, and at most a report for each reboot that was on its way out of the board: that the
+    // link cannot know. Which it is depends on the machine's own pace.
+    let known = trouble.frames_abandoned..=trouble.frames_abandoned + trouble.reboots;
+    assert!(known.contains(&(lost.len() as u64)), "{lost:?}, {trouble}");
     assert!(equal > 0 && flown.accepted() * 6 >= flown.scored.len(), "{} accepted", flown.accepted());
 }
