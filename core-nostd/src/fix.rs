@@ -111,9 +111,9 @@ pub fn fix(
     let local = Local { east_m: nadir.east_m - offset_east_m, north_m: nadir.north_m - offset_north_m };
     let resolution = tile.resolution().0;
     let per_px = tile.ground_resolution().0;
+    let moved = [(1.0, 0.0), (0.0, 1.0)].map(|along| footprint.moved(along, height_m / per_px, shift.carried));
     let tilts = |sigma_rad: f32| {
-        let moved = |along| footprint.moved(along, height_m / per_px, shift.carried) * (per_px * sigma_rad);
-        let (east, north) = (moved((1.0, 0.0)), moved((0.0, 1.0)));
+        let [east, north] = moved.map(|moved| moved * (per_px * sigma_rad));
         east * east.transpose() + north * north.transpose()
     };
     // Rows run south: the sign of the cross term turns.

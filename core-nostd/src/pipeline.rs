@@ -10,6 +10,7 @@ mod settings;
 mod situation;
 mod situate;
 mod refusal;
+mod reckoning;
 mod velocity;
 mod whereabouts;
 

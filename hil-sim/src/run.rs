@@ -6,7 +6,7 @@ use crate::camera::render::Rendered;
 use crate::fault::FaultCounts;
 use crate::ground_station::{GroundStation, ReceivedPatch};
 use crate::link::{Link, LinkError, annotation};
-use crate::scenario::COOL_DOWN_US;
+use crate::scenario::{COOL_DOWN_US, is_during};
 use crate::setup::Setup;
 use crate::vehicle::motion::TrueState;
 use crate::vehicle::sensors::{Exposure, exposures, lost_frames};
@@ -224,7 +224,7 @@ pub(crate) fn picture(setup: &Setup, exposure: &Exposure, state: &(dyn Fn(u64) -
     let scenario = &setup.scenario;
     let (noise_dn, seed, index) = (scenario.world.noise_dn, scenario.run.seed, exposure.frame.into());
     let at_s = 1e-6 * (u64::from(exposure.frame) * scenario.run.frame_interval_us()) as f64;
-    if scenario.faults.shutter.covered_s.is_some_and(|[from_s, to_s]| (from_s..to_s).contains(&at_s)) {
+    if is_during(scenario.faults.shutter.covered_s, at_s) {
         return setup.renderer.black(noise_dn, seed, index);
     }
     let station = |offset_us: f64| {

@@ -22,7 +22,7 @@ pub mod world;
 
 pub use built_in::{BUILT_IN, LIVE, SURVEY};
 pub use camera::{Camera, Frame};
-pub use faults::{AttitudeFaults, AutopilotFaults, Faults, LinkFaults, Seconds, WrongParameters};
+pub use faults::{AttitudeFaults, AutopilotFaults, Faults, LinkFaults, Seconds, WrongParameters, is_during};
 pub use ground::Ground;
 pub use payload::{Mounting, Payload};
 pub use read::Reader;

@@ -256,7 +256,7 @@ fn trials(trials: usize, series: Series) -> (f64, f64, f64) {
         let (x, y) = off(&solution, shift);
         sum += x.hypot(y);
         worst = worst.max(x.hypot(y));
-        let c = solution.covariance.map(f64::from);
+        let c = solution.covariance().map(f64::from);
         let determinant = c[(0, 0)] * c[(1, 1)] - c[(0, 1)] * c[(1, 0)];
         let (x, y) = (x + SYSTEMATIC_PX * random.normal(), y + SYSTEMATIC_PX * random.normal());
         nees += (c[(1, 1)] * x * x - 2.0 * c[(0, 1)] * x * y + c[(0, 0)] * y * y) / determinant;

@@ -74,7 +74,7 @@ impl AcceptRule {
     /// [`Rejection::Imprecise`].
     pub fn solution(&self, solution: &SubPixel) -> Result<(), Rejection> {
         // A comparison with NaN is false: an axis without a variance is not precise.
-        let is_precise = |axis: usize| solution.covariance[(axis, axis)] <= self.sigma_max_px * self.sigma_max_px;
+        let is_precise = |axis: usize| solution.joint[(axis, axis)] <= self.sigma_max_px * self.sigma_max_px;
         let precise = is_precise(0) && is_precise(1);
         if precise && solution.agreement >= self.agreement_min { Ok(()) } else { Err(Rejection::Imprecise) }
     }

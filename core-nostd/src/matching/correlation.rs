@@ -79,17 +79,18 @@ impl Located {
     /// The answer for the nadir, which lies so many columns to the right of the patch's centre and rows below it. Whether a
     /// solution is precise has been judged where its pixels are.
     fn at(self, nadir: (i16, i16), prior: Prior) -> Match {
-        let is_centre = nadir == (0, 0);
-        let nadir = (nadir.0 as f32, nadir.1 as f32);
-        let there = Located { refined: self.refined.map(|s| s.at(nadir)), ..self };
-        let carried = |s: &SubPixel| if is_centre { Carried::default() } else { s.decided(prior) };
+        let (x, y) = (nadir.0 as f32, nadir.1 as f32);
+        let there = |s: SubPixel| if nadir == (0, 0) { s } else { s.at((x, y)) };
+        let carried = |s: &SubPixel| if nadir == (0, 0) { Carried::default() } else { s.decided(prior) };
+        let refined = self.refined.map(there);
         let shift =
-            |s: SubPixel| Shift { d_col: s.d_col, d_row: s.d_row, covariance: s.covariance, carried: carried(&s) };
+            |s: SubPixel| Shift { d_col: s.d_col, d_row: s.d_row, covariance: s.covariance(), carried: carried(&s) };
         Match {
-            shift: there.shift(),
+            shift: Located { refined, ..self }.shift(),
             peak: (self.peak.d_col, self.peak.d_row),
             grey_correlation: self.grey_correlation,
-            accepted: self.accepted.map(|s| shift(s.at(nadir))),
+            // What was accepted is what was refined.
+            accepted: self.accepted.and_then(|_| refined.map_err(Rejection::from)).map(shift),
         }
     }
 }

@@ -24,7 +24,7 @@ use crate::image::{Run, View};
 use core::ops::AddAssign;
 use estimate::Estimate;
 use heapless::Vec;
-use nalgebra::{Matrix2, Matrix2x4, Matrix4};
+use nalgebra::{Matrix2, Matrix4};
 use normal_equations::Sums;
 use segment::{Radiometry, Segment};
 use smooth::{inner, smooth_into};
@@ -50,8 +50,6 @@ pub struct SubPixel {
     pub d_col: f32,
     /// Rows downwards.
     pub d_row: f32,
-    /// Covariance of (d_col, d_row), square pixels.
-    pub covariance: Matrix2<f32>,
     /// Mean weight of the pixels, 0 to 1: how much of the picture agrees.
     pub agreement: f32,
 }
@@ -62,13 +60,20 @@ impl SubPixel {
     #[must_use]
     pub fn at(self, (x, y): (f32, f32)) -> Self {
         let (turn, scale) = self.turn_and_scale;
-        let by = Matrix2x4::new(1.0, 0.0, -y, x, 0.0, 1.0, x, y);
+        let mut by = Matrix4::identity();
+        by.fixed_view_mut::<2, 2>(0, 2).copy_from(&Matrix2::new(-y, x, x, y));
         SubPixel {
             d_col: self.d_col + scale * x - turn * y,
             d_row: self.d_row + scale * y + turn * x,
-            covariance: by * self.joint * by.transpose(),
+            joint: by * self.joint * by.transpose(),
             ..self
         }
+    }
+
+    /// Covariance of (d_col, d_row), square pixels.
+    #[must_use]
+    pub fn covariance(&self) -> Matrix2<f32> {
+        self.joint.fixed_view::<2, 2>(0, 0).into_owned()
     }
 
     /// How far turn and scale are the picture's own: what has become less of the prior's variance.
@@ -176,7 +181,6 @@ pub fn refine(
         joint,
         d_col: estimate.shift.0,
         d_row: estimate.shift.1,
-        covariance: covariance.fixed_view::<2, 2>(0, 0) * inflation + floor,
         agreement: sums.weight() / sums.count as f32,
     })
 }

@@ -49,8 +49,7 @@ const G_M_PER_S2: f32 = 9.806_65;
 /// was then off by up to 5.9 degrees.
 const TILTS_WITHIN_S: f32 = 15.0;
 /// Tangent of the inclination of the Earth's magnetic field, which a level compass's heading is off by for each radian that it is
-/// not level: 2.0 to 2.3 in the latitudes of central Europe, 1.7 to 2.4 in those of the United States (IGRF-14), less towards the
-/// equator.
+/// not level. Chosen: that of 63 degrees, as in middle latitudes; it is less towards the equator and more towards the poles.
 const HEADING_PER_TILT: f32 = 2.0;
 /// Smallest a22 that is worked with: 70° between optical axis and plumb line, where a field of view of 60° begins at 40°. Chosen.
 const COS_TILT_MIN: f32 = 0.34;

@@ -184,9 +184,9 @@ impl Situation {
         let Some((east, north)) = self.near_edge(camera) else {
             return Some(Placement { size: (side(cols), side(rows)), aside: (0, 0) });
         };
-        let near_px = math::hypot(east, north) * self.height_m / resolution_m;
-        let whole = near_px + 0.5 * PATCH_MAX_PX as f32;
-        let pixels = |part: f32| math::round(part / math::hypot(east, north) * whole) as i16;
+        let near = math::hypot(east, north);
+        let whole_px = near * self.height_m / resolution_m + 0.5 * PATCH_MAX_PX as f32;
+        let pixels = |part: f32| math::round(part / near * whole_px) as i16;
         Some(Placement { size: (PATCH_MAX_PX as u16, PATCH_MAX_PX as u16), aside: (pixels(east), pixels(north)) })
     }
 

@@ -4,7 +4,8 @@
 //! in both for some ten seconds: matches that rest on its attitude then are off as well, and to the same side for as long.
 
 use super::Situation;
-use crate::math::{hypot, sqrt};
+use super::reckoning::Reckoning;
+use crate::math::sqrt;
 use crate::tile::Local;
 use crate::units::Micros;
 
@@ -18,20 +19,12 @@ const MEMORY_S: f32 = 5.0;
 /// What is seen counts beyond so many sigmas of the velocity.
 const SIGMAS: f32 = 2.0;
 
-/// A match, and how far the reported velocity has gone since.
-#[derive(Clone, Copy, Debug)]
-struct Since {
-    at: Micros,
-    nadir: Local,
-    flown_m: [f32; 2],
-}
-
 /// What the matches say of the velocity.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct VelocityError {
-    newest: Option<(Micros, [f32; 2])>,
-    /// The older is compared, the newer takes its place.
-    since: [Option<Since>; 2],
+    newest_at: Option<Micros>,
+    /// Two matches, carried on: the older is compared, the newer takes its place.
+    since: [Option<Reckoning>; 2],
     /// Of the velocity, m/s, at the newest match.
     error_m_per_s: f32,
 }
@@ -44,29 +37,17 @@ impl VelocityError {
 
     /// A match was accepted, with its nadir. `sigma_m_per_s`: of the velocity, by the settings.
     pub(super) fn matched(&mut self, situation: &Situation, nadir: Local, sigma_m_per_s: f32) {
-        let Situation { mid_exposure_at: at, prediction, .. } = *situation;
-        let velocity = prediction.velocity_m_per_s;
-        let seconds = self.newest.map_or(0.0, |(newest_at, _)| at.since(newest_at) as f32 * 1e-6);
-        let [east, north] = self.newest.map_or(velocity, |(_, newest)| newest);
-        let flown = [0.5 * seconds * (east + velocity[0]), 0.5 * seconds * (north + velocity[1])];
-        self.newest = Some((at, velocity));
-        let is_recent = |since: &Since| (0..=APART_MAX_US).contains(&at.since(since.at));
-        self.since = self.since.map(|since| {
-            let Since { at, nadir, flown_m: [east_m, north_m] } = since.filter(is_recent)?;
-            Some(Since { at, nadir, flown_m: [east_m + flown[0], north_m + flown[1]] })
-        });
+        let at = situation.mid_exposure_at;
+        let seconds = self.newest_at.map_or(0.0, |newest_at| at.since(newest_at) as f32 * 1e-6);
+        self.newest_at = Some(at);
+        self.since = self.since.map(|since| since?.to(situation, APART_MAX_US));
         let [older, newer] = self.since;
-        let seen = older.map_or(0.0, |older| {
-            let [east_m, north_m] = older.flown_m;
-            let off_m =
-                hypot(nadir.east_m - older.nadir.east_m - east_m, nadir.north_m - older.nadir.north_m - north_m);
-            off_m / (at.since(older.at).max(APART_US) as f32 * 1e-6)
-        });
+        let seen = older.map_or(0.0, |older| older.off_m(nadir) / (older.age_us().max(APART_US) as f32 * 1e-6));
         let beyond = sqrt((seen * seen - SIGMAS * SIGMAS * sigma_m_per_s * sigma_m_per_s).max(0.0));
         self.error_m_per_s = beyond.max(self.error_m_per_s / (1.0 + seconds.max(0.0) / MEMORY_S));
-        let begins = Some(Since { at, nadir, flown_m: [0.0; 2] });
+        let begins = Some(Reckoning::new(situation, nadir));
         match newer {
-            Some(since) if at.since(since.at) < APART_US => {}
+            Some(since) if since.age_us() < APART_US => {}
             Some(since) => self.since = [Some(since), begins],
             None => self.since = [older, begins],
         }

@@ -4,11 +4,10 @@
 //! A navigation may take a while to believe fixes that are far from its own position, and comes there in a jump. Dead
 //! reckoning from the last match needs its velocity alone: jumps of its position do not move what is found.
 
+use super::reckoning::Reckoning;
 use super::{Refusal, Situation};
 use crate::budget::REACQUIRE_PX;
-use crate::math::hypot;
 use crate::tile::Local;
-use crate::units::Micros;
 
 /// Consecutive frames that were matched and not accepted after which the position counts as lost: from then on every second
 /// frame is searched over ±[`REACQUIRE_PX`], until one is found. Over good ground one frame in fifty is not accepted; over a lake or
@@ -27,45 +26,17 @@ const SWEEP: [(i8, i8); 9] = [(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), 
 /// Between these centres, pixels: searches overlap by an eighth, so that what is found at a border lies within another.
 const SPACING_PX: f32 = 1.75 * REACQUIRE_PX as f32;
 
-/// A place of the nadir that was found, and how it goes on.
+/// A place that was found.
 #[derive(Clone, Copy, Debug)]
 struct Found {
-    /// Instant of the match that it rests on.
-    found_at: Micros,
-    /// Instant, nadir and velocity (east, north) to which it has come.
-    at: Micros,
-    local: Local,
-    velocity_m_per_s: [f32; 2],
+    reckoning: Reckoning,
     /// Frames that have not found it again, as long as none has.
     unconfirmed: Option<u8>,
 }
 
 impl Found {
     fn new(situation: &Situation, nadir: Local, unconfirmed: Option<u8>) -> Self {
-        let Situation { mid_exposure_at: at, prediction, .. } = situation;
-        Found { found_at: *at, at: *at, local: nadir, velocity_m_per_s: prediction.velocity_m_per_s, unconfirmed }
-    }
-
-    /// Carried on to another frame; `None` where the match is too old.
-    fn to(self, situation: &Situation) -> Option<Self> {
-        let Situation { mid_exposure_at: at, prediction, .. } = *situation;
-        if !(0..=AGE_MAX_US).contains(&at.since(self.found_at)) {
-            return None;
-        }
-        let seconds = at.since(self.at) as f32 * 1e-6;
-        let [east, north] = prediction.velocity_m_per_s;
-        let [east_before, north_before] = self.velocity_m_per_s;
-        let local = Local {
-            east_m: self.local.east_m + 0.5 * (east + east_before) * seconds,
-            north_m: self.local.north_m + 0.5 * (north + north_before) * seconds,
-        };
-        Some(Found { at, local, velocity_m_per_s: prediction.velocity_m_per_s, ..self })
-    }
-
-    /// How far it is from what the navigation predicts.
-    fn off_m(&self, situation: &Situation) -> f32 {
-        let predicted = situation.prediction.local;
-        hypot(self.local.east_m - predicted.east_m, self.local.north_m - predicted.north_m)
+        Found { reckoning: Reckoning::new(situation, nadir), unconfirmed }
     }
 }
 
@@ -94,13 +65,14 @@ impl Whereabouts {
     pub(super) fn search(&mut self, situation: &Situation, near_m: f32, is_in_doubt: bool, px_m: f32) -> Search {
         let is_lost = self.missed >= LOST_AFTER;
         // Once the navigation is there, and not in doubt, it is what is believed.
-        let is_there =
-            |found: &Found| found.unconfirmed.is_none() && !is_in_doubt && found.off_m(situation) <= NEAR * near_m;
-        let found = self.found.filter(|_| !is_lost).and_then(|found| found.to(situation));
-        self.found = found.filter(|found| !is_there(found));
         let predicted = situation.prediction.local;
+        let is_there = |found: &Found| {
+            found.unconfirmed.is_none() && !is_in_doubt && found.reckoning.off_m(predicted) <= NEAR * near_m
+        };
+        let carried = |found: Found| Some(Found { reckoning: found.reckoning.to(situation, AGE_MAX_US)?, ..found });
+        self.found = self.found.filter(|_| !is_lost).and_then(carried).filter(|found| !is_there(found));
         match self.found {
-            Some(found) => Search { at: found.local, is_far: false },
+            Some(found) => Search { at: found.reckoning.local(), is_far: false },
             None if is_lost || is_in_doubt => {
                 let (cols, rows) = SWEEP.get(self.sweep as usize).copied().unwrap_or_default();
                 let (east_m, north_m) = (cols as f32 * SPACING_PX * px_m, rows as f32 * SPACING_PX * px_m);

@@ -111,7 +111,8 @@ const HAZE: f64 = 200.0;
 
 /// What is seen along a direction that leads above the horizon, or to the haze below it.
 fn haze([east, north, up]: [f64; 3]) -> Option<f64> {
-    (up > -HAZE_SLOPE * east.hypot(north)).then_some(HAZE)
+    // Squares, since every ray asks.
+    (up >= 0.0 || up * up < HAZE_SLOPE * HAZE_SLOPE * (east * east + north * north)).then_some(HAZE)
 }
 
 /// Rodrigues: `vector` turned right-handedly by `angle` about the unit vector `about`.

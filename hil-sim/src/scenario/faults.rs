@@ -6,6 +6,11 @@ use serde::Deserialize;
 /// Start and end, seconds of the flight; the end is excluded.
 pub type Seconds = [f64; 2];
 
+/// Whether there is an interval, and an instant lies in it.
+pub fn is_during(interval: Option<Seconds>, at_s: f64) -> bool {
+    interval.is_some_and(|[from_s, to_s]| (from_s..to_s).contains(&at_s))
+}
+
 /// No faults by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(default)]

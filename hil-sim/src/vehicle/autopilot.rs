@@ -8,7 +8,7 @@
 mod parameters;
 
 use crate::noise::{stream, uniform};
-use crate::scenario::{AutopilotFaults, Seconds};
+use crate::scenario::{AutopilotFaults, Seconds, is_during};
 use crate::vehicle::sensors::{Reading, Sample};
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA, EstimatorStatusFlags,
@@ -238,7 +238,7 @@ const SOURCE_SETS: [f64; 3] = [1.0, 2.0, 3.0];
 /// GPS_RAW_INT of a receiver with a fix in these seconds and no others.
 fn gnss(sample: &Sample, good_s: Option<Seconds>) -> GPS_RAW_INT_DATA {
     let at_s = 1e-6 * sample.sampled_at_us as f64;
-    let is_good = good_s.is_some_and(|[from, to]| (from..to).contains(&at_s));
+    let is_good = is_during(good_s, at_s);
     let fix_type = if is_good { GpsFixType::GPS_FIX_TYPE_3D_FIX } else { GpsFixType::GPS_FIX_TYPE_NO_FIX };
     GPS_RAW_INT_DATA { time_usec: sample.sampled_at_us, fix_type, ..GPS_RAW_INT_DATA::DEFAULT }
 }

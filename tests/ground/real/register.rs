@@ -96,7 +96,7 @@ pub fn register(
     let (patch, reference) = (view(&pair.patch), view(&pair.reference));
     let located = locate(&patch, &pair.runs, &reference, radius, rule, (&mut bytes, &mut scores))?;
     let shift = <[f32; 2]>::from(located.shift()).map(f64::from);
-    let sigma = |axis| located.refined.map_or(f64::INFINITY, |s| f64::from(s.covariance[(axis, axis)]).sqrt());
+    let sigma = |axis| located.refined.map_or(f64::INFINITY, |s| f64::from(s.covariance()[(axis, axis)]).sqrt());
     let offset = [0, 1].map(|axis| f64::from(pair.zero[axis]) - shift[axis]);
     Ok(Registered {
         offset_m: [offset[0] * a.resolution_m, -offset[1] * a.resolution_m],

@@ -272,7 +272,7 @@ proptest! {
             let Ok((_, peak)) = searched(&patch, &runs, &reference) else { continue };
             prop_assert!(peak.score.abs() <= 1.0 + 1e-5 && peak.second <= peak.score, "{peak:?}");
             if let Ok(s) = refined(&patch, &runs, &reference, &peak, PRIOR) {
-                let c = s.covariance;
+                let c = s.covariance();
                 prop_assert!(c[(0, 0)] > 0.0 && c[(1, 1)] > 0.0 && c[(0, 0)] * c[(1, 1)] > c[(0, 1)] * c[(1, 0)], "{c:?}");
             }
         }

@@ -3,7 +3,7 @@
 use super::attitude_faults::FaultyAttitude;
 use super::reading::{Reading, Sample};
 use crate::noise::{GaussMarkov, White, stream, uniform};
-use crate::scenario::{FollowUpMode, Mounting, Scenario, Seconds};
+use crate::scenario::{FollowUpMode, Mounting, Scenario, Seconds, is_during};
 use crate::vehicle::motion::{Motion, TrueState};
 use crate::vehicle::mount::antenna;
 use crate::vehicle::servo::wrapped;
@@ -138,7 +138,7 @@ impl Streams {
             let reading = match kind {
                 Kind::Pps => {
                     let second = sampled_at_us / 1_000_000;
-                    let lost = self.pulses_lost_s.is_some_and(|[from, to]| (from..to).contains(&(second as f64)));
+                    let lost = is_during(self.pulses_lost_s, second as f64);
                     (!lost).then_some(Reading::Pps { second })
                 }
                 Kind::Attitude => {
@@ -181,7 +181,7 @@ impl Streams {
         // Both are drawn in any case, so that one lost echo does not change the noise of the next.
         let noise_m = self.range_white.draw();
         let lost = uniform(&mut self.dropout.1) < self.dropout.0;
-        if self.zero_s.is_some_and(|[from, to]| (from..to).contains(&(1e-6 * at_us as f64))) {
+        if is_during(self.zero_s, 1e-6 * at_us as f64) {
             return Reading::Range { slant_m: Some(0.0) };
         }
         Reading::Range { slant_m: true_slant_m.filter(|_| !lost).map(|slant_m| slant_m + noise_m) }
