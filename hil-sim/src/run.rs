@@ -141,7 +141,9 @@ pub fn fly(
     let frames = Vec::with_capacity(setup.scenario.run.frames as usize);
     let mut roll = Frames { cockpit: Cockpit::new(setup, link), observer, frames, closed: 0, keep };
     let end = if setup.plan.is_some() { roll.along_plan() } else { roll.at_intervals() };
-    roll.close();
+    while roll.closed < roll.frames.len() {
+        roll.close();
+    }
     let Frames { cockpit, mut frames, .. } = roll;
     let Err(why) = end else { return Ok(cockpit.finish(frames)) };
     let reported = frames.iter().rposition(|record| record.report.is_some()).map_or(0, |last| last + 1);
@@ -197,24 +199,32 @@ impl Frames<'_> {
             let rendered = picture(setup, &exposure, &|at_us| setup.motion.state(at_us));
             self.cockpit.frame(&exposure, &rendered.pixels)?;
             record.frame = Some(rendered.pixels);
-            // The frames before have their poses by now, and their reports.
-            self.close();
+            self.close_before();
         }
         self.frames.push(record);
         Ok(())
     }
 
-    /// Ends the frames that are not closed yet: they get what the firmware said of them, the observer sees them, and pictures
-    /// that nobody wants are dropped.
-    fn close(&mut self) {
-        for record in self.frames.get_mut(self.closed..).unwrap_or_default() {
-            self.cockpit.report(record);
-            self.observer.finished(self.cockpit.setup, record);
-            if !self.keep.keeps(record.exposure.frame) {
-                (record.frame, record.patch) = (None, None);
-            }
+    /// Ends the frames before one that has just been handed over. Mostly they have their reports by now; the last of them may still
+    /// wait for its pose, and has until the next one.
+    fn close_before(&mut self) {
+        while let Some(record) = self.frames.get(self.closed)
+            && (self.closed + 1 < self.frames.len() || self.cockpit.is_reported(record))
+        {
+            self.close();
         }
-        self.closed = self.frames.len();
+    }
+
+    /// Ends the first frame that is not closed yet: it gets what the firmware said of it, the observer sees it, and pictures that
+    /// nobody wants are dropped.
+    fn close(&mut self) {
+        let Some(record) = self.frames.get_mut(self.closed) else { return };
+        self.cockpit.report(record);
+        self.observer.finished(self.cockpit.setup, record);
+        if !self.keep.keeps(record.exposure.frame) {
+            (record.frame, record.patch) = (None, None);
+        }
+        self.closed += 1;
     }
 }
 

@@ -228,6 +228,11 @@ impl<'s> Cockpit<'s> {
         }
     }
 
+    /// Whether the firmware has said what a frame came to.
+    pub(super) fn is_reported(&self, record: &FrameRecord) -> bool {
+        self.station.reports.contains_key(&record.exposure.frame)
+    }
+
     /// What the firmware said of a frame.
     pub(super) fn report(&mut self, record: &mut FrameRecord) {
         record.take_reports(&mut self.station);
