@@ -10,4 +10,5 @@ mod replay;
 mod serial;
 mod signing;
 mod stamps;
+mod strangers;
 mod truth;
