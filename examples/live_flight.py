@@ -9,6 +9,8 @@ those of `plumbline fly --autopilot ... --truth ...`; docs/live.md says how all 
 3. On the second leg satellite navigation is switched off and the autopilot told to use its second set of sources, which is
    external navigation; 5 s later the wind changes.
 4. The autopilot's position error is printed every 5 s. At the end the vehicle is disarmed, which ends the live flight.
+
+With --signing-key the autopilot gets the key that it shares with the firmware, and signs on the firmware's port.
 """
 
 import argparse
@@ -43,8 +45,10 @@ PARAMETERS = [
 ]
 # Some exist only once the one that switches them on has been set and the autopilot rebooted.
 LATE = ("VISO_DELAY_MS", 0)
+UNSIGNED_TRUTH = ("MAV3_OPTIONS", 1)  # the third port, which tells the truth, is not signed
 AUTO = 10  # the plane's flight mode
 FORCE = 21196  # arms past its checks: without fixes external navigation is not healthy on the ground
+SIGNING_EPOCH = 1420070400  # 2015-01-01, from which signatures count 10 us
 METRES_PER_DEGREE = 111318.84502145034  # the autopilot's own
 
 
@@ -153,6 +157,18 @@ def prepare(vehicle):
         vehicle.set(name, value)
 
 
+def share_key(vehicle, path):
+    """Gives the autopilot the key of a file of 64 hexadecimal digits. This script's port takes unsigned messages all the same."""
+    with open(path, encoding="ascii") as file:
+        key = bytes.fromhex(file.read().strip())
+    if len(key) != 32:
+        sys.exit(f"{path}: a signing key is 64 hexadecimal digits")
+    vehicle.set(*UNSIGNED_TRUTH)
+    now = int((time.time() - SIGNING_EPOCH) * 1e5)
+    vehicle.link.mav.setup_signing_send(vehicle.link.target_system, 1, list(key), now)
+    print("the autopilot has the key")
+
+
 def rectangle(home, height, side, heading):
     """Mission items (command, latitude, longitude, height): home, take-off, four corners, and back to the first."""
     heading = math.radians(heading)
@@ -231,6 +247,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=120, help="without satellite navigation")
     parser.add_argument("--wind", default="6,270", help="m/s, and where it comes from")
     parser.add_argument("--wind-after", default="8.5,295", help="from 5 s after the loss on")
+    parser.add_argument("--signing-key", metavar="FILE", help="64 hexadecimal digits, as for [link] signing_key_path")
     parser.add_argument("--keep-gps", action="store_true", help="satellite navigation stays on")
     arguments = parser.parse_args()
 
@@ -241,6 +258,8 @@ def main():
 
     vehicle = Vehicle(arguments.vehicle)
     prepare(vehicle)
+    if arguments.signing_key:
+        share_key(vehicle, arguments.signing_key)
     vehicle.set("SIM_GPS1_ENABLE", 1)
     wind(arguments.wind)
     take_off(vehicle, arguments)

@@ -2,6 +2,7 @@
 
 mod dump;
 mod files;
+mod interrupt;
 mod outcome;
 mod pages;
 mod progress;

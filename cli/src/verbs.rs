@@ -40,8 +40,8 @@ enum Verb {
     Fly(fly::Args),
     /// Run the application again on a flight's log and compare, bit for bit
     Replay(replay::Args),
-    /// Act as a board for `fly --link serial:PATH`: the application behind a socket or a pseudo-terminal, until it is
-    /// interrupted
+    /// Act as a board until it is interrupted: behind a socket or a pseudo-terminal for `fly --link serial:PATH`, or as the
+    /// companion of an autopilot
     Serve(serve::Args),
     /// Make a reference tile for the board's flash from an orthophoto
     Tiles(tiles::Args),

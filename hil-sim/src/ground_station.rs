@@ -75,6 +75,12 @@ impl GroundStation {
         GroundStation { signatory, ..GroundStation::default() }
     }
 
+    /// Forgets all that it heard, but for the beginning of a message that has not ended.
+    pub fn forget(&mut self) {
+        let (decoder, signatory) = (std::mem::take(&mut self.decoder), self.signatory.take());
+        *self = GroundStation { decoder, signatory, ..GroundStation::default() };
+    }
+
     /// Takes bytes.
     pub fn take(&mut self, bytes: &[u8]) {
         let mut decoder = std::mem::take(&mut self.decoder);

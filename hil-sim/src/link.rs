@@ -218,9 +218,20 @@ impl Flash {
         let configuration =
             self.configuration.store(&mut buffer).map_err(|error| refusal(BootError::Configuration(error)))?.to_vec();
         let tiles = tile_store(&self.head, &self.tile).map_err(|error| refusal(BootError::Tiles(error)))?;
-        boot::read(&configuration, &tiles, &self.plan).map_err(refusal)?;
-        boot::signing(&self.key, 0).map_err(refusal)?;
-        Ok(Stores { configuration, tiles, plan: self.plan.clone(), key: self.key.clone() })
+        let stores = Stores { configuration, tiles, plan: self.plan.clone(), key: self.key.clone() };
+        stores.check().map_err(refusal)?;
+        Ok(stores)
+    }
+}
+
+impl Stores {
+    /// Whether the firmware flies with them.
+    ///
+    /// # Errors
+    /// Why it is grounded.
+    pub fn check(&self) -> Result<(), BootError> {
+        boot::read(&self.configuration, &self.tiles, &self.plan)?;
+        boot::signing(&self.key, 0).map(|_| ())
     }
 }
 

@@ -4,11 +4,13 @@
 //! ([`connection`]). On the other one the truth is asked for ([`messages`], [`approach`]): where the vehicle really was and when
 //! ([`truth`]), how late its estimated attitude is ([`shift`]), and what time it is there ([`clock`]). From these come the
 //! exposures, and the frames that a camera would have taken ([`frames`]); [`flight`] has it all happen in time, and
-//! [`navigation`] compares what the autopilot believes with the truth. [`report`] is what is told of it.
+//! [`navigation`] compares what the autopilot believes with the truth. [`report`] is what is told of it. At a [`desk`] the first connection is
+//! all there is.
 
 pub mod approach;
 pub mod clock;
 pub mod connection;
+pub mod desk;
 pub mod flight;
 pub mod frames;
 pub mod messages;

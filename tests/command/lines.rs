@@ -66,6 +66,12 @@ fn what_cannot_be_served_is_refused() {
     refusals.expect("serve --pty --socket x", &["--socket"]);
     refusals.expect("serve --socket taken", &["taken"]);
     refusals.expect("serve --socket none/x", &["none/x"]);
+    let mavlink = "serve --mavlink tcp:127.0.0.1:1";
+    refusals.expect(mavlink, &["--configuration", "--tiles"]);
+    refusals.expect("serve --pty --tiles x", &["--mavlink"]);
+    refusals.expect("serve --mavlink 127.0.0.1:1 --configuration taken --tiles taken", &["tcp:HOST:PORT"]);
+    refusals.expect(&format!("{mavlink} --configuration none --tiles taken"), &["none"]);
+    refusals.expect(&format!("{mavlink} --configuration taken --tiles taken"), &["refuses", "configuration"]);
     refusals.expect(&format!("{FLY} --frames 1 --link serial:taken --out out"), &["serial:taken", "neither"]);
     refusals.expect(&format!("{FLY} --frames 1 --link serial:/dev/null --out out"), &["serial:/dev/null", "neither"]);
     refusals.done();

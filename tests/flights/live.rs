@@ -2,10 +2,13 @@
 
 mod vehicle;
 
+use mavlink::MessageData;
+use mavlink::dialects::common::TIMESYNC_DATA;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::live::LiveError;
 use plumbline_sim::live::approach::{Approach, Limits};
 use plumbline_sim::live::connection::{Door, Waiting};
+use plumbline_sim::live::desk::{Sitter, sit};
 use plumbline_sim::live::flight::{Flown, Wanted, fly};
 use plumbline_sim::live::messages::SIM_STATE;
 use plumbline_sim::live::truth::Place;
@@ -13,13 +16,14 @@ use plumbline_sim::run::Keep;
 use plumbline_sim::scenario::{LIVE, Scenario};
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{self, Linked, Summary};
-use plumbline_sim::setup::Setup;
+use plumbline_sim::setup::{Setup, Start};
 use plumbline_sim::vehicle::motion::Motion;
+use plumbline_survey::crs::Crs;
 use std::net::TcpListener;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
-use vehicle::{HOME_M, Manner, OFF_M, Vehicle};
+use std::time::{Duration, Instant};
+use vehicle::{CENTRE, EPSG, HOME_M, Manner, OFF_M, Vehicle};
 
 struct Patient;
 
@@ -147,4 +151,49 @@ fn what_is_no_simulated_vehicle_is_refused() {
     let why = sentence(ports, 0.7);
     assert!(why.contains("not MAVLink 2"), "{why}");
     answers.join().expect("it ends");
+}
+
+/// Sits at a desk until it has heard a line, or for too long.
+struct Listening {
+    line: &'static str,
+    until: Instant,
+    heard: Vec<String>,
+}
+
+impl Waiting for Listening {
+    fn waits(&mut self, what: &str) {
+        self.heard.push(what.to_owned());
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.heard.iter().any(|line| line == self.line) || Instant::now() > self.until
+    }
+}
+
+impl Sitter for Listening {
+    fn hears(&mut self, _: f64, line: &str) {
+        self.heard.push(line.to_owned());
+    }
+}
+
+/// At a desk the clock is tied and streams come, and what the vehicle does not have is told.
+#[test]
+fn at_a_desk_the_firmware_says_what_is_missing() {
+    let _turn = TURNS.lock().unwrap_or_else(PoisonError::into_inner);
+    let vehicle = Vehicle::new(Manner::default());
+    let [port, truth] = vehicle.ports;
+    let _nobody_asks = std::net::TcpStream::connect(("127.0.0.1", truth)).expect("a port");
+    let crs = Crs::from_epsg(EPSG).expect("a zone");
+    let (lat_deg, lon_deg) = crs.to_wgs84(CENTRE[0], CENTRE[1]).expect("a place");
+    let start = Start { lat_deg, lon_deg, home_alt_m: HOME_M };
+    let scenario = Scenario::parse_over(LIVE, "[live]\ntile_side_m = 1600.0\n", "live", Path::new(""), None);
+    let setup = Setup::live(scenario.expect("a scenario"), &start).expect("a ground");
+    let mut link = InProcess::new(&setup.flash).expect("a firmware");
+    let door = Door::new("--mavlink", format!("tcp:127.0.0.1:{port}").parse().expect("an end"));
+    let line = "no fixes: the autopilot's EKF has no origin";
+    let mut sitter = Listening { line, until: Instant::now() + Duration::from_mins(1), heard: Vec::new() };
+    sit(&mut link, door, &mut sitter).expect("nothing fails");
+    assert_eq!(sitter.heard.last().map(String::as_str), Some(line), "{:?}", sitter.heard);
+    let heard = vehicle.heard.lock().expect("nobody panics with it");
+    assert!(heard.skipped == 0 && heard.messages.contains_key(&(1, 154, TIMESYNC_DATA::ID)), "{heard:?}");
 }

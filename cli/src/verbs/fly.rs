@@ -5,6 +5,7 @@ mod output;
 mod setting;
 mod text;
 
+use crate::interrupt;
 use crate::outcome::{self, Failure, Outcome};
 use crate::pages::flight::Report;
 use crate::progress;
@@ -25,8 +26,6 @@ use plumbline_sim::setup::Setup;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::input::sha256;
 use plumbline_survey::io::output::write_file;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-use signal_hook::flag;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -186,15 +185,8 @@ struct Watch {
 }
 
 impl Watch {
-    /// From now on the first interrupt ends the flight, and a second one the process.
     fn new(bar: ProgressBar) -> Result<Self, Failure> {
-        let interrupted = Arc::new(AtomicBool::new(false));
-        for signal in [SIGHUP, SIGINT, SIGTERM] {
-            flag::register_conditional_shutdown(signal, 1, Arc::clone(&interrupted))
-                .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
-                .map_err(|error| Failure::Work(format!("cannot listen for interrupts: {error}")))?;
-        }
-        Ok(Watch { bar, unrectified: Unrectified::default(), interrupted })
+        Ok(Watch { bar, unrectified: Unrectified::default(), interrupted: interrupt::listen()? })
     }
 }
 

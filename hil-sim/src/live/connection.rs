@@ -59,7 +59,7 @@ enum Way {
 /// An end with its option, ready to be opened, and after a loss once more, in the way that it was opened first.
 #[derive(Debug)]
 pub struct Door {
-    /// `--autopilot` or `--truth`.
+    /// `--autopilot`, `--truth` or `--mavlink`.
     pub option: &'static str,
     end: End,
     way: Way,
@@ -122,24 +122,29 @@ impl Door {
     }
 }
 
-/// A connection of each door, within `limit`. Both are listened at from the beginning: a simulator that cannot connect to
+/// A connection of each door, within `limit`. All are listened at from the beginning: a simulator that cannot connect to
 /// the second one may give up.
 ///
 /// # Errors
 /// One sentence: a name without an address, nobody there, an interrupt.
-pub fn open(doors: &mut [Door; 2], limit: Duration, waiting: &mut dyn Waiting) -> Result<[TcpStream; 2], LiveError> {
+pub fn open<const DOORS: usize>(
+    doors: &mut [Door; DOORS],
+    limit: Duration,
+    waiting: &mut dyn Waiting,
+) -> Result<[TcpStream; DOORS], LiveError> {
     let until = Instant::now() + limit;
-    let mut opened = [None, None];
+    let mut opened: Vec<Option<TcpStream>> = doors.iter().map(|_| None).collect();
     loop {
         for (door, opened) in doors.iter_mut().zip(&mut opened) {
             if opened.is_none() {
                 *opened = door.attempt(waiting)?;
             }
         }
-        opened = match opened {
-            [Some(one), Some(other)] => return Ok([one, other]),
-            opened => opened,
-        };
+        if opened.iter().all(Option::is_some)
+            && let Ok(all) = std::mem::take(&mut opened).into_iter().flatten().collect::<Vec<_>>().try_into()
+        {
+            return Ok(all);
+        }
         if waiting.is_interrupted() {
             return Err(LiveError::Interrupted);
         }

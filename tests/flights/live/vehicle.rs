@@ -19,7 +19,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Where it circles: grid of UTM zone 33, and how high home is.
-const CENTRE: [f64; 2] = [560_000.0, 5_330_000.0];
+pub const EPSG: u32 = 32633;
+pub const CENTRE: [f64; 2] = [560_000.0, 5_330_000.0];
 pub const HOME_M: f64 = 250.0;
 const HEIGHT_M: f64 = 120.0;
 const RADIUS_M: f64 = 300.0;
@@ -166,7 +167,7 @@ struct Flying {
 
 impl Flying {
     fn fly(&mut self, stop: &AtomicBool) {
-        let crs = Crs::from_epsg(32633).expect("a known system");
+        let crs = Crs::from_epsg(EPSG).expect("a known system");
         let mut due = Instant::now();
         while !stop.load(Ordering::Relaxed) {
             self.clock_us += STEP_US;
