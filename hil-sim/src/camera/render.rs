@@ -109,10 +109,32 @@ const HAZE_SLOPE: f64 = 0.1;
 /// Grey of the haze: a bright sky's. Chosen.
 const HAZE: f64 = 200.0;
 
+/// Pixels of a row that are looked at together. Chosen: the ground below them is mostly of one height.
+const RUN: usize = 32;
+
 /// What is seen along a direction that leads above the horizon, or to the haze below it.
 fn haze([east, north, up]: [f64; 3]) -> Option<f64> {
     // Squares, since every ray asks.
     (up >= 0.0 || up * up < HAZE_SLOPE * HAZE_SLOPE * (east * east + north * north)).then_some(HAZE)
+}
+
+/// What rays from `origin` see that meet the ground so far `along` their directions; NaN where there is nothing.
+fn look(ground: &Ground, origin: [f64; 3], directions: &[[f64; 3]], along: &[f64], seen: &mut [f64]) {
+    let east = |i: usize| origin[0] + along[i] * directions[i][0];
+    let north = |i: usize| origin[1] + along[i] * directions[i][1];
+    let fours = along.len() / 4 * 4;
+    for from in (0..fours).step_by(4) {
+        let albedos = ground.four_albedos([0, 1, 2, 3].map(|i| east(from + i)), [0, 1, 2, 3].map(|i| north(from + i)));
+        seen[from..from + 4].copy_from_slice(&albedos);
+    }
+    for (i, seen) in seen.iter_mut().enumerate().skip(fours) {
+        *seen = ground.albedo(east(i), north(i)).unwrap_or(f64::NAN);
+    }
+    for (&direction, seen) in directions.iter().zip(seen) {
+        if let Some(haze) = haze(direction) {
+            *seen = haze;
+        }
+    }
 }
 
 /// Rodrigues: `vector` turned right-handedly by `angle` about the unit vector `about`.
@@ -225,18 +247,25 @@ impl Renderer {
         let (cols, per_pixel) = (self.camera.cols, self.samples * self.samples);
         let mut outside = 0;
         let rays = &self.rays[row * cols * per_pixel..][..cols * per_pixel];
-        for (value, rays) in values.iter_mut().zip(rays.chunks_exact(per_pixel)) {
-            let mut sum = 0.0;
-            for &[right, forward] in rays {
-                let direction =
-                    std::array::from_fn(|i| right * axes.right[i] + forward * axes.forward[i] + axes.down[i]);
-                let seen = || ground.intersect(origin, direction).and_then(|[e, n, _]| ground.albedo(e, n));
-                match haze(direction).or_else(seen) {
-                    Some(albedo) => sum += albedo,
-                    None => outside += 1,
+        let (mut directions, mut along, mut seen) = (Vec::new(), Vec::new(), Vec::new());
+        for (values, rays) in values.chunks_mut(RUN).zip(rays.chunks(RUN * per_pixel)) {
+            directions.clear();
+            directions.extend(rays.iter().map(|&[right, forward]| -> [f64; 3] {
+                std::array::from_fn(|i| right * axes.right[i] + forward * axes.forward[i] + axes.down[i])
+            }));
+            along.resize(directions.len(), f64::NAN);
+            ground.intersect_all(origin, &directions, &mut along);
+            seen.resize(directions.len(), f64::NAN);
+            look(ground, origin, &directions, &along, &mut seen);
+            for (value, seen) in values.iter_mut().zip(seen.chunks_exact(per_pixel)) {
+                let mut sum = 0.0;
+                for &seen in seen {
+                    let is_known = !seen.is_nan();
+                    sum += if is_known { seen } else { 0.0 };
+                    outside += usize::from(!is_known);
                 }
+                *value += sum / per_pixel as f64;
             }
-            *value += sum / per_pixel as f64;
         }
         outside
     }

@@ -48,7 +48,8 @@ pub fn add_noise(values: &mut [f64], noise_dn: f64, seed: u64, stream_index: u64
 
 /// Rounds to the nearest grey value of 8 bit and clamps.
 pub fn to_grey(value: f64) -> u8 {
-    value.round().clamp(0.0, 255.0) as u8
+    // Cut off: what is left is the nearest, away from 0 in the middle.
+    (value.clamp(0.0, 255.0) + 0.5) as u8
 }
 
 #[cfg(test)]

@@ -64,7 +64,8 @@ impl Grid {
 
     /// Whether the fractional pixel lies between the outermost centres.
     pub(super) fn covers(&self, col: f64, row: f64) -> bool {
-        col >= 0.0 && row >= 0.0 && col <= (self.cols - 1) as f64 && row <= (self.rows - 1) as f64
+        let last = |count: usize| f64::from(count as i32 - 1);
+        col >= 0.0 && row >= 0.0 && col <= last(self.cols) && row <= last(self.rows)
     }
 
     /// Bilinear value at a fractional pixel. Outside the raster the nearest border value.
@@ -78,27 +79,85 @@ impl Grid {
 
     /// Catmull-Rom value at a fractional pixel that the raster covers: passes through the pixels and has a continuous slope,
     /// so a frame that is finer than the raster shows a smooth ground and no facets. Not clamped. Border pixels repeat.
+    #[inline]
     pub(super) fn catmull_rom(&self, col: f64, row: f64) -> f64 {
         let (c, u) = cell(col, self.cols);
         let (r, v) = cell(row, self.rows);
         let (wu, wv) = (catmull_rom_weights(u), catmull_rom_weights(v));
-        let line = |r: usize| {
-            let start = r * self.cols;
-            if c >= 1 && c + 2 < self.cols {
-                let taps = &self.data[start + c - 1..start + c + 3];
-                return taps.iter().zip(wu).map(|(&tap, w)| f64::from(tap) * w).sum::<f64>();
+        // Columns first, four at once.
+        let mut sums = [0.0; 4];
+        let mut add = |taps: [f32; 4], weight: f64| {
+            for (sum, tap) in sums.iter_mut().zip(taps) {
+                *sum += f64::from(tap) * weight;
             }
-            (0..4).map(|k| f64::from(self.data[start + (c + k).saturating_sub(1).min(self.cols - 1)]) * wu[k]).sum()
         };
-        (0..4).map(|k| line((r + k).saturating_sub(1).min(self.rows - 1)) * wv[k]).sum()
+        if c >= 1 && c + 2 < self.cols && r >= 1 && r + 2 < self.rows {
+            let from = (r - 1) * self.cols + c - 1;
+            let lines = &self.data[from..from + 3 * self.cols + 4];
+            for (k, weight) in wv.into_iter().enumerate() {
+                let taps = &lines[k * self.cols..][..4];
+                add([taps[0], taps[1], taps[2], taps[3]], weight);
+            }
+        } else {
+            for (k, weight) in wv.into_iter().enumerate() {
+                let line = (r + k).saturating_sub(1).min(self.rows - 1) * self.cols;
+                add(std::array::from_fn(|k| self.data[line + (c + k).saturating_sub(1).min(self.cols - 1)]), weight);
+            }
+        }
+        sums[0] * wu[0] + sums[1] * wu[1] + sums[2] * wu[2] + sums[3] * wu[3]
+    }
+
+    /// Four of [`Grid::catmull_rom`] at once, of pixels that the raster covers and away from its borders: `None` where one is
+    /// not.
+    #[inline]
+    pub(super) fn four_catmull_rom(&self, cols: [f64; 4], rows: [f64; 4]) -> Option<[f64; 4]> {
+        let (last_col, last_row) = (f64::from(self.cols as i32 - 3), f64::from(self.rows as i32 - 3));
+        let is_inside = |all: [f64; 4], last: f64| all.iter().all(|&at| at >= 1.0 && at < last);
+        if !is_inside(cols, last_col) || !is_inside(rows, last_row) {
+            return None;
+        }
+        let (c, r) = (cols.map(|at| at as i32), rows.map(|at| at as i32));
+        let (wu, wv) = (four_weights(cols, c), four_weights(rows, r));
+        let mut values = [0.0; 4];
+        for i in 0..4 {
+            let from = (r[i] - 1) as usize * self.cols + (c[i] - 1) as usize;
+            let lines = self.data.get(from..from + 3 * self.cols + 4)?;
+            let mut sums = [0.0; 4];
+            for k in 0..4 {
+                let taps = lines.get(k * self.cols..)?.first_chunk::<4>()?;
+                for (sum, &tap) in sums.iter_mut().zip(taps) {
+                    *sum += f64::from(tap) * wv[k][i];
+                }
+            }
+            values[i] = sums[0] * wu[0][i] + sums[1] * wu[1][i] + sums[2] * wu[2][i] + sums[3] * wu[3][i];
+        }
+        Some(values)
     }
 }
 
+/// [`catmull_rom_weights`] of four coordinates in these cells, by pixel.
+#[inline]
+fn four_weights(at: [f64; 4], cells: [i32; 4]) -> [[f64; 4]; 4] {
+    let mut weights = [[0.0; 4]; 4];
+    for i in 0..4 {
+        let t = at[i] - f64::from(cells[i]);
+        let (t2, t3) = (t * t, t * t * t);
+        weights[0][i] = 0.5 * (-t + 2.0 * t2 - t3);
+        weights[1][i] = 0.5 * (2.0 - 5.0 * t2 + 3.0 * t3);
+        weights[2][i] = 0.5 * (t + 4.0 * t2 - 3.0 * t3);
+        weights[3][i] = 0.5 * (t3 - t2);
+    }
+    weights
+}
+
 /// The cell (index of its lower pixel) a fractional coordinate lies in and the part of the cell passed, 0 to 1. Clamps.
+#[inline]
 fn cell(at: f64, count: usize) -> (usize, f64) {
-    let clamped = at.clamp(0.0, (count - 1) as f64);
-    let index = (clamped as usize).min(count - 2);
-    (index, clamped - index as f64)
+    // 32 bits with a sign are what a processor converts at once; no raster has more columns.
+    let last = count as i32 - 1;
+    let clamped = at.clamp(0.0, f64::from(last));
+    let index = (clamped as i32).min(last - 1);
+    (index as usize, clamped - f64::from(index))
 }
 
 /// Weights of the pixels -1, 0, 1, 2 at the fraction `t` of the middle interval (Keys 1981, a = -1/2).
@@ -138,6 +197,21 @@ mod tests {
         for c in 0..12 {
             assert_eq!(g.catmull_rom(f64::from(c), 8.0), 2.0 * f64::from(c * c));
         }
+    }
+
+    #[test]
+    fn four_at_once_are_what_each_is_alone() {
+        let g = grid(|c, r| (7.0 * c * c + 3.0 * r) % 11.0);
+        for i in 0..40 {
+            let at = |k: i32, step: f64| 1.0 + (f64::from(i * 4 + k) * step) % 4.9;
+            let (cols, rows) = ([0, 1, 2, 3].map(|k| at(k, 0.37)), [0, 1, 2, 3].map(|k| at(k, 0.53)));
+            let four = g.four_catmull_rom(cols, rows).unwrap();
+            for (k, value) in four.into_iter().enumerate() {
+                assert_eq!(value, g.catmull_rom(cols[k], rows[k]));
+            }
+        }
+        assert_eq!(g.four_catmull_rom([0.5, 2.0, 2.0, 2.0], [2.0; 4]), None);
+        assert_eq!(g.four_catmull_rom([2.0; 4], [2.0, 2.0, 2.0, f64::NAN]), None);
     }
 
     #[test]

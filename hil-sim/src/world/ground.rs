@@ -154,6 +154,20 @@ impl Ground {
         (!value.is_nan()).then(|| value.clamp(0.0, 255.0))
     }
 
+    /// Four of [`Ground::albedo`] at once, NaN where there is none.
+    #[inline]
+    pub(crate) fn four_albedos(&self, east_m: [f64; 4], north_m: [f64; 4]) -> [f64; 4] {
+        if self.mirror.is_none() {
+            let grid = &self.albedo;
+            let cols = east_m.map(|east_m| (east_m - grid.west_m) / grid.step_m);
+            let rows = north_m.map(|north_m| (grid.north_m - north_m) / grid.step_m);
+            if let Some(values) = grid.four_catmull_rom(cols, rows) {
+                return values.map(|value| value.clamp(0.0, 255.0));
+            }
+        }
+        std::array::from_fn(|i| self.albedo(east_m[i], north_m[i]).unwrap_or(f64::NAN))
+    }
+
     /// Height, metres: bilinear; beyond the surface raster that of its nearest border point; 0 without a surface.
     pub fn height(&self, east_m: f64, north_m: f64) -> f64 {
         let [east_m, north_m] =
@@ -166,17 +180,31 @@ impl Ground {
     /// Exact: on the flat ground one division, on a surface the root of a quadratic in the bilinear cell that is hit.
     /// None if the ray misses, if it leaves the surface raster first, or if it starts below the ground.
     pub fn intersect(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<[f64; 3]> {
-        let along = match &self.surface {
-            Some(surface) => match &self.mirror {
-                Some(mirror) => mirror.along(origin, direction, |o, d| surface.intersect(o, d))?,
-                None => surface.intersect(origin, direction)?,
-            },
-            None => {
-                let along = -origin[2] / direction[2];
-                (origin[2] >= 0.0 && along >= 0.0 && along.is_finite()).then_some(along)?
-            }
-        };
+        let along = self.along(origin, direction)?;
         Some(std::array::from_fn(|axis| origin[axis] + along * direction[axis]))
+    }
+
+    /// As [`Ground::intersect`] for rays beside each other from one place: how far along each, NaN where it meets nothing.
+    pub(crate) fn intersect_all(&self, origin: [f64; 3], directions: &[[f64; 3]], along: &mut [f64]) {
+        match (&self.surface, &self.mirror) {
+            (Some(surface), None) => surface.intersect_all(origin, directions, along),
+            _ => {
+                for (direction, along) in directions.iter().zip(along) {
+                    *along = self.along(origin, *direction).unwrap_or(f64::NAN);
+                }
+            }
+        }
+    }
+
+    fn along(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<f64> {
+        match (&self.surface, &self.mirror) {
+            (Some(surface), Some(mirror)) => mirror.along(origin, direction, |o, d| surface.intersect(o, d)),
+            (Some(surface), None) => surface.intersect(origin, direction),
+            (None, _) => {
+                let along = -origin[2] / direction[2];
+                (origin[2] >= 0.0 && along >= 0.0 && along.is_finite()).then_some(along)
+            }
+        }
     }
 }
 

@@ -5,9 +5,14 @@ use crate::noise::pixels::{stream, uniform};
 
 /// Rolling ground of +-6 m with blocks of 4 to 15 m on it, 0.5 m pixels, 100 m x 80 m, at large coordinates.
 fn town() -> Surface {
+    town_on(6.0)
+}
+
+/// [`town`] on rolling ground of that height.
+fn town_on(relief: f64) -> Surface {
     let (cols, rows) = (200, 160);
     let mut data: Vec<f32> = (0..cols * rows)
-        .map(|i| (6.0 * ((i % cols) as f64 / 31.0).sin() * ((i / cols) as f64 / 23.0).cos()) as f32)
+        .map(|i| (relief * ((i % cols) as f64 / 31.0).sin() * ((i / cols) as f64 / 23.0).cos()) as f32)
         .collect();
     let mut rng = stream(11, 0);
     for _ in 0..25 {
@@ -98,4 +103,33 @@ fn a_ray_that_crosses_one_cell_twice_stops_at_the_first() {
     let grid = Grid { cols: 2, rows: 2, west_m: 0.0, north_m: 0.0, step_m: 1.0, data: vec![0.0, 4.0, 4.0, 0.0] };
     let along = Surface::new(grid).intersect([0.0, 0.0, 1.0], [1.0, -1.0, 0.0]).unwrap();
     assert!((along - (8.0 - 32f64.sqrt()) / 16.0).abs() < 1e-12, "{along}");
+}
+
+#[test]
+fn rays_beside_each_other_meet_what_each_meets_alone() {
+    let towns = [town(), town_on(0.0)];
+    let mut rng = stream(14, 0);
+    let (mut level, mut met) = (0, 0);
+    for run in 0..400 {
+        let surface = &towns[run % 2];
+        let origin = [
+            560_000.0 + uniform(&mut rng, 0.0, 100.0),
+            5_330_000.0 - uniform(&mut rng, 0.0, 80.0),
+            uniform(&mut rng, 10.0, 60.0),
+        ];
+        let [east, north, step] =
+            [(-0.8, 0.8), (-0.8, 0.8), (0.0, 0.003)].map(|(low, high)| uniform(&mut rng, low, high));
+        let directions: Vec<[f64; 3]> = (0..50).map(|i| [east + f64::from(i) * step, north, -1.0]).collect();
+        let mut along = vec![0.0; directions.len()];
+        surface.intersect_all(origin, &directions, &mut along);
+        for (direction, along) in directions.iter().zip(along) {
+            let alone = surface.intersect(origin, *direction);
+            assert_eq!(alone.is_none(), along.is_nan());
+            assert!(alone.is_none_or(|alone| (alone - along).abs() < 1e-9), "{alone:?} {along}");
+            met += usize::from(alone.is_some());
+        }
+        level += usize::from(surface.heights_below(origin, &directions).is_some_and(|[low, high]| low == high));
+    }
+    println!("{met} rays meet the ground, {level} runs on level ground");
+    assert!(met > 10_000 && level > 20, "{met} {level}");
 }
