@@ -101,6 +101,7 @@ pub mod rectify;
 pub mod matching;
 pub mod tile;
 pub mod fix;
+pub mod navigation;
 pub mod exposure;
 pub mod pipeline;
 #[cfg(feature = "dsp")]

@@ -10,7 +10,6 @@ mod settings;
 mod situation;
 mod situate;
 mod refusal;
-mod reckoning;
 mod velocity;
 mod whereabouts;
 
@@ -19,6 +18,8 @@ use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::{FrameFromPatch, Placement};
 use crate::image::{Run, View};
 use crate::matching::{Match, Matcher, OnBoard, Prior, Request, Shift};
+use crate::math::hypot;
+use crate::navigation::tracks::Sighting;
 use crate::pose::position::PositionState;
 use crate::rectify::{Node, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
@@ -32,7 +33,7 @@ pub use situation::{Prediction, Situation};
 pub use streams::{Arrival, Instants, Latencies, PositionSample, SampleError, Streams};
 use velocity::VelocityError;
 pub use whereabouts::LOST_AFTER;
-use whereabouts::{Search, Whereabouts};
+use whereabouts::{Search, Usual, Whereabouts};
 
 /// What a frame's match says, accepted or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -275,28 +276,47 @@ impl<'t> Pipeline<'t> {
     /// Matches the patch around the predicted position. The search is as wide as the settings say, and
     /// ±[`REACQUIRE_PX`] after [`LOST_AFTER`] frames that were tried in vain, and while the position is in such [`Doubt`] that it
     /// may well lie beyond the other. Where such a search has found it, the next frames are searched, as far as the settings
-    /// say, until the navigation is there itself; only when one of them finds it, too, is it a fix.
+    /// say; only when one of them finds it, too, is it a fix. From then on the place that the matches know counts, carried on by
+    /// the velocity: frames are searched there where the navigation is elsewhere, and what is found must not contradict it.
     ///
     /// # Errors
     /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
     pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
         let px_m = self.tile.ground_resolution().0;
         let reach_m = f32::from(self.settings.search_px) * px_m;
-        let is_in_doubt = DOUBT_SIGMAS * self.doubt.position_m > reach_m;
-        let search = self.whereabouts.search(situation, reach_m, is_in_doubt, px_m);
+        let usual = Usual {
+            reach_m,
+            is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
+            px_m,
+            sigma_m_per_s: hypot(self.settings.sigmas.velocity_m_per_s, self.velocity.m_per_s()),
+        };
+        let search = self.whereabouts.search(situation, &usual);
         let tried = self.locate(situation, search);
-        let nadir = match &tried {
+        let sighting = match &tried {
             Err(refusal) => Err(*refusal),
             Ok(Matched { found, centre, .. }) => match found.accepted {
                 Err(rejection) => Err(rejection.into()),
-                Ok(shift) => Ok(self.tile.local(centre.0 + shift.d_col, centre.1 + shift.d_row)),
+                Ok(shift) => Ok(self.sighting(situation, *centre, &shift)),
             },
         };
-        let counts = self.whereabouts.ended(search, situation, nadir);
-        if let (Ok(nadir), Ok(())) = (nadir, counts) {
-            self.velocity.matched(situation, nadir, self.settings.sigmas.velocity_m_per_s);
+        // A navigation that says nothing of its own error may be anywhere in the search.
+        let prior_m = hypot(situation.prediction.sigma_m, self.doubt.position_m);
+        let prior_m = if prior_m > 0.0 { prior_m } else { 0.5 * reach_m };
+        let counts = self.whereabouts.ended(search, situation, sighting, prior_m);
+        if let (Ok(Sighting { nadir, .. }), Ok(())) = (sighting, counts) {
+            self.velocity.matched(situation.moment(), nadir, self.settings.sigmas.velocity_m_per_s);
         }
         tried.map(|matched| Matched { counts, ..matched })
+    }
+
+    /// Where a match puts the nadir, and how certain that is.
+    fn sighting(&self, situation: &Situation, centre: (f32, f32), shift: &Shift) -> Sighting {
+        let (cols, rows) = self.placement.size;
+        Sighting {
+            nadir: self.tile.local(centre.0 + shift.d_col, centre.1 + shift.d_row),
+            covariance: self.fixed(situation, centre, shift).covariance,
+            side_m: cols.min(rows) as f32 * self.tile.ground_resolution().0,
+        }
     }
 
     fn locate(&mut self, situation: &Situation, search: Search) -> Result<Matched, Refusal> {
@@ -328,15 +348,7 @@ impl<'t> Pipeline<'t> {
     /// The fix of a match in the situation that it was made in, or why there is none.
     pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
         let Matched { found, centre, off, search_px, counts } = matched;
-        let footprint = Footprint::of(&self.buffers.runs, &self.placement);
-        let uncertainty = Uncertainty {
-            tilt_rad: situation.sigma_tilt_rad,
-            tilt_drift_rad: situation.sigma_tilt_drift_rad,
-            height_m: situation.sigma_height_m,
-            along_m: situation.prediction.velocity_m_per_s.map(|speed| speed * situation.sigma_stamp_s),
-        };
-        let camera = (situation.height_m, situation.camera_offset_m);
-        let fixed = |shift: Shift| fix(&self.tile, *centre, &shift, &footprint, camera, uncertainty);
+        let fixed = |shift: Shift| self.fixed(situation, *centre, &shift);
         Outcome {
             d_col: found.shift.0 + off.0,
             d_row: found.shift.1 + off.1,
@@ -345,6 +357,18 @@ impl<'t> Pipeline<'t> {
             search_px: *search_px,
             fix: found.accepted.map_err(Refusal::from).and_then(|shift| counts.map(|()| fixed(shift))),
         }
+    }
+
+    fn fixed(&self, situation: &Situation, centre: (f32, f32), shift: &Shift) -> Fix {
+        let footprint = Footprint::of(&self.buffers.runs, &self.placement);
+        let uncertainty = Uncertainty {
+            tilt_rad: situation.sigma_tilt_rad,
+            tilt_drift_rad: situation.sigma_tilt_drift_rad,
+            height_m: situation.sigma_height_m,
+            along_m: situation.prediction.velocity_m_per_s.map(|speed| speed * situation.sigma_stamp_s),
+        };
+        let camera = (situation.height_m, situation.camera_offset_m);
+        fix(&self.tile, centre, shift, &footprint, camera, uncertainty)
     }
 
     /// The rectified patch with pixels that may be changed, though not their number: a replay has them from its log.

@@ -45,6 +45,13 @@ pub struct Local {
     pub north_m: f32,
 }
 
+impl Local {
+    /// How far another place is, metres.
+    pub fn off_m(self, other: Local) -> f32 {
+        crate::math::hypot(self.east_m - other.east_m, self.north_m - other.north_m)
+    }
+}
+
 /// Where a tile lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Georeference {

@@ -69,10 +69,12 @@ pub enum Refusal {
     Capacity = 27,
     /// A search far from the prediction has found it; the next frames must find it there, too.
     Unconfirmed = 28,
+    /// It does not lie where the matches before, or at first the navigation, have put the vehicle.
+    Contradicted = 29,
 }
 
 /// Every refusal, in the order of its code.
-pub const ALL: [Refusal; 28] = [
+pub const ALL: [Refusal; 29] = [
     Refusal::NoClock,
     Refusal::BadExposure,
     Refusal::Busy,
@@ -101,6 +103,7 @@ pub const ALL: [Refusal; 28] = [
     Refusal::TooFast,
     Refusal::Capacity,
     Refusal::Unconfirmed,
+    Refusal::Contradicted,
 ];
 
 impl Refusal {
@@ -141,6 +144,7 @@ impl Refusal {
             Refusal::TooFast => "too_fast",
             Refusal::Capacity => "capacity",
             Refusal::Unconfirmed => "unconfirmed",
+            Refusal::Contradicted => "contradicted",
             Refusal::EdgesContradict => "edges_contradict",
             Refusal::NoExposure => "no_exposure",
             Refusal::UncertainClock => "uncertain_clock",

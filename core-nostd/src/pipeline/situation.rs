@@ -7,6 +7,7 @@ use crate::homography::{Homography, Placement};
 use crate::math;
 use crate::motion::{Moving, Rates, Velocity};
 use crate::mount::Mount;
+use crate::navigation::reckoning::Moment;
 use crate::pose::Method;
 use crate::tile::Local;
 use crate::tilt::{Attitude, equivalent_tilt, follow_up_command};
@@ -93,6 +94,11 @@ impl Situation {
             attitude_method: Method::Linear,
             position_method: Method::Propagated,
         }
+    }
+
+    /// What the navigation reports of the motion.
+    pub(super) fn moment(&self) -> Moment {
+        Moment { at: self.mid_exposure_at, velocity_m_per_s: self.prediction.velocity_m_per_s }
     }
 
     /// The map for this situation: eq. 7 where the camera follows, is aligned and has square pixels, eq. 3 otherwise.

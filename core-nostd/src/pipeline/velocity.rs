@@ -3,9 +3,8 @@
 //! An estimator whose velocity is wrong, as after a long time without fixes, takes that for a wrong tilt once fixes come, and is off
 //! in both for some ten seconds: matches that rest on its attitude then are off as well, and to the same side for as long.
 
-use super::Situation;
-use super::reckoning::Reckoning;
 use crate::math::sqrt;
+use crate::navigation::reckoning::{Moment, Reckoning};
 use crate::tile::Local;
 use crate::units::Micros;
 
@@ -36,16 +35,15 @@ impl VelocityError {
     }
 
     /// A match was accepted, with its nadir. `sigma_m_per_s`: of the velocity, by the settings.
-    pub(super) fn matched(&mut self, situation: &Situation, nadir: Local, sigma_m_per_s: f32) {
-        let at = situation.mid_exposure_at;
-        let seconds = self.newest_at.map_or(0.0, |newest_at| at.since(newest_at) as f32 * 1e-6);
-        self.newest_at = Some(at);
-        self.since = self.since.map(|since| since?.to(situation, APART_MAX_US));
+    pub(super) fn matched(&mut self, moment: Moment, nadir: Local, sigma_m_per_s: f32) {
+        let seconds = self.newest_at.map_or(0.0, |newest_at| moment.at.since(newest_at) as f32 * 1e-6);
+        self.newest_at = Some(moment.at);
+        self.since = self.since.map(|since| since?.to(moment, APART_MAX_US));
         let [older, newer] = self.since;
         let seen = older.map_or(0.0, |older| older.off_m(nadir) / (older.age_us().max(APART_US) as f32 * 1e-6));
         let beyond = sqrt((seen * seen - SIGMAS * SIGMAS * sigma_m_per_s * sigma_m_per_s).max(0.0));
         self.error_m_per_s = beyond.max(self.error_m_per_s / (1.0 + seconds.max(0.0) / MEMORY_S));
-        let begins = Some(Reckoning::new(situation, nadir));
+        let begins = Some(Reckoning::new(moment, nadir));
         match newer {
             Some(since) if since.age_us() < APART_US => {}
             Some(since) => self.since = [Some(since), begins],
@@ -57,10 +55,9 @@ impl VelocityError {
 #[cfg(test)]
 mod tests {
     use super::VelocityError;
-    use crate::pipeline::Situation;
+    use crate::navigation::reckoning::Moment;
     use crate::tile::Local;
-    use crate::tilt::Attitude;
-    use crate::units::{Micros, Radians};
+    use crate::units::Micros;
 
     /// Matches four times a second of a vehicle that flies east at 20 m/s in bends, and says so with an error; what is seen of that.
     fn seen(error: impl Fn(f32) -> f32, seconds: f32, sigma_m_per_s: f32) -> f32 {
@@ -69,11 +66,11 @@ mod tests {
             let at_s = 0.25 * frame as f32;
             // The way of 20 m/s that swings by 5 m/s in 12.6 s.
             let nadir = Local { east_m: 20.0 * at_s, north_m: 10.0 * (1.0 - libm::cosf(0.5 * at_s)) };
-            let attitude = Attitude { heading: Radians(0.0), pitch: Radians(0.0), roll: Radians(0.0) };
-            let mut situation =
-                Situation::exact(Micros(1_000_000 + 250_000 * u64::from(frame)), attitude, (Radians(0.0), true), 120.0);
-            situation.prediction.velocity_m_per_s = [20.0 + error(at_s), 5.0 * libm::sinf(0.5 * at_s)];
-            velocity.matched(&situation, nadir, sigma_m_per_s);
+            let moment = Moment {
+                at: Micros(1_000_000 + 250_000 * u64::from(frame)),
+                velocity_m_per_s: [20.0 + error(at_s), 5.0 * libm::sinf(0.5 * at_s)],
+            };
+            velocity.matched(moment, nadir, sigma_m_per_s);
         }
         velocity.m_per_s()
     }
@@ -94,10 +91,8 @@ mod tests {
     fn matches_that_lie_far_apart_are_not_compared() {
         let mut velocity = VelocityError::default();
         for second in [0u64, 5, 10] {
-            let attitude = Attitude { heading: Radians(0.0), pitch: Radians(0.0), roll: Radians(0.0) };
-            let at = Micros(1_000_000 + 1_000_000 * second);
-            let situation = Situation::exact(at, attitude, (Radians(0.0), true), 120.0);
-            velocity.matched(&situation, Local { east_m: 50.0 * second as f32, north_m: 0.0 }, 0.5);
+            let moment = Moment { at: Micros(1_000_000 + 1_000_000 * second), velocity_m_per_s: [0.0; 2] };
+            velocity.matched(moment, Local { east_m: 50.0 * second as f32, north_m: 0.0 }, 0.5);
         }
         assert_eq!(velocity.m_per_s(), 0.0);
     }

@@ -1,0 +1,129 @@
+//! A vehicle that flies east at 20 m/s, seen four times a second with footprints of 100 m: other ground comes every 3.75 s.
+
+use super::*;
+use crate::units::Micros;
+
+extern crate std;
+use std::vec::Vec as List;
+
+const SPEED_M_PER_S: f32 = 20.0;
+const PRIOR_M: f32 = 8.0;
+
+struct Flight {
+    tracks: Tracks,
+    frame: u32,
+    /// What the reported velocity is off, m/s.
+    velocity_error_m_per_s: f32,
+}
+
+impl Flight {
+    fn new() -> Self {
+        Flight { tracks: Tracks::default(), frame: 0, velocity_error_m_per_s: 0.0 }
+    }
+
+    /// The next frame, with a match so far off, or none. Whether it is believed.
+    fn seen(&mut self, off: Option<[f32; 2]>) -> bool {
+        self.frame += 1;
+        let at_s = 0.25 * self.frame as f32;
+        let moment = Moment {
+            at: Micros(1_000_000 + 250_000 * u64::from(self.frame)),
+            velocity_m_per_s: [SPEED_M_PER_S + self.velocity_error_m_per_s, 0.0],
+        };
+        self.tracks.carry(moment, 0.5, 50.0);
+        let Some([east_m, north_m]) = off else { return false };
+        let truth = Local { east_m: SPEED_M_PER_S * at_s, north_m: 0.0 };
+        let nadir = Local { east_m: truth.east_m + east_m, north_m };
+        let sighting = Sighting { nadir, covariance: Matrix2::identity() * 0.25, side_m: 100.0 };
+        // The navigation is 5 m off.
+        let prior = Local { north_m: 5.0, ..truth };
+        self.tracks.matched(&sighting, (prior, PRIOR_M))
+    }
+
+    /// Of so many frames, which are believed.
+    fn all(&mut self, frames: usize, off: [f32; 2]) -> List<bool> {
+        (0..frames).map(|_| self.seen(Some(off))).collect()
+    }
+}
+
+const RIGHT: [f32; 2] = [0.0, 0.0];
+/// The next parcel.
+const WRONG: [f32; 2] = [0.0, 40.0];
+
+#[test]
+fn matches_that_agree_are_believed_from_the_first_on() {
+    assert!(Flight::new().all(200, RIGHT).into_iter().all(|is_believed| is_believed));
+    // Off by up to four sigmas of a match, to and fro.
+    let mut flight = Flight::new();
+    assert!((0..200).all(|i| flight.seen(Some([if i % 2 == 0 { 1.0 } else { -1.0 }, 0.0]))));
+}
+
+#[test]
+fn one_that_lies_elsewhere_is_not_and_does_no_harm() {
+    let mut flight = Flight::new();
+    flight.all(40, RIGHT);
+    for off in [WRONG, [24.0, 0.0], [-6.0, -6.0]] {
+        assert!(!flight.seen(Some(off)), "{off:?}");
+        assert!(flight.seen(Some(RIGHT)), "after {off:?}");
+    }
+    // The first one of all is judged by the navigation.
+    let mut flight = Flight::new();
+    assert!(!flight.seen(Some([0.0, 50.0])));
+    assert!(flight.all(60, RIGHT).into_iter().filter(|is_believed| *is_believed).count() > 40);
+}
+
+/// Parcels side by side agree with each other over one piece of ground for as long as it is seen.
+#[test]
+fn wrong_matches_over_one_ground_never_overrule_the_right_ones() {
+    let mut flight = Flight::new();
+    flight.all(40, RIGHT);
+    // Half a footprint, 2.5 s.
+    assert!(flight.all(10, WRONG).into_iter().all(|is_believed| !is_believed));
+    assert!(flight.all(40, RIGHT).into_iter().all(|is_believed| is_believed));
+}
+
+/// Where the matches themselves were wrong at first, other ground overrules them: until that is clear nothing is believed.
+#[test]
+fn other_ground_overrules_what_was_wrong() {
+    let mut flight = Flight::new();
+    flight.all(8, [0.0, 24.0]);
+    let believed = flight.all(80, RIGHT);
+    let first = believed.iter().position(|is_believed| *is_believed).expect("they come through");
+    // Two pieces of ground at least, and no more than the four that the others could have had.
+    assert!((10..60).contains(&first), "{first}");
+    assert!(believed[first..].iter().all(|is_believed| *is_believed));
+}
+
+#[test]
+fn a_wrong_velocity_is_no_contradiction() {
+    let mut flight = Flight { velocity_error_m_per_s: 5.0, ..Flight::new() };
+    assert!(flight.all(100, RIGHT).into_iter().all(|is_believed| is_believed));
+    // Two seconds without a match, in which it comes to 10 m.
+    (0..8).for_each(|_| assert!(!flight.seen(None)));
+    assert!(flight.seen(Some(RIGHT)));
+}
+
+#[test]
+fn a_place_is_known_until_it_may_be_anywhere() {
+    let mut flight = Flight::new();
+    assert_eq!(flight.tracks.place(), None);
+    flight.all(4, RIGHT);
+    // 1.5 m/s over 50 m: 33 s.
+    (0..130).for_each(|_| assert!(!flight.seen(None)));
+    let place = flight.tracks.place().expect("known");
+    assert!((place.east_m - 0.25 * 134.0 * SPEED_M_PER_S).abs() < 0.1, "{place:?}");
+    (0..10).for_each(|_| assert!(!flight.seen(None)));
+    assert_eq!(flight.tracks.place(), None);
+}
+
+#[test]
+fn what_is_no_number_is_not_believed() {
+    for (nadir, sigma) in [(f32::NAN, 1.0), (0.0, f32::NAN), (f32::INFINITY, 1.0), (0.0, 0.0)] {
+        let mut flight = Flight::new();
+        let nadir = Local { east_m: nadir, north_m: 0.0 };
+        let sighting = Sighting { nadir, covariance: Matrix2::identity() * sigma, side_m: 100.0 };
+        for _ in 0..9 {
+            assert!(!flight.tracks.matched(&sighting, (Local::default(), 0.0)), "{nadir:?} {sigma}");
+        }
+        assert!(!flight.seen(Some([0.0, 200.0])));
+    }
+}
