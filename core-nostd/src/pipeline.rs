@@ -73,7 +73,7 @@ pub struct Pipeline<'t> {
     /// The stamped streams.
     pub streams: Streams,
     smoothers: Smoothers,
-    /// What position and heading are worse than the settings say, for now.
+    /// What the navigation is worse than the settings say, for now.
     pub doubt: Doubt,
     /// The newest position lies where the tile's georeference does not reach.
     is_off_the_map: bool,
@@ -86,17 +86,23 @@ pub struct Pipeline<'t> {
     frame_memory: &'t mut [u8],
 }
 
-/// One sigma that a position and a heading have beside what the settings say of them: of a vehicle whose navigation has not begun.
+/// One sigma that a position, its velocity and a heading have beside what the settings say of them: of a vehicle whose navigation has not begun.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Doubt {
     /// Each axis, metres.
     pub position_m: f32,
+    /// Each axis, m/s.
+    pub velocity_m_per_s: f32,
     /// Radians.
     pub heading_rad: f32,
 }
 
 /// A position is searched for within so many sigmas of its doubt: of a hundred normal errors of an axis five lie beyond.
 const DOUBT_SIGMAS: f32 = 2.0;
+
+/// Least sigma of the navigation's position for the first match, each axis, as a share of the search. Chosen: its corner lies at
+/// the gate of [`crate::navigation::tracks`], 4.8 sigmas.
+const PRIOR_SHARE: f32 = 0.29;
 
 /// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
 /// board has free memory and need not carry them over a stack.
@@ -288,7 +294,10 @@ impl<'t> Pipeline<'t> {
             reach_m,
             is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
             px_m,
-            sigma_m_per_s: hypot(self.settings.sigmas.velocity_m_per_s, self.velocity.m_per_s()),
+            sigma_m_per_s: hypot(
+                hypot(self.settings.sigmas.velocity_m_per_s, self.velocity.m_per_s()),
+                self.doubt.velocity_m_per_s,
+            ),
         };
         let search = self.whereabouts.search(situation, &usual);
         let tried = self.locate(situation, search);
@@ -299,9 +308,8 @@ impl<'t> Pipeline<'t> {
                 Ok(shift) => Ok(self.sighting(situation, *centre, &shift)),
             },
         };
-        // A navigation that says nothing of its own error may be anywhere in the search.
-        let prior_m = hypot(situation.prediction.sigma_m, self.doubt.position_m);
-        let prior_m = if prior_m > 0.0 { prior_m } else { 0.5 * reach_m };
+        // Who has it searched so far takes the position to be as far off.
+        let prior_m = situation.prediction.sigma_m.max(PRIOR_SHARE * reach_m);
         let counts = self.whereabouts.ended(search, situation, sighting, prior_m);
         if let (Ok(Sighting { nadir, .. }), Ok(())) = (sighting, counts) {
             self.velocity.matched(situation.moment(), nadir, self.settings.sigmas.velocity_m_per_s);

@@ -116,11 +116,11 @@ fn a_clock_of_its_own_is_followed() {
 
 fn clock_of_its_own() {
     let vehicle = Vehicle::new(Manner { speed: 3.0, pause: (22.0, 0.5), ..Manner::default() });
-    let (flown, _) = flown(&vehicle, 40);
+    let (flown, _) = flown(&vehicle, 80);
     println!("{:#?}", flown.live);
     let clock = &flown.live.clock;
     assert!((clock.rate - 3.0).abs() < 0.05 && clock.jumps >= 1, "{clock:?}");
-    assert!(flown.live.truth.error_ms <= 0.5 && flown.flight.frames.len() == 40);
+    assert!(flown.live.truth.error_ms <= 0.5 && flown.flight.frames.len() == 80);
 }
 
 /// One sentence each, which names the end and what is wrong.

@@ -108,6 +108,11 @@ impl Tracks {
         });
     }
 
+    /// Whether no place is known.
+    pub fn is_empty(&self) -> bool {
+        self.tracks.is_empty()
+    }
+
     /// The place that counts, if one does.
     pub fn place(&self) -> Option<Local> {
         let (index, leader) = self.tracks.iter().enumerate().max_by_key(|(_, track)| track.votes)?;

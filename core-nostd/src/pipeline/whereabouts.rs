@@ -27,7 +27,7 @@ const SWEEP: [(i8, i8); 9] = [(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), 
 /// Between these centres, pixels: searches overlap by an eighth, so that what is found at a border lies within another.
 const SPACING_PX: f32 = 1.75 * REACQUIRE_PX as f32;
 
-/// A place that a far search has found.
+/// A place that was found, and is to be found again.
 #[derive(Clone, Copy, Debug)]
 struct Found {
     reckoning: Reckoning,
@@ -94,7 +94,8 @@ impl Whereabouts {
     /// A search has ended: with a match, or why not. `prior_m`: one sigma of the navigation's position, each axis.
     ///
     /// # Errors
-    /// [`Refusal::Unconfirmed`] for a match that the next frames must find again before it counts, and
+    /// [`Refusal::Unconfirmed`] for a match that the next frames must find again before it counts: far from the prediction, or after
+    /// many frames in vain. And
     /// [`Refusal::Contradicted`] for one that does not lie where the ones before have put the vehicle.
     pub(super) fn ended(
         &mut self,
@@ -120,9 +121,16 @@ impl Whereabouts {
 
     /// A match where it was looked for.
     fn seen(&mut self, situation: &Situation, sighting: &Sighting, prior_m: f32) -> Result<(), Refusal> {
+        let is_lost = self.missed + 1 >= LOST_AFTER;
         (self.missed, self.sweep) = (0, 0);
-        // What a far search has found and this frame confirms needs no other word, unless matches know better.
-        if self.found.take().is_some() && self.tracks.place().is_none() {
+        let found = self.found.take();
+        if self.tracks.is_empty() && (found.is_some() || is_lost) {
+            // What was found before and this frame finds again needs no other word. The first one after so many in vain does: where
+            // most are rejected, one that is not is as well a wrong one.
+            if found.is_none() {
+                self.found = Some(Found { reckoning: Reckoning::new(situation.moment(), sighting.nadir), missed: 0 });
+                return Err(Refusal::Unconfirmed);
+            }
             self.tracks.begin(sighting);
             return Ok(());
         }

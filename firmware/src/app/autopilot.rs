@@ -294,8 +294,11 @@ impl App<'_> {
     /// Where the vehicle is while the autopilot does not know it: as a position of its own would be, and with its sigmas.
     fn stand_at(&self, place: Option<Place>, now: Ticks) {
         let taken = self.pipeline.with(|pipeline| {
-            let doubt = place.map(|place| Doubt { position_m: place.sigma_m, heading_rad: place.heading_rad });
-            pipeline.doubt = doubt.unwrap_or_default();
+            pipeline.doubt = place.map_or(Doubt::default(), |place| Doubt {
+                position_m: place.sigma_m,
+                velocity_m_per_s: place.velocity_m_per_s,
+                heading_rad: place.heading_rad,
+            });
             let (place, arrival) = place.zip(self.arrival(now))?;
             let at = Instants { sampled_at: arrival.at, stamp_sigma_us: 0.0, arrival: Some(arrival) };
             let sample = PositionSample { position: place.place, north_m_per_s: 0.0, east_m_per_s: 0.0 };

@@ -36,6 +36,8 @@ pub struct Place {
     pub place: Geographic,
     /// One sigma of each axis, metres.
     pub sigma_m: f32,
+    /// One sigma of the velocity, each axis, m/s: on the ground it stands.
+    pub velocity_m_per_s: f32,
     /// One sigma of the heading, radians.
     pub heading_rad: f32,
 }
@@ -94,7 +96,8 @@ impl Start {
         self.flown = if is_armed { self.flown.saturating_add(1) } else { 0 };
         let gone_m = SPEED_M_PER_S * BEAT_S * f32::from(self.flown);
         let heading_rad = self.settings.map_or(0.0, |start| start.heading_sigma_rad);
-        Some(Place { place, sigma_m: plumbline_core::math::hypot(sigma_m, gone_m), heading_rad })
+        let velocity_m_per_s = if is_armed { SPEED_M_PER_S } else { 0.0 };
+        Some(Place { place, sigma_m: plumbline_core::math::hypot(sigma_m, gone_m), velocity_m_per_s, heading_rad })
     }
 
     /// Whether the vehicle is where the start is, as far as anybody knows.
@@ -138,6 +141,7 @@ mod tests {
         // A second in the air: 12 m.
         let flying = (0..10).filter_map(|_| start.next(true)).last().unwrap();
         assert!((flying.sigma_m - 15.0).abs() < 1e-4, "{flying:?}");
+        assert_eq!([standing.velocity_m_per_s, flying.velocity_m_per_s], [0.0, 12.0]);
         // The origin that the autopilot was given, at rest, is no position.
         start.reported(&at(PLACE, 0.0));
         assert!(start.next(true).is_some());

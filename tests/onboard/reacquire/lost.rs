@@ -193,10 +193,20 @@ fn a_search_in_vain_is_made_again_elsewhere() {
     let near: Vec<bool> = outcomes.iter().map(is_near).collect();
     assert_eq!(near, [[true; 5].as_slice(), &[false, true].repeat(6), &[false]].concat());
     // One that is accepted ends the row.
-    let seeds = [OTHER, OTHER, OTHER, OTHER, SAME, OTHER, OTHER, OTHER, OTHER, OTHER, OTHER];
+    let seeds = [OTHER, OTHER, OTHER, SAME, OTHER, OTHER, OTHER, OTHER, OTHER, OTHER];
     let outcomes = flown(10, seeds.into_iter().map(|seed| (seed, (0.0, 0.0))));
     let radii: Vec<u16> = told(&outcomes).iter().map(|told| told.0).collect();
-    assert_eq!(radii, [10, 10, 10, 10, 10, 10, 10, 10, 10, 10, 64]);
+    assert_eq!(radii, [10, 10, 10, 10, 10, 10, 10, 10, 10, 64]);
+}
+
+/// Where four were in vain the first one that is found is as well a wrong one: another must find it, too.
+#[test]
+fn the_first_match_after_many_in_vain_is_confirmed() {
+    let seeds = [OTHER, OTHER, OTHER, OTHER, SAME, OTHER, SAME, SAME];
+    let outcomes = flown(10, seeds.into_iter().map(|seed| (seed, (1.0, 0.0))));
+    let fixes = outcomes.iter().map(|outcome| outcome.as_ref().expect("a match was tried").fix.is_ok());
+    assert_eq!(fixes.collect::<Vec<_>>(), [false, false, false, false, false, false, true, true]);
+    assert_eq!(outcomes[4].as_ref().map(|outcome| outcome.fix), Ok(Err(Refusal::Unconfirmed)));
 }
 
 /// A wider search can be asked for; the widest is the one for a lost position.
