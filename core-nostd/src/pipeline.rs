@@ -100,9 +100,9 @@ pub struct Doubt {
 /// A position is searched for within so many sigmas of its doubt: of a hundred normal errors of an axis five lie beyond.
 const DOUBT_SIGMAS: f32 = 2.0;
 
-/// Least sigma of the navigation's position for the first match, each axis, as a share of the search. Chosen: its corner lies at
-/// the gate of [`crate::navigation::tracks`], 4.8 sigmas.
-const PRIOR_SHARE: f32 = 0.29;
+/// What matches say of the velocity's error counts up to this where they are compared with each other, m/s: more than 5 m/s was not
+/// seen of an autopilot, and what is more may be the matches' own.
+const VELOCITY_ERROR_MAX_M_PER_S: f32 = 5.0;
 
 /// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
 /// board has free memory and need not carry them over a stack.
@@ -290,14 +290,17 @@ impl<'t> Pipeline<'t> {
     pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
         let px_m = self.tile.ground_resolution().0;
         let reach_m = f32::from(self.settings.search_px) * px_m;
+        let prediction_m = situation.prediction.sigma_m;
         let usual = Usual {
             reach_m,
             is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
             px_m,
             sigma_m_per_s: hypot(
-                hypot(self.settings.sigmas.velocity_m_per_s, self.velocity.m_per_s()),
+                hypot(self.settings.sigmas.velocity_m_per_s, self.velocity.m_per_s().min(VELOCITY_ERROR_MAX_M_PER_S)),
                 self.doubt.velocity_m_per_s,
             ),
+            // Who says nothing of the position's error and has it searched so far takes it to be as far off.
+            prior_m: if prediction_m > 0.0 { prediction_m } else { 0.5 * reach_m },
         };
         let search = self.whereabouts.search(situation, &usual);
         let tried = self.locate(situation, search);
@@ -308,9 +311,7 @@ impl<'t> Pipeline<'t> {
                 Ok(shift) => Ok(self.sighting(situation, *centre, &shift)),
             },
         };
-        // Who has it searched so far takes the position to be as far off.
-        let prior_m = situation.prediction.sigma_m.max(PRIOR_SHARE * reach_m);
-        let counts = self.whereabouts.ended(search, situation, sighting, prior_m);
+        let counts = self.whereabouts.ended(search, situation, &usual, sighting);
         if let (Ok(Sighting { nadir, .. }), Ok(())) = (sighting, counts) {
             self.velocity.matched(situation.moment(), nadir, self.settings.sigmas.velocity_m_per_s);
         }

@@ -50,6 +50,11 @@ impl Local {
     pub fn off_m(self, other: Local) -> f32 {
         crate::math::hypot(self.east_m - other.east_m, self.north_m - other.north_m)
     }
+
+    /// The place so many metres east and north of it.
+    pub fn moved(self, [east_m, north_m]: [f32; 2]) -> Local {
+        Local { east_m: self.east_m + east_m, north_m: self.north_m + north_m }
+    }
 }
 
 /// Where a tile lies.

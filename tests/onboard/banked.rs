@@ -50,11 +50,11 @@ fn flown(setup: &Setup, bank_deg: f64, count: u64, random: &mut Random) -> Vec<B
     let configuration = setup.flash.configuration.settings().expect("settings");
     let tile = setup.flash.head.tile(&setup.flash.tile).expect("a tile");
     let (mut buffers, mut memory) = (Buffers::new(), vec![0; FRAME_MEMORY_BYTES]);
-    let mut pipeline = Pipeline::new(configuration, tile, &mut buffers, &mut memory).expect("it fits");
     let mut banked = Vec::new();
     for number in 1..=count {
-        // So far apart that no frame knows of the one before, which was elsewhere.
-        let mid = Micros(number * 100_000_000);
+        // Anew for each frame, which is taken elsewhere.
+        let mut pipeline = Pipeline::new(configuration, tile, &mut buffers, &mut memory).expect("it fits");
+        let mid = Micros(number * 1_000_000);
         let mut around = |reach: f64| reach * (2.0 * random.uniform() - 1.0);
         let [east_m, north_m] = [around(150.0), around(150.0)];
         let [heading_deg, pitch_deg] = [around(180.0), around(5.0)];

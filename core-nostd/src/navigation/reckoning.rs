@@ -38,8 +38,7 @@ impl Reckoning {
         if !(0..=age_us).contains(&moment.at.since(self.begun_at)) {
             return None;
         }
-        let [east_m, north_m] = way_m(self.newest, moment);
-        let local = Local { east_m: self.local.east_m + east_m, north_m: self.local.north_m + north_m };
+        let local = self.local.moved(way_m(self.newest, moment));
         Some(Reckoning { newest: moment, local, ..self })
     }
 

@@ -3,34 +3,43 @@
 //! A match that is wrong is mostly far off: a picture that repeats, or ground that has changed, puts it anywhere in the search. So
 //! each place is carried on by the velocity, and a match belongs to the place that it lies at, or begins one of its own. What a place
 //! is worth is the number of pieces of ground that have spoken for it less those that have spoken for others: matches over the same
-//! ground count once, since whatever fools one of them fools them all (parcels of 40 m side by side agree for ever). A match is
-//! believed where its place is worth more than every other and has been seen twice; the navigation's own position counts for one
-//! at the start, and never again.
+//! ground count once, since whatever fools one of them fools them all (parcels of 40 m side by side agree for ever). Ground is told
+//! apart by the way flown, not by where matches lie. A match is believed where its place is worth [`VOTES_MIN`], and more than every
+//! other.
 //!
-//! One piece of ground for or against is the logarithm of how much more often right matches agree than wrong ones do, in units of
-//! itself: places are hypotheses with equal steps of evidence, cut off at [`VOTES_MAX`] as memory is.
+//! Vehicles that stand over one piece of ground gather no votes: where the first place was wrong, they have no fix until it is
+//! forgotten.
 
 use super::reckoning::{Moment, way_m};
+use crate::math::{hypot, ln, sqrt};
 use crate::tile::Local;
+use core::cmp::Ordering;
 use heapless::Vec;
 use nalgebra::{Matrix2, Vector2};
 
-/// Places at most.
+/// Places at most. Chosen: the one that counts, one that contradicts it, and one more.
 const TRACKS: usize = 3;
-/// Most that a place is worth: so many pieces of other ground, and one more, overrule it. Chosen: with a footprint of 140 m and
-/// 25 m/s they take a quarter of a minute.
+/// Most that a place is worth. Each piece of other ground takes one and gives one, so that three overrule it. Chosen: with a footprint
+/// of 140 m and 25 m/s they take some ten seconds.
 pub const VOTES_MAX: u8 = 4;
-/// A match is believed where its place is worth as much.
+/// A match is believed where its place is worth as much: what begins a place that counts, and one piece of ground more than any
+/// contradiction.
 pub const VOTES_MIN: u8 = 2;
 /// A match belongs to a place within so many sigmas squared, of two degrees of freedom: normal errors lie beyond once in a hundred
 /// thousand.
-const GATE: f32 = 23.0;
-/// Share of the smaller side of a footprint by which the next one has to lie beside it to be other ground.
+pub const GATE: f32 = 23.0;
+/// Share of the smaller side of a footprint by which the vehicle has to go on for other ground. Chosen: a quarter is seen twice.
 const FRESH: f32 = 0.75;
-/// Least sigma of a reported velocity, each axis, m/s: in a turn that of an autopilot without fixes was off by up to 5 m/s.
+/// Least sigma of a reported velocity, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn,
+/// 5 m/s on both axes.
 const VELOCITY_SIGMA_M_PER_S: f32 = 1.5;
-/// Longest time between two frames over which places are carried on, microseconds: the velocity of both ends says no more.
-const STEP_MAX_US: i32 = 10_000_000;
+/// Longest time between two frames over which places are carried on, microseconds: in two seconds of a turn at 20 degrees a second
+/// the mean of both velocities is 2 m off at 25 m/s, in six 49 m.
+const STEP_MAX_US: i32 = 2_000_000;
+/// What the mean of two velocities is off at most, as a share of their difference, in turns of up to half a circle.
+const TURN_SHARE: f32 = 0.35;
+/// A place is doubtful where the gate around it reaches over so much of the search: it would take in what is found by chance.
+const DOUBTFUL: f32 = 0.5;
 
 /// A match, as far as it concerns where the vehicle is.
 #[derive(Clone, Copy, Debug)]
@@ -52,60 +61,94 @@ struct Track {
     covariance: Matrix2<f32>,
     /// What dead reckoning may be off since, one sigma of each axis, metres.
     drift_m: f32,
-    /// The nadir over which it was counted last.
+    /// The way flown when ground spoke for it last, and when some spoke against it.
     counted_at: Local,
+    doubted_at: Local,
     votes: u8,
 }
 
 impl Track {
-    fn new(sighting: &Sighting, votes: u8) -> Self {
+    fn new(sighting: &Sighting, gone: Local, votes: u8) -> Self {
         let Sighting { nadir, covariance, .. } = *sighting;
-        Track { nadir, covariance, drift_m: 0.0, counted_at: nadir, votes }
+        Track { nadir, covariance, drift_m: 0.0, counted_at: gone, doubted_at: gone, votes }
     }
 
-    /// How far a match is off, squared, in sigmas of both.
-    fn off(&self, sighting: &Sighting) -> f32 {
-        off(self.nadir, self.covariance, self.drift_m, sighting)
-    }
-
-    /// Whether a match shows other ground than the one that was counted last.
-    fn is_fresh(&self, sighting: &Sighting) -> bool {
-        self.counted_at.off_m(sighting.nadir) >= FRESH * sighting.side_m
+    /// A piece of ground speaks against it, once.
+    fn doubt(&mut self, gone: Local, fresh_m: f32) {
+        if self.doubted_at.off_m(gone) >= fresh_m {
+            (self.votes, self.doubted_at) = (self.votes.saturating_sub(1), gone);
+        }
     }
 }
 
-/// How far a match is off a place, squared, in sigmas of both; as far as can be where these are no numbers.
-fn off(place: Local, covariance: Matrix2<f32>, drift_m: f32, sighting: &Sighting) -> f32 {
+/// How far a match is off a place, squared, in sigmas of both, and the logarithm of what these cover; as far as can be where they
+/// are no numbers.
+fn off(place: Local, covariance: Matrix2<f32>, drift_m: f32, sighting: &Sighting) -> (f32, f32) {
     let both = covariance + sighting.covariance + Matrix2::identity() * (drift_m * drift_m);
     let by = Vector2::new(sighting.nadir.east_m - place.east_m, sighting.nadir.north_m - place.north_m);
     let squared = both.try_inverse().map_or(f32::INFINITY, |inverse| (by.transpose() * inverse * by)[(0, 0)]);
-    if squared >= 0.0 { squared } else { f32::INFINITY }
+    let spread = both.determinant();
+    if squared >= 0.0 && spread > 0.0 { (squared, ln(spread)) } else { (f32::INFINITY, 0.0) }
+}
+
+impl Sighting {
+    /// Whether it lies where another one does that has been carried on so far, within [`GATE`]. `drift_m`: one sigma of that.
+    pub fn agrees(&self, other: &Sighting, place: Local, drift_m: f32) -> bool {
+        off(place, other.covariance, drift_m, self).0 <= GATE
+    }
+
+    fn is_finite(&self) -> bool {
+        self.nadir.east_m.is_finite() && self.nadir.north_m.is_finite() && self.covariance.iter().all(|c| c.is_finite())
+    }
+}
+
+/// What dead reckoning is off by after so long, one sigma of each axis, metres. `sigma_m_per_s`: of the velocity.
+pub fn drift_m(sigma_m_per_s: f32, age_us: i32) -> f32 {
+    sigma_m_per_s.max(VELOCITY_SIGMA_M_PER_S) * age_us as f32 * 1e-6
 }
 
 /// The places.
 #[derive(Clone, Debug, Default)]
 pub struct Tracks {
     tracks: Vec<Track, TRACKS>,
-    /// The frame that all were carried on to.
+    /// The frame that all were carried on to, and the way to it by the velocities since the first.
     moment: Option<Moment>,
+    gone: Local,
+    /// A place has been known before.
+    was_known: bool,
 }
 
 impl Tracks {
     /// Carries all of them on to a frame; those that may be further off than `reach_m` are forgotten. `sigma_m_per_s`: of the
     /// velocity, each axis.
     pub fn carry(&mut self, moment: Moment, sigma_m_per_s: f32, reach_m: f32) {
-        let sigma_m_per_s = sigma_m_per_s.max(VELOCITY_SIGMA_M_PER_S);
         let Some(before) = self.moment.replace(moment) else { return };
         let step_us = moment.at.since(before.at);
         if !(0..=STEP_MAX_US).contains(&step_us) {
             self.tracks.clear();
         }
-        let [east_m, north_m] = way_m(before, moment);
+        let way = way_m(before, moment);
+        let [east, north] = moment.velocity_m_per_s;
+        let turned = hypot(east - before.velocity_m_per_s[0], north - before.velocity_m_per_s[1]);
+        let drift_m = drift_m(sigma_m_per_s, step_us) + TURN_SHARE * turned * step_us as f32 * 1e-6;
+        self.gone = self.gone.moved(way);
         self.tracks.retain_mut(|track| {
-            track.nadir = Local { east_m: track.nadir.east_m + east_m, north_m: track.nadir.north_m + north_m };
-            track.drift_m += sigma_m_per_s * step_us as f32 * 1e-6;
+            track.nadir = track.nadir.moved(way);
+            track.drift_m += drift_m;
             track.drift_m <= reach_m
         });
+    }
+
+    /// The place that counts, if one does.
+    pub fn place(&self) -> Option<Local> {
+        self.leader().map(|leader| leader.nadir)
+    }
+
+    fn leader(&self) -> Option<&Track> {
+        let (index, leader) = self.tracks.iter().enumerate().max_by_key(|(_, track)| track.votes)?;
+        let is_beaten = |(other, track): (usize, &Track)| other != index && track.votes >= leader.votes;
+        let counts = leader.votes >= VOTES_MIN && !self.tracks.iter().enumerate().any(is_beaten);
+        counts.then_some(leader)
     }
 
     /// Whether no place is known.
@@ -113,69 +156,54 @@ impl Tracks {
         self.tracks.is_empty()
     }
 
-    /// The place that counts, if one does.
-    pub fn place(&self) -> Option<Local> {
-        let (index, leader) = self.tracks.iter().enumerate().max_by_key(|(_, track)| track.votes)?;
-        let is_beaten = |(other, track): (usize, &Track)| other != index && track.votes >= leader.votes;
-        let counts = leader.votes >= VOTES_MIN && !self.tracks.iter().enumerate().any(is_beaten);
-        counts.then_some(leader.nadir)
+    /// Whether a match has to be found again before it counts: the place that counts may be anywhere in half of the search, or
+    /// has been forgotten.
+    pub fn is_doubtful(&self, reach_m: f32) -> bool {
+        let reaches = |leader: &Track| sqrt(GATE) * leader.drift_m > DOUBTFUL * reach_m;
+        if self.tracks.is_empty() { self.was_known } else { self.leader().is_some_and(reaches) }
     }
 
-    /// Begins anew where the vehicle has been found for certain.
+    /// Begins anew where the vehicle has been found twice, or where the navigation expected it.
     pub fn begin(&mut self, sighting: &Sighting) {
+        self.was_known = true;
         self.tracks.clear();
         // There is room.
-        let _ = self.tracks.push(Track::new(sighting, VOTES_MIN));
+        let _ = self.tracks.push(Track::new(sighting, self.gone, VOTES_MIN));
     }
 
-    /// A match of the frame that all were carried on to. Whether it is to be believed. `prior`: the navigation's own place and one
-    /// sigma of each axis, which counts where no place is known.
-    pub fn matched(&mut self, sighting: &Sighting, prior: (Local, f32)) -> bool {
-        let (place, sigma_m) = prior;
-        if self.tracks.is_empty() && off(place, Matrix2::zeros(), sigma_m, sighting) <= GATE {
-            self.begin(sighting);
-            return true;
-        }
-        if self.tracks.is_empty() {
-            // The navigation's word against the match's.
-            let at = Sighting { nadir: place, covariance: Matrix2::identity() * (sigma_m * sigma_m), ..*sighting };
-            let _ = self.tracks.push(Track::new(&at, 1));
-        }
-        let nearest = self.tracks.iter().map(|track| track.off(sighting)).enumerate();
-        let nearest = nearest.min_by(|(_, one), (_, other)| one.total_cmp(other)).filter(|(_, off)| *off <= GATE);
-        let Some((own, _)) = nearest else {
-            self.begins_one(sighting);
+    /// A match of the frame that all were carried on to, while places are known. Whether it is to be believed.
+    pub fn matched(&mut self, sighting: &Sighting) -> bool {
+        if !sighting.is_finite() {
             return false;
-        };
-        let is_fresh = self.tracks.get(own).is_some_and(|track| track.is_fresh(sighting));
-        for (index, track) in self.tracks.iter_mut().enumerate() {
-            if index == own {
-                let (counted_at, votes) =
-                    if is_fresh { (sighting.nadir, track.votes + 1) } else { (track.counted_at, track.votes) };
-                *track = Track { counted_at, ..Track::new(sighting, votes.min(VOTES_MAX)) };
-            } else if is_fresh {
-                track.votes = track.votes.saturating_sub(1);
-            }
         }
-        let is_own = |place: Local| place == sighting.nadir;
-        let is_believed = self.place().is_some_and(is_own);
-        self.tracks.retain(|track| track.votes > 0);
-        is_believed
-    }
-
-    /// A match that belongs to no place begins one, and speaks against all others where it shows other ground than they last had.
-    fn begins_one(&mut self, sighting: &Sighting) {
-        for track in &mut self.tracks {
-            if track.is_fresh(sighting) {
-                (track.votes, track.counted_at) = (track.votes.saturating_sub(1), sighting.nadir);
-            }
-        }
+        let (gone, fresh_m) = (self.gone, FRESH * sighting.side_m);
+        let offs = self.tracks.iter().map(|track| off(track.nadir, track.covariance, track.drift_m, sighting));
+        // The most likely one: of two at the same distance in sigmas that with the smaller ones.
+        let likely = offs.enumerate().filter(|(_, (squared, _))| *squared <= GATE);
+        let nearest = likely.min_by(|(_, one), (_, other)| (one.0 + one.1).total_cmp(&(other.0 + other.1)));
+        let own = nearest.and_then(|(index, _)| Some(self.tracks.swap_remove(index))).unwrap_or(Track {
+            votes: 0,
+            counted_at: Local { east_m: f32::INFINITY, ..gone },
+            ..Track::new(sighting, gone, 0)
+        });
+        let is_fresh = !(own.counted_at.off_m(gone) < fresh_m);
+        let (counted_at, votes) = if is_fresh { (gone, own.votes + 1) } else { (own.counted_at, own.votes) };
+        let own = Track { counted_at, doubted_at: own.doubted_at, ..Track::new(sighting, gone, votes.min(VOTES_MAX)) };
+        // Others at the same place are the same one.
+        self.tracks.retain(|track| {
+            !sighting.agrees(&Sighting { covariance: track.covariance, ..*sighting }, track.nadir, 0.0)
+        });
+        self.tracks.iter_mut().for_each(|track| track.doubt(gone, fresh_m));
         self.tracks.retain(|track| track.votes > 0);
         if self.tracks.is_full() {
-            let least = self.tracks.iter().enumerate().min_by_key(|(_, track)| track.votes).map(|(index, _)| index);
-            least.map(|index| self.tracks.swap_remove(index));
+            let worth = |track: &Track| (track.votes, -track.drift_m);
+            let less = |one: &Track, other: &Track| worth(one).partial_cmp(&worth(other)).unwrap_or(Ordering::Equal);
+            let least = self.tracks.iter().enumerate().min_by(|(_, one), (_, other)| less(one, other));
+            least.map(|(index, _)| index).map(|index| self.tracks.swap_remove(index));
         }
-        let _ = self.tracks.push(Track::new(sighting, 1));
+        // There is room.
+        let _ = self.tracks.push(own);
+        self.place() == Some(sighting.nadir)
     }
 }
 

@@ -7,8 +7,9 @@
 use super::{Refusal, Situation};
 use crate::budget::REACQUIRE_PX;
 use crate::navigation::reckoning::Reckoning;
-use crate::navigation::tracks::{Sighting, Tracks};
+use crate::navigation::tracks::{Sighting, Tracks, drift_m};
 use crate::tile::Local;
+use nalgebra::Matrix2;
 
 /// Consecutive frames that were matched and not accepted after which the position counts as lost: from then on every second
 /// frame is searched over ±[`REACQUIRE_PX`], until one is found. Over good ground one frame in fifty is not accepted; over a lake or
@@ -27,12 +28,25 @@ const SWEEP: [(i8, i8); 9] = [(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), 
 /// Between these centres, pixels: searches overlap by an eighth, so that what is found at a border lies within another.
 const SPACING_PX: f32 = 1.75 * REACQUIRE_PX as f32;
 
-/// A place that was found, and is to be found again.
+/// A match that another one has to confirm before it counts.
 #[derive(Clone, Copy, Debug)]
 struct Found {
     reckoning: Reckoning,
+    sighting: Sighting,
     /// Frames that have not found it again.
     missed: u8,
+}
+
+impl Found {
+    fn new(situation: &Situation, sighting: &Sighting) -> Self {
+        Found { reckoning: Reckoning::new(situation.moment(), sighting.nadir), sighting: *sighting, missed: 0 }
+    }
+
+    /// Whether a match lies where this one has come to.
+    fn agrees(&self, sighting: &Sighting, sigma_m_per_s: f32) -> bool {
+        let drift_m = drift_m(sigma_m_per_s, self.reckoning.age_us());
+        sighting.agrees(&self.sighting, self.reckoning.local(), drift_m)
+    }
 }
 
 /// A search that is due.
@@ -55,6 +69,8 @@ pub(super) struct Usual {
     pub px_m: f32,
     /// Of the velocity, each axis, m/s.
     pub sigma_m_per_s: f32,
+    /// One sigma of the navigation's position, each axis: nearer a first match is where it was expected.
+    pub prior_m: f32,
 }
 
 /// What the last frames' searches came to.
@@ -71,7 +87,7 @@ pub(super) struct Whereabouts {
 impl Whereabouts {
     /// The search for the next frame.
     pub(super) fn search(&mut self, situation: &Situation, usual: &Usual) -> Search {
-        let Usual { reach_m, is_in_doubt, px_m, sigma_m_per_s } = *usual;
+        let Usual { reach_m, is_in_doubt, px_m, sigma_m_per_s, .. } = *usual;
         let predicted = situation.prediction.local;
         self.tracks.carry(situation.moment(), sigma_m_per_s, reach_m);
         let carried =
@@ -91,26 +107,27 @@ impl Whereabouts {
         Search { at: Local { east_m: centre.east_m + east_m, north_m: centre.north_m + north_m }, is_far: true }
     }
 
-    /// A search has ended: with a match, or why not. `prior_m`: one sigma of the navigation's position, each axis.
+    /// A search has ended: with a match, or why not.
     ///
     /// # Errors
-    /// [`Refusal::Unconfirmed`] for a match that the next frames must find again before it counts: far from the prediction, or after
-    /// many frames in vain. And
+    /// [`Refusal::Unconfirmed`] for a match that the next frames must find again before it counts, and
     /// [`Refusal::Contradicted`] for one that does not lie where the ones before have put the vehicle.
     pub(super) fn ended(
         &mut self,
         search: Search,
         situation: &Situation,
+        usual: &Usual,
         sighting: Result<Sighting, Refusal>,
-        prior_m: f32,
     ) -> Result<(), Refusal> {
         match (sighting, search.is_far) {
             (Ok(sighting), true) => {
                 self.missed = 0;
-                self.found = Some(Found { reckoning: Reckoning::new(situation.moment(), sighting.nadir), missed: 0 });
-                return Err(Refusal::Unconfirmed);
+                return self.unconfirmed(situation, &sighting);
             }
-            (Ok(sighting), false) => return self.seen(situation, &sighting, prior_m),
+            (Ok(sighting), false) => {
+                self.seen(situation, usual, &sighting)?;
+                (self.missed, self.sweep) = (0, 0);
+            }
             // Nothing was seen: that search is still to come.
             (Err(Refusal::Featureless), true) => {}
             (Err(_), true) => self.next_far(),
@@ -119,23 +136,38 @@ impl Whereabouts {
         Ok(())
     }
 
+    fn unconfirmed(&mut self, situation: &Situation, sighting: &Sighting) -> Result<(), Refusal> {
+        self.found = Some(Found::new(situation, sighting));
+        Err(Refusal::Unconfirmed)
+    }
+
     /// A match where it was looked for.
-    fn seen(&mut self, situation: &Situation, sighting: &Sighting, prior_m: f32) -> Result<(), Refusal> {
-        let is_lost = self.missed + 1 >= LOST_AFTER;
-        (self.missed, self.sweep) = (0, 0);
-        let found = self.found.take();
-        if self.tracks.is_empty() && (found.is_some() || is_lost) {
-            // What was found before and this frame finds again needs no other word. The first one after so many in vain does: where
-            // most are rejected, one that is not is as well a wrong one.
-            if found.is_none() {
-                self.found = Some(Found { reckoning: Reckoning::new(situation.moment(), sighting.nadir), missed: 0 });
-                return Err(Refusal::Unconfirmed);
+    fn seen(&mut self, situation: &Situation, usual: &Usual, sighting: &Sighting) -> Result<(), Refusal> {
+        let is_alone = self.tracks.is_empty();
+        match self.found.take() {
+            Some(found) if !found.agrees(sighting, usual.sigma_m_per_s) => {
+                return self.unconfirmed(situation, sighting);
             }
-            self.tracks.begin(sighting);
-            return Ok(());
+            Some(_) if is_alone => {
+                self.tracks.begin(sighting);
+                return Ok(());
+            }
+            Some(_) => {}
+            // After so long, or so many in vain, what is found as well may be wrong.
+            None if self.tracks.is_doubtful(usual.reach_m) || is_alone && self.missed + 1 >= LOST_AFTER => {
+                return self.unconfirmed(situation, sighting);
+            }
+            None if is_alone => {
+                let prior = Sighting { covariance: Matrix2::zeros(), ..*sighting };
+                if !sighting.agrees(&prior, situation.prediction.local, usual.prior_m) {
+                    return self.unconfirmed(situation, sighting);
+                }
+                self.tracks.begin(sighting);
+                return Ok(());
+            }
+            None => {}
         }
-        let is_believed = self.tracks.matched(sighting, (situation.prediction.local, prior_m));
-        if is_believed { Ok(()) } else { Err(Refusal::Contradicted) }
+        if self.tracks.matched(sighting) { Ok(()) } else { Err(Refusal::Contradicted) }
     }
 
     /// The next far search is made elsewhere, after one frame near the prediction.
