@@ -2,6 +2,7 @@
 
 use super::{Flight, FrameRecord, Observer};
 use crate::fault::FaultInjector;
+use crate::fault::passage::Passage;
 use crate::ground_station::GroundStation;
 use crate::link::{Event, FrameEvent, Link, LinkError};
 use crate::noise::White;
@@ -37,6 +38,7 @@ pub(super) struct Cockpit<'s> {
     exposures: Option<u32>,
     autopilot: Autopilot,
     injector: FaultInjector,
+    passage: Passage,
     station: GroundStation,
     /// The autopilot's answers under way, in the order in which they arrive: when, and their bytes.
     answers: Vec<(u64, Vec<u8>)>,
@@ -65,6 +67,7 @@ impl<'s> Cockpit<'s> {
             autopilot: Autopilot::new(setup.scenario.world.autopilot.loop_rate_hz, setup.scenario.run.seed)
                 .with(&setup.scenario.faults.autopilot_faults),
             injector: FaultInjector::new(setup.scenario.faults.link_faults, setup.scenario.run.seed, "to_firmware"),
+            passage: Passage::new(setup.scenario.faults.timed.clone(), setup.scenario.run.seed),
             station: GroundStation::signing(setup.signing.map(Signatory::new)),
             answers: Vec::new(),
             next_heartbeat_us: 0,
@@ -166,7 +169,8 @@ impl<'s> Cockpit<'s> {
         let message = signed.as_deref().unwrap_or(message);
         let mut passed = Vec::with_capacity(message.len());
         self.injector.pass(message, &mut passed);
-        self.step(at_us, Event::Bytes(&passed))
+        let arrived = self.passage.pass(at_us, &passed);
+        arrived.iter().try_for_each(|bytes| self.step(at_us, Event::Bytes(bytes)))
     }
 
     pub(super) fn frame(&mut self, exposure: &Exposure, pixels: &[u8]) -> Result<(), LinkError> {

@@ -45,6 +45,11 @@ pub fn run(args: &Args, ends: [&End; 2], output: Option<&Output>) -> Result<Outc
             "a scenario with a replay is not for --autopilot, which flies itself",
         )));
     }
+    if let Some(fault) = scenario.faults.timed.all().first() {
+        return Err(Failure::Input(InputError::new(format!(
+            "the fault {fault} is of a simulated vehicle, and --autopilot flies a real one"
+        ))));
+    }
     scenario.run.frames = args.frames.unwrap_or(FRAMES_MAX);
     let bar = args.frames.map_or_else(progress::spinner, |frames| progress::bar(frames.into(), "frame"));
     let mut watch = Watch::new(bar)?;
