@@ -1,6 +1,8 @@
 //! A flight: events in the order in which they reach the board, each a step of the link, and the result of every frame.
 
 mod cockpit;
+#[cfg(test)]
+mod tests;
 
 use crate::camera::faulty::FaultyCamera;
 use crate::camera::render::Rendered;

@@ -31,6 +31,9 @@ fn bad_keys_and_faults_are_refused() {
         ("range.off@30", &["--fault", "@FROM..TO"]),
         ("range", &["--fault", "UNIT.TYPE"]),
         ("encoder.off", &["encoder.off@0..", "follow_up.mode"]),
+        ("clock.phase=300", &["clock.phase=300@0..", "timer.pps = true"]),
+        ("power.off@5..6 --log a.log", &["power", "--link inproc"]),
+        ("power.off@5..6 --link qemu", &["power", "--link inproc"]),
     ] {
         refusals.expect(&format!("fly --frames 1 --fault {fault} --out out"), names);
     }
@@ -67,4 +70,21 @@ fn the_report_says_what_a_fault_did() {
     assert_eq!(good[..12], bad[..12]);
     assert_ne!(good, bad);
     assert!(folder.text("bad/report.html").contains("range.scale=2@6..8"));
+}
+
+/// What stops the fixes altogether, and gives them back: the board without power, an autopilot that boots, a link that is gone.
+#[test]
+fn fixes_come_back_after_a_boot() {
+    let folder = Folder::new("fly-fault-boots");
+    folder.run("fly --frames 100 --out good").done();
+    let good = folder.text("good/fixes.csv");
+    for fault in ["power.off@6..8", "clock.reboot@6..8", "link.off@6..8"] {
+        let report = folder.run(&format!("fly --frames 100 --fault {fault} --out bad --json")).json();
+        let did = &report["faults"][0];
+        assert_eq!((&did["accepted"], &did["wrong"], &did["wrong_after"]), (&0.into(), &0.into(), &0.into()), "{did}");
+        assert!(did["recovery_s"].as_f64().is_some_and(|after_s| after_s < 10.0), "{did}");
+        let bad = folder.text("bad/fixes.csv");
+        let rows = |text: &str| text.lines().take(12).map(str::to_owned).collect::<Vec<_>>();
+        assert_eq!(rows(&good), rows(&bad), "{fault}");
+    }
 }

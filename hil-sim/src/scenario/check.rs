@@ -123,11 +123,19 @@ impl Scenario {
 
     /// Refuses a fault of what is not there.
     fn check_faults(&self) -> Result<(), String> {
+        let timer = &self.world.timer;
         let measured = self.vehicle.follow_up.mode == FollowUpMode::Measured;
         for fault in self.faults.timed.all() {
             let missing = match fault.what {
                 What::EncoderOff | What::EncoderStuck | What::EncoderBias if !measured => {
                     "an encoder: follow_up.mode = \"measured\""
+                }
+                What::ClockOffset | What::ClockAsymmetry | What::ClockJitter if !timer.timesync => {
+                    "TIMESYNC: timer.timesync = true"
+                }
+                What::ClockPhase if !timer.pps => "pulses: timer.pps = true",
+                What::PowerOff if self.run.link.signing_key_path.is_some() => {
+                    "a link without link.signing_key_path: the simulated board does not keep the time of signatures over a boot"
                 }
                 _ => continue,
             };

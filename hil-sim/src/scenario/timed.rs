@@ -1,6 +1,6 @@
 //! Faults that begin and end: what fails, how, how far and when.
 //!
-//! In a scenario each is a `[[fault]]`; `UNIT.TYPE=VALUE@FROM..TO` says it in a word, seconds of the autopilot's clock.
+//! In a scenario each is a `[[fault]]`; `UNIT.TYPE=VALUE@FROM..TO` says it in a word, in seconds of the simulated time.
 
 mod kinds;
 #[cfg(test)]
@@ -23,7 +23,7 @@ pub struct Fault {
     pub what: What,
     /// How far, in the unit of its kind; 0 of one without a value.
     pub value: f64,
-    /// Its begin, seconds of the autopilot's clock, which the flight begins with at 0.
+    /// Its begin, seconds of the simulated time: the sensors begin at 0, the frames at 3.
     pub from_s: f64,
     /// Its end; that of the flight without one.
     pub to_s: Option<f64>,

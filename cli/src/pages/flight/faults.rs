@@ -14,7 +14,7 @@ impl Report<'_> {
         html! {
             section {
                 h2 { "Faults" }
-                p class="note" { "Frames by the middle of their exposure, in seconds of the autopilot’s clock. A wrong fix is off by more than 3 px, or by more than 5 of its own sigmas and 1.5 px." }
+                p class="note" { "Frames by the middle of their exposure, in seconds of the simulated time. A wrong fix is off by more than 3 px, or by more than 5 of its own sigmas and 1.5 px." }
                 table {
                     thead { tr {
                         th { "Fault" } th class="r" { "Frames" } th class="r" { "Fixes" } th class="r" { "Wrong" }

@@ -57,6 +57,16 @@ pub enum What {
     EncoderStuck,
     /// The follow-up angle is larger.
     EncoderBias,
+    /// TIMESYNC answers tell another time.
+    ClockOffset,
+    /// TIMESYNC answers take longer back than there.
+    ClockAsymmetry,
+    /// TIMESYNC answers take longer back by a random time.
+    ClockJitter,
+    /// Pulses come later than the whole second.
+    ClockPhase,
+    /// The autopilot is silent, and boots at the end: its clock begins at 0, its streams are the slow ones that nobody asked for.
+    ClockReboot,
     /// Nothing arrives.
     LinkOff,
     /// Messages arrive twice.
@@ -65,6 +75,8 @@ pub enum What {
     LinkReordering,
     /// Each message is followed by an old one.
     LinkReplay,
+    /// Another component sends the streams, too, with other values.
+    LinkSecondSender,
     /// The frame before comes again.
     CameraRepeated,
     /// Little of the light is left.
@@ -75,6 +87,8 @@ pub enum What {
     CameraDeadRows,
     /// Every second frame has another gain.
     CameraGainSteps,
+    /// The board has no power, and boots at the end.
+    PowerOff,
 }
 
 /// What a fault's value is.
@@ -142,15 +156,22 @@ pub const KINDS: &[Kind] = &[
     plain("encoder", "off", What::EncoderOff),
     plain("encoder", "stuck", What::EncoderStuck),
     valued("encoder", "bias", What::EncoderBias, ("deg", -180.0, 180.0)),
+    valued("clock", "offset", What::ClockOffset, ("ms", -3.6e6, 3.6e6)),
+    valued("clock", "asymmetry", What::ClockAsymmetry, ("ms", 0.0, 1000.0)),
+    valued("clock", "jitter", What::ClockJitter, ("ms", 0.0, 1000.0)),
+    valued("clock", "phase", What::ClockPhase, ("ms", 0.0, 900.0)),
+    plain("clock", "reboot", What::ClockReboot),
     plain("link", "off", What::LinkOff),
     valued("link", "duplicates", What::LinkDuplicates, ("%", 0.0, 100.0)),
     valued("link", "reordering", What::LinkReordering, ("%", 0.0, 100.0)),
     valued("link", "replay", What::LinkReplay, ("s", 0.1, 600.0)),
+    plain("link", "second_sender", What::LinkSecondSender),
     plain("camera", "repeated", What::CameraRepeated),
     valued("camera", "dark", What::CameraDark, ("times", 0.0, 1.0)),
     valued("camera", "dirty", What::CameraDirty, ("blobs", 1.0, 1000.0)),
     valued("camera", "dead_rows", What::CameraDeadRows, ("%", 0.0, 100.0)),
     valued("camera", "gain_steps", What::CameraGainSteps, ("times", 0.0, 100.0)),
+    plain("power", "off", What::PowerOff),
 ];
 
 impl What {

@@ -6,7 +6,7 @@ mod held;
 mod tests;
 
 use super::reading::{Reading, Sample};
-use crate::scenario::{FaultList, What};
+use crate::scenario::{Fault, FaultList, What};
 use crate::vehicle::servo::wrapped;
 use held::Held;
 
@@ -47,12 +47,20 @@ impl Faulty {
         (1e3 * self.faults.sum(What::AttitudeDelayed, at_us)).round() as u64
     }
 
+    /// How much later than its whole second the pulse of `at_us` comes: its phase, and that of a clock which began anew in the
+    /// midst of a second.
+    pub(super) fn pulse_late_us(&self, at_us: u64) -> u64 {
+        let phase_us = (1e3 * self.faults.sum(What::ClockPhase, at_us)).round() as u64;
+        let boots = self.faults.of(What::ClockReboot).map(Fault::to_us).filter(|boot_us| *boot_us <= at_us);
+        phase_us + boots.max().unwrap_or(0) % 1_000_000
+    }
+
     /// The sample as it is sent; `None` where the sensor is silent.
     pub(super) fn pass(&mut self, sample: Sample) -> Option<Sample> {
         let at_us = sample.sampled_at_us;
         let is = |what| self.faults.is(what, at_us);
         let off = match sample.reading {
-            Reading::Pps { .. } => false,
+            Reading::Pps { .. } => is(What::ClockReboot),
             Reading::Attitude { .. } => is(What::AttitudeOff),
             Reading::FollowUp { .. } => is(What::EncoderOff),
             Reading::Range { .. } => is(What::RangeOff),

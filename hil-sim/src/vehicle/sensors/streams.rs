@@ -131,9 +131,14 @@ impl Streams {
     ) -> Option<Sample> {
         loop {
             // `min_by_key` keeps the first of equals: the order of the kinds.
-            let timetable = self.timetables.iter_mut().min_by_key(|timetable| timetable.arrived_at_us())?;
-            let (kind, sampled_at_us) = (timetable.kind, timetable.sampled_at_us());
-            let (arrived_at_us, held_at_us) = (timetable.arrived_at_us(), timetable.held_at_us());
+            let late_us = |timetable: &Timetable| match timetable.kind {
+                Kind::Pps => self.faulty.pulse_late_us(timetable.sampled_at_us()),
+                _ => 0,
+            };
+            let arrived_at_us = |timetable: &Timetable| timetable.arrived_at_us() + late_us(timetable);
+            let timetable = self.timetables.iter_mut().min_by_key(|timetable| arrived_at_us(timetable))?;
+            let (kind, sampled_at_us) = (timetable.kind, timetable.sampled_at_us() + late_us(timetable));
+            let (arrived_at_us, held_at_us) = (arrived_at_us(timetable), timetable.held_at_us());
             if arrived_at_us >= until_us {
                 return None;
             }

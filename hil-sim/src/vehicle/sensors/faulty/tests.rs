@@ -175,3 +175,22 @@ fn stale_attitudes_bear_fresh_stamps() {
         assert!(chunk.iter().skip(1).all(|(_, _, good, bad)| good[..3] != bad[..3] && good[3..] == bad[3..]));
     }
 }
+
+/// Pulses of another phase are late by it; those of an autopilot that booted in the midst of a second are whole seconds of its
+/// new clock.
+#[test]
+fn pulses_come_in_another_phase() {
+    let pulses = |word: &str| -> Vec<u64> {
+        let mut scenario = Scenario::default();
+        scenario.world.timer.pps = true;
+        scenario.faults.timed = [word.parse::<Fault>().expect(word)].into_iter().collect();
+        let motion = Motion::synthetic(&scenario, &AREA).expect("there is room");
+        let mut streams = Streams::new(&scenario, Mounting::default(), CONVERGENCE_RAD);
+        let samples: Vec<_> = std::iter::from_fn(|| streams.next_before(8_500_000, &motion, &|_| None)).collect();
+        assert!(samples.is_sorted_by_key(|sample| sample.arrived_at_us));
+        let pulses = samples.iter().filter(|sample| numbers(sample).0 == "pps");
+        pulses.map(|sample| sample.sampled_at_us / 1000).collect()
+    };
+    assert_eq!(pulses("clock.phase=300@4..7"), [1000, 2000, 3000, 4300, 5300, 6300, 7000, 8000]);
+    assert_eq!(pulses("clock.reboot@4..5.25"), [1000, 2000, 3000, 6250, 7250, 8250]);
+}
