@@ -20,6 +20,7 @@ impl Link for Recorder {
     }
 
     fn reboot(&mut self, flash: &Flash) -> Result<(), LinkError> {
+        self.events.push((u32::MAX, "boot".to_owned()));
         self.inner.reboot(flash)
     }
 }
@@ -56,12 +57,15 @@ fn no_fault_changes_a_byte_before_it_begins_and_each_changes_some_after() {
     }
 }
 
-/// Nothing is delivered without power; the firmware that boots then says so with its heartbeat, and takes frames again.
+/// Nothing is delivered without power; before the first step after it the board boots, once.
 #[test]
 fn a_board_without_power_gets_nothing_and_boots() {
     let bad = flown(Some("power.off@4..5.5"));
     assert!(bad.iter().all(|(at, _)| !(4_000_100..5_500_000).contains(at)));
-    assert!(bad.iter().any(|(at, event)| *at > 5_500_000 && event.starts_with("Frame")));
+    let boots: Vec<usize> = (0..bad.len()).filter(|index| bad[*index].1 == "boot").collect();
+    let [boot] = boots[..] else { panic!("{} boots", boots.len()) };
+    assert!(bad[boot - 1].0 < 4_000_100 && bad[boot + 1].0 >= 5_500_000, "{:?}", &bad[boot - 1..boot + 2]);
+    assert!(bad[boot..].iter().any(|(_, event)| event.starts_with("Frame")));
 }
 
 /// The board hears the autopilot, and beside each of its streams the stranger.

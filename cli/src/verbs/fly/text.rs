@@ -54,6 +54,12 @@ pub fn table(summary: &Summary, out: Option<&Path>) -> String {
             ),
         ),
     ];
+    add_rows(summary, &mut rows);
+    rows.iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect()
+}
+
+/// The rows that not every flight has.
+fn add_rows(summary: &Summary, rows: &mut Vec<(&'static str, String)>) {
     if let Some(plan) = &summary.plan {
         let at = rows.len() - 1;
         rows.splice(at..at, plan_rows(plan));
@@ -70,7 +76,6 @@ pub fn table(summary: &Summary, out: Option<&Path>) -> String {
     if let Some(why) = &summary.aborted {
         rows.insert(1, ("ended early", why.clone()));
     }
-    rows.iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect()
 }
 
 /// A live flight in three lines: how it went, how well its times are known, what the autopilot's own position is worth.

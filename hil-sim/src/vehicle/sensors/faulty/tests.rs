@@ -16,6 +16,7 @@ fn scenario(fault: Option<&str>) -> Scenario {
     let mut scenario = Scenario::default();
     scenario.vehicle.follow_up.mode = FollowUpMode::Measured;
     scenario.vehicle.position.white_m = 0.5;
+    scenario.vehicle.attitude.drift_deg = 0.2;
     scenario.faults.timed =
         fault.map(|word| format!("{word}@4..8").parse::<Fault>().expect(word)).into_iter().collect();
     scenario
