@@ -1,5 +1,6 @@
 //! One camera file, three cameras: the core's, the oracle's and the renderer's.
 
+pub mod faulty;
 pub mod heads;
 mod lens;
 pub mod render;

@@ -1,6 +1,7 @@
 //! What goes wrong on the link, after the fault injector of smoltcp's examples: seeded and counted.
 
 pub mod line;
+pub mod passage;
 #[cfg(test)]
 mod tests;
 

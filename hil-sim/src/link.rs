@@ -86,6 +86,10 @@ impl From<InputError> for LinkError {
     }
 }
 
+/// What a link says that cannot cut its board's power.
+pub const NO_REBOOT: &str =
+    "a fault of the unit power needs --link inproc without --log: elsewhere the simulator cannot cut the board's power";
+
 /// A firmware that can be flown.
 pub trait Link {
     /// One step: the capture timer reads `timer`, `event` happens, the firmware works until it is idle. The bytes it
@@ -94,6 +98,14 @@ pub trait Link {
     /// # Errors
     /// [`LinkError`].
     fn step(&mut self, timer: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError>;
+
+    /// The firmware boots anew with what lies in its flash.
+    ///
+    /// # Errors
+    /// [`LinkError::Input`] on a link that cannot cut its board's power.
+    fn reboot(&mut self, _: &Flash) -> Result<(), LinkError> {
+        Err(LinkError::Input(InputError::new(NO_REBOOT)))
+    }
 
     /// What the link itself has to tell of the flight so far.
     fn account(&self) -> Account {

@@ -1,7 +1,10 @@
 //! A flight: events in the order in which they reach the board, each a step of the link, and the result of every frame.
 
 mod cockpit;
+#[cfg(test)]
+mod tests;
 
+use crate::camera::faulty::FaultyCamera;
 use crate::camera::render::Rendered;
 use crate::fault::FaultCounts;
 use crate::ground_station::{GroundStation, ReceivedPatch};
@@ -139,7 +142,10 @@ pub fn fly(
 ) -> Result<Flight, Box<Aborted>> {
     link.annotate(&annotation::scene(setup.tile_centre, setup.scenario.vehicle.resolution_m));
     let frames = Vec::with_capacity(setup.scenario.run.frames as usize);
-    let mut roll = Frames { cockpit: Cockpit::new(setup, link), observer, frames, closed: 0, keep };
+    let (scenario, camera) = (&setup.scenario, &setup.payload.camera);
+    let size = (camera.cols as usize, camera.rows as usize);
+    let camera = FaultyCamera::new(scenario.faults.timed.clone(), scenario.run.seed, size);
+    let mut roll = Frames { cockpit: Cockpit::new(setup, link), camera, observer, frames, closed: 0, keep };
     let end = if setup.plan.is_some() { roll.along_plan() } else { roll.at_intervals() };
     while roll.closed < roll.frames.len() {
         roll.close();
@@ -154,6 +160,7 @@ pub fn fly(
 /// The frames of a flight as they are taken.
 struct Frames<'s> {
     cockpit: Cockpit<'s>,
+    camera: FaultyCamera,
     observer: &'s mut dyn Observer,
     frames: Vec<FrameRecord>,
     /// Those before this one have their reports.
@@ -197,8 +204,9 @@ impl Frames<'_> {
         self.observer.exposed(exposure.frame);
         if !is_lost {
             let rendered = picture(setup, &exposure, &|at_us| setup.motion.state(at_us));
-            self.cockpit.frame(&exposure, &rendered.pixels)?;
-            record.frame = Some(rendered.pixels);
+            let pixels = self.camera.pass(exposure.frame, exposure.mid_us(), rendered.pixels);
+            self.cockpit.frame(&exposure, &pixels)?;
+            record.frame = Some(pixels);
             self.close_before();
         }
         self.frames.push(record);

@@ -14,9 +14,12 @@ pub mod footprint;
 mod ground;
 mod payload;
 mod read;
+mod resolved;
 mod run;
+mod set;
 #[cfg(test)]
 mod tests;
+mod timed;
 pub mod vehicle;
 pub mod world;
 
@@ -27,6 +30,8 @@ pub use ground::Ground;
 pub use payload::{Mounting, Payload};
 pub use read::Reader;
 pub use run::{COOL_DOWN_US, FRAMES_MAX, Live, Replay, Run, WARM_UP_US};
+pub use set::Setting;
+pub use timed::{Fault, FaultList, KINDS, Kind, Value, What};
 pub use vehicle::{Boresight, EdgeSource, FixMessage, FollowUpMode, Start, SwitchSource, Vehicle};
 pub use world::World;
 
@@ -91,7 +96,15 @@ impl Scenario {
 
     /// What a text says, its keys and their types checked, but no value.
     fn read(text: &str, file: &str) -> Result<Self, InputError> {
-        let mut reader = Reader::new(text, file);
+        Self::read_from(Reader::new(text, file), file)
+    }
+
+    /// As [`Self::read`], of a text that nobody has written: messages name no line of it.
+    fn read_unlined(text: &str, file: &str) -> Result<Self, InputError> {
+        Self::read_from(Reader::new(text, file).unlined(), file)
+    }
+
+    fn read_from(mut reader: Reader<'_>, file: &str) -> Result<Self, InputError> {
         let source: camera::Source = reader.part()?;
         let scenario = Scenario {
             file: file.into(),

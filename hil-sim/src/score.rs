@@ -2,6 +2,7 @@
 
 pub mod blur;
 mod cost;
+pub mod faults;
 pub mod fixes;
 mod matching;
 pub mod navigation;
@@ -130,8 +131,8 @@ pub struct Spread {
 pub struct Summary {
     /// Version of this layout.
     pub schema: u32,
-    /// Name of the scenario.
-    pub scenario: String,
+    /// The scenario with every key, also those that it leaves to their defaults.
+    pub scenario: serde_json::Value,
     /// What every random number came from.
     pub seed: u64,
     /// `inproc`, `qemu` or `serial`.
@@ -197,12 +198,20 @@ pub struct Summary {
     /// What is told of a live flight beside; left out of others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub live: Option<Live>,
+    /// What each timed fault did to the fixes; empty without one.
+    pub faults: Vec<faults::FaultScore>,
     /// Why the flight ended early; left out where it did not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub aborted: Option<String>,
 }
 
 impl Summary {
+    /// Name of the scenario.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.scenario.get("name").and_then(serde_json::Value::as_str).unwrap_or_default()
+    }
+
     /// Edge to fix and each stage's part, in what the board counts and what that is called; `None` where it counts nothing.
     pub fn cost(&self) -> Option<(f64, u64, Stages, &'static str)> {
         let counted = [
@@ -253,7 +262,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
     let ram = u64::from(health.memory.0) + u64::from(health.memory.1);
     Summary {
         schema: 1,
-        scenario: setup.scenario.run.name.clone(),
+        scenario: setup.scenario.resolved(),
         seed: setup.scenario.run.seed,
         link: linked.name.clone(),
         firmware_sha256: linked.firmware_sha256.clone(),
@@ -292,6 +301,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
         plan: flown(setup, flight),
         navigation: None,
         live: None,
+        faults: faults::faults(setup, flight, scored),
         aborted: None,
     }
 }

@@ -38,7 +38,7 @@ mod keys;
 pub mod mounting;
 mod parse;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 use crate::error::InputError;
@@ -83,7 +83,7 @@ pub struct CameraFile {
 }
 
 /// Brown-Conrady coefficients, dimensionless; the formulas are in the [module](self). Absent keys are 0.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Distortion {
     /// Radial, r^2.

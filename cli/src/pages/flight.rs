@@ -6,6 +6,7 @@
 
 mod board;
 mod errors;
+mod faults;
 mod head;
 mod instants;
 mod live;
@@ -53,13 +54,14 @@ impl Report<'_> {
     /// # Errors
     /// [`PlotError`].
     pub fn html(&self) -> Result<String, PlotError> {
-        let title = format!("Plumbline flight: {}", self.summary.scenario);
+        let title = format!("Plumbline flight: {}", self.summary.name());
         let plots = self.plots()?;
         let plan = self.plan()?;
         let live = self.live()?;
         let body = html! {
             (self.head())
             (self.against_the_paper())
+            (self.faults())
             (live)
             (plots)
             (self.error_parts())

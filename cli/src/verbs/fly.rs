@@ -16,10 +16,10 @@ use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::link::pace::Patience;
 use plumbline_sim::link::qemu::{Qemu, default_image};
 use plumbline_sim::link::serial::Serial;
-use plumbline_sim::link::{Account, Link, LinkError};
+use plumbline_sim::link::{Account, Link, LinkError, NO_REBOOT};
 use plumbline_sim::live::connection::End;
 use plumbline_sim::run::{FrameRecord, Keep, Observer, fly};
-use plumbline_sim::scenario::FRAMES_MAX;
+use plumbline_sim::scenario::{FRAMES_MAX, Fault, Setting, What};
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{self, Linked};
 use plumbline_sim::setup::Setup;
@@ -49,6 +49,19 @@ pub struct Args {
     /// Firmware image for --link qemu; the one `cargo xtask build` makes unless given
     #[arg(long, value_name = "ELF")]
     firmware: Option<PathBuf>,
+    /// A key of the scenario and its value, as range.sigma_m=0.5; may be given several times
+    ///
+    /// KEY is dotted, VALUE is TOML, and what is no TOML is a string. It lies over the scenario's own; --frames and --seed lie
+    /// over it.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<Setting>,
+    /// A fault: UNIT.TYPE[=VALUE][@FROM..[TO]], as range.scale=1.1@30..60; may be given several times
+    ///
+    /// FROM and TO are seconds of the simulated time: the first frame is taken at 3. Without TO it lasts to the end of
+    /// the flight, without @ it is there all the time. It is added to the [[fault]] of the scenario, whose documentation lists
+    /// units, types and values; report.json says under faults what each did to the fixes.
+    #[arg(long = "fault", value_name = "SPEC")]
+    faults: Vec<Fault>,
     /// Frames to take
     #[arg(long, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(FRAMES_MAX)))]
     frames: Option<u32>,
@@ -143,6 +156,10 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         return live::run(args, [autopilot, truth], output.as_ref());
     }
     let setup = setting::setup(args)?;
+    let has_power_faults = setup.scenario.faults.timed.of(What::PowerOff).next().is_some();
+    if has_power_faults && (args.link != Reach::InProcess || args.log.is_some()) {
+        return Err(Failure::Input(InputError::new(NO_REBOOT)));
+    }
     let frames = setup.scenario.run.frames;
     for note in setup.plan.iter().flat_map(|plan| &plan.notes) {
         outcome::note(note);

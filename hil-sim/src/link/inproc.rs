@@ -4,7 +4,7 @@ mod recorder;
 
 pub use recorder::{Card, Log, RING};
 
-use super::{Event, Flash, Link, LinkError, Stores, tasks};
+use super::{Event, Flash, Link, LinkError, NO_REBOOT, Stores, tasks};
 use embassy_executor::raw::Executor;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::stamp::{Edge, Polarity};
@@ -16,6 +16,7 @@ use plumbline_firmware::journal::{Journal, NoJournal};
 use plumbline_firmware::log::card::area;
 use plumbline_firmware::log::writer::write_out;
 use plumbline_firmware::run::{self, Pending};
+use plumbline_survey::error::InputError;
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::future::poll_fn;
@@ -172,6 +173,14 @@ impl Link for InProcess {
     fn step(&mut self, timer: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError> {
         self.happen(timer, event);
         Ok(self.work())
+    }
+
+    fn reboot(&mut self, flash: &Flash) -> Result<(), LinkError> {
+        if self.log.is_some() {
+            return Err(LinkError::Input(InputError::new(NO_REBOOT)));
+        }
+        *self = InProcess::new(flash)?;
+        Ok(())
     }
 
     fn annotate(&mut self, bytes: &[u8]) {

@@ -1,10 +1,14 @@
 //! The simulator at its end of the link: what reaches the board when, and what comes back.
 
+mod strange;
+
 use super::{Flight, FrameRecord, Observer};
 use crate::fault::FaultInjector;
+use crate::fault::passage::Passage;
 use crate::ground_station::GroundStation;
 use crate::link::{Event, FrameEvent, Link, LinkError};
 use crate::noise::White;
+use crate::scenario::What;
 use crate::setup::Setup;
 use crate::vehicle::autopilot::Autopilot;
 use crate::vehicle::motion::TrueState;
@@ -15,6 +19,7 @@ use crate::vehicle::servo::{follow_up_exact, wrapped};
 use crate::vehicle::signing::Signatory;
 use plumbline_firmware::wire::telemetry::PhotoReport;
 use std::collections::VecDeque;
+use strange::strange;
 
 /// From one heartbeat of the autopilot to the next, microseconds.
 const HEARTBEAT_US: u64 = 1_000_000;
@@ -37,11 +42,14 @@ pub(super) struct Cockpit<'s> {
     exposures: Option<u32>,
     autopilot: Autopilot,
     injector: FaultInjector,
+    passage: Passage,
     station: GroundStation,
     /// The autopilot's answers under way, in the order in which they arrive: when, and their bytes.
     answers: Vec<(u64, Vec<u8>)>,
     next_heartbeat_us: u64,
     now_us: u64,
+    /// The board had power in the last step.
+    is_on: bool,
     /// Fixes that the autopilot has had.
     fixes: usize,
     servo: (usize, f64),
@@ -63,12 +71,15 @@ impl<'s> Cockpit<'s> {
             planned: VecDeque::new(),
             exposures: setup.plan.as_ref().map(|_| 0),
             autopilot: Autopilot::new(setup.scenario.world.autopilot.loop_rate_hz, setup.scenario.run.seed)
-                .with(&setup.scenario.faults.autopilot_faults),
+                .with(&setup.scenario.faults.autopilot_faults)
+                .failing(setup.scenario.faults.timed.clone(), setup.scenario.run.seed),
             injector: FaultInjector::new(setup.scenario.faults.link_faults, setup.scenario.run.seed, "to_firmware"),
+            passage: Passage::new(setup.scenario.faults.timed.clone(), setup.scenario.run.seed),
             station: GroundStation::signing(setup.signing.map(Signatory::new)),
             answers: Vec::new(),
             next_heartbeat_us: 0,
             now_us: 0,
+            is_on: true,
             fixes: 0,
             servo: (0, 0.0),
             steps: 0,
@@ -114,8 +125,10 @@ impl<'s> Cockpit<'s> {
             let frame_us = self.planned.front().map_or(u64::MAX, |(exposure, _)| exposure.readout_start_us);
             let end_us = end_us.min(frame_us);
             if self.next_heartbeat_us <= self.now_us {
-                let heartbeat = self.autopilot.heartbeat();
-                self.answer((self.now_us, heartbeat));
+                if self.autopilot.is_awake(self.now_us) {
+                    let heartbeat = self.autopilot.heartbeat();
+                    self.answer((self.now_us, heartbeat));
+                }
                 self.next_heartbeat_us += HEARTBEAT_US;
             }
             let answer_us = self.answers.first().map_or(u64::MAX, |(at, _)| *at);
@@ -143,8 +156,17 @@ impl<'s> Cockpit<'s> {
             let tick = self.timer.latch(sample.sampled_at_us as f64 + self.pulse_jitter.draw());
             return self.step(sample.arrived_at_us, Event::Pulse(tick));
         }
+        if !self.autopilot.is_awake(sample.arrived_at_us) {
+            return Ok(());
+        }
+        let faults = &self.setup.scenario.faults.timed;
+        let stranger = faults.is(What::LinkSecondSender, sample.sampled_at_us).then(|| self.autopilot.stranger());
         let messages = self.autopilot.messages(sample, &self.setup.crs)?;
-        messages.iter().try_for_each(|message| self.bytes(sample.arrived_at_us, message))
+        messages.iter().try_for_each(|message| self.bytes(sample.arrived_at_us, message))?;
+        let Some(mut stranger) = stranger else { return Ok(()) };
+        // It has no key to sign with.
+        let messages = stranger.messages(&strange(sample), &self.setup.crs)?;
+        messages.iter().try_for_each(|message| self.step(sample.arrived_at_us, Event::Bytes(message)))
     }
 
     /// Something of the autopilot's is under way.
@@ -166,7 +188,8 @@ impl<'s> Cockpit<'s> {
         let message = signed.as_deref().unwrap_or(message);
         let mut passed = Vec::with_capacity(message.len());
         self.injector.pass(message, &mut passed);
-        self.step(at_us, Event::Bytes(&passed))
+        let arrived = self.passage.pass(at_us, &passed);
+        arrived.iter().try_for_each(|bytes| self.step(at_us, Event::Bytes(bytes)))
     }
 
     pub(super) fn frame(&mut self, exposure: &Exposure, pixels: &[u8]) -> Result<(), LinkError> {
@@ -184,16 +207,24 @@ impl<'s> Cockpit<'s> {
 
     fn step(&mut self, at_us: u64, event: Event<'_>) -> Result<(), LinkError> {
         self.now_us = at_us.max(self.now_us);
+        if !self.has_power()? {
+            return Ok(());
+        }
         self.steps += 1;
         let sent = self.link.step(self.timer.ticks(self.now_us), event)?;
         self.station.take(&sent);
         let mut asked = std::mem::take(&mut self.station.timesync);
-        asked.retain(|_| self.setup.scenario.world.timer.timesync);
+        let is_awake = self.autopilot.is_awake(self.now_us);
+        asked.retain(|_| is_awake && self.setup.scenario.world.timer.timesync);
         for stamp in asked {
             let answer = self.autopilot.timesync_answer(stamp, self.now_us);
             self.answer(answer);
         }
-        self.answer_commands();
+        if is_awake {
+            self.answer_commands();
+        } else {
+            (self.station.commands, self.station.parameters, self.station.origin) = Default::default();
+        }
         for photo in std::mem::take(&mut self.station.due) {
             self.commit(photo);
         }
@@ -208,6 +239,16 @@ impl<'s> Cockpit<'s> {
             }
         }
         Ok(())
+    }
+
+    /// Whether the board has power now; it boots with the first step after it had none.
+    fn has_power(&mut self) -> Result<bool, LinkError> {
+        let is_on = !self.setup.scenario.faults.timed.is(What::PowerOff, self.now_us);
+        if is_on && !std::mem::replace(&mut self.is_on, is_on) {
+            self.link.reboot(&self.setup.flash)?;
+        }
+        self.is_on = is_on;
+        Ok(is_on)
     }
 
     /// Has the autopilot do what it is asked for.

@@ -1,7 +1,7 @@
 //! The camera that is simulated: keys of the scenario, or a camera file.
 
 use plumbline_survey::camera_file::{CameraFile, Distortion};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// Where the camera is described.
@@ -28,7 +28,7 @@ impl Default for Camera {
 }
 
 /// `[camera]`: the six keys of every camera file, and distortion.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Frame {
     /// Frame width, pixels.

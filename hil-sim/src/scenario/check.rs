@@ -2,7 +2,7 @@
 
 use super::bounds::within;
 use super::footprint::footprint_margin_m;
-use super::{Camera, EdgeSource, FollowUpMode, Payload, Run, Scenario, Vehicle};
+use super::{Camera, EdgeSource, FollowUpMode, Payload, Run, Scenario, Vehicle, What};
 use plumbline_core::camera::SQUARE_MAX;
 use plumbline_survey::camera_file::{CameraFile, SIDE_MAX_PX};
 use plumbline_survey::error::InputError;
@@ -109,6 +109,7 @@ impl Scenario {
             if let Some((key, [from_s, to_s])) = self.faults.intervals().find(|(_, [from_s, to_s])| from_s > to_s) {
                 return Err(format!("{key} = [{from_s}, {to_s}] has the later second first"));
             }
+            self.check_faults()?;
             match (&self.camera, self.vehicle.head) {
                 (Camera::Keys(_), Some(head)) => {
                     Err(format!("head = {head} is one of a camera_file, which is not given"))
@@ -118,6 +119,29 @@ impl Scenario {
             }
         };
         parts().map_err(|what| InputError::new(format!("{}: {what}", self.file)))
+    }
+
+    /// Refuses a fault of what is not there.
+    fn check_faults(&self) -> Result<(), String> {
+        let timer = &self.world.timer;
+        let measured = self.vehicle.follow_up.mode == FollowUpMode::Measured;
+        for fault in self.faults.timed.all() {
+            let missing = match fault.what {
+                What::EncoderOff | What::EncoderStuck | What::EncoderBias if !measured => {
+                    "an encoder: follow_up.mode = \"measured\""
+                }
+                What::ClockOffset | What::ClockAsymmetry | What::ClockJitter if !timer.timesync => {
+                    "TIMESYNC: timer.timesync = true"
+                }
+                What::ClockPhase if !timer.pps => "pulses: timer.pps = true",
+                What::PowerOff if self.run.link.signing_key_path.is_some() => {
+                    "a link without link.signing_key_path: the simulated board does not keep the time of signatures over a boot"
+                }
+                _ => continue,
+            };
+            return Err(format!("the fault {fault} needs {missing}"));
+        }
+        Ok(())
     }
 
     /// Checks that a synthetic flight does not see the horizon.

@@ -1,7 +1,8 @@
 //! What goes wrong.
 
 use super::bounds::Bounded;
-use serde::Deserialize;
+use super::timed::FaultList;
+use serde::{Deserialize, Serialize};
 
 /// Start and end, seconds of the flight; the end is excluded.
 pub type Seconds = [f64; 2];
@@ -12,7 +13,7 @@ pub fn is_during(interval: Option<Seconds>, at_s: f64) -> bool {
 }
 
 /// No faults by default.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Faults {
     /// The autopilot.
@@ -27,10 +28,13 @@ pub struct Faults {
     pub shutter: Shutter,
     /// The pulse per second.
     pub timer: Timer,
+    /// What fails for a time, `[[fault]]`.
+    #[serde(rename = "fault")]
+    pub timed: FaultList,
 }
 
 /// What is wrong with the autopilot.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AutopilotFaults {
     /// When satellite navigation has a position; never unless given, which is what fixes are for.
@@ -44,7 +48,7 @@ pub struct AutopilotFaults {
 }
 
 /// Parameters that differ from the documented ones, by their names; what is `nan` is never answered.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default, rename_all = "SCREAMING_SNAKE_CASE")]
 #[allow(missing_docs, reason = "the autopilot's own names")]
 pub struct WrongParameters {
@@ -60,7 +64,7 @@ pub struct WrongParameters {
 }
 
 /// What the attitude sensor does wrong, and when.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AttitudeFaults {
     /// It is silent.
@@ -74,7 +78,7 @@ pub struct AttitudeFaults {
 }
 
 /// What goes wrong on the link, all in percent. See [`crate::fault`].
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LinkFaults {
     /// Share of all bits that arrive flipped. A message has some 300 bits.
@@ -86,7 +90,7 @@ pub struct LinkFaults {
 }
 
 /// What the laser does wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Range {
     /// Share of the samples without an echo.
@@ -96,7 +100,7 @@ pub struct Range {
 }
 
 /// What the shutter's line and the frames do wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Shutter {
     /// Share of the edges that are lost.
@@ -110,7 +114,7 @@ pub struct Shutter {
 }
 
 /// What the pulse per second does wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Timer {
     /// When there are no pulses.

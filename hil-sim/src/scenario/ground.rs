@@ -2,12 +2,12 @@
 
 use super::{Camera, Scenario};
 use plumbline_survey::error::InputError;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// What is flown over.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "Keys")]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(try_from = "Keys", into = "Keys")]
 pub enum Ground {
     /// Synthetic, from the seed: texture, fields, roads; level at height 0 but for the houses.
     Procedural,
@@ -22,7 +22,7 @@ pub enum Ground {
     },
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {
     kind: Option<Kind>,
@@ -31,7 +31,7 @@ struct Keys {
     reference: Option<PathBuf>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum Kind {
     Procedural,
@@ -46,6 +46,15 @@ impl TryFrom<Keys> for Ground {
             (Some(Kind::Procedural), None) if keys.dem.is_none() && keys.reference.is_none() => Ok(Ground::Procedural),
             (Some(Kind::Procedural), _) => Err("a procedural ground takes no ortho, dem or reference"),
             (None, None) => Err("ground needs either kind = \"procedural\" or an ortho"),
+        }
+    }
+}
+
+impl From<Ground> for Keys {
+    fn from(ground: Ground) -> Self {
+        match ground {
+            Ground::Procedural => Keys { kind: Some(Kind::Procedural), ortho: None, dem: None, reference: None },
+            Ground::Ortho { ortho, dem, reference } => Keys { kind: None, ortho: Some(ortho), dem, reference },
         }
     }
 }

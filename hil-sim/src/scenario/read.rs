@@ -11,6 +11,8 @@ use toml::de::{DeTable, DeValue, Deserializer};
 pub struct Reader<'a> {
     text: &'a str,
     file: &'a str,
+    /// Whether messages say the line.
+    has_lines: bool,
     /// What each part left, dotted; a table stands for all its keys.
     left: Vec<Vec<String>>,
 }
@@ -19,7 +21,13 @@ impl<'a> Reader<'a> {
     /// A reader of `text`; `file` is its name for messages.
     #[must_use]
     pub fn new(text: &'a str, file: &'a str) -> Self {
-        Reader { text, file, left: Vec::new() }
+        Reader { text, file, has_lines: true, left: Vec::new() }
+    }
+
+    /// As it is, of a text whose lines nobody has written.
+    #[must_use]
+    pub fn unlined(self) -> Self {
+        Reader { has_lines: false, ..self }
     }
 
     /// The keys of one part.
@@ -46,7 +54,7 @@ impl<'a> Reader<'a> {
         };
         let mut keys = self.left.iter().flatten();
         let Some(key) = keys.find(|key| self.left.iter().all(|by| is_left(key, by))) else { return Ok(()) };
-        let line = at(self.text, key).map(|at| line_of(self.text, at)).unwrap_or_default();
+        let line = at(self.text, key).map(|at| self.line_of(at)).unwrap_or_default();
         let why = match key.as_str() {
             "mount.boresight_deg" | "mount.true_boresight_deg" => {
                 let table = key.trim_end_matches("_deg");
@@ -63,8 +71,18 @@ impl<'a> Reader<'a> {
     /// What the TOML reader found, as one sentence with the line it stands in.
     fn sentence(&self, error: &toml::de::Error) -> InputError {
         let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-        let line = error.span().map(|span| line_of(self.text, span.start)).unwrap_or_default();
+        let line = error.span().map(|span| self.line_of(span.start)).unwrap_or_default();
         InputError::new(format!("{}{line}: {message}", self.file))
+    }
+
+    /// The line in which byte `at` stands, to follow the file's name.
+    fn line_of(&self, at: usize) -> String {
+        if !self.has_lines {
+            return String::new();
+        }
+        let number = self.text.get(..at).map_or(0, |before| before.matches('\n').count()) + 1;
+        let line = self.text.lines().nth(number - 1).unwrap_or_default().trim();
+        format!(", line {number} (`{line}`)")
     }
 }
 
@@ -81,11 +99,4 @@ fn at(text: &str, key: &str) -> Option<usize> {
         })
     }
     find(DeTable::parse(text).ok()?.get_ref(), key)
-}
-
-/// The line of `text` in which byte `at` stands, to follow the file's name.
-fn line_of(text: &str, at: usize) -> String {
-    let number = text.get(..at).map_or(0, |before| before.matches('\n').count()) + 1;
-    let line = text.lines().nth(number - 1).unwrap_or_default().trim();
-    format!(", line {number} (`{line}`)")
 }

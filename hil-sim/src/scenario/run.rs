@@ -1,7 +1,7 @@
 //! One run: its seed and its frames, where the vehicle goes.
 
 use super::bounds::Bounded;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// Most frames of a flight: a day at 4 Hz is 345 600.
@@ -13,7 +13,7 @@ pub const WARM_UP_US: u64 = 3_000_000;
 pub const COOL_DOWN_US: u64 = 1_000_000;
 
 /// Keys carry their units.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Run {
     /// What the report calls it.
@@ -57,7 +57,7 @@ impl Default for Run {
 }
 
 /// Where the vehicle goes.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Flight {
     /// Lowest and highest height above the ground's base, metres; heights between are equally frequent.
@@ -73,7 +73,7 @@ impl Default for Flight {
 }
 
 /// How a plan is flown.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Plan {
     /// Deviations from the planned track, one sigma: east and north each, and up, metres.
@@ -87,7 +87,7 @@ impl Default for Plan {
 }
 
 /// How a flight with a real autopilot is flown.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Live {
     /// Side of the reference tile; 5.6 km, or what fits on board, unless given.
@@ -107,7 +107,7 @@ impl Default for Live {
 }
 
 /// What the link is given for a run, beside the settings of the vehicle's.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(default)]
 pub struct RunLink {
     /// File of 64 hexadecimal digits: the key that both sides sign their messages with. They are not signed without.
@@ -115,7 +115,7 @@ pub struct RunLink {
 }
 
 /// A recorded attitude, flown as the true one.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Replay {
     /// CSV with the columns `t_s`, `roll_deg`, `pitch_deg`, `yaw_deg`.

@@ -9,10 +9,10 @@ use plumbline_core::budget::REACQUIRE_PX;
 use plumbline_core::pose::noise::LAGS;
 use plumbline_core::stamp::EXPOSURE_MAX_US;
 use plumbline_survey::camera_file::{ARM_MAX_M, BORESIGHT_MAX_DEG};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// Keys carry their units; angles are degrees in files and nowhere else.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Vehicle {
     /// Which head of the camera file flies, counted from 1.
@@ -71,7 +71,7 @@ impl Default for Vehicle {
 }
 
 /// How the camera sits in the vehicle.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Mount {
     /// From the antenna, whose position is reported and corrected, to the camera: forward, right, down.
@@ -81,7 +81,7 @@ pub struct Mount {
 }
 
 /// φ, ω, κ of the vehicle from the camera, as `[boresight]` of a camera file has them.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Boresight {
     /// About the forward axis.
@@ -111,7 +111,7 @@ impl Boresight {
 }
 
 /// What the vehicle may do.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Flight {
     /// Pitch and roll are uniform within plus and minus this.
@@ -129,7 +129,7 @@ impl Default for Flight {
 }
 
 /// Attitude sensor. Each of heading, pitch and roll has noise of its own: white, plus a first-order Gauss-Markov drift.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Attitude {
     /// Samples a second.
@@ -167,7 +167,7 @@ impl Default for Attitude {
 }
 
 /// What the camera does about the heading, and what the firmware is configured for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FollowUpMode {
     /// A servo follows; the firmware computes the follow-up angle.
@@ -180,7 +180,7 @@ pub enum FollowUpMode {
 }
 
 /// Camera servo and encoder. The encoder sends in the mode "measured" only.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct FollowUp {
     /// Which of the three.
@@ -198,7 +198,7 @@ impl Default for FollowUp {
 }
 
 /// Laser rangefinder.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Range {
     /// White noise of the slant, one sigma.
@@ -216,7 +216,7 @@ impl Default for Range {
 }
 
 /// Position prior, as a vehicle without satellite navigation has it: good to a few pixels, drifting.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Position {
     /// Gauss-Markov error of each of east, north and up, one sigma; two pixels of the reference unless given, so that
@@ -239,7 +239,7 @@ impl Default for Position {
 }
 
 /// Which of the shutter's edges are wired to the capture timer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EdgeSource {
     /// Both.
@@ -253,7 +253,7 @@ pub enum EdgeSource {
 
 /// The shutter's line, and the way of a frame to the board. The firmware is configured with delays, latency and sigmas, as a
 /// calibration would find them.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Shutter {
     /// Which edges are wired.
@@ -287,7 +287,7 @@ impl Default for Shutter {
 }
 
 /// The free-running 32-bit capture timer of 1 MHz, and the pulse per second that ties it to the autopilot.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Timer {
     /// Random walk of its rate, one sigma in a second, parts per million.

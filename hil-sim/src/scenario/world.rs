@@ -4,10 +4,10 @@
 use super::bounds::Bounded;
 use super::ground::Ground;
 use super::vehicle::Boresight;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// Keys carry their units.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct World {
     /// Instants of an exposure that a frame is the mean of, spread evenly; 1 is mid-exposure alone, a sharp picture.
@@ -53,7 +53,7 @@ impl Default for World {
 }
 
 /// How the camera really sits in the vehicle.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Mount {
     /// The boresight as it really is, where the board is configured with another: what `plumbline boresight` finds. As
@@ -62,7 +62,7 @@ pub struct Mount {
 }
 
 /// Attitude sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Attitude {
     /// From its stamp to its arrival.
@@ -78,7 +78,7 @@ impl Default for Attitude {
 }
 
 /// Camera servo and encoder.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct FollowUp {
     /// Time constant of the servo, seconds; 0 follows exactly.
@@ -96,7 +96,7 @@ impl Default for FollowUp {
 }
 
 /// Laser rangefinder.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Range {
     /// From its stamp to its arrival.
@@ -110,7 +110,7 @@ impl Default for Range {
 }
 
 /// Position prior.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Position {
     /// Time constant of its Gauss-Markov error.
@@ -126,7 +126,7 @@ impl Default for Position {
 }
 
 /// The capture timer and what ties it to the autopilot's clock.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Timer {
     /// Its count at the autopilot's time 0. The default wraps 5 s into the flight.
@@ -146,7 +146,7 @@ impl Default for Timer {
 }
 
 /// The autopilot.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Autopilot {
     /// Its main loop a second: what is asked for as often or more often is denied.
@@ -162,7 +162,7 @@ impl Default for Autopilot {
 
 /// How the reference differs from the ground: offset + gain · 255 (DN/255)^gamma, noise, and patches that changed. What is not
 /// given depends on the ground: a procedural one has synthetic differences, over an orthophoto there are none.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reference {
     /// Exponent of the tone curve.

@@ -5,11 +5,15 @@
 //! answers name nobody and take from 1.6 to 13 ms; its microseconds are counted in 32 bits, its milliseconds are cut off. Its
 //! parameters are answered by name where it has them. Where it knows no place it sends (0, 0), and neither origin nor height.
 
+mod clock;
 mod parameters;
+#[cfg(test)]
+mod tests;
 
 use crate::noise::{stream, uniform};
-use crate::scenario::{AutopilotFaults, Seconds, is_during};
+use crate::scenario::{AutopilotFaults, FaultList, is_during};
 use crate::vehicle::sensors::{Reading, Sample};
+use clock::Clock;
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA, EstimatorStatusFlags,
     GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GPS_GLOBAL_ORIGIN_DATA, GPS_RAW_INT_DATA,
@@ -31,6 +35,8 @@ const SYSTEM: u8 = 1;
 const COMPONENT: u8 = 1;
 /// The encoder's component id, MAV_COMP_ID_GIMBAL2.
 const ENCODER: u8 = 171;
+/// The component id of one that is no autopilot, MAV_COMP_ID_USER1.
+const STRANGER: u8 = 25;
 /// What a range finder without an echo sends.
 const NO_ECHO_CM: u16 = u16::MAX;
 /// From one message to the next of what is sent unasked, microseconds.
@@ -47,9 +53,12 @@ const WAIT_MAX_US: f64 = 5_700.0;
 const LOOP_SLACK_US: u64 = 1_700;
 
 /// Turns samples into messages, and answers.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Autopilot {
     sequence: u8,
+    /// What all its messages bear in place of their own component ids.
+    component: Option<u8>,
+    clock: Clock,
     /// Interval of each stream that is sent, and when it is next due.
     streams: BTreeMap<u32, (u64, u64)>,
     /// Its loop, beyond whose rate it sends nothing, hertz.
@@ -68,11 +77,12 @@ pub struct Autopilot {
 impl Autopilot {
     /// Before its first message.
     pub fn new(loop_rate_hz: u32, seed: u64) -> Self {
-        let streams = UNASKED.iter().map(|message| (*message, (UNASKED_US, 0))).collect();
         let faults = AutopilotFaults::default();
         Autopilot {
             sequence: 0,
-            streams,
+            component: None,
+            clock: Clock::new(FaultList::default(), seed),
+            streams: unasked(),
             loop_rate_hz,
             origin: None,
             is_placed: true,
@@ -87,6 +97,24 @@ impl Autopilot {
     pub fn with(self, faults: &AutopilotFaults) -> Self {
         let parameters = Parameters::new(self.loop_rate_hz, &faults.parameters);
         Autopilot { is_placed: !faults.knows_no_place, parameters, faults: *faults, ..self }
+    }
+
+    /// With the faults of its clock.
+    pub fn failing(self, faults: FaultList, seed: u64) -> Self {
+        Autopilot { clock: Clock::new(faults, seed), ..self }
+    }
+
+    /// Whether it has power at `at_us`. Where it has booted since it was asked last, all that it was told is forgotten.
+    pub fn is_awake(&mut self, at_us: u64) -> bool {
+        if self.clock.has_booted(at_us) {
+            (self.sequence, self.streams, self.origin, self.source_set) = (0, unasked(), None, 1);
+        }
+        !self.clock.is_off(at_us)
+    }
+
+    /// Another component of its system that sends what it sends, with values of its own.
+    pub fn stranger(&self) -> Self {
+        Autopilot { component: Some(STRANGER), ..self.clone() }
     }
 
     /// The set of sources that its estimator uses.
@@ -115,6 +143,9 @@ impl Autopilot {
     /// # Errors
     /// A position that the reference system cannot convert.
     pub fn messages(&mut self, sample: &Sample, crs: &Crs) -> Result<Vec<Vec<u8>>, InputError> {
+        let has_gnss = is_during(self.faults.gnss_s, 1e-6 * sample.sampled_at_us as f64);
+        let Some(sample) = self.clock.stamped(sample) else { return Ok(Vec::new()) };
+        let sample = &sample;
         let messages = match sample.reading {
             Reading::Pps { .. } => Vec::new(),
             Reading::Attitude { heading_true_rad, pitch_rad, roll_rad, velocity_ned_m_s } => {
@@ -129,7 +160,7 @@ impl Autopilot {
             Reading::Range { slant_m } => vec![self.due(sample, &range(sample, slant_m))],
             Reading::Position { east_m, north_m, up_m, velocity_ned_m_s } => {
                 let degrees = crs.to_wgs84(east_m, north_m)?;
-                let gnss = self.due(sample, &gnss(sample, self.faults.gnss_s));
+                let gnss = self.due(sample, &gnss(sample, has_gnss));
                 if self.is_placed {
                     let message = position(sample, degrees, up_m, velocity_ned_m_s);
                     let (_, _, origin_up_m) = *self.origin.get_or_insert((message.lat, message.lon, up_m));
@@ -161,8 +192,9 @@ impl Autopilot {
     /// names nobody.
     pub fn timesync_answer(&mut self, theirs_ns: i64, at_us: u64) -> (u64, Vec<u8>) {
         let at_autopilot_us = at_us + self.way_us();
-        let answer = TIMESYNC_DATA { tc1: at_autopilot_us as i64 * 1000, ts1: theirs_ns };
-        (at_autopilot_us + self.way_us(), self.encode(COMPONENT, &answer))
+        let answer = TIMESYNC_DATA { tc1: self.clock.told_us(at_autopilot_us) * 1000, ts1: theirs_ns };
+        let back_us = self.way_us() + self.clock.late_us(at_autopilot_us);
+        (at_autopilot_us + back_us, self.encode(COMPONENT, &answer))
     }
 
     /// What comes of a command that was sent at `at_us`: when it arrives, and its bytes.
@@ -199,7 +231,7 @@ impl Autopilot {
         if !is_known || is_too_fast {
             return DENIED_AS[usize::from(is_known)];
         }
-        self.streams.insert(message, (interval_us as u64, now_us));
+        self.streams.insert(message, (interval_us as u64, self.clock.reads(now_us)));
         ACCEPTED
     }
 
@@ -222,7 +254,11 @@ impl Autopilot {
 
     fn encode<D: MessageData>(&mut self, component: u8, data: &D) -> Vec<u8> {
         let mut raw = MAVLinkV2MessageRaw::new();
-        let header = MavHeader { system_id: SYSTEM.into(), component_id: component, sequence: self.sequence };
+        let header = MavHeader {
+            system_id: SYSTEM.into(),
+            component_id: self.component.unwrap_or(component),
+            sequence: self.sequence,
+        };
         self.sequence = self.sequence.wrapping_add(1);
         raw.serialize_message_data(header, data);
         raw.raw_bytes().to_vec()
@@ -235,10 +271,13 @@ const DENIED_AS: [u8; 2] = [DENIED, 4];
 /// Sets of sources of its estimator.
 const SOURCE_SETS: [f64; 3] = [1.0, 2.0, 3.0];
 
-/// GPS_RAW_INT of a receiver with a fix in these seconds and no others.
-fn gnss(sample: &Sample, good_s: Option<Seconds>) -> GPS_RAW_INT_DATA {
-    let at_s = 1e-6 * sample.sampled_at_us as f64;
-    let is_good = is_during(good_s, at_s);
+/// What it sends unasked, and how often.
+fn unasked() -> BTreeMap<u32, (u64, u64)> {
+    UNASKED.iter().map(|message| (*message, (UNASKED_US, 0))).collect()
+}
+
+/// GPS_RAW_INT of a receiver with or without a fix.
+fn gnss(sample: &Sample, is_good: bool) -> GPS_RAW_INT_DATA {
     let fix_type = if is_good { GpsFixType::GPS_FIX_TYPE_3D_FIX } else { GpsFixType::GPS_FIX_TYPE_NO_FIX };
     GPS_RAW_INT_DATA { time_usec: sample.sampled_at_us, fix_type, ..GPS_RAW_INT_DATA::DEFAULT }
 }

@@ -5,6 +5,7 @@
 
 mod attitude_faults;
 mod edges;
+mod faulty;
 mod reading;
 mod shutter;
 mod streams;

@@ -16,7 +16,7 @@ impl Report<'_> {
         html! {
             header {
                 p class="kicker" { "Plumbline " (env!("CARGO_PKG_VERSION")) " · flight report" }
-                h1 { "Flight “" (summary.scenario) "”" }
+                h1 { "Flight “" (summary.name()) "”" }
                 p class="note" { (summary.frames) " frames over " (self.ground()) " · " (link_name(&summary.link)) " · seed " (summary.seed) }
                 p class="verdict" { (verdict(summary)) }
                 @if let Some(why) = &summary.aborted {

@@ -39,13 +39,7 @@ pub fn run(args: &Args, ends: [&End; 2], output: Option<&Output>) -> Result<Outc
         let why = "--autopilot flies the firmware in this process; --link is not for it";
         return Err(Failure::Input(InputError::new(why)));
     }
-    let (mut scenario, _) = setting::scenario(args)?;
-    if scenario.run.replay.is_some() {
-        return Err(Failure::Input(InputError::new(
-            "a scenario with a replay is not for --autopilot, which flies itself",
-        )));
-    }
-    scenario.run.frames = args.frames.unwrap_or(FRAMES_MAX);
+    let scenario = scenario(args)?;
     let bar = args.frames.map_or_else(progress::spinner, |frames| progress::bar(frames.into(), "frame"));
     let mut watch = Watch::new(bar)?;
     let [autopilot, truth] = ends;
@@ -93,6 +87,23 @@ pub fn run(args: &Args, ends: [&End; 2], output: Option<&Output>) -> Result<Outc
     }
     let failure = aborted.map(|(frames, why)| format!("{why}; {} of {frames} frames were taken", flight.frames.len()));
     Ok(Outcome::new(args.json, &summary, || text::table(&summary, args.out.as_deref()))?.failed(failure))
+}
+
+/// The scenario, which has to leave to the autopilot what is the autopilot's.
+fn scenario(args: &Args) -> Result<Scenario, Failure> {
+    let (mut scenario, _) = setting::scenario(args)?;
+    if scenario.run.replay.is_some() {
+        return Err(Failure::Input(InputError::new(
+            "a scenario with a replay is not for --autopilot, which flies itself",
+        )));
+    }
+    if let Some(fault) = scenario.faults.timed.all().first() {
+        return Err(Failure::Input(InputError::new(format!(
+            "the fault {fault} is of a simulated vehicle, and --autopilot flies a real one"
+        ))));
+    }
+    scenario.run.frames = args.frames.unwrap_or(FRAMES_MAX);
+    Ok(scenario)
 }
 
 /// One flight; `None` where a connection closed before the vehicle was armed.

@@ -22,6 +22,8 @@ pub fn setup(args: &Args) -> Result<Setup, Failure> {
 /// What is to be flown, and whether it says a resolution.
 pub fn scenario(args: &Args) -> Result<(Scenario, bool), Failure> {
     let (mut scenario, has_resolution) = load(args)?;
+    args.faults.iter().for_each(|fault| scenario.faults.timed.push(*fault));
+    scenario.check()?;
     if let Some(frames) = args.frames {
         scenario.run.frames = frames;
     }
@@ -39,16 +41,20 @@ pub fn scenario(args: &Args) -> Result<(Scenario, bool), Failure> {
 /// live flights are flown with; and whether it says a resolution.
 fn load(args: &Args) -> Result<(Scenario, bool), Failure> {
     let data = shared_data();
-    let parse = |text: &str, file: &str, folder: &Path| match (&args.plan, &args.autopilot) {
-        (Some(_), _) => Ok(Scenario::parse_planned(text, file, folder, data.as_deref())?),
-        (None, Some(_)) => Ok((Scenario::parse_over(LIVE, text, file, folder, data.as_deref())?, true)),
-        (None, None) => Ok((Scenario::parse(text, file, folder, data.as_deref())?, true)),
+    let parse = |text: &str, file: &str, folder: &Path| {
+        let (text, file) = Scenario::set(text, file, &args.settings)?;
+        match (&args.plan, &args.autopilot) {
+            (Some(_), _) => Ok(Scenario::parse_planned(&text, &file, folder, data.as_deref())?),
+            (None, Some(_)) => Ok((Scenario::parse_over(LIVE, &text, &file, folder, data.as_deref())?, true)),
+            (None, None) => Ok((Scenario::parse(&text, &file, folder, data.as_deref())?, true)),
+        }
     };
     let Some(path) = &args.scenario else {
         return match (&args.plan, &args.autopilot) {
             (Some(_), _) => parse("", "survey", Path::new("")),
             (None, Some(_)) => parse("", "live", Path::new("")),
-            (None, None) => Ok((Scenario::default(), true)),
+            (None, None) if args.settings.is_empty() => Ok((Scenario::default(), true)),
+            (None, None) => parse("", "the default scene", Path::new("")),
         };
     };
     match BUILT_IN.iter().find(|(name, _)| Path::new(name) == path) {

@@ -1,10 +1,11 @@
 //! The flight in thirteen lines, for a person at a terminal; three more of a plan or with a real autopilot, one more where a
-//! serial line was in between.
+//! serial line was in between, and one of each timed fault.
 
 use plumbline_charts::format::NOT_MEASURED;
 use plumbline_sim::live::navigation::Navigation;
 use plumbline_sim::live::report::Live;
 use plumbline_sim::score::Summary;
+use plumbline_sim::score::faults::FaultScore;
 use plumbline_sim::score::plan::{Flown, Pair};
 use std::path::Path;
 
@@ -53,6 +54,12 @@ pub fn table(summary: &Summary, out: Option<&Path>) -> String {
             ),
         ),
     ];
+    add_rows(summary, &mut rows);
+    rows.iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect()
+}
+
+/// The rows that not every flight has.
+fn add_rows(summary: &Summary, rows: &mut Vec<(&'static str, String)>) {
     if let Some(plan) = &summary.plan {
         let at = rows.len() - 1;
         rows.splice(at..at, plan_rows(plan));
@@ -64,10 +71,11 @@ pub fn table(summary: &Summary, out: Option<&Path>) -> String {
         let at = rows.len() - 1;
         rows.splice(at..at, live_rows(live, summary.navigation.as_ref()));
     }
+    let at = rows.len() - 1;
+    rows.splice(at..at, summary.faults.iter().map(fault_row));
     if let Some(why) = &summary.aborted {
         rows.insert(1, ("ended early", why.clone()));
     }
-    rows.iter().map(|(name, value)| format!("{name:<14}{value}\n")).collect()
 }
 
 /// A live flight in three lines: how it went, how well its times are known, what the autopilot's own position is worth.
@@ -98,6 +106,19 @@ fn live_rows(live: &Live, navigation: Option<&Navigation>) -> [(&'static str, St
         },
     );
     [("live", flown), ("times", times), ("autopilot", navigation)]
+}
+
+/// What a fault did to the fixes.
+fn fault_row(fault: &FaultScore) -> (&'static str, String) {
+    let FaultScore { spec, frames, accepted, wrong, frames_after, accepted_after, .. } = fault;
+    let again = match (fault.to_s, fault.recovery_s) {
+        (None, _) => String::new(),
+        (Some(_), None) => "; no fix after it".to_owned(),
+        (Some(_), Some(after_s)) => {
+            format!("; {accepted_after} of {frames_after} in the 10 s after it, the first after {after_s:.2} s")
+        }
+    };
+    ("fault", format!("{spec}: {accepted} of {frames} frames accepted, {wrong} wrong{again}"))
 }
 
 /// To hundredths, with its unit.
@@ -182,7 +203,7 @@ mod tests {
         };
         Summary {
             schema: 1,
-            scenario: "s".to_owned(),
+            scenario: serde_json::json!({"name": "s"}),
             seed: 1,
             link: "inproc".to_owned(),
             firmware_sha256: None,
@@ -221,6 +242,7 @@ mod tests {
             plan: None,
             navigation: None,
             live: None,
+            faults: Vec::new(),
             aborted: None,
         }
     }

@@ -2,11 +2,11 @@
 
 use crate::scenario::bounds::Bounded;
 use plumbline_firmware::stores::configuration::{ALTITUDES_M, CORRELATION_MAX_S, START_SIGMA_MAX_M};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// Who is on the link, and how fixes are sent to the autopilot. A sample is taken from the sender that is named here and from
 /// no other.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Link {
     /// System id of the vehicle, ours too.
@@ -40,7 +40,7 @@ pub struct Link {
 }
 
 /// A start without satellite navigation.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
     /// Latitude.
@@ -61,7 +61,7 @@ pub struct Start {
 }
 
 /// Who has the autopilot use fixes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SwitchSource {
     /// Its pilot.
@@ -99,7 +99,7 @@ impl Default for Link {
 }
 
 /// The message that fixes are sent in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FixMessage {
     /// As the autopilot's heartbeat says: ODOMETRY for ArduPilot, GLOBAL_POSITION_SENSOR for PX4 and others.

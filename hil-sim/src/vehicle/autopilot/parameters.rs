@@ -4,7 +4,7 @@ use crate::scenario::WrongParameters;
 use mavlink::dialects::common::{MavParamType, PARAM_VALUE_DATA};
 
 /// Names and values.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Parameters(Vec<(&'static str, f32)>);
 
 /// Parameters that it says it has.

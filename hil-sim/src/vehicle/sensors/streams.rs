@@ -1,6 +1,7 @@
 //! The streams, merged in the order in which they arrive at the board.
 
 use super::attitude_faults::FaultyAttitude;
+use super::faulty::Faulty;
 use super::reading::{Reading, Sample};
 use crate::noise::{GaussMarkov, White, stream, uniform};
 use crate::scenario::{FollowUpMode, Mounting, Scenario, Seconds, is_during};
@@ -62,6 +63,7 @@ pub struct Streams {
     attitude_white: [White; 3],
     attitude_drift: [GaussMarkov; 3],
     faulty_attitude: FaultyAttitude,
+    faulty: Faulty,
     follow_up_white: White,
     range_white: White,
     dropout: (f64, ChaCha12Rng),
@@ -105,6 +107,7 @@ impl Streams {
                 drift(attitude.drift_deg, "attitude.roll.drift"),
             ],
             faulty_attitude: FaultyAttitude::new(scenario.faults.attitude_faults),
+            faulty: Faulty::new(scenario.faults.timed.clone(), convergence_rad),
             follow_up_white: white(scenario.vehicle.follow_up.noise_deg, "follow_up"),
             range_white: White::new(scenario.vehicle.range.sigma_m, seed, "range"),
             dropout: (scenario.faults.range.dropout_percent / 100.0, stream(seed, "range.dropout")),
@@ -128,9 +131,14 @@ impl Streams {
     ) -> Option<Sample> {
         loop {
             // `min_by_key` keeps the first of equals: the order of the kinds.
-            let timetable = self.timetables.iter_mut().min_by_key(|timetable| timetable.arrived_at_us())?;
-            let (kind, sampled_at_us) = (timetable.kind, timetable.sampled_at_us());
-            let (arrived_at_us, held_at_us) = (timetable.arrived_at_us(), timetable.held_at_us());
+            let late_us = |timetable: &Timetable| match timetable.kind {
+                Kind::Pps => self.faulty.pulse_late_us(timetable.sampled_at_us()),
+                _ => 0,
+            };
+            let arrived_at_us = |timetable: &Timetable| timetable.arrived_at_us() + late_us(timetable);
+            let timetable = self.timetables.iter_mut().min_by_key(|timetable| arrived_at_us(timetable))?;
+            let (kind, sampled_at_us) = (timetable.kind, timetable.sampled_at_us() + late_us(timetable));
+            let (arrived_at_us, held_at_us) = (arrived_at_us(timetable), timetable.held_at_us());
             if arrived_at_us >= until_us {
                 return None;
             }
@@ -142,7 +150,8 @@ impl Streams {
                     (!lost).then_some(Reading::Pps { second })
                 }
                 Kind::Attitude => {
-                    let reading = self.attitude(held_at_us, motion);
+                    let older_us = self.faulty.attitude_delay_us(sampled_at_us);
+                    let reading = self.attitude(held_at_us, older_us, motion);
                     (!motion.in_gap(sampled_at_us)).then_some(reading)
                 }
                 Kind::FollowUp => Some(self.follow_up(held_at_us, motion)),
@@ -150,6 +159,7 @@ impl Streams {
                 Kind::Position => Some(self.position(held_at_us, motion)),
             };
             let sample = reading.map(|reading| Sample { sampled_at_us, arrived_at_us, reading });
+            let sample = sample.and_then(|sample| self.faulty.pass(sample));
             let sample = match kind {
                 Kind::Attitude => sample.and_then(|sample| self.faulty_attitude.pass(sample)),
                 _ => sample,
@@ -160,8 +170,9 @@ impl Streams {
         }
     }
 
-    fn attitude(&mut self, t_us: u64, motion: &Motion) -> Reading {
-        let state = motion.state(t_us);
+    /// What was true at `t_us` less `older_us`, with the noise of `t_us`: a delay changes no random number.
+    fn attitude(&mut self, t_us: u64, older_us: u64, motion: &Motion) -> Reading {
+        let state = motion.state(t_us.saturating_sub(older_us));
         let white = self.attitude_white.each_mut().map(White::draw);
         let drift = self.attitude_drift.each_mut().map(|drift| drift.at(t_us));
         Reading::Attitude {
