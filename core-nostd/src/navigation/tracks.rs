@@ -40,6 +40,8 @@ const STEP_MAX_US: i32 = 2_000_000;
 const TURN_SHARE: f32 = 0.35;
 /// A place is doubtful where the gate around it reaches over so much of the search: it would take in what is found by chance.
 const DOUBTFUL: f32 = 0.5;
+/// There a match counts all the same within this share of the search. Chosen: of what is found by chance one in twenty lies there.
+const NEAR: f32 = 0.25;
 
 /// A match, as far as it concerns where the vehicle is.
 #[derive(Clone, Copy, Debug)]
@@ -156,11 +158,16 @@ impl Tracks {
         self.tracks.is_empty()
     }
 
-    /// Whether a match has to be found again before it counts: the place that counts may be anywhere in half of the search, or
-    /// has been forgotten.
-    pub fn is_doubtful(&self, reach_m: f32) -> bool {
+    /// Whether a match has to be found again before it counts: the place that counts may be anywhere in half of the search and
+    /// the match does not lie near it, or the place has been forgotten.
+    pub fn is_doubtful(&self, nadir: Local, reach_m: f32) -> bool {
         let reaches = |leader: &Track| sqrt(GATE) * leader.drift_m > DOUBTFUL * reach_m;
-        if self.tracks.is_empty() { self.was_known } else { self.leader().is_some_and(reaches) }
+        let is_off = |leader: &Track| leader.nadir.off_m(nadir) > NEAR * reach_m;
+        if self.tracks.is_empty() {
+            self.was_known
+        } else {
+            self.leader().is_some_and(|leader| reaches(leader) && is_off(leader))
+        }
     }
 
     /// Begins anew where the vehicle has been found twice, or where the navigation expected it.

@@ -67,9 +67,9 @@ pub enum Refusal {
     TooFast = 26,
     /// A buffer of this build is too small for what the frame needs.
     Capacity = 27,
-    /// A search far from the prediction has found it; the next frames must find it there, too.
+    /// Found far from the prediction, or after a long time in vain; the next frames must find it there, too.
     Unconfirmed = 28,
-    /// It does not lie where the matches before, or at first the navigation, have put the vehicle.
+    /// It does not lie where the matches before have put the vehicle.
     Contradicted = 29,
 }
 

@@ -154,7 +154,9 @@ impl Whereabouts {
             }
             Some(_) => {}
             // After so long, or so many in vain, what is found as well may be wrong.
-            None if self.tracks.is_doubtful(usual.reach_m) || is_alone && self.missed + 1 >= LOST_AFTER => {
+            None if self.tracks.is_doubtful(sighting.nadir, usual.reach_m)
+                || is_alone && self.missed + 1 >= LOST_AFTER =>
+            {
                 return self.unconfirmed(situation, sighting);
             }
             None if is_alone => {

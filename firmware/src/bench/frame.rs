@@ -135,7 +135,8 @@ fn settings(camera: Camera, pose: &Pose, search_px: u16) -> Settings {
             heading_drift_rad: 0.009,
             follow_up_rad: 0.001,
             range_m: 0.3,
-            position_drift_m: 10.0,
+            // Half of what is searched.
+            position_drift_m: 0.5 * RESOLUTION_M * f32::from(search_px),
             velocity_m_per_s: 0.1,
             ..Sigmas::default()
         },

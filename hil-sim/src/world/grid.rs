@@ -123,10 +123,10 @@ impl Grid {
             let from = (r[i] - 1) as usize * self.cols + (c[i] - 1) as usize;
             let lines = self.data.get(from..from + 3 * self.cols + 4)?;
             let mut sums = [0.0; 4];
-            for k in 0..4 {
+            for (k, weights) in wv.iter().enumerate() {
                 let taps = lines.get(k * self.cols..)?.first_chunk::<4>()?;
                 for (sum, &tap) in sums.iter_mut().zip(taps) {
-                    *sum += f64::from(tap) * wv[k][i];
+                    *sum += f64::from(tap) * weights[i];
                 }
             }
             values[i] = sums[0] * wu[0][i] + sums[1] * wu[1][i] + sums[2] * wu[2][i] + sums[3] * wu[3][i];

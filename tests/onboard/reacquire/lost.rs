@@ -154,7 +154,7 @@ fn what_was_found_long_ago_is_forgotten() {
     };
     assert_eq!(first(&flown(4), 4), 0);
     // One in two is searched far, and not there.
-    assert!(first(&flown(30), 30) <= 1);
+    assert!(first(&flown(30), 30) <= 2);
     let long_after = flown(40);
     assert!(first(&long_after, 40) >= 2);
     assert_right(&long_after, [off; 60].into_iter());

@@ -135,18 +135,22 @@ fn over_one_ground_nothing_is_overruled() {
 }
 
 #[test]
-fn after_a_while_a_match_is_to_be_found_again() {
+fn after_a_while_a_match_that_lies_aside_is_to_be_found_again() {
+    let doubtful = |flight: &Flight| {
+        let place = flight.tracks.place().unwrap_or_default();
+        [0.0, 12.0, 13.0, 40.0].map(|north_m| flight.tracks.is_doubtful(Local { north_m, ..place }, 50.0))
+    };
     let mut flight = Flight::new();
-    assert!(!flight.tracks.is_doubtful(50.0), "nothing was ever known");
+    assert_eq!(doubtful(&flight), [false; 4], "nothing was ever known");
     flight.all(4, RIGHT);
-    assert!(!flight.tracks.is_doubtful(50.0));
+    assert_eq!(doubtful(&flight), [false; 4]);
     // 4.8 times 1.5 m/s is half of the search after 3.5 s.
     (0..13).for_each(|_| assert!(!flight.seen(None)));
-    assert!(!flight.tracks.is_doubtful(50.0));
+    assert_eq!(doubtful(&flight), [false; 4]);
     (0..2).for_each(|_| assert!(!flight.seen(None)));
-    assert!(flight.tracks.is_doubtful(50.0));
+    assert_eq!(doubtful(&flight), [false, false, true, true]);
     (0..150).for_each(|_| assert!(!flight.seen(None)));
-    assert!(flight.tracks.is_empty() && flight.tracks.is_doubtful(50.0), "it has been forgotten");
+    assert_eq!(doubtful(&flight), [true; 4], "it has been forgotten");
 }
 
 #[test]
