@@ -4,7 +4,7 @@ use crate::tile::Local;
 use crate::units::Micros;
 
 /// What the navigation reports of the motion at an instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {
     /// The instant.
     pub at: Micros,

@@ -94,9 +94,9 @@ fn off(place: Local, covariance: Matrix2<f32>, drift_m: f32, sighting: &Sighting
 }
 
 impl Sighting {
-    /// Whether it lies where another one does that has been carried on so far, within [`GATE`]. `drift_m`: one sigma of that.
-    pub fn agrees(&self, other: &Sighting, place: Local, drift_m: f32) -> bool {
-        off(place, other.covariance, drift_m, self).0 <= GATE
+    /// Whether it lies at a place with its covariance, and one sigma beside, each axis, within [`GATE`].
+    pub fn agrees(&self, (place, covariance): (Local, Matrix2<f32>), drift_m: f32) -> bool {
+        off(place, covariance, drift_m, self).0 <= GATE
     }
 
     fn is_finite(&self) -> bool {
@@ -112,9 +112,9 @@ pub fn drift_m(sigma_m_per_s: f32, age_us: i32) -> f32 {
 /// The places.
 #[derive(Clone, Debug, Default)]
 pub struct Tracks {
-    tracks: Vec<Track, TRACKS>,
-    /// The frame that all were carried on to, and the way to it by the velocities since the first.
-    moment: Option<Moment>,
+    tracks: Vec<Track, TRACKS, u8>,
+    /// The frame that all were carried on to, at first power-on, and the way to it by the velocities.
+    moment: Moment,
     gone: Local,
     /// A place has been known before.
     was_known: bool,
@@ -124,7 +124,7 @@ impl Tracks {
     /// Carries all of them on to a frame; those that may be further off than `reach_m` are forgotten. `sigma_m_per_s`: of the
     /// velocity, each axis.
     pub fn carry(&mut self, moment: Moment, sigma_m_per_s: f32, reach_m: f32) {
-        let Some(before) = self.moment.replace(moment) else { return };
+        let before = core::mem::replace(&mut self.moment, moment);
         let step_us = moment.at.since(before.at);
         if !(0..=STEP_MAX_US).contains(&step_us) {
             self.tracks.clear();
@@ -197,9 +197,7 @@ impl Tracks {
         let (counted_at, votes) = if is_fresh { (gone, own.votes + 1) } else { (own.counted_at, own.votes) };
         let own = Track { counted_at, doubted_at: own.doubted_at, ..Track::new(sighting, gone, votes.min(VOTES_MAX)) };
         // Others at the same place are the same one.
-        self.tracks.retain(|track| {
-            !sighting.agrees(&Sighting { covariance: track.covariance, ..*sighting }, track.nadir, 0.0)
-        });
+        self.tracks.retain(|track| !sighting.agrees((track.nadir, track.covariance), 0.0));
         self.tracks.iter_mut().for_each(|track| track.doubt(gone, fresh_m));
         self.tracks.retain(|track| track.votes > 0);
         if self.tracks.is_full() {

@@ -32,20 +32,19 @@ const SPACING_PX: f32 = 1.75 * REACQUIRE_PX as f32;
 #[derive(Clone, Copy, Debug)]
 struct Found {
     reckoning: Reckoning,
-    sighting: Sighting,
     /// Frames that have not found it again.
     missed: u8,
 }
 
 impl Found {
     fn new(situation: &Situation, sighting: &Sighting) -> Self {
-        Found { reckoning: Reckoning::new(situation.moment(), sighting.nadir), sighting: *sighting, missed: 0 }
+        Found { reckoning: Reckoning::new(situation.moment(), sighting.nadir), missed: 0 }
     }
 
-    /// Whether a match lies where this one has come to.
+    /// Whether a match lies where this one has come to, which was as certain as that is: frames a moment apart are alike.
     fn agrees(&self, sighting: &Sighting, sigma_m_per_s: f32) -> bool {
         let drift_m = drift_m(sigma_m_per_s, self.reckoning.age_us());
-        sighting.agrees(&self.sighting, self.reckoning.local(), drift_m)
+        sighting.agrees((self.reckoning.local(), sighting.covariance), drift_m)
     }
 }
 
@@ -160,8 +159,7 @@ impl Whereabouts {
                 return self.unconfirmed(situation, sighting);
             }
             None if is_alone => {
-                let prior = Sighting { covariance: Matrix2::zeros(), ..*sighting };
-                if !sighting.agrees(&prior, situation.prediction.local, usual.prior_m) {
+                if !sighting.agrees((situation.prediction.local, Matrix2::zeros()), usual.prior_m) {
                     return self.unconfirmed(situation, sighting);
                 }
                 self.tracks.begin(sighting);
