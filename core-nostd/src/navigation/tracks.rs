@@ -178,6 +178,14 @@ impl Tracks {
         let _ = self.tracks.push(Track::new(sighting, self.gone, VOTES_MIN));
     }
 
+    /// Takes one out.
+    fn taken(&mut self, index: usize) -> Option<Track> {
+        let track = self.tracks.get(index).copied()?;
+        let mut at = 0..;
+        self.tracks.retain(|_| at.next() != Some(index));
+        Some(track)
+    }
+
     /// A match of the frame that all were carried on to, while places are known. Whether it is to be believed.
     pub fn matched(&mut self, sighting: &Sighting) -> bool {
         if !sighting.is_finite() {
@@ -188,12 +196,10 @@ impl Tracks {
         // The most likely one: of two at the same distance in sigmas that with the smaller ones.
         let likely = offs.enumerate().filter(|(_, (squared, _))| *squared <= GATE);
         let nearest = likely.min_by(|(_, one), (_, other)| (one.0 + one.1).total_cmp(&(other.0 + other.1)));
-        let own = nearest.and_then(|(index, _)| Some(self.tracks.swap_remove(index))).unwrap_or(Track {
-            votes: 0,
-            counted_at: Local { east_m: f32::INFINITY, ..gone },
-            ..Track::new(sighting, gone, 0)
-        });
-        let is_fresh = !(own.counted_at.off_m(gone) < fresh_m);
+        let own = nearest.and_then(|(index, _)| self.taken(index));
+        let counted_at = own.map(|own| own.counted_at);
+        let is_fresh = counted_at.is_none_or(|at| at.off_m(gone) >= fresh_m);
+        let own = own.unwrap_or(Track::new(sighting, gone, 0));
         let (counted_at, votes) = if is_fresh { (gone, own.votes + 1) } else { (own.counted_at, own.votes) };
         let own = Track { counted_at, doubted_at: own.doubted_at, ..Track::new(sighting, gone, votes.min(VOTES_MAX)) };
         // Others at the same place are the same one.
@@ -204,7 +210,7 @@ impl Tracks {
             let worth = |track: &Track| (track.votes, -track.drift_m);
             let less = |one: &Track, other: &Track| worth(one).partial_cmp(&worth(other)).unwrap_or(Ordering::Equal);
             let least = self.tracks.iter().enumerate().min_by(|(_, one), (_, other)| less(one, other));
-            least.map(|(index, _)| index).map(|index| self.tracks.swap_remove(index));
+            least.map(|(index, _)| index).and_then(|index| self.taken(index));
         }
         // There is room.
         let _ = self.tracks.push(own);
