@@ -100,8 +100,7 @@ pub struct Doubt {
 /// A position is searched for within so many sigmas of its doubt: of a hundred normal errors of an axis five lie beyond.
 const DOUBT_SIGMAS: f32 = 2.0;
 
-/// What matches say of the velocity's error counts up to this where they are compared with each other, m/s: more than 5 m/s was not
-/// seen of an autopilot, and what is more may be the matches' own.
+/// What matches say of the velocity's error counts up to this where they are compared, m/s: more was not seen of an autopilot.
 const VELOCITY_ERROR_MAX_M_PER_S: f32 = 5.0;
 
 /// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
@@ -290,7 +289,7 @@ impl<'t> Pipeline<'t> {
     pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
         let px_m = self.tile.ground_resolution().0;
         let reach_m = f32::from(self.settings.search_px) * px_m;
-        let prediction_m = situation.prediction.sigma_m;
+        let sigma_m = situation.prediction.sigma_m;
         let usual = Usual {
             reach_m,
             is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
@@ -300,7 +299,7 @@ impl<'t> Pipeline<'t> {
                 self.doubt.velocity_m_per_s,
             ),
             // Who says nothing of the position's error and has it searched so far takes it to be as far off.
-            prior_m: if prediction_m > 0.0 { prediction_m } else { 0.5 * reach_m },
+            prior_m: if sigma_m > 0.0 { sigma_m } else { 0.5 * reach_m },
         };
         let search = self.whereabouts.search(situation, &usual);
         let tried = self.locate(situation, search);
@@ -320,11 +319,10 @@ impl<'t> Pipeline<'t> {
 
     /// Where a match puts the nadir, and how certain that is.
     fn sighting(&self, situation: &Situation, centre: (f32, f32), shift: &Shift) -> Sighting {
-        let (cols, rows) = self.placement.size;
         Sighting {
             nadir: self.tile.local(centre.0 + shift.d_col, centre.1 + shift.d_row),
             covariance: self.fixed(situation, centre, shift).covariance,
-            side_m: cols.min(rows) as f32 * self.tile.ground_resolution().0,
+            side_m: self.placement.size.0.min(self.placement.size.1) as f32 * self.tile.ground_resolution().0,
         }
     }
 

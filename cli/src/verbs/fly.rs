@@ -55,10 +55,10 @@ pub struct Args {
     /// over it.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<Setting>,
-    /// A fault: UNIT.TYPE[=VALUE][@FROM..[TO]], as range.scale=1.1@30..60; may be given several times
+    /// A fault: `UNIT.TYPE[=VALUE][@FROM..[TO]]`, as range.scale=1.1@30..60; may be given several times
     ///
     /// FROM and TO are seconds of the simulated time: the first frame is taken at 3. Without TO it lasts to the end of
-    /// the flight, without @ it is there all the time. It is added to the [[fault]] of the scenario, whose documentation lists
+    /// the flight, without @ it is there all the time. It is added to the `[[fault]]` of the scenario, whose documentation lists
     /// units, types and values; report.json says under faults what each did to the fixes.
     #[arg(long = "fault", value_name = "SPEC")]
     faults: Vec<Fault>,

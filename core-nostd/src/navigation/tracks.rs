@@ -33,9 +33,9 @@ const FRESH: f32 = 0.75;
 /// Least sigma of a reported velocity, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn,
 /// 5 m/s on both axes.
 const VELOCITY_SIGMA_M_PER_S: f32 = 1.5;
-/// Longest time between two frames over which places are carried on, microseconds: in two seconds of a turn at 20 degrees a second
-/// the mean of both velocities is 2 m off at 25 m/s, in six 49 m.
-const STEP_MAX_US: i32 = 2_000_000;
+/// Longest time between two frames over which places are carried on, microseconds: half a circle at 20 degrees a second, up to which
+/// [`TURN_SHARE`] holds.
+const STEP_MAX_US: i32 = 9_000_000;
 /// What the mean of two velocities is off at most, as a share of their difference, in turns of up to half a circle.
 const TURN_SHARE: f32 = 0.35;
 /// A place is doubtful where the gate around it reaches over so much of the search: it would take in what is found by chance.
@@ -127,7 +127,9 @@ impl Tracks {
         let before = core::mem::replace(&mut self.moment, moment);
         let step_us = moment.at.since(before.at);
         if !(0..=STEP_MAX_US).contains(&step_us) {
+            // Whoever takes so few frames has the navigation alone.
             self.tracks.clear();
+            self.was_known = false;
         }
         let way = way_m(before, moment);
         let [east, north] = moment.velocity_m_per_s;
