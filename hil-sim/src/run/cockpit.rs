@@ -244,10 +244,10 @@ impl<'s> Cockpit<'s> {
     /// Whether the board has power now; it boots with the first step after it had none.
     fn has_power(&mut self) -> Result<bool, LinkError> {
         let is_on = !self.setup.scenario.faults.timed.is(What::PowerOff, self.now_us);
-        if is_on && !std::mem::replace(&mut self.is_on, is_on) {
+        let was_on = std::mem::replace(&mut self.is_on, is_on);
+        if is_on && !was_on {
             self.link.reboot(&self.setup.flash)?;
         }
-        self.is_on = is_on;
         Ok(is_on)
     }
 

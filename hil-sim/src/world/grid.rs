@@ -83,28 +83,16 @@ impl Grid {
     pub(super) fn catmull_rom(&self, col: f64, row: f64) -> f64 {
         let (c, u) = cell(col, self.cols);
         let (r, v) = cell(row, self.rows);
-        let (wu, wv) = (catmull_rom_weights(u), catmull_rom_weights(v));
-        // Columns first, four at once.
-        let mut sums = [0.0; 4];
-        let mut add = |taps: [f32; 4], weight: f64| {
-            for (sum, tap) in sums.iter_mut().zip(taps) {
-                *sum += f64::from(tap) * weight;
-            }
-        };
         if c >= 1 && c + 2 < self.cols && r >= 1 && r + 2 < self.rows {
             let from = (r - 1) * self.cols + c - 1;
             let lines = &self.data[from..from + 3 * self.cols + 4];
-            for (k, weight) in wv.into_iter().enumerate() {
-                let taps = &lines[k * self.cols..][..4];
-                add([taps[0], taps[1], taps[2], taps[3]], weight);
-            }
-        } else {
-            for (k, weight) in wv.into_iter().enumerate() {
-                let line = (r + k).saturating_sub(1).min(self.rows - 1) * self.cols;
-                add(std::array::from_fn(|k| self.data[line + (c + k).saturating_sub(1).min(self.cols - 1)]), weight);
-            }
+            return weighted(|k| lines[k * self.cols..].first_chunk().copied().unwrap_or_default(), [u, v]);
         }
-        sums[0] * wu[0] + sums[1] * wu[1] + sums[2] * wu[2] + sums[3] * wu[3]
+        let line = |k: usize| {
+            let line = (r + k).saturating_sub(1).min(self.rows - 1) * self.cols;
+            std::array::from_fn(|k| self.data[line + (c + k).saturating_sub(1).min(self.cols - 1)])
+        };
+        weighted(line, [u, v])
     }
 
     /// Four of [`Grid::catmull_rom`] at once, of pixels that the raster covers and away from its borders: `None` where one is
@@ -117,37 +105,30 @@ impl Grid {
             return None;
         }
         let (c, r) = (cols.map(|at| at as i32), rows.map(|at| at as i32));
-        let (wu, wv) = (four_weights(cols, c), four_weights(rows, r));
         let mut values = [0.0; 4];
         for i in 0..4 {
             let from = (r[i] - 1) as usize * self.cols + (c[i] - 1) as usize;
             let lines = self.data.get(from..from + 3 * self.cols + 4)?;
-            let mut sums = [0.0; 4];
-            for (k, weights) in wv.iter().enumerate() {
-                let taps = lines.get(k * self.cols..)?.first_chunk::<4>()?;
-                for (sum, &tap) in sums.iter_mut().zip(taps) {
-                    *sum += f64::from(tap) * weights[i];
-                }
-            }
-            values[i] = sums[0] * wu[0][i] + sums[1] * wu[1][i] + sums[2] * wu[2][i] + sums[3] * wu[3][i];
+            let taps =
+                |k: usize| lines.get(k * self.cols..).and_then(<[f32]>::first_chunk).copied().unwrap_or_default();
+            values[i] = weighted(taps, [cols[i] - f64::from(c[i]), rows[i] - f64::from(r[i])]);
         }
         Some(values)
     }
 }
 
-/// [`catmull_rom_weights`] of four coordinates in these cells, by pixel.
-#[inline]
-fn four_weights(at: [f64; 4], cells: [i32; 4]) -> [[f64; 4]; 4] {
-    let mut weights = [[0.0; 4]; 4];
-    for i in 0..4 {
-        let t = at[i] - f64::from(cells[i]);
-        let (t2, t3) = (t * t, t * t * t);
-        weights[0][i] = 0.5 * (-t + 2.0 * t2 - t3);
-        weights[1][i] = 0.5 * (2.0 - 5.0 * t2 + 3.0 * t3);
-        weights[2][i] = 0.5 * (t + 4.0 * t2 - 3.0 * t3);
-        weights[3][i] = 0.5 * (t3 - t2);
+/// The mean of 4 x 4 pixels, line by line, with the weights of a place so far into the cell in their middle.
+#[inline(always)]
+fn weighted(line: impl Fn(usize) -> [f32; 4], [u, v]: [f64; 2]) -> f64 {
+    let (wu, wv) = (catmull_rom_weights(u), catmull_rom_weights(v));
+    // Columns first, four at once.
+    let mut sums = [0.0; 4];
+    for (k, weight) in wv.into_iter().enumerate() {
+        for (sum, tap) in sums.iter_mut().zip(line(k)) {
+            *sum += f64::from(tap) * weight;
+        }
     }
-    weights
+    sums[0] * wu[0] + sums[1] * wu[1] + sums[2] * wu[2] + sums[3] * wu[3]
 }
 
 /// The cell (index of its lower pixel) a fractional coordinate lies in and the part of the cell passed, 0 to 1. Clamps.
