@@ -86,7 +86,7 @@ pub struct Pipeline<'t> {
     frame_memory: &'t mut [u8],
 }
 
-/// One sigma that a position, its velocity and a heading have beside what the settings say of them: of a vehicle whose navigation has not begun.
+/// One sigma beside what the settings say, of a vehicle whose navigation has not begun.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Doubt {
     /// Each axis, metres.

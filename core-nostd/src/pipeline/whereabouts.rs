@@ -15,10 +15,10 @@ use nalgebra::Matrix2;
 /// frame is searched over ±[`REACQUIRE_PX`], until one is found. Over good ground one frame in fifty is not accepted; over a lake or
 /// changed ground many are in a row, and half of them cost a long search.
 pub const LOST_AFTER: u8 = 5;
-/// Frames in which a place that a far search has found must be found again; it is no fix before. Two of a hundred good frames are
+/// Frames in which a match that is to be confirmed must be found again; it is no fix before. Two of a hundred good frames are
 /// not accepted, so of two in a row one is.
 const CONFIRMED_WITHIN: u8 = 2;
-/// Oldest far match that is to be found again, microseconds. In a turn the velocity of an autopilot without fixes was off by up to
+/// Oldest match that may still be confirmed, microseconds. In a turn the velocity of an autopilot without fixes was off by up to
 /// 5 m/s within three seconds: in two of them that is as far as a usual search reaches.
 const AGE_MAX_US: i32 = 2_000_000;
 /// Share of the usual search within which the navigation counts as being where matches have found the vehicle. Chosen.
