@@ -1,8 +1,7 @@
 //! Flights whose messages are signed: they fly as others do, on every link, refuse what they should, and their logs need no key.
 
 use crate::replay::flown::{csv, replayed, scenario};
-use mavlink::dialects::common::MavMessage;
-use mavlink::{Message, calculate_crc};
+use crate::strangers::sealed;
 use plumbline_firmware::stores::key::STORE_BYTES;
 use plumbline_firmware::wire::decoder::Decoder;
 use plumbline_firmware::wire::signature::SIGNATURE;
@@ -75,10 +74,7 @@ fn forged(message: &[u8]) -> Vec<u8> {
     if forged[7..10] == [30, 1, 0] {
         forged[18..34].copy_from_slice(&[1.0f32, 0.0, 0.0, 0.0].map(f32::to_le_bytes).concat());
     }
-    let id = u32::from_le_bytes([forged[7], forged[8], forged[9], 0]);
-    let checksum = calculate_crc(&forged[1..unsigned - 2], MavMessage::extra_crc(id)).to_le_bytes();
-    forged[unsigned - 2..].copy_from_slice(&checksum);
-    forged
+    sealed(forged)
 }
 
 #[test]

@@ -31,12 +31,13 @@ impl<F: FnMut(&[u8]) -> Option<Vec<u8>>> Link for Stranger<F> {
     }
 }
 
+/// The id of a message's kind.
 fn id(message: &[u8]) -> u32 {
     u32::from_le_bytes([message[7], message[8], message[9], 0])
 }
 
-/// With the checksum of what it now holds.
-fn sealed(mut message: Vec<u8>) -> Vec<u8> {
+/// An unsigned message with the checksum of what it now holds.
+pub fn sealed(mut message: Vec<u8>) -> Vec<u8> {
     let end = message.len() - 2;
     let checksum = calculate_crc(&message[1..end], MavMessage::extra_crc(id(&message)));
     message[end..].copy_from_slice(&checksum.to_le_bytes());
