@@ -5,7 +5,8 @@
 
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::image::View;
-use plumbline_core::pipeline::{Buffers, FollowUpMode, Pipeline, Situation};
+use plumbline_core::navigation::Navigation;
+use plumbline_core::pipeline::{Buffers, FollowUpMode, Memory, Pipeline, Situation};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Metres, Micros, Radians};
 use plumbline_firmware::wire::telemetry::{FrameReport, PositionReport, SituationReport};
@@ -65,10 +66,11 @@ fn rectified_again(setup: &Setup, report: &FrameReport, frame: &Picture) -> Opti
     let SituationReport { height_m, heading_rad, pitch_rad, roll_rad, follow_up_rad } = report.situation?;
     let attitude = Attitude { heading: Radians(heading_rad), pitch: Radians(pitch_rad), roll: Radians(roll_rad) };
     let follow_up = (Radians(follow_up_rad), settings.follow_up == FollowUpMode::Followed);
-    let mut buffers = Box::new(Buffers::new());
+    let (mut buffers, mut navigation) = (Box::<Buffers>::default(), Navigation::default());
     let mut frame_memory = vec![0; FRAME_MEMORY_BYTES];
+    let memory = Memory { buffers: &mut buffers, navigation: &mut navigation, frame: &mut frame_memory };
     let tile = setup.flash.head.tile(&setup.flash.tile).ok()?;
-    let mut pipeline = Pipeline::new(settings, tile, &mut buffers, &mut frame_memory).ok()?;
+    let mut pipeline = Pipeline::new(settings, tile, memory).ok()?;
     // The reduction follows from the range; the one at mid-exposure stands for the newest one then.
     pipeline.streams.slant(Micros(0), Metres(height_m / attitude.cos_tilt())).ok()?;
     pipeline.begin_frame().ok()?;

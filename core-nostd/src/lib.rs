@@ -15,7 +15,8 @@
 //!
 //! ```
 //! use plumbline_core::matching::AcceptRule;
-//! use plumbline_core::pipeline::{Buffers, FollowUpMode, Latencies, Motions, Pipeline, PositionSample, Settings, Sigmas};
+//! use plumbline_core::navigation::Navigation;
+//! use plumbline_core::pipeline::{Buffers, FollowUpMode, Latencies, Memory, Motions, Pipeline, PositionSample, Settings, Sigmas};
 //! use plumbline_core::tile::{Geographic, Georeference, Tile};
 //! use plumbline_core::units::{Metres, Micros, Radians};
 //! use plumbline_core::{budget::FRAME_MEMORY_BYTES, camera::Camera, mount::Mount, tilt::Attitude};
@@ -55,8 +56,9 @@
 //!     accept: AcceptRule::default(),
 //! };
 //! let tile = Tile::new(&reference, (100, 100), Metres(3.0), georeference).unwrap();
-//! let (mut buffers, mut frame_memory) = (Buffers::new(), vec![0; FRAME_MEMORY_BYTES]);
-//! let mut pipeline = Pipeline::new(settings, tile, &mut buffers, &mut frame_memory).unwrap();
+//! let (mut buffers, mut navigation, mut frame) = (Buffers::new(), Navigation::new(), vec![0; FRAME_MEMORY_BYTES]);
+//! let memory = Memory { buffers: &mut buffers, navigation: &mut navigation, frame: &mut frame };
+//! let mut pipeline = Pipeline::new(settings, tile, memory).unwrap();
 //!
 //! let mid_exposure = Micros(1_000_000);
 //! for at in [990_000, 997_000, 1_004_000].map(Micros) {

@@ -6,3 +6,25 @@
 
 pub mod reckoning;
 pub mod tracks;
+
+use tracks::Tracks;
+
+/// What is known from one frame to the next. It belongs to the caller, as the pipeline's buffers do.
+#[derive(Debug)]
+pub struct Navigation {
+    /// The places.
+    pub tracks: Tracks,
+}
+
+impl Navigation {
+    /// Nothing known yet.
+    pub const fn new() -> Self {
+        Navigation { tracks: Tracks::new() }
+    }
+}
+
+impl Default for Navigation {
+    fn default() -> Self {
+        Navigation::new()
+    }
+}

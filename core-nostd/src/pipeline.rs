@@ -19,6 +19,7 @@ use crate::homography::{FrameFromPatch, Placement};
 use crate::image::{Run, View};
 use crate::matching::{Match, Matcher, OnBoard, Prior, Request, Shift};
 use crate::math::hypot;
+use crate::navigation::Navigation;
 use crate::navigation::tracks::Sighting;
 use crate::pose::position::PositionState;
 use crate::rectify::{Node, Source, rectify_into};
@@ -83,6 +84,7 @@ pub struct Pipeline<'t> {
     whereabouts: Whereabouts,
     velocity: VelocityError,
     buffers: &'t mut Buffers,
+    navigation: &'t mut Navigation,
     frame_memory: &'t mut [u8],
 }
 
@@ -132,22 +134,28 @@ impl Default for Buffers {
     }
 }
 
+/// What a pipeline works in: it belongs to the caller, who can put it where the board has free memory.
+#[derive(Debug)]
+pub struct Memory<'t> {
+    /// The image buffers.
+    pub buffers: &'t mut Buffers,
+    /// What is known from one frame to the next.
+    pub navigation: &'t mut Navigation,
+    /// Stands for the camera's frame, of which it holds what the rectifier needs, [`FRAME_MEMORY_BYTES`] or whatever the board
+    /// has; between rectification and the next frame it serves the matcher.
+    pub frame: &'t mut [u8],
+}
+
 impl<'t> Pipeline<'t> {
-    /// Settings and reference for one flight. `frame_memory` stands for the camera's frame, of which it holds what the
-    /// rectifier needs, [`FRAME_MEMORY_BYTES`] or whatever the board has; between rectification and the next frame it
-    /// serves the matcher.
+    /// Settings and reference for one flight, in a memory of which nothing has been used yet.
     ///
     /// # Errors
     /// [`SettingsError`] where the settings do not fit this build or each other.
     // Inlined, it is built where it is to lie; otherwise boot carries two copies over the stack.
     #[inline(always)]
-    pub fn new(
-        settings: Settings,
-        tile: Tile<'t>,
-        buffers: &'t mut Buffers,
-        frame_memory: &'t mut [u8],
-    ) -> Result<Self, SettingsError> {
+    pub fn new(settings: Settings, tile: Tile<'t>, memory: Memory<'t>) -> Result<Self, SettingsError> {
         settings.check()?;
+        let Memory { buffers, navigation, frame: frame_memory } = memory;
         if frame_memory.len() < OnBoard::WORKING_BYTES {
             return Err(SettingsError::FrameMemory);
         }
@@ -163,6 +171,7 @@ impl<'t> Pipeline<'t> {
             whereabouts: Whereabouts::default(),
             velocity: VelocityError::default(),
             buffers,
+            navigation,
             frame_memory,
         })
     }
@@ -301,7 +310,7 @@ impl<'t> Pipeline<'t> {
             // Who says nothing of the position's error and has it searched so far takes it to be as far off.
             prior_m: if sigma_m > 0.0 { sigma_m } else { 0.5 * reach_m },
         };
-        let search = self.whereabouts.search(situation, &usual);
+        let search = self.whereabouts.search(&mut self.navigation.tracks, situation, &usual);
         let tried = self.locate(situation, search);
         let sighting = match &tried {
             Err(refusal) => Err(*refusal),
@@ -310,7 +319,7 @@ impl<'t> Pipeline<'t> {
                 Ok(shift) => Ok(self.sighting(situation, *centre, &shift)),
             },
         };
-        let counts = self.whereabouts.ended(search, situation, &usual, sighting);
+        let counts = self.whereabouts.ended(&mut self.navigation.tracks, search, situation, &usual, sighting);
         if let (Ok(Sighting { nadir, .. }), Ok(())) = (sighting, counts) {
             self.velocity.matched(situation.moment(), nadir, self.settings.sigmas.velocity_m_per_s);
         }

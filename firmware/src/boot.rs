@@ -7,7 +7,7 @@ use crate::stores::plan::Plan;
 use crate::stores::{StoreError, configuration, key, plan, tiles};
 use crate::wire::signing::Signing;
 use plumbline_core::budget::SEARCH_MAX_PX;
-use plumbline_core::pipeline::{Buffers, Pipeline, Settings, SettingsError};
+use plumbline_core::pipeline::{Memory, Pipeline, Settings, SettingsError};
 use plumbline_core::stamp::StampSettings;
 use plumbline_core::tile::Tile;
 
@@ -145,13 +145,12 @@ impl<'t> Flight<'t> {
     #[inline(always)]
     pub fn app(
         self,
-        buffers: &'t mut Buffers,
-        frame_memory: &'t mut [u8],
+        memory: Memory<'t>,
         signing: Option<Signing>,
         journal: &'t dyn Journal,
     ) -> Result<App<'t>, BootError> {
         let Flight { settings, stamps, tile, plan, send_patches, link } = self;
-        let pipeline = Pipeline::new(settings, tile, buffers, frame_memory)?;
+        let pipeline = Pipeline::new(settings, tile, memory)?;
         Ok(App::new(pipeline, &stamps, plan, send_patches, &link, signing, journal))
     }
 }

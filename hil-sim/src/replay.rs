@@ -8,6 +8,7 @@ pub mod read;
 pub mod tape;
 
 use crate::link::annotation::Annotation;
+use crate::link::inproc;
 use crate::link::tasks;
 use crate::score::fixes;
 use embassy_executor::raw::Executor;
@@ -114,9 +115,9 @@ fn application(log: &Log, tiles: Option<&[u8]>, tape: &'static Tape) -> Result<A
         return Err(refuse("the log's head is impossible".to_owned()));
     }
     let tiles: &'static [u8] = Box::leak(tiles.to_vec().into_boxed_slice());
-    let memory = vec![0; log.head.frame_memory as usize].leak();
+    let memory = inproc::memory(log.head.frame_memory as usize);
     boot::read(&log.configuration, tiles, &[])
-        .and_then(|flight| flight.app(Box::leak(Box::default()), memory, None, tape))
+        .and_then(|flight| flight.app(memory, None, tape))
         .map_err(|error| refuse(format!("the log's own stores are refused: {error}")))
 }
 

@@ -2,7 +2,8 @@
 //! and a height that are off.
 
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
-use plumbline_core::pipeline::{Buffers, Pipeline, PositionSample, Refusal};
+use plumbline_core::navigation::Navigation;
+use plumbline_core::pipeline::{Buffers, Memory, Pipeline, PositionSample, Refusal};
 use plumbline_core::pose::Wait;
 use plumbline_core::tile::Local;
 use plumbline_core::tilt::Attitude;
@@ -49,11 +50,13 @@ type Banked = Result<[Along; 2], Refusal>;
 fn flown(setup: &Setup, bank_deg: f64, count: u64, random: &mut Random) -> Vec<Banked> {
     let configuration = setup.flash.configuration.settings().expect("settings");
     let tile = setup.flash.head.tile(&setup.flash.tile).expect("a tile");
-    let (mut buffers, mut memory) = (Buffers::new(), vec![0; FRAME_MEMORY_BYTES]);
+    let (mut buffers, mut frame) = (Buffers::new(), vec![0; FRAME_MEMORY_BYTES]);
     let mut banked = Vec::new();
     for number in 1..=count {
         // Anew for each frame, which is taken elsewhere.
-        let mut pipeline = Pipeline::new(configuration, tile, &mut buffers, &mut memory).expect("it fits");
+        let mut navigation = Navigation::new();
+        let memory = Memory { buffers: &mut buffers, navigation: &mut navigation, frame: &mut frame };
+        let mut pipeline = Pipeline::new(configuration, tile, memory).expect("it fits");
         let mid = Micros(number * 1_000_000);
         let mut around = |reach: f64| reach * (2.0 * random.uniform() - 1.0);
         let [east_m, north_m] = [around(150.0), around(150.0)];

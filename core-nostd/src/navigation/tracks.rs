@@ -13,6 +13,7 @@
 use super::reckoning::{Moment, way_m};
 use crate::math::{hypot, ln, sqrt};
 use crate::tile::Local;
+use crate::units::Micros;
 use core::cmp::Ordering;
 use heapless::Vec;
 use nalgebra::{Matrix2, Vector2};
@@ -110,7 +111,7 @@ pub fn drift_m(sigma_m_per_s: f32, age_us: i32) -> f32 {
 }
 
 /// The places.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Tracks {
     tracks: Vec<Track, TRACKS, u8>,
     /// The frame that all were carried on to, at first power-on, and the way to it by the velocities.
@@ -121,6 +122,13 @@ pub struct Tracks {
 }
 
 impl Tracks {
+    /// None.
+    pub const fn new() -> Self {
+        let origin = Local { east_m: 0.0, north_m: 0.0 };
+        let moment = Moment { at: Micros(0), velocity_m_per_s: [0.0; 2] };
+        Tracks { tracks: Vec::new(), moment, gone: origin, was_known: false }
+    }
+
     /// Carries all of them on to a frame; those that may be further off than `reach_m` are forgotten. `sigma_m_per_s`: of the
     /// velocity, each axis.
     pub fn carry(&mut self, moment: Moment, sigma_m_per_s: f32, reach_m: f32) {

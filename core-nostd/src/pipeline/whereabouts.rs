@@ -80,15 +80,14 @@ pub(super) struct Whereabouts {
     /// Which centre the next far search has.
     sweep: u8,
     found: Option<Found>,
-    tracks: Tracks,
 }
 
 impl Whereabouts {
     /// The search for the next frame.
-    pub(super) fn search(&mut self, situation: &Situation, usual: &Usual) -> Search {
+    pub(super) fn search(&mut self, tracks: &mut Tracks, situation: &Situation, usual: &Usual) -> Search {
         let Usual { reach_m, is_in_doubt, px_m, sigma_m_per_s, .. } = *usual;
         let predicted = situation.prediction.local;
-        self.tracks.carry(situation.moment(), sigma_m_per_s, reach_m);
+        tracks.carry(situation.moment(), sigma_m_per_s, reach_m);
         let carried =
             |found: Found| Some(Found { reckoning: found.reckoning.to(situation.moment(), AGE_MAX_US)?, ..found });
         self.found = self.found.and_then(carried);
@@ -96,7 +95,7 @@ impl Whereabouts {
             return Search { at: found.reckoning.local(), is_far: false };
         }
         // While the navigation is there, and not in doubt, it is what is believed.
-        let place = self.tracks.place().filter(|place| is_in_doubt || place.off_m(predicted) > NEAR * reach_m);
+        let place = tracks.place().filter(|place| is_in_doubt || place.off_m(predicted) > NEAR * reach_m);
         let centre = place.unwrap_or(predicted);
         if self.missed < LOST_AFTER && (place.is_some() || !is_in_doubt) {
             return Search { at: centre, is_far: false };
@@ -113,6 +112,7 @@ impl Whereabouts {
     /// [`Refusal::Contradicted`] for one that does not lie where the ones before have put the vehicle.
     pub(super) fn ended(
         &mut self,
+        tracks: &mut Tracks,
         search: Search,
         situation: &Situation,
         usual: &Usual,
@@ -124,7 +124,7 @@ impl Whereabouts {
                 return self.unconfirmed(situation, &sighting);
             }
             (Ok(sighting), false) => {
-                self.seen(situation, usual, &sighting)?;
+                self.seen(tracks, situation, usual, &sighting)?;
                 (self.missed, self.sweep) = (0, 0);
             }
             // Nothing was seen: that search is still to come.
@@ -141,33 +141,37 @@ impl Whereabouts {
     }
 
     /// A match where it was looked for.
-    fn seen(&mut self, situation: &Situation, usual: &Usual, sighting: &Sighting) -> Result<(), Refusal> {
-        let is_alone = self.tracks.is_empty();
+    fn seen(
+        &mut self,
+        tracks: &mut Tracks,
+        situation: &Situation,
+        usual: &Usual,
+        sighting: &Sighting,
+    ) -> Result<(), Refusal> {
+        let is_alone = tracks.is_empty();
         match self.found.take() {
             Some(found) if !found.agrees(sighting, usual.sigma_m_per_s) => {
                 return self.unconfirmed(situation, sighting);
             }
             Some(_) if is_alone => {
-                self.tracks.begin(sighting);
+                tracks.begin(sighting);
                 return Ok(());
             }
             Some(_) => {}
             // After so long, or so many in vain, what is found as well may be wrong.
-            None if self.tracks.is_doubtful(sighting.nadir, usual.reach_m)
-                || is_alone && self.missed + 1 >= LOST_AFTER =>
-            {
+            None if tracks.is_doubtful(sighting.nadir, usual.reach_m) || is_alone && self.missed + 1 >= LOST_AFTER => {
                 return self.unconfirmed(situation, sighting);
             }
             None if is_alone => {
                 if !sighting.agrees((situation.prediction.local, Matrix2::zeros()), usual.prior_m) {
                     return self.unconfirmed(situation, sighting);
                 }
-                self.tracks.begin(sighting);
+                tracks.begin(sighting);
                 return Ok(());
             }
             None => {}
         }
-        if self.tracks.matched(sighting) { Ok(()) } else { Err(Refusal::Contradicted) }
+        if tracks.matched(sighting) { Ok(()) } else { Err(Refusal::Contradicted) }
     }
 
     /// The next far search is made elsewhere, after one frame near the prediction.

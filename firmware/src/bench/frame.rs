@@ -9,8 +9,9 @@ use plumbline_core::camera::Camera;
 use plumbline_core::matching::acceptance::AcceptRule;
 use plumbline_core::math::tan;
 use plumbline_core::mount::Mount;
+use plumbline_core::navigation::Navigation;
 use plumbline_core::pipeline::{
-    Buffers, FollowUpMode, Latencies, Motions, Outcome, Pipeline, PositionSample, Refusal, Settings, Sigmas,
+    Buffers, FollowUpMode, Latencies, Memory, Motions, Outcome, Pipeline, PositionSample, Refusal, Settings, Sigmas,
 };
 use plumbline_core::tile::{Geographic, Georeference, Tile};
 use plumbline_core::tilt::Attitude;
@@ -88,8 +89,10 @@ pub fn run(
     let camera = Camera::new((FRAME_PX, FRAME_PX), (fov, fov), (0.0, 0.0), None).map_err(|_| Refusal::NoFootprint)?;
     let reference = Tile::new(tile, (case.tile_px, case.tile_px), Metres(RESOLUTION_M), georeference())
         .map_err(|_| Refusal::OutsideReference)?;
-    let mut pipeline = Pipeline::new(settings(camera, pose, case.search_px), reference, buffers, frame_memory)
-        .map_err(|_| Refusal::NoFootprint)?;
+    let mut navigation = Navigation::new();
+    let memory = Memory { buffers, navigation: &mut navigation, frame: frame_memory };
+    let mut pipeline =
+        Pipeline::new(settings(camera, pose, case.search_px), reference, memory).map_err(|_| Refusal::NoFootprint)?;
     feed(&mut pipeline, pose, case.off_px);
 
     let (name, wait) = (case.name, pipeline.settings().wait());

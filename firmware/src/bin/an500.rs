@@ -8,7 +8,8 @@ fn main() {}
 mod board {
     use cortex_m_rt::entry;
     use embassy_executor::raw::Executor;
-    use plumbline_core::pipeline::Buffers;
+    use plumbline_core::navigation::Navigation;
+    use plumbline_core::pipeline::{Buffers, Memory};
     use plumbline_firmware::an500::idle::{EmulatedTime, wait_for_interrupt};
     use plumbline_firmware::an500::lockstep::{EmulatedFrontEnd, Lockstep, LockstepPeripherals, Port};
     use plumbline_firmware::an500::{self, doorbell, psram, time_driver};
@@ -27,6 +28,7 @@ mod board {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
     static PERIPHERALS: ConstStaticCell<LockstepPeripherals> = ConstStaticCell::new(LockstepPeripherals::new());
     static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
+    static NAVIGATION: ConstStaticCell<Navigation> = ConstStaticCell::new(Navigation::new());
     static APP: StaticCell<App<'static>> = StaticCell::new();
 
     application_tasks!(embassy_tasks, Lockstep);
@@ -60,8 +62,9 @@ mod board {
         let configuration = configuration.ok_or(BootError::Configuration(StoreError::Nothing))?;
         let flight = boot::read(configuration, tiles.ok_or(BootError::Tiles(StoreError::Nothing))?, plan)?;
         // SAFETY: `boot` runs once.
-        let frame_memory = unsafe { psram::frame_memory() };
-        Ok(APP.uninit().write(flight.app(BUFFERS.take(), frame_memory, signing()?, &NoJournal)?))
+        let frame = unsafe { psram::frame_memory() };
+        let memory = Memory { buffers: BUFFERS.take(), navigation: NAVIGATION.take(), frame };
+        Ok(APP.uninit().write(flight.app(memory, signing()?, &NoJournal)?))
     }
 
     #[entry]

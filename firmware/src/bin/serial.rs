@@ -11,14 +11,15 @@ mod board {
     use core::mem::MaybeUninit;
     use cortex_m_rt::entry;
     use embassy_executor::raw::Executor;
-    use plumbline_core::pipeline::Buffers;
+    use plumbline_core::navigation::Navigation;
+    use plumbline_core::pipeline::{Buffers, Memory};
     use plumbline_firmware::an500::idle::{EmulatedTime, wait_for_interrupt};
     use plumbline_firmware::an500::line::{LineCounters, OnLine, Uart, reboot};
     use plumbline_firmware::an500::{self, INSTRUCTIONS_PER_COUNT, psram, time_driver};
     use plumbline_firmware::app::App;
     use plumbline_firmware::board::Parts;
     use plumbline_firmware::run::{self, Pending};
-    use plumbline_firmware::serial::boot::{Memory, application};
+    use plumbline_firmware::serial::boot::application;
     use plumbline_firmware::serial::front_end::LineFrontEnd;
     use plumbline_firmware::serial::message::Counts;
     use plumbline_firmware::serial::serve::{End, serve};
@@ -43,6 +44,7 @@ mod board {
     static LINE_EXECUTOR: StaticCell<Executor> = StaticCell::new();
     static WIRES: ConstStaticCell<Wires> = ConstStaticCell::new(Wires::new());
     static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
+    static NAVIGATION: ConstStaticCell<Navigation> = ConstStaticCell::new(Navigation::new());
     static APP: StaticCell<App<'static>> = StaticCell::new();
     static SESSION: StaticCell<Session<Emulated>> = StaticCell::new();
 
@@ -79,7 +81,7 @@ mod board {
         fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]> {
             // SAFETY: a session boots once at most, and nothing else uses these parts of the PSRAM.
             let (frame, rows) = unsafe { (psram::frame_memory(), psram::memory(ROWS.0, ROWS.1)) };
-            let memory = Memory { buffers: BUFFERS.take(), frame };
+            let memory = Memory { buffers: BUFFERS.take(), navigation: NAVIGATION.take(), frame };
             let app: &'static App<'static> = APP.uninit().write(application(uploaded, memory)?);
             let (port, counters) = (Port(wires), LineCounters(wires));
             let front_end = LineFrontEnd::new(wires, rows.ok_or(["the board", "has no room for rows"])?);

@@ -7,6 +7,7 @@ pub use recorder::{Card, Log, RING};
 use super::{Event, Flash, Link, LinkError, NO_REBOOT, Stores, tasks};
 use embassy_executor::raw::Executor;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
+use plumbline_core::pipeline::Memory;
 use plumbline_core::stamp::{Edge, Polarity};
 use plumbline_core::units::Ticks;
 use plumbline_firmware::app::App;
@@ -80,6 +81,15 @@ impl Wires {
     }
 }
 
+/// What an application works in, for as long as this process lasts; `frame_memory`: bytes of what stands for the frame.
+pub(crate) fn memory(frame_memory: usize) -> Memory<'static> {
+    Memory {
+        buffers: Box::leak(Box::default()),
+        navigation: Box::leak(Box::default()),
+        frame: vec![0; frame_memory].leak(),
+    }
+}
+
 impl InProcess {
     /// Boots the application with what lies in its flash.
     ///
@@ -104,7 +114,7 @@ impl InProcess {
         // Tiles stay where they are, as in flash; of the configuration nothing is kept.
         let tiles: &'static [u8] = Box::leak(stores.tiles.clone().into_boxed_slice());
         let plan: &'static [u8] = Box::leak(stores.plan.clone().into_boxed_slice());
-        let memory = vec![0; FRAME_MEMORY_BYTES].leak();
+        let memory = memory(FRAME_MEMORY_BYTES);
         let log = is_logged.then(|| (&*Box::leak(Box::new(recorder::log(stores, tiles))), Card::default()));
         let journal: &'static dyn Journal = log.as_ref().map_or(&NoJournal, |(log, _)| *log);
         let link = InProcess { executor, pending, wires: Box::leak(Box::default()), log };
@@ -119,7 +129,7 @@ impl InProcess {
         let known = signing.clone().ok().flatten();
         let flight = boot::read(&stores.configuration, tiles, plan);
         let signed = signing.and_then(|signing| Ok((signing, flight?)));
-        match signed.and_then(|(signing, flight)| flight.app(Box::leak(Box::default()), memory, signing, journal)) {
+        match signed.and_then(|(signing, flight)| flight.app(memory, signing, journal)) {
             Ok(app) => link.fly(Box::leak(Box::new(app))),
             Err(reason) => tasks::spawn_grounded(executor, reason, known, Port(link.wires)),
         }

@@ -5,9 +5,10 @@ use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::camera::Camera;
 use plumbline_core::matching::acceptance::AcceptRule;
 use plumbline_core::mount::Mount;
+use plumbline_core::navigation::Navigation;
 use plumbline_core::pipeline::{
-    Buffers, FollowUpMode, LOST_AFTER, Latencies, Motions, Outcome, Pipeline, PositionSample, Refusal, Settings,
-    SettingsError, Sigmas,
+    Buffers, FollowUpMode, LOST_AFTER, Latencies, Memory, Motions, Outcome, Pipeline, PositionSample, Refusal,
+    Settings, SettingsError, Sigmas,
 };
 use plumbline_core::pose::Wait;
 use plumbline_core::tile::{Geographic, Georeference, Tile};
@@ -64,8 +65,9 @@ fn flown(search_px: u16, frames: impl Iterator<Item = (u64, (f32, f32))>) -> Vec
         point_scale: 1.0,
     };
     let tile = Tile::new(&tile.pixels, (TILE, TILE), Metres(RESOLUTION_M), georeference).expect("a tile");
-    let (mut buffers, mut memory) = (Buffers::new(), vec![0; FRAME_MEMORY_BYTES]);
-    let mut pipeline = Pipeline::new(settings(search_px), tile, &mut buffers, &mut memory).expect("settings");
+    let (mut buffers, mut navigation, mut frame) = (Buffers::new(), Navigation::new(), vec![0; FRAME_MEMORY_BYTES]);
+    let memory = Memory { buffers: &mut buffers, navigation: &mut navigation, frame: &mut frame };
+    let mut pipeline = Pipeline::new(settings(search_px), tile, memory).expect("settings");
     // Tile pixels of a frame's pixel.
     let side_px = f64::from(2.0 * HEIGHT_M * (0.5 * FOV_DEG).to_radians().tan() / RESOLUTION_M);
     let placement = Placement { scale: side_px / f64::from(FRAME) - 1.0, ..at((0.0, 0.0)) };

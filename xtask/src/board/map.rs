@@ -38,7 +38,7 @@ pub const SECTIONS: [(&str, Range<u32>); 8] = [
 
 /// Buffers that must be there, by the end of their mangled names' paths, and where. DMA1 and DMA2 do not reach DTCM, the
 /// card's DMA reaches AXI SRAM alone; what the pipeline works in must not wait for a bus.
-pub const BUFFERS: [(&str, Range<u32>); 23] = [
+pub const BUFFERS: [(&str, Range<u32>); 24] = [
     ("9front_end4RING", AXI),
     ("4card6BLOCKS", AXI),
     ("7logging4RING", SRAM123),
@@ -59,16 +59,18 @@ pub const BUFFERS: [(&str, Range<u32>); 23] = [
     ("9simulator12MEMORY_TILES", AXI),
     ("4boot12FRAME_MEMORY", DTCM),
     ("4boot7BUFFERS", DTCM),
+    ("4boot10NAVIGATION", DTCM),
     ("4boot3APP", DTCM),
     ("6flight7STAGING", DTCM),
     ("FAULT_STACK", DTCM),
 ];
 
-/// Statics that the emulated board has too: what the budget of 25 KiB is about. The rest is drivers', and what is kept of
+/// Statics that the emulated board has too: what the budget of 32 KiB is about. The rest is drivers', and what is kept of
 /// a frame.
-pub const COMPARABLE: [&str; 9] = [
+pub const COMPARABLE: [&str; 10] = [
     "4boot3APP",
     "4boot7BUFFERS",
+    "4boot10NAVIGATION",
     "5tasks7receive4POOL",
     "5tasks6camera4POOL",
     "5tasks8transmit4POOL",

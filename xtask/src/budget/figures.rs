@@ -32,6 +32,8 @@ const PER_OUTPUT_PIXEL: &str = "instructions per output pixel";
 pub const FLASH: &str = "flash, bytes";
 /// Bytes of static data and stack.
 pub const RAM: &str = "RAM, bytes";
+/// The part of it that the paper's 25 KB are held against: what the paper's program did, too.
+pub const RAM_WITHOUT_NAVIGATION: &str = "RAM without navigation, bytes";
 /// The image that flies.
 pub const APPLICATION: &str = "application";
 /// Its part that rectifies.
@@ -52,7 +54,7 @@ const TO_35: &str = "rectify 512x512 to 35x35";
 const TO_256: &str = "rectify 512x512 to 256x256";
 
 /// What may not be passed.
-const LIMITS: [(&str, &str, f64); 10] = [
+const LIMITS: [(&str, &str, f64); 11] = [
     (TO_64, PER_SOURCE_PIXEL, 3.5),
     (TO_64, SERIAL_480, 4.5),
     (TO_35, SERIAL_480, 4.0),
@@ -60,7 +62,8 @@ const LIMITS: [(&str, &str, f64); 10] = [
     ("frame", SERIAL_480, 12.0),
     ("re-acquisition", SERIAL_480, 38.0),
     (LAST_ROW_TO_FIX, SERIAL_480, 3.0),
-    (APPLICATION, RAM, 25.0 * 1024.0),
+    (APPLICATION, RAM, 32.0 * 1024.0),
+    (APPLICATION, RAM_WITHOUT_NAVIGATION, 25.0 * 1024.0),
     (APPLICATION, FLASH, 512.0 * 1024.0),
     (STAGE, FLASH, 12.0 * 1024.0),
 ];
@@ -169,8 +172,8 @@ mod tests {
         let mut figures = at_the_limits();
         figures.retain(|figure| figure.metric != RAM);
         assert_eq!(failures(&figures), ["application: RAM, bytes: there is no such figure"]);
-        figures.push(Figure::new("application", RAM, 25_601.0));
-        assert_eq!(failures(&figures), ["application: RAM: needs 25601 bytes, the limit is 25600 bytes"]);
+        figures.push(Figure::new("application", RAM, 32_769.0));
+        assert_eq!(failures(&figures), ["application: RAM: needs 32769 bytes, the limit is 32768 bytes"]);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::fs;
 
 /// What static data and stack together may take, bytes.
-pub const RAM_LIMIT: u32 = 25 * 1024;
+pub const RAM_LIMIT: u32 = 32 * 1024;
 
 /// Where the emulated board's RAM begins.
 const RAM: std::ops::Range<u32> = 0x2000_0000..0x2040_0000;

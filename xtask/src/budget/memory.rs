@@ -1,6 +1,6 @@
 //! RAM and flash.
 
-use super::figures::{APPLICATION, FLASH, Figure, RAM, STAGE};
+use super::figures::{APPLICATION, FLASH, Figure, RAM, RAM_WITHOUT_NAVIGATION, STAGE};
 use super::map::totals;
 use crate::elf::{self, Symbol};
 use crate::{Failure, flight, places};
@@ -11,10 +11,13 @@ const FRAMES: usize = 20;
 
 /// Figures of the application and of the part of it that rectifies.
 pub fn figures() -> Result<Vec<Figure>, Failure> {
-    let sections = elf::sections(&image("an500")?)?;
+    let application = image("an500")?;
+    let (sections, symbols) = (elf::sections(&application)?, elf::symbols(&application)?);
     let (flash, _) = totals(&sections);
     // Frame and tile lie in the external memory, which no section takes.
     let ram = flight::ram_bytes(FRAMES)?;
+    let navigation = symbols.iter().find(|symbol| symbol.name.contains(NAVIGATION)).map(|symbol| symbol.size);
+    let navigation = navigation.ok_or("the image has no static of the navigation's")?;
     // The bench keeps the stage's functions apart, which the application has inlined.
     let stage = elf::symbols(&image("bench")?)?
         .iter()
@@ -26,6 +29,7 @@ pub fn figures() -> Result<Vec<Figure>, Failure> {
     }
     Ok(vec![
         Figure::new(APPLICATION, RAM, f64::from(ram)),
+        Figure::new(APPLICATION, RAM_WITHOUT_NAVIGATION, f64::from(ram - navigation)),
         Figure::new(APPLICATION, FLASH, f64::from(flash)),
         Figure::new(STAGE, FLASH, f64::from(stage)),
     ])
@@ -35,6 +39,9 @@ fn image(name: &str) -> Result<Vec<u8>, Failure> {
     let path = places::image(name);
     fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))
 }
+
+/// The static in which the application keeps what it knows from one frame to the next.
+const NAVIGATION: &str = "5board10NAVIGATION";
 
 /// Modules of the core whose functions and constants belong to the stage, and the bench's two functions that the compiler
 /// inlines them into. Both ways of mangling put a name's length before it.

@@ -72,17 +72,17 @@ mod tests {
 
     #[test]
     fn need_and_limit_stand_side_by_side() {
-        let figures = [Figure::new("application", "RAM, bytes", 30000.0), Figure::new("x", "instructions", 1.0)];
+        let figures = [Figure::new("application", "RAM, bytes", 40000.0), Figure::new("x", "instructions", 1.0)];
         let text = table(&[], &figures);
         let line = text.lines().find(|line| line.starts_with("application: RAM")).expect("a line");
-        assert!(line.contains("30000") && line.contains("25600") && line.ends_with("FAILS"), "{line}");
+        assert!(line.contains("40000") && line.contains("32768") && line.ends_with("FAILS"), "{line}");
         assert!(!text.contains("x: instructions"));
     }
 
     #[test]
     fn json_is_an_array_of_rows() {
         let figures = [Figure::new("application", "RAM, bytes", 30000.0), Figure::new("x", "serial", 1.5)];
-        let expected = r#"[{"limit":25600,"metric":"RAM, bytes","value":30000,"workload":"application"},{"limit":null,"metric":"serial","value":1.5,"workload":"x"}]"#;
+        let expected = r#"[{"limit":32768,"metric":"RAM, bytes","value":30000,"workload":"application"},{"limit":null,"metric":"serial","value":1.5,"workload":"x"}]"#;
         let parsed: serde_json::Value = serde_json::from_str(&json(&figures)).expect("JSON");
         assert_eq!(parsed.to_string(), expected);
     }

@@ -18,7 +18,7 @@ struct Flight {
 
 impl Flight {
     fn new() -> Self {
-        Flight { tracks: Tracks::default(), speed_m_per_s: SPEED_M_PER_S, frame: 0, velocity_error_m_per_s: 0.0 }
+        Flight { tracks: Tracks::new(), speed_m_per_s: SPEED_M_PER_S, frame: 0, velocity_error_m_per_s: 0.0 }
     }
 
     /// The next frame, with a match so far off, or none. Whether it is believed.

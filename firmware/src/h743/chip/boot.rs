@@ -8,7 +8,8 @@ use crate::journal::Journal;
 use crate::wire::signing::Signing;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::motion::{Moving, Rates, Velocity, image_motion};
-use plumbline_core::pipeline::Buffers;
+use plumbline_core::navigation::Navigation;
+use plumbline_core::pipeline::{Buffers, Memory};
 use plumbline_core::stamp::{Polarity, Wired};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::Radians;
@@ -27,6 +28,7 @@ unsafe extern "C" {
 }
 
 static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
+static NAVIGATION: ConstStaticCell<Navigation> = ConstStaticCell::new(Navigation::new());
 static FRAME_MEMORY: ConstStaticCell<[u8; FRAME_MEMORY_BYTES]> = ConstStaticCell::new([0; FRAME_MEMORY_BYTES]);
 static APP: StaticCell<App<'static>> = StaticCell::new();
 
@@ -89,8 +91,8 @@ pub fn stores() -> [&'static [u8]; 4] {
 
 /// What an application works in. To be called once.
 #[inline(always)]
-pub fn memory() -> (&'static mut Buffers, &'static mut [u8]) {
-    (BUFFERS.take(), FRAME_MEMORY.take())
+pub fn memory() -> Memory<'static> {
+    Memory { buffers: BUFFERS.take(), navigation: NAVIGATION.take(), frame: FRAME_MEMORY.take() }
 }
 
 /// Where it lies. To be called once.
@@ -113,8 +115,7 @@ pub fn boot(clock_hz: u32, signing: Option<Signing>, journal: &'static dyn Journ
     let frame = (camera.cols(), camera.rows());
     let setting = Setting::new(&Wanted { frame, exposure_us: exposure.us, clock_hz }).map_err(Grounded::Sensor)?;
     let limit_us = image_motion(&camera, &ORDINARY, exposure.us).map_or(0, |motion| motion.exposure_max_us);
-    let (buffers, frame_memory) = memory();
-    let app = keep(flight.app(buffers, frame_memory, signing, journal).map_err(Grounded::Stores)?);
+    let app = keep(flight.app(memory(), signing, journal).map_err(Grounded::Stores)?);
     app.keep_resets_in(fault::resets());
     Ok(Booted { app, frame, setting, opens_on: shutter.opens_on, blurs: exposure.us > limit_us })
 }

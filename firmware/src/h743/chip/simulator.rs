@@ -14,7 +14,7 @@ use super::{boot, tasks, usb};
 use crate::board::Parts;
 use crate::h743::life::BoardTask;
 use crate::run::{self, Pending};
-use crate::serial::boot::{Memory, application};
+use crate::serial::boot::application;
 use crate::serial::front_end::LineFrontEnd;
 use crate::serial::message::Counts;
 use crate::serial::serve::{End, serve};
@@ -68,8 +68,7 @@ impl Machine for Board {
     #[inline(never)]
     fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]> {
         let rows = MEMORY_ROWS.take(&TAKEN[2]).ok_or(["the board: ", "its rows are taken"])?;
-        let (buffers, frame) = boot::memory();
-        let app = boot::keep(application(uploaded, Memory { buffers, frame })?);
+        let app = boot::keep(application(uploaded, boot::memory())?);
         let port = Port(wires);
         let parts = Parts {
             board: Mode::Simulator,

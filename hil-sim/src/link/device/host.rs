@@ -1,10 +1,11 @@
 //! The host as a board.
 
 use super::super::tasks;
+use crate::link::inproc::memory;
 use embassy_executor::raw::Executor;
 use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_firmware::run::{self, Pending};
-use plumbline_firmware::serial::boot::{Memory, application};
+use plumbline_firmware::serial::boot::application;
 use plumbline_firmware::serial::front_end::LineFrontEnd;
 use plumbline_firmware::serial::message::Counts;
 use plumbline_firmware::serial::session::{Identity, Machine, Session};
@@ -46,7 +47,7 @@ impl Machine for Host {
     }
 
     fn boot(&mut self, uploaded: Uploaded, wires: &'static Wires) -> Result<(), [&'static str; 2]> {
-        let memory = Memory { buffers: Box::leak(Box::default()), frame: vec![0; FRAME_MEMORY_BYTES].leak() };
+        let memory = memory(FRAME_MEMORY_BYTES);
         let app = Box::leak(Box::new(application(uploaded, memory)?));
         let front_end = LineFrontEnd::new(wires, vec![0; ROWS_ROOM].leak());
         tasks::spawn(self.executor, app, Port(wires), front_end);
