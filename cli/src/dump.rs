@@ -67,7 +67,7 @@ fn rectified_again(setup: &Setup, report: &FrameReport, frame: &Picture) -> Opti
     let follow_up = (Radians(follow_up_rad), settings.follow_up == FollowUpMode::Followed);
     let mut buffers = Box::new(Buffers::new());
     let mut frame_memory = vec![0; FRAME_MEMORY_BYTES];
-    let tile = setup.flash.head.tile(&setup.flash.tile).ok()?;
+    let tile = setup.flash.head.tile(&setup.flash.tile, &setup.flash.posts).ok()?;
     let mut pipeline = Pipeline::new(settings, tile, &mut buffers, &mut frame_memory).ok()?;
     // The reduction follows from the range; the one at mid-exposure stands for the newest one then.
     pipeline.streams.slant(Micros(0), Metres(height_m / attitude.cos_tilt())).ok()?;
