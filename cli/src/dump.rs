@@ -69,7 +69,7 @@ fn rectified_again(setup: &Setup, report: &FrameReport, frame: &Picture) -> Opti
     let (mut buffers, mut navigation) = (Box::<Buffers>::default(), Navigation::default());
     let mut frame_memory = vec![0; FRAME_MEMORY_BYTES];
     let memory = Memory { buffers: &mut buffers, navigation: &mut navigation, frame: &mut frame_memory };
-    let tile = setup.flash.head.tile(&setup.flash.tile).ok()?;
+    let tile = setup.flash.head.tile(&setup.flash.tile, &setup.flash.posts).ok()?;
     let mut pipeline = Pipeline::new(settings, tile, memory).ok()?;
     // The reduction follows from the range; the one at mid-exposure stands for the newest one then.
     pipeline.streams.slant(Micros(0), Metres(height_m / attitude.cos_tilt())).ok()?;

@@ -16,6 +16,28 @@ use crate::math;
 use crate::tilt::Attitude;
 use crate::units::Radians;
 
+/// Metres of the tile's grid from its centre.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Local {
+    /// Grid east.
+    pub east_m: f32,
+    /// Grid north.
+    pub north_m: f32,
+}
+
+impl Local {
+    /// How far another place is, metres.
+    pub fn off_m(self, other: Local) -> f32 {
+        math::hypot(self.east_m - other.east_m, self.north_m - other.north_m)
+    }
+
+    /// The place so many metres east and north of it.
+    pub fn moved(self, [east_m, north_m]: [f32; 2]) -> Local {
+        Local { east_m: self.east_m + east_m, north_m: self.north_m + north_m }
+    }
+}
+
 /// Attitude of the body from a MAVLink quaternion `[w, x, y, z]` (world north-east-down from body
 /// forward-right-down, Hamilton). The norm may be off by 10 %; `None` for a NaN, an infinity or a norm further off,
 /// the zero quaternion included.

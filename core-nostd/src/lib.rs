@@ -101,6 +101,7 @@ pub mod motion;
 pub mod reduce;
 pub mod rectify;
 pub mod matching;
+pub mod elevation;
 pub mod tile;
 pub mod fix;
 pub mod navigation;

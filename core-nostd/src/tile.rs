@@ -5,6 +5,9 @@
 //! fitted on the ground against the full projection and its datum shift. Over a few kilometres it is good to
 //! millimetres, and its residual is checked where the tile is made. The grid's north is not true north: the tile
 //! carries its convergence, and headings are turned by it before anything else.
+//! An [`Elevation`] beside it says how high the ground is.
+use crate::elevation::Elevation;
+pub use crate::frames::Local;
 use crate::image::View;
 use crate::units::{Metres, Radians};
 
@@ -16,6 +19,8 @@ pub enum TileError {
     Size,
     /// A resolution, scale or coefficient is not a usable number.
     Georeference,
+    /// The posts of its elevation model are not usable, or do not cover it.
+    Elevation,
 }
 
 /// A WGS84 position in 1e-7 degrees.
@@ -32,28 +37,6 @@ impl Geographic {
     /// Whether there is such a place: latitude within 90 degrees, longitude within 180.
     pub fn is_possible(self) -> bool {
         (-900_000_000..=900_000_000).contains(&self.lat_e7) && (-1_800_000_000..=1_800_000_000).contains(&self.lon_e7)
-    }
-}
-
-/// Metres of the tile's grid from its centre.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Local {
-    /// Grid east.
-    pub east_m: f32,
-    /// Grid north.
-    pub north_m: f32,
-}
-
-impl Local {
-    /// How far another place is, metres.
-    pub fn off_m(self, other: Local) -> f32 {
-        crate::math::hypot(self.east_m - other.east_m, self.north_m - other.north_m)
-    }
-
-    /// The place so many metres east and north of it.
-    pub fn moved(self, [east_m, north_m]: [f32; 2]) -> Local {
-        Local { east_m: self.east_m + east_m, north_m: self.north_m + north_m }
     }
 }
 
@@ -144,6 +127,7 @@ pub struct Tile<'a> {
     size: (u16, u16),
     resolution: Metres,
     georeference: Georeference,
+    elevation: Option<Elevation<'a>>,
 }
 
 impl<'a> Tile<'a> {
@@ -164,7 +148,24 @@ impl<'a> Tile<'a> {
         if !(resolution.0.is_finite() && resolution.0 > 0.0 && georeference.is_sound()) {
             return Err(TileError::Georeference);
         }
-        Ok(Tile { view, size, resolution, georeference })
+        Ok(Tile { view, size, resolution, georeference, elevation: None })
+    }
+
+    /// This tile with an elevation model, whose centre lies over its own.
+    ///
+    /// # Errors
+    /// [`TileError::Elevation`] for one that does not reach the centres of its outermost pixels.
+    pub fn with_elevation(self, elevation: Elevation<'a>) -> Result<Self, TileError> {
+        let half = |count: u16| 0.5 * (count as f32 - 1.0) * self.resolution.0;
+        if !elevation.posts().reach((half(self.size.0), half(self.size.1))) {
+            return Err(TileError::Elevation);
+        }
+        Ok(Tile { elevation: Some(elevation), ..self })
+    }
+
+    /// Its elevation model, if it has one.
+    pub fn elevation(&self) -> Option<&Elevation<'a>> {
+        self.elevation.as_ref()
     }
 
     /// The picture.

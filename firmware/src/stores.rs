@@ -43,7 +43,7 @@ pub enum StoreError {
     Link,
     /// The settings of shutter, timer and pulses do not fit each other.
     Stamps(stamp::SettingsError),
-    /// The reference's size, resolution or georeference is unusable.
+    /// The reference's size, resolution, georeference or elevation model is unusable.
     Reference(TileError),
     /// The plan's strips, points or limits cannot be flown.
     Plan,
@@ -82,6 +82,7 @@ impl StoreError {
             StoreError::Link => "impossible link",
             StoreError::Reference(TileError::Size) => "pixels are missing",
             StoreError::Reference(TileError::Georeference) => "impossible georeference",
+            StoreError::Reference(TileError::Elevation) => "bad elevation model",
             StoreError::Plan => "impossible plan",
         }
     }

@@ -198,6 +198,8 @@ pub struct Flash {
     pub head: TileHead,
     /// The tile's pixels, row-major.
     pub tile: Vec<u8>,
+    /// The posts of its elevation model, as they are stored; empty without one.
+    pub posts: Vec<u8>,
     /// The plan store; empty where photos are not planned.
     pub plan: Vec<u8>,
     /// The key store; empty where messages are not signed.
@@ -229,7 +231,8 @@ impl Flash {
         };
         let configuration =
             self.configuration.store(&mut buffer).map_err(|error| refusal(BootError::Configuration(error)))?.to_vec();
-        let tiles = tile_store(&self.head, &self.tile).map_err(|error| refusal(BootError::Tiles(error)))?;
+        let tiles =
+            tile_store(&self.head, &self.tile, &self.posts).map_err(|error| refusal(BootError::Tiles(error)))?;
         let stores = Stores { configuration, tiles, plan: self.plan.clone(), key: self.key.clone() };
         stores.check().map_err(refusal)?;
         Ok(stores)
@@ -247,14 +250,13 @@ impl Stores {
     }
 }
 
-/// The tile store of a head and its pixels.
+/// The tile store of a head, its pixels, and the posts of its elevation model, which are none without one.
 ///
 /// # Errors
 /// [`StoreError::Reference`] where they do not belong together or are unusable.
-pub fn tile_store(head: &TileHead, pixels: &[u8]) -> Result<Vec<u8>, StoreError> {
-    let mut store = head.before(pixels)?.to_vec();
-    store.extend_from_slice(pixels);
-    Ok(store)
+pub fn tile_store(head: &TileHead, pixels: &[u8], posts: &[u8]) -> Result<Vec<u8>, StoreError> {
+    let (before, gap) = head.before(pixels, posts)?;
+    Ok([&before[..], pixels, gap, posts].concat())
 }
 
 /// Why the firmware refuses its stores, with what would be right where that can be told.

@@ -132,7 +132,7 @@ impl Setup {
         let configuration = configuration_of(&scenario.vehicle, &payload, shake_deg);
         let signing = scenario.run.link.signing_key_path.as_deref().map(key_of_file).transpose()?;
         let key = signing.map_or_else(Vec::new, |key| store_of(key, 0));
-        let flash = Flash { configuration, head, tile: tile.pixels, plan, key };
+        let flash = Flash { configuration, head, tile: tile.pixels, posts: Vec::new(), plan, key };
         flash.stores()?;
         let renderer = Renderer::new(render_camera(&payload.camera), RENDER_SAMPLES);
         Ok(Setup {

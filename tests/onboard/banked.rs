@@ -49,7 +49,7 @@ type Banked = Result<[Along; 2], Refusal>;
 /// Frames with so large a bank to either side, at places and headings of their own.
 fn flown(setup: &Setup, bank_deg: f64, count: u64, random: &mut Random) -> Vec<Banked> {
     let configuration = setup.flash.configuration.settings().expect("settings");
-    let tile = setup.flash.head.tile(&setup.flash.tile).expect("a tile");
+    let tile = setup.flash.head.tile(&setup.flash.tile, &setup.flash.posts).expect("a tile");
     let (mut buffers, mut frame) = (Buffers::new(), vec![0; FRAME_MEMORY_BYTES]);
     let mut banked = Vec::new();
     for number in 1..=count {

@@ -1,6 +1,7 @@
 //! What lies in flash: that it is read as it was written, that every damage is refused for what it is, and what a vehicle
 //! does whose stores were refused.
 
+mod elevation;
 mod plans;
 
 use mavlink::dialects::common::{HEARTBEAT_DATA, MavState, STATUSTEXT_DATA};
@@ -66,8 +67,9 @@ fn a_tile_store_is_these_bytes() {
             convergence: Radians(-0.25),
             point_scale: 1.0,
         },
+        posts: None,
     };
-    let store = tile_store(&head, &[1, 2, 3, 4, 5, 6]).expect("usable");
+    let store = tile_store(&head, &[1, 2, 3, 4, 5, 6], &[]).expect("usable");
     let mut payload = vec![3, 0, 2, 0, 0, 0, 0, 0x3f, 0x18, 0x7a, 0, 0, 0x90, 0x72, 0xb8, 0x1c, 0xfb, 0xff, 0xff, 0xff];
     payload.extend([0, 0, 0x80, 0x3f].iter().chain(&[0; 16]));
     payload.extend([0; 4].iter().chain(&[0, 0, 0, 0x40]).chain(&[0; 12]));
@@ -179,7 +181,7 @@ fn whole_stores_with_impossible_content_are_refused() {
     assert_eq!(sheet(46.83), Ok(()));
     assert_eq!(sheet(46.9), Err(StoreError::Settings(SettingsError::PixelsNotSquare)));
     let bent = TileHead { resolution_m: f32::NAN, ..good.head };
-    assert_eq!(tile_store(&bent, &good.tile), Err(StoreError::Reference(TileError::Georeference)));
+    assert_eq!(tile_store(&bent, &good.tile, &[]), Err(StoreError::Reference(TileError::Georeference)));
     let configuration = good.stores().expect("usable").configuration;
     let payload = [&bent.encode()[..], &good.tile].concat();
     assert_eq!(
@@ -189,7 +191,7 @@ fn whole_stores_with_impossible_content_are_refused() {
     // Good each, and too small for the search: 16 + 2 x 10 pixels.
     let small = |side: u16| {
         let head = TileHead { size: (side, 100), ..good.head };
-        tile_store(&head, &vec![0; usize::from(side) * 100]).expect("usable")
+        tile_store(&head, &vec![0; usize::from(side) * 100], &[]).expect("usable")
     };
     assert_eq!(refused(&configuration, &small(35)), BootError::Misfit);
     assert!(boot::read(&configuration, &small(36), &[]).is_ok());
@@ -276,6 +278,7 @@ fn every_reason_fits_its_message() {
         StoreError::Stamps(stamp::SettingsError::Delay),
         StoreError::Stamps(stamp::SettingsError::NoExposure),
         StoreError::Reference(TileError::Georeference),
+        StoreError::Reference(TileError::Elevation),
         StoreError::Plan,
     ];
     let reasons = all.iter().flat_map(|&e| [BootError::Configuration(e), BootError::Tiles(e), BootError::Plan(e)]);
@@ -324,7 +327,7 @@ fn tiles_of_an_orthophoto_are_the_simulators_own() {
     let frame = Frame::within(&ground, &ground.bounds(), 2.0);
     let tile = Tile::lay(&ground, &frame, &Radiometry::SAME);
     let head = tile.head(&Crs::from_epsg(31256).expect("known")).expect("it has a place");
-    let store = tile_store(&head, &tile.pixels).expect("usable");
+    let store = tile_store(&head, &tile.pixels, &[]).expect("usable");
     assert_eq!(store, setup.flash.stores().expect("usable").tiles);
     assert_eq!(tile.unknown, 0);
 }

@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(refuse(format!("nothing is known of {unknown} of the area's {all} pixels")).into());
     }
     let head = tile.head(&crs).map_err(|error| refuse(error.to_string()))?;
-    let store = tile_store(&head, &tile.pixels).map_err(|error| refuse(BootError::Tiles(error).to_string()))?;
+    let store = tile_store(&head, &tile.pixels, &[]).map_err(|error| refuse(BootError::Tiles(error).to_string()))?;
     write_file(&args.out, &store)?;
     let summary = Summary::new(&tile, &head.georeference, &store);
     Outcome::new(args.json, &summary, || table(&summary, &args.out.display().to_string()))

@@ -1,7 +1,8 @@
-//! The tile store: the reference and where it lies.
+//! The tile store: the reference, where it lies, and how high its ground is.
 //!
 //! Its payload, little-endian: 96 bytes of head, then the pixels, row-major, row 0 grid north. Behind the store's header
-//! the pixels begin at byte 128.
+//! the pixels begin at byte 128. Where there is an elevation model its posts follow from the next multiple of four bytes on,
+//! zeros between: i16, row-major, row 0 grid north, the middle of their grid over that of the tile.
 //!
 //! | bytes | |
 //! |---|---|
@@ -12,10 +13,16 @@
 //! | 20..40, 40..60 | five f32 each: polynomials to east and north, see [`Georeference`] |
 //! | 60..64 | f32: grid convergence, radians |
 //! | 64..68 | f32: grid metres in a metre on the ground |
-//! | 68..96 | zeros |
+//! | 68..70, 70..72 | columns, rows of posts; zeros, as all that follows, without an elevation model |
+//! | 72..76 | f32: grid metres from post to post |
+//! | 76..80 | f32: metres a step of a post |
+//! | 80..84 | f32: height of a post of 0, metres |
+//! | 84..88 | u32: EPSG code of the vertical datum; 0 where it is not known |
+//! | 88..96 | zeros |
 
 use super::StoreError;
 use super::framing::{HEADER_BYTES, Kind, header, open};
+use plumbline_core::elevation::{Elevation, Posts};
 use plumbline_core::tile::{Geographic, Georeference, Tile, TileError};
 use plumbline_core::units::{Metres, Radians};
 
@@ -29,6 +36,9 @@ pub const BEFORE_PIXELS: usize = HEADER_BYTES + HEAD_BYTES;
 /// camera's bootloader writes.
 pub const BOARD_BYTES: usize = 6 * 128 * 1024;
 
+/// What posts are aligned to, bytes.
+const POSTS_ALIGN: usize = 4;
+
 /// What the store says beside the pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileHead {
@@ -38,6 +48,8 @@ pub struct TileHead {
     pub resolution_m: f32,
     /// Where it lies.
     pub georeference: Georeference,
+    /// The posts of its elevation model, if it has one.
+    pub posts: Option<Posts>,
 }
 
 impl TileHead {
@@ -51,9 +63,18 @@ impl TileHead {
             g.centre.lat_e7 as u32,
             g.centre.lon_e7 as u32,
         ];
+        let posts = self.posts.map_or([0; 5], |posts| {
+            [
+                u32::from(posts.size.0) | u32::from(posts.size.1) << 16,
+                posts.spacing_m.to_bits(),
+                posts.step_m.to_bits(),
+                posts.base_m.to_bits(),
+                posts.vertical_epsg,
+            ]
+        });
         let floats = g.east.iter().chain(&g.north).chain([&g.convergence.0, &g.point_scale]).map(|f| f.to_bits());
         let mut bytes = [0; HEAD_BYTES];
-        for (to, word) in bytes.chunks_exact_mut(4).zip(words.into_iter().chain(floats)) {
+        for (to, word) in bytes.chunks_exact_mut(4).zip(words.into_iter().chain(floats).chain(posts)) {
             to.copy_from_slice(&word.to_le_bytes());
         }
         bytes
@@ -76,44 +97,74 @@ impl TileHead {
                 convergence: Radians(float(15)),
                 point_scale: float(16),
             },
+            // Without a column or a row there is no model; what else is not usable is refused with it.
+            posts: (word(17) != 0).then(|| Posts {
+                size: (word(17) as u16, (word(17) >> 16) as u16),
+                spacing_m: float(18),
+                step_m: float(19),
+                base_m: float(20),
+                vertical_epsg: word(21),
+            }),
         }
     }
 
-    /// The store up to its `pixels`, which follow.
+    /// Pixels of the size.
+    fn area(&self) -> usize {
+        self.size.0 as usize * self.size.1 as usize
+    }
+
+    /// Zeros between pixels and posts.
+    fn gap(&self) -> &'static [u8] {
+        let gap = self.posts.map_or(0, |_| self.area().wrapping_neg() % POSTS_ALIGN);
+        [0; POSTS_ALIGN].get(..gap).unwrap_or(&[])
+    }
+
+    /// The store's parts in their order: header and head, then pixels, zeros and posts.
     ///
     /// # Errors
-    /// [`StoreError::Reference`] for pixels of another number, and what [`Tile::new`] refuses.
-    pub fn before(&self, pixels: &[u8]) -> Result<[u8; BEFORE_PIXELS], StoreError> {
-        self.tile(pixels)?;
+    /// [`StoreError::Reference`] for pixels or posts of another number, and what [`Tile::new`] and [`Tile::with_elevation`] refuse.
+    pub fn before(&self, pixels: &[u8], posts: &[u8]) -> Result<([u8; BEFORE_PIXELS], &'static [u8]), StoreError> {
+        self.tile(pixels, posts)?;
         let head = self.encode();
         let mut bytes = [0; BEFORE_PIXELS];
         let (to_header, to_head) = bytes.split_at_mut(HEADER_BYTES);
-        to_header.copy_from_slice(&header(KIND, &[&head, pixels]));
+        to_header.copy_from_slice(&header(KIND, &[&head, pixels, self.gap(), posts]));
         to_head.copy_from_slice(&head);
-        Ok(bytes)
+        Ok((bytes, self.gap()))
     }
 
-    /// The tile of this head over `pixels`.
+    /// The tile of this head over `pixels`, with the elevation model of `posts`, which are none without one.
     ///
     /// # Errors
     /// [`StoreError::Reference`].
-    pub fn tile<'p>(&self, pixels: &'p [u8]) -> Result<Tile<'p>, StoreError> {
-        if pixels.len() != self.size.0 as usize * self.size.1 as usize {
+    pub fn tile<'p>(&self, pixels: &'p [u8], posts: &'p [u8]) -> Result<Tile<'p>, StoreError> {
+        if pixels.len() != self.area() {
             return Err(StoreError::Reference(TileError::Size));
         }
-        Tile::new(pixels, self.size, Metres(self.resolution_m), self.georeference).map_err(StoreError::Reference)
+        let tile = Tile::new(pixels, self.size, Metres(self.resolution_m), self.georeference);
+        let tile = match self.posts {
+            None if posts.is_empty() => tile,
+            None => Err(TileError::Elevation),
+            Some(all) => {
+                let elevation = Elevation::new(posts, all).ok_or(TileError::Elevation);
+                tile.and_then(|tile| tile.with_elevation(elevation?))
+            }
+        };
+        tile.map_err(StoreError::Reference)
     }
 }
 
-/// The tile in the store that `region` begins with; its pixels stay where they are. Any bytes may come.
+/// The tile in the store that `region` begins with; its pixels and posts stay where they are. Any bytes may come.
 ///
 /// # Errors
 /// [`StoreError`].
 pub fn read(region: &[u8]) -> Result<Tile<'_>, StoreError> {
-    let (head, pixels) = open(KIND, region)?.split_first_chunk::<HEAD_BYTES>().ok_or(StoreError::Encoding)?;
+    let (head, rest) = open(KIND, region)?.split_first_chunk::<HEAD_BYTES>().ok_or(StoreError::Encoding)?;
     let head = TileHead::decode(head);
-    if head.size.0 as usize * head.size.1 as usize != pixels.len() {
+    let (pixels, rest) = rest.split_at_checked(head.area()).ok_or(StoreError::Encoding)?;
+    let posts = rest.get(head.gap().len()..).ok_or(StoreError::Encoding)?;
+    if posts.len() != head.posts.map_or(0, |posts| posts.bytes()) {
         return Err(StoreError::Encoding);
     }
-    head.tile(pixels)
+    head.tile(pixels, posts)
 }

@@ -102,6 +102,7 @@ impl Tile {
                 convergence: Radians(crs.convergence_rad(centre[0], centre[1])? as f32),
                 point_scale: crs.point_scale(centre[0], centre[1])? as f32,
             },
+            posts: None,
         })
     }
 }

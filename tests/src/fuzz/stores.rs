@@ -1,6 +1,7 @@
 //! What is read before a flight: the stores in flash, and the camera file on the ground.
 
 use super::Target;
+use plumbline_core::elevation::Posts;
 use plumbline_core::exposure::{Exposures, Limits, Planned};
 use plumbline_core::pose::position::PositionState;
 use plumbline_core::tile::{Geographic, Georeference};
@@ -75,9 +76,18 @@ impl Target for Tiles {
         };
         let store = |size: (u16, u16)| {
             let pixels: Vec<u8> = (0..u32::from(size.0) * u32::from(size.1)).map(|n| (n * 37) as u8).collect();
-            tile_store(&TileHead { size, resolution_m: 5.0, georeference }, &pixels).expect("a good store")
+            let posts = (size.0 > 1).then_some(Posts {
+                size: (10, 20),
+                spacing_m: 30.0,
+                step_m: 0.1,
+                base_m: 300.0,
+                vertical_epsg: 5773,
+            });
+            let heights: Vec<u8> = (0..posts.map_or(0, |posts| posts.bytes())).map(|n| (n * 31) as u8).collect();
+            tile_store(&TileHead { size, resolution_m: 5.0, georeference, posts }, &pixels, &heights)
+                .expect("a good store")
         };
-        vec![store((1, 1)), store((40, 36)), store((64, 100))]
+        vec![store((1, 1)), store((39, 35)), store((50, 100))]
     }
 
     fn seal(&self, input: &mut Vec<u8>) {
@@ -94,6 +104,13 @@ impl Target for Tiles {
         // A position is found again from its own place, or is none.
         let local = tile.local(last.0, last.1);
         let _ = tile.georeference().geographic(local);
+        if let Some(elevation) = tile.elevation() {
+            let high = elevation.height_m(local).is_none_or(f32::is_finite);
+            let plane = elevation.plane(tile.local(0.5 * last.0, 0.5 * last.1), 60.0);
+            if !high || plane.is_some_and(|plane| !(plane.relief_m.is_finite() && plane.height_m.is_finite())) {
+                return Err("a height of an elevation model is no number".to_owned());
+            }
+        }
         let _ = tile.georeference().local(tile.georeference().centre);
         Ok(())
     }
