@@ -65,7 +65,7 @@
 //!     pipeline.streams.attitude(at, Attitude::default()).unwrap();
 //!     pipeline.streams.slant(at, Metres(120.0)).unwrap();
 //! }
-//! let position = PositionSample { position: centre, north_m_per_s: 0.0, east_m_per_s: 0.0 };
+//! let position = PositionSample::standing(centre);
 //! pipeline.position(mid_exposure, position).unwrap();
 //! pipeline.begin_frame().unwrap();
 //! pipeline.rows(&frame).unwrap();

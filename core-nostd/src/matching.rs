@@ -91,6 +91,18 @@ pub struct Shift {
     /// How far turn and scale, by which the shift was carried from the patch's centre to the nadir, are the picture's own: 0 where
     /// they are the prior's or nothing was carried, 1 where they are the picture's alone.
     pub carried: Carried,
+    /// Turn and scale.
+    pub alone: Alone,
+}
+
+/// What the picture alone has of turn, clockwise, radians, and scale less 1: each with its variance, and nothing where it shows
+/// nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Alone {
+    /// Of the turn.
+    pub turn: Option<(f32, f32)>,
+    /// Of the scale.
+    pub scale: Option<(f32, f32)>,
 }
 
 /// Shares of 0 to 1.

@@ -4,9 +4,17 @@
 //! by the reported velocity ([`reckoning`]). [`tracks`] keeps the places where matches have put the vehicle, and says of the next
 //! match whether it is to be believed.
 
+pub mod observed;
+pub mod azimuth;
+pub mod heights;
+pub mod candidates;
 pub mod reckoning;
+pub mod filter;
 pub mod tracks;
 
+use azimuth::Azimuth;
+use filter::Filter;
+use heights::Heights;
 use tracks::Tracks;
 
 /// What is known from one frame to the next. It belongs to the caller, as the pipeline's buffers do.
@@ -14,12 +22,26 @@ use tracks::Tracks;
 pub struct Navigation {
     /// The places.
     pub tracks: Tracks,
+    /// How far the heading is off.
+    pub azimuth: Azimuth,
+    /// How high the camera is.
+    pub heights: Heights,
+    /// How far attitude and velocity are off.
+    pub filter: Filter,
+    /// Frames since something was found: which of the candidates is next.
+    pub candidate: u8,
 }
 
 impl Navigation {
     /// Nothing known yet.
     pub const fn new() -> Self {
-        Navigation { tracks: Tracks::new() }
+        Navigation {
+            tracks: Tracks::new(),
+            azimuth: Azimuth::new(),
+            heights: Heights::new(),
+            filter: Filter::new(),
+            candidate: 0,
+        }
     }
 }
 

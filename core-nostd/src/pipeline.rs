@@ -8,25 +8,26 @@
 mod streams;
 mod settings;
 mod situation;
+mod height;
 mod situate;
 mod refusal;
 mod velocity;
 mod whereabouts;
+mod register;
 
-use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, REACQUIRE_PX, RUNS_MAX};
-use crate::fix::{Fix, Footprint, Uncertainty, fix};
+use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, RUNS_MAX};
 use crate::homography::{FrameFromPatch, Placement};
-use crate::image::{Run, View};
-use crate::matching::{Match, Matcher, OnBoard, Prior, Request, Shift};
-use crate::math::hypot;
+use crate::image::Run;
+use crate::matching::{Matcher, OnBoard};
 use crate::navigation::Navigation;
-use crate::navigation::tracks::Sighting;
+use crate::navigation::heights::Altitude;
 use crate::pose::position::PositionState;
 use crate::rectify::{Node, Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
 use heapless::Vec;
 pub use refusal::Refusal;
+pub use register::{Matched, Outcome};
 use settings::Smoothers;
 pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigmas};
 pub use situate::SituateError;
@@ -34,37 +35,7 @@ pub use situation::{Prediction, Situation};
 pub use streams::{Arrival, Instants, Latencies, PositionSample, SampleError, Streams};
 use velocity::VelocityError;
 pub use whereabouts::LOST_AFTER;
-use whereabouts::{Search, Usual, Whereabouts};
-
-/// What a frame's match says, accepted or not.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
-    /// Where the patch's centre lies relative to the predicted position, columns east, pixels of the tile. Sub-pixel
-    /// where the least-squares solution exists, the whole-pixel peak otherwise.
-    pub d_col: f32,
-    /// Rows south.
-    pub d_row: f32,
-    /// Where the whole-pixel peak lies, (columns, rows) in that sense.
-    pub peak: [f32; 2],
-    /// Normalised cross-correlation of the greys at the peak and at the best other shift.
-    pub grey_correlation: [f32; 2],
-    /// Radius of the search, pixels: the settings', or [`REACQUIRE_PX`] where the position had been lost.
-    pub search_px: u16,
-    /// The fix, or why there is none.
-    pub fix: Result<Fix, Refusal>,
-}
-
-/// Where the patch lies in the tile.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Matched {
-    found: Match,
-    /// Centre of the search in the tile, pixels, and how far that is off the predicted position.
-    centre: (f32, f32),
-    off: (f32, f32),
-    search_px: u16,
-    /// Whether it counts as it is, or another frame must find it, too.
-    counts: Result<(), Refusal>,
-}
+use whereabouts::Whereabouts;
 
 /// State of the whole chain.
 #[derive(Debug)]
@@ -79,6 +50,8 @@ pub struct Pipeline<'t> {
     /// The newest position lies where the tile's georeference does not reach.
     is_off_the_map: bool,
     reducer: Option<Reducer>,
+    /// What [`sampled`] makes of the newest frame.
+    sample: Option<u32>,
     /// Of the newest patch.
     placement: Placement,
     whereabouts: Whereabouts,
@@ -98,12 +71,6 @@ pub struct Doubt {
     /// Radians.
     pub heading_rad: f32,
 }
-
-/// A position is searched for within so many sigmas of its doubt: of a hundred normal errors of an axis five lie beyond.
-const DOUBT_SIGMAS: f32 = 2.0;
-
-/// What matches say of the velocity's error counts up to this where they are compared, m/s: more was not seen of an autopilot.
-const VELOCITY_ERROR_MAX_M_PER_S: f32 = 5.0;
 
 /// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
 /// board has free memory and need not carry them over a stack.
@@ -167,6 +134,7 @@ impl<'t> Pipeline<'t> {
             doubt: Doubt::default(),
             is_off_the_map: false,
             reducer: None,
+            sample: None,
             placement: Placement::default(),
             whereabouts: Whereabouts::default(),
             velocity: VelocityError::default(),
@@ -213,19 +181,24 @@ impl<'t> Pipeline<'t> {
             east_m_per_s: east * c - north * s,
             north_m_per_s: north * c + east * s,
         };
+        let at = at.into();
         self.streams.position(at, state)?;
         self.is_off_the_map = false;
+        if let Some(metres) = sample.altitude_m {
+            let climb_m_per_s = sample.climb_m_per_s;
+            self.navigation.heights.reported(Altitude { at: at.sampled_at, metres, climb_m_per_s });
+        }
         Ok(())
     }
 
-    /// A frame's rows are about to arrive. The reduction follows from the newest range: it needs no pose, and being
-    /// off by a tilt's cosine does not matter to it.
+    /// A frame's rows are about to arrive. The reduction follows from the newest range, or from the height where there is none: it
+    /// needs no pose, and being off by a tilt's cosine does not matter to it.
     ///
     /// # Errors
-    /// [`Refusal::NoRange`] before the first range.
+    /// [`Refusal::NoRange`] where neither is known.
     pub fn begin_frame(&mut self) -> Result<(), Refusal> {
         self.reducer = None;
-        let (_, slant_m) = self.streams.slant.history().newest().ok_or(Refusal::NoRange)?;
+        let slant_m = self.newest_height_m().ok_or(Refusal::NoRange)?;
         let camera = &self.settings.camera;
         let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0).min(RATIO_MAX);
         let frame = (camera.cols(), camera.rows());
@@ -252,7 +225,8 @@ impl<'t> Pipeline<'t> {
     /// Rectifies the frame that has arrived for `situation`.
     ///
     /// # Errors
-    /// [`Refusal::BadFrame`] while rows are missing, [`Refusal::NoFootprint`] where nothing of the patch is seen.
+    /// [`Refusal::BadFrame`] while rows are missing, [`Refusal::Repeated`] for the frame before, [`Refusal::NoFootprint`] where
+    /// nothing of the patch is seen.
     pub fn rectify(&mut self, situation: &Situation) -> Result<(), Refusal> {
         let reducer = self.reducer.as_ref().filter(|r| r.is_complete()).ok_or(Refusal::BadFrame)?;
         let reduction = reducer.reduction();
@@ -260,6 +234,10 @@ impl<'t> Pipeline<'t> {
         let resolution = self.tile.ground_resolution().0;
         let Buffers { patch, runs, nodes, .. } = &mut *self.buffers;
         let kept = self.frame_memory.get(..reduction.bytes()).ok_or(Refusal::BadFrame)?;
+        let sample = sampled(kept);
+        if core::mem::replace(&mut self.sample, Some(sample)) == Some(sample) {
+            return Err(Refusal::Repeated);
+        }
         let source = Source::new(kept, reduction)?;
         let placement = situation.placement(camera, resolution).ok_or(Refusal::NoFootprint)?;
         let Placement { size, aside } = placement;
@@ -278,115 +256,6 @@ impl<'t> Pipeline<'t> {
         if runs.is_empty() { Err(Refusal::NoFootprint) } else { Ok(()) }
     }
 
-    /// [`Pipeline::match_patch`], then [`Pipeline::fix`].
-    ///
-    /// # Errors
-    /// Those of the first.
-    pub fn register(&mut self, situation: &Situation) -> Result<Outcome, Refusal> {
-        let matched = self.match_patch(situation)?;
-        Ok(self.fix(situation, &matched))
-    }
-
-    /// Matches the patch around the predicted position. The search is as wide as the settings say, and
-    /// ±[`REACQUIRE_PX`] after [`LOST_AFTER`] frames that were tried in vain, and while the position is in such [`Doubt`] that it
-    /// may well lie beyond the other. Where such a search has found it, the next frames are searched, as far as the settings
-    /// say; only when one of them finds it, too, is it a fix. From then on the place that the matches know counts, carried on by
-    /// the velocity: frames are searched there where the navigation is elsewhere, and what is found must not contradict it.
-    ///
-    /// # Errors
-    /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
-    pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
-        let px_m = self.tile.ground_resolution().0;
-        let reach_m = f32::from(self.settings.search_px) * px_m;
-        let sigma_m = situation.prediction.sigma_m;
-        let usual = Usual {
-            reach_m,
-            is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
-            px_m,
-            sigma_m_per_s: hypot(
-                hypot(self.settings.sigmas.velocity_m_per_s, self.velocity.m_per_s().min(VELOCITY_ERROR_MAX_M_PER_S)),
-                self.doubt.velocity_m_per_s,
-            ),
-            // Who says nothing of the position's error and has it searched so far takes it to be as far off.
-            prior_m: if sigma_m > 0.0 { sigma_m } else { 0.5 * reach_m },
-        };
-        let search = self.whereabouts.search(&mut self.navigation.tracks, situation, &usual);
-        let tried = self.locate(situation, search);
-        let sighting = match &tried {
-            Err(refusal) => Err(*refusal),
-            Ok(Matched { found, centre, .. }) => match found.accepted {
-                Err(rejection) => Err(rejection.into()),
-                Ok(shift) => Ok(self.sighting(situation, *centre, &shift)),
-            },
-        };
-        let counts = self.whereabouts.ended(&mut self.navigation.tracks, search, situation, &usual, sighting);
-        if let (Ok(Sighting { nadir, .. }), Ok(())) = (sighting, counts) {
-            self.velocity.matched(situation.moment(), nadir, self.settings.sigmas.velocity_m_per_s);
-        }
-        tried.map(|matched| Matched { counts, ..matched })
-    }
-
-    /// Where a match puts the nadir, and how certain that is.
-    fn sighting(&self, situation: &Situation, centre: (f32, f32), shift: &Shift) -> Sighting {
-        Sighting {
-            nadir: self.tile.local(centre.0 + shift.d_col, centre.1 + shift.d_row),
-            covariance: self.fixed(situation, centre, shift).covariance,
-            side_m: self.placement.size.0.min(self.placement.size.1) as f32 * self.tile.ground_resolution().0,
-        }
-    }
-
-    fn locate(&mut self, situation: &Situation, search: Search) -> Result<Matched, Refusal> {
-        let radius = if search.is_far { REACQUIRE_PX as u16 } else { self.settings.search_px };
-        let Buffers { patch, runs, matcher, .. } = &mut *self.buffers;
-        let Placement { size, aside } = self.placement;
-        let patch = View::new(patch, size).ok_or(Refusal::NoFootprint)?;
-        let predicted = self.tile.pixel(situation.prediction.local);
-        let looked_for = self.tile.pixel(search.at);
-        // The whole pixel at which the upper left one of a patch around the nadir is nearest to that.
-        let half = |side: u16| 0.5 * (side as f32 - 1.0);
-        let half = (half(size.0), half(size.1));
-        let corner = (crate::math::round(looked_for.0 - half.0), crate::math::round(looked_for.1 - half.1));
-        if !(corner.0.abs() < 1e6 && corner.1.abs() < 1e6) {
-            return Err(Refusal::OutsideReference);
-        }
-        let centre = (corner.0 + half.0, corner.1 + half.1);
-        let off = (centre.0 - predicted.0, centre.1 - predicted.1);
-        let prior =
-            Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
-        let predicted = (corner.0 as i32 + aside.0 as i32, corner.1 as i32 - aside.1 as i32);
-        let nadir = (aside.0.saturating_neg(), aside.1);
-        let (tile, rule) = (*self.tile.view(), &self.settings.accept);
-        let request = Request { patch, runs, tile, predicted, nadir, radius, prior, rule };
-        let found = matcher.locate(&request, self.frame_memory)?;
-        Ok(Matched { found, centre, off, search_px: radius, counts: Ok(()) })
-    }
-
-    /// The fix of a match in the situation that it was made in, or why there is none.
-    pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
-        let Matched { found, centre, off, search_px, counts } = matched;
-        let fixed = |shift: Shift| self.fixed(situation, *centre, &shift);
-        Outcome {
-            d_col: found.shift.0 + off.0,
-            d_row: found.shift.1 + off.1,
-            peak: [found.peak.0 as f32 + off.0, found.peak.1 as f32 + off.1],
-            grey_correlation: found.grey_correlation,
-            search_px: *search_px,
-            fix: found.accepted.map_err(Refusal::from).and_then(|shift| counts.map(|()| fixed(shift))),
-        }
-    }
-
-    fn fixed(&self, situation: &Situation, centre: (f32, f32), shift: &Shift) -> Fix {
-        let footprint = Footprint::of(&self.buffers.runs, &self.placement);
-        let uncertainty = Uncertainty {
-            tilt_rad: situation.sigma_tilt_rad,
-            tilt_drift_rad: situation.sigma_tilt_drift_rad,
-            height_m: situation.sigma_height_m,
-            along_m: situation.prediction.velocity_m_per_s.map(|speed| speed * situation.sigma_stamp_s),
-        };
-        let camera = (situation.height_m, situation.camera_offset_m);
-        fix(&self.tile, centre, shift, &footprint, camera, uncertainty)
-    }
-
     /// The rectified patch with pixels that may be changed, though not their number: a replay has them from its log.
     pub fn patch_mut(&mut self) -> (&mut [u8], (u16, u16), &[Run]) {
         let pixels = self.placement.size.0 as usize * self.placement.size.1 as usize;
@@ -402,6 +271,16 @@ impl<'t> Pipeline<'t> {
 }
 
 const _: () = assert!(size_of::<Streams>() + size_of::<Smoothers>() <= POSE_MAX_BYTES);
+/// A number that two frames have in common where they are the same, and by their noise alone hardly ever otherwise: of four pixels of
+/// each [`SAMPLED_EVERY`].
+fn sampled(kept: &[u8]) -> u32 {
+    let fours = kept.chunks(SAMPLED_EVERY).filter_map(|chunk| chunk.first_chunk::<4>());
+    // The multiplier is Knuth's, 2^32 over the golden ratio.
+    fours.fold(0, |sum, four| (sum.rotate_left(5) ^ u32::from_le_bytes(*four)).wrapping_mul(0x9e37_79b9))
+}
+
+/// Bytes. Chosen: some 180 words of the largest frame, and 60 of one of 128 x 128 that is not reduced.
+const SAMPLED_EVERY: usize = 256;
 /// Ratio of a patch pixel to a frame pixel beyond which boxes grow no further: 16 rows are the most that a front end's ring
 /// has to hold at a time.
 const RATIO_MAX: f32 = 90.0;

@@ -43,8 +43,8 @@ pub fn configuration_of(vehicle: &Vehicle, payload: &Payload, shake_deg: f64) ->
 }
 
 /// One sigma of each source, as its data sheet would say: tilt white and drift, heading white and drift, follow-up, range,
-/// position white and drift, velocity, that of turns.
-fn sigmas_of(vehicle: &Vehicle) -> [f32; 10] {
+/// position white and drift, velocity, that of turns, altitude's bias and scale.
+fn sigmas_of(vehicle: &Vehicle) -> [f32; 12] {
     let attitude = &vehicle.attitude;
     let follow_up = if vehicle.follow_up.mode == FollowUpMode::Measured { vehicle.follow_up.noise_deg } else { 0.0 };
     let radians = |deg: f64| deg.to_radians() as f32;
@@ -61,6 +61,8 @@ fn sigmas_of(vehicle: &Vehicle) -> [f32; 10] {
         vehicle.position_sigma_m() as f32,
         resolved(vehicle.position.velocity_sigma_m_s),
         attitude.turn_velocity_sigma_m_s as f32,
+        vehicle.altitude.sigma_m as f32,
+        vehicle.altitude.scale_sigma as f32,
     ]
 }
 

@@ -37,7 +37,7 @@ def configuration():
     m.floats(1.05, 0.98, 0, 0)  # fields of view, principal point
     m.byte(0, 1)  # no distortion; follow-up axis measured
     m.floats(0.1, 0, 0.05, 0, 0, 0)  # lever arm, boresight
-    m.floats(0.00175, 0.0003, 0.01, 0.001, 0.002, 0.1, 0.5, 1.0, 0.1, 0.1)  # sigmas
+    m.floats(0.00175, 0.0003, 0.01, 0.001, 0.002, 0.1, 0.5, 1.0, 0.1, 0.1, 15.0, 0.04)  # sigmas
     m.unsigned(5000)
     m.floats(0.05, 3.0, 0.01, 0.5)  # attitude's motions
     m.unsigned(200_000)
@@ -63,7 +63,7 @@ def configuration():
     m.unsigned(500_000)
     m.floats(5.0, 0.5)
     m.byte(0, 255, 0, 0)  # sources left alone, orders of 255, no resets, no start
-    return store(b"PLBM", 6, bytes(m.bytes))
+    return store(b"PLBM", 7, bytes(m.bytes))
 
 
 def tiles(cols=200, rows=200):

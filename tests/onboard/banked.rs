@@ -87,7 +87,7 @@ fn flown(setup: &Setup, bank_deg: f64, count: u64, random: &mut Random) -> Vec<B
         let [off_east_m, off_north_m] = [POSITION_M * random.normal(), POSITION_M * random.normal()];
         let believed = Local { east_m: (east_m + off_east_m) as f32, north_m: (north_m + off_north_m) as f32 };
         let position = pipeline.tile().georeference().geographic(believed);
-        let sample = PositionSample { position, north_m_per_s: 0.0, east_m_per_s: 0.0 };
+        let sample = PositionSample::standing(position);
         pipeline.position(mid, sample).expect("in time");
         let frame = setup.renderer.render(&setup.ground, &station, 2.0, 7, number);
         pipeline.begin_frame().expect("a range");

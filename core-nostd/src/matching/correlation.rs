@@ -83,8 +83,13 @@ impl Located {
         let there = |s: SubPixel| if nadir == (0, 0) { s } else { s.at((x, y)) };
         let carried = |s: &SubPixel| if nadir == (0, 0) { Carried::default() } else { s.decided(prior) };
         let refined = self.refined.map(there);
-        let shift =
-            |s: SubPixel| Shift { d_col: s.d_col, d_row: s.d_row, covariance: s.covariance(), carried: carried(&s) };
+        let shift = |s: SubPixel| Shift {
+            d_col: s.d_col,
+            d_row: s.d_row,
+            covariance: s.covariance(),
+            carried: carried(&s),
+            alone: s.alone,
+        };
         Match {
             shift: Located { refined, ..self }.shift(),
             peak: (self.peak.d_col, self.peak.d_row),

@@ -18,14 +18,15 @@ mod normal_equations;
 
 use super::histogram::Histogram;
 use super::search::Peak;
-use super::{Carried, Prior, valid};
+use super::{Alone, Carried, Prior, valid};
 use crate::budget::RUNS_MAX;
 use crate::image::{Run, View};
+use crate::math::squared;
 use core::ops::AddAssign;
 use estimate::Estimate;
 use heapless::Vec;
 use nalgebra::{Matrix2, Matrix4};
-use normal_equations::Sums;
+use normal_equations::{Sums, prior_px};
 use segment::{Radiometry, Segment};
 use smooth::{inner, smooth_into};
 
@@ -52,6 +53,8 @@ pub struct SubPixel {
     pub d_row: f32,
     /// Mean weight of the pixels, 0 to 1: how much of the picture agrees.
     pub agreement: f32,
+    /// Turn and scale less 1 as the picture alone has them.
+    pub alone: Alone,
 }
 
 impl SubPixel {
@@ -121,6 +124,8 @@ const SYSTEMATIC_PX: f32 = 0.005;
 /// How far the solution may go from the whole-pixel peak, pixels: the peak is off by a half, and by one more where the ground
 /// of two pixels is alike.
 const REACH_PX: f32 = 1.5;
+/// Least share of turn or scale that is the picture's own, of which is said what it has alone. Single precision holds a hundredth of it.
+const SHARE_MIN: f32 = 1e-3;
 /// Rows and columns around a patch pixel that have to be valid: to each side one for the smoothing, one for the gradient.
 const AROUND: usize = 5;
 
@@ -174,6 +179,14 @@ pub fn refine(
     let floor = Matrix2::identity() * (SYSTEMATIC_PX * SYSTEMATIC_PX);
     // Turn and scale are displacements at the patch's edge in here.
     let per_px = Matrix4::from_diagonal(&[1.0, 1.0, 1.0 / estimate.half, 1.0 / estimate.half].into());
+    let (turn_px, scale_px) = prior_px(prior, estimate.half);
+    let alone = |axis: usize, off_px: f32, prior_px: f32| {
+        // What has become less of the prior's variance is the picture's, before residuals are found to be alike.
+        let share = 1.0 - covariance[(axis, axis)] / squared(prior_px);
+        let (off, variance) = (off_px / estimate.half, inflation * covariance[(axis, axis)] / squared(estimate.half));
+        (share > SHARE_MIN).then_some((off / share, variance / share))
+    };
+    let alone = Alone { turn: alone(2, estimate.turn, turn_px), scale: alone(3, estimate.scale, scale_px) };
     let mut joint = per_px * covariance.fixed_view::<4, 4>(0, 0) * per_px * inflation;
     joint.fixed_view_mut::<2, 2>(0, 0).add_assign(&floor);
     Ok(SubPixel {
@@ -182,6 +195,7 @@ pub fn refine(
         d_col: estimate.shift.0,
         d_row: estimate.shift.1,
         agreement: sums.weight() / sums.count as f32,
+        alone,
     })
 }
 

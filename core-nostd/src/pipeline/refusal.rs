@@ -71,10 +71,12 @@ pub enum Refusal {
     Unconfirmed = 28,
     /// It does not lie where the matches before have put the vehicle.
     Contradicted = 29,
+    /// The picture is the one before, to the last bit: the camera hangs.
+    Repeated = 30,
 }
 
 /// Every refusal, in the order of its code.
-pub const ALL: [Refusal; 29] = [
+pub const ALL: [Refusal; 30] = [
     Refusal::NoClock,
     Refusal::BadExposure,
     Refusal::Busy,
@@ -104,6 +106,7 @@ pub const ALL: [Refusal; 29] = [
     Refusal::Capacity,
     Refusal::Unconfirmed,
     Refusal::Contradicted,
+    Refusal::Repeated,
 ];
 
 impl Refusal {
@@ -145,6 +148,7 @@ impl Refusal {
             Refusal::Capacity => "capacity",
             Refusal::Unconfirmed => "unconfirmed",
             Refusal::Contradicted => "contradicted",
+            Refusal::Repeated => "repeated",
             Refusal::EdgesContradict => "edges_contradict",
             Refusal::NoExposure => "no_exposure",
             Refusal::UncertainClock => "uncertain_clock",

@@ -47,6 +47,10 @@ pub struct Sigmas {
     /// Velocity by which the attitude's estimator takes the turn out of what its accelerometers say, m/s; 0 for an attitude
     /// that needs none.
     pub turn_velocity_m_per_s: f32,
+    /// Altitude: its bias, metres, against the elevation model.
+    pub altitude_m: f32,
+    /// Its scale.
+    pub altitude_scale: f32,
 }
 
 /// How a stream is sampled, and what it measures: by this, and the sigmas, its smoothing is chosen.
@@ -157,8 +161,9 @@ impl Settings {
         let s = &self.sigmas;
         let sound = |sigma: &f32| sigma.is_finite() && *sigma >= 0.0;
         let angles = [s.tilt_white_rad, s.tilt_drift_rad, s.heading_white_rad, s.heading_drift_rad, s.follow_up_rad];
-        let lengths = [s.range_m, s.position_white_m, s.position_drift_m, s.velocity_m_per_s, s.turn_velocity_m_per_s];
-        if !angles.iter().chain(&lengths).all(sound) {
+        let lengths = [s.range_m, s.position_white_m, s.position_drift_m, s.altitude_m, s.altitude_scale];
+        let velocities = [s.velocity_m_per_s, s.turn_velocity_m_per_s];
+        if !angles.iter().chain(&lengths).chain(&velocities).all(sound) {
             return Err(SettingsError::Sigma);
         }
         if !self.models().iter().all(|model| model.check().is_ok()) {

@@ -1,8 +1,13 @@
 //! From the stamped streams to the situation at mid-exposure.
 
 use super::{FollowUpMode, Pipeline, Prediction, Situation};
-use crate::math::{self, hypot};
+use crate::budget::PATCH_MAX_PX;
+use crate::math::{hypot, sqrt};
 use crate::motion::Rates;
+use crate::navigation::candidates::{Candidate, candidates};
+use crate::navigation::filter::Unknown;
+use crate::navigation::heights::Height;
+use crate::navigation::reckoning::Moment;
 use crate::pose::position::PositionState;
 use crate::pose::{Estimate, Interpolated, Method, PoseError, Wait};
 use crate::tile::Local;
@@ -34,13 +39,15 @@ struct FollowUp {
     sigma_rad: f32,
 }
 
-/// One sigma of pitch and roll, each, of the heading, and of the height.
+/// One sigma of pitch and roll, each, and of the heading.
 struct Uncertainty {
     tilt_rad: f32,
     /// The tilt's part that drifts.
     tilt_drift_rad: f32,
+    /// What is new in every heading, and in every follow-up angle.
     heading_rad: f32,
-    height_m: f32,
+    /// The heading's part that drifts, where nothing is known of it.
+    heading_drift_rad: f32,
 }
 
 /// Standard gravity (ISO 80000-3).
@@ -62,63 +69,82 @@ impl Pipeline<'_> {
     /// # Errors
     /// The [`SituateError`] that waiting cannot mend.
     pub fn situate(
-        &self,
+        &mut self,
         (mid_exposure_at, sigma_us): (Micros, f32),
         wait: Wait,
     ) -> Result<Option<Situation>, SituateError> {
-        let settings = self.settings();
+        let settings = &self.settings;
         let history = self.streams.attitude.history();
         let attitude = match self.smoothers.attitude.at(history, mid_exposure_at, settings.gap_us, wait) {
             Err(PoseError::NotYet) => return Ok(None),
             other => other.map_err(SituateError::Attitude)?,
         };
-        let slant = match self.streams.slant.history().at(mid_exposure_at, settings.range_gap_us) {
-            Err(PoseError::NotYet) => return Ok(None),
-            other => other.map_err(SituateError::Range)?,
-        };
         let cos_tilt = attitude.value.cos_tilt();
         if !attitude.value.looks_down() || cos_tilt < COS_TILT_MIN {
             return Err(SituateError::Tilt);
         }
-        let Some(follow_up) = self.follow_up(mid_exposure_at, &attitude)? else { return Ok(None) };
-        let sigma_s = sigma_us * 1e-6;
-        let sigmas = self.uncertainty(&attitude, &follow_up, (&slant, cos_tilt), sigma_s);
         let [offset_north_m, _, offset_east_m] = settings.mount.camera_offset(attitude.value);
         let camera_offset_m = [offset_east_m, offset_north_m];
         let (prediction, position_method) = self.predict(mid_exposure_at, camera_offset_m)?;
+        let slant = match self.slant_at(mid_exposure_at, prediction.local, wait) {
+            Err(PoseError::NotYet) => return Ok(None),
+            other => other.map_err(SituateError::Range)?,
+        };
+        let Some(follow_up) = self.follow_up(mid_exposure_at, &attitude)? else { return Ok(None) };
+        let sigma_s = sigma_us * 1e-6;
+        let moment = Moment { at: mid_exposure_at, velocity_m_per_s: prediction.velocity_m_per_s };
+        let unknown = self.unknown();
+        self.navigation.filter.carry(moment, &unknown);
+        let sigmas = self.uncertainty(&attitude, &follow_up, sigma_s);
+        let range = slant.map(|slant| self.range(&slant, cos_tilt, sigmas.tilt_rad));
+        let azimuth = self.navigation.azimuth.at(mid_exposure_at, attitude.value.heading, sigmas.heading_drift_rad);
+        let ground_m = self.elevation_m(prediction.local).unwrap_or_default();
+        let expected = self.expected();
+        let height = self.navigation.heights.best(mid_exposure_at, range, ground_m, &expected);
+        let height = height.ok_or(SituateError::Range(PoseError::TooOld))?;
+        let [v_east, v_north] = prediction.velocity_m_per_s;
+        let speed_m_per_s = hypot(v_east, v_north);
+        self.navigation.heights.frame(mid_exposure_at, range, (ground_m, speed_m_per_s), &expected);
+        self.navigation.azimuth = azimuth;
+        let [pitch_off, roll_off] = self.navigation.filter.tilt_rad();
+        let settings = &self.settings;
+        let candidate = self.candidate(height, hypot(sqrt(azimuth.variance()), sigmas.heading_rad));
+        let ([turn, scale], is_candidate) = candidate;
+        let azimuth_rad = Radians(attitude.value.heading.0 - azimuth.off_rad() + turn.off).wrapped();
+        let used = Attitude {
+            heading: azimuth_rad,
+            pitch: Radians(attitude.value.pitch.0 - pitch_off),
+            roll: Radians(attitude.value.roll.0 - roll_off),
+        };
+        let height_m = height.metres * (1.0 + scale.off);
         let ([heading, pitch, roll], [_, pitch_sigma, roll_sigma]) = (attitude.rate, attitude.rate_sigma);
         Ok(Some(Situation {
             mid_exposure_at,
-            attitude: attitude.value,
+            attitude: used,
             follow_up: follow_up.angle,
-            followed: settings.follow_up == FollowUpMode::Followed,
+            followed: settings.follow_up == FollowUpMode::Followed && used == attitude.value,
             mount: settings.mount,
             rates: Rates { heading, pitch, roll, follow_up: follow_up.rate },
             sigma_rate_rad_s: pitch_sigma.max(roll_sigma),
-            height_m: slant.value * cos_tilt,
+            height_m,
             prediction,
             camera_offset_m,
             sigma_tilt_rad: sigmas.tilt_rad,
             sigma_tilt_drift_rad: sigmas.tilt_drift_rad,
-            sigma_heading_rad: sigmas.heading_rad,
-            sigma_height_m: sigmas.height_m,
+            sigma_heading_rad: turn.sigma,
+            sigma_height_m: scale.sigma * height_m,
+            is_candidate,
             sigma_stamp_s: sigma_s,
             attitude_method: attitude.method,
             position_method,
         }))
     }
 
-    /// What attitude and height are worth at an instant known to `sigma_s`: what turns is uncertain by its rate times that.
+    /// What an attitude is worth at an instant known to `sigma_s`: what turns is uncertain by its rate times that.
     /// White noise is averaged by the fit, drift is not.
     ///
     /// Of a compass that is levelled by an attitude the heading is off by [`HEADING_PER_TILT`] times its tilt's error.
-    fn uncertainty(
-        &self,
-        attitude: &Estimate<Attitude, 3>,
-        follow_up: &FollowUp,
-        (slant, cos_tilt): (&Interpolated<f32, 1>, f32),
-        sigma_s: f32,
-    ) -> Uncertainty {
+    fn uncertainty(&self, attitude: &Estimate<Attitude, 3>, follow_up: &FollowUp, sigma_s: f32) -> Uncertainty {
         let sigmas = &self.settings().sigmas;
         let [heading, pitch, roll] = attitude.rate;
         // The attitude is late by what its own stamps are off, too. They are rounded each for itself, so that a fit averages
@@ -127,16 +153,37 @@ impl Pipeline<'_> {
         let late = |sigma: f32, rate: f32| hypot(sigma, rate * apart_s);
         let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
         let by_velocity = self.tilt_by_velocity(heading);
-        let tilt_drift_rad = beside(sigmas.tilt_drift_rad, by_velocity);
+        let tilt_drift_rad = beside(self.navigation.filter.tilt_sigma_rad(sigmas.tilt_drift_rad), by_velocity);
         let tilt_rad = hypot(tilt, tilt_drift_rad);
         let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
         let heading_drift = beside(sigmas.heading_drift_rad, self.doubt.heading_rad);
-        let heading_drift = beside(heading_drift, HEADING_PER_TILT * by_velocity);
-        let heading_rad = hypot(hypot(heading_sigma, heading_drift), follow_up.sigma_rad);
-        let range_m = sigmas.range_m * slant.noise_factor();
-        // H = s cos t: a tilt error changes the height by s sin t.
-        let lean_m = slant.value * math::sqrt((1.0 - cos_tilt * cos_tilt).max(0.0)) * tilt_rad;
-        Uncertainty { tilt_rad, tilt_drift_rad, heading_rad, height_m: hypot(range_m, lean_m) }
+        let heading_drift_rad = beside(heading_drift, HEADING_PER_TILT * by_velocity);
+        let heading_rad = hypot(heading_sigma, follow_up.sigma_rad);
+        Uncertainty { tilt_rad, tilt_drift_rad, heading_rad, heading_drift_rad }
+    }
+
+    /// What of velocity and attitude is not known beforehand.
+    pub(super) fn unknown(&self) -> Unknown {
+        let sigmas = &self.settings.sigmas;
+        let velocity_m_per_s = hypot(sigmas.velocity_m_per_s, self.velocity.m_per_s());
+        Unknown {
+            velocity_m_per_s: beside(velocity_m_per_s, self.doubt.velocity_m_per_s),
+            tilt_rad: sigmas.tilt_drift_rad,
+        }
+    }
+
+    /// The height of a slant range: H = s cos t, which a tilt error changes by s sin t.
+    fn range(&self, slant: &Interpolated<f32, 1>, cos_tilt: f32, tilt_rad: f32) -> Height {
+        let range_m = self.settings.sigmas.range_m * slant.noise_factor();
+        let lean_m = slant.value * sqrt((1.0 - cos_tilt * cos_tilt).max(0.0)) * tilt_rad;
+        Height { metres: slant.value * cos_tilt, sigma_m: hypot(range_m, lean_m) }
+    }
+
+    /// Turn and scale that this frame is rectified with, and whether they are one of several.
+    fn candidate(&self, height: Height, heading_rad: f32) -> ([Candidate; 2], bool) {
+        let (cols, rows) = self.settings.camera.patch_size(height.metres, self.tile.ground_resolution().0);
+        let half_px = 0.5 * cols.max(rows).min(PATCH_MAX_PX as f32);
+        candidates(self.navigation.candidate, heading_rad, height.sigma_m / height.metres, half_px)
     }
 
     /// Sigma of the tilt for what the velocity is off that the attitude is found with.
@@ -181,9 +228,7 @@ impl Pipeline<'_> {
         let is_measured = settings.follow_up == FollowUpMode::Measured;
         if self.streams.attitude.history().later_than(mid_exposure_at) == 0 {
             SituateError::Attitude(PoseError::NotYet)
-        } else if self.streams.slant.history().at(mid_exposure_at, settings.range_gap_us).err()
-            == Some(PoseError::NotYet)
-        {
+        } else if self.newest_height_m().is_none() {
             SituateError::Range(PoseError::NotYet)
         } else if is_measured {
             SituateError::FollowUp(PoseError::NotYet)

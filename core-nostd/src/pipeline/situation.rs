@@ -7,6 +7,7 @@ use crate::homography::{Homography, Placement};
 use crate::math;
 use crate::motion::{Moving, Rates, Velocity};
 use crate::mount::Mount;
+use crate::navigation::heights::Height;
 use crate::navigation::reckoning::Moment;
 use crate::pose::Method;
 use crate::tile::Local;
@@ -56,6 +57,8 @@ pub struct Situation {
     pub sigma_heading_rad: f32,
     /// Sigma of the height.
     pub sigma_height_m: f32,
+    /// Heading and height are one pair of several, of which none has been matched yet.
+    pub is_candidate: bool,
     /// Sigma of mid-exposure, seconds.
     pub sigma_stamp_s: f32,
     /// How the attitude was found.
@@ -90,10 +93,16 @@ impl Situation {
             sigma_tilt_drift_rad: 0.0,
             sigma_heading_rad: 0.0,
             sigma_height_m: 0.0,
+            is_candidate: false,
             sigma_stamp_s: 0.0,
             attitude_method: Method::Linear,
             position_method: Method::Propagated,
         }
+    }
+
+    /// The height that it is rectified with.
+    pub(super) fn height(&self) -> Height {
+        Height { metres: self.height_m, sigma_m: self.sigma_height_m }
     }
 
     /// What the navigation reports of the motion.

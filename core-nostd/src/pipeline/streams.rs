@@ -15,6 +15,17 @@ pub struct PositionSample {
     pub north_m_per_s: f32,
     /// Velocity to true east, m/s.
     pub east_m_per_s: f32,
+    /// Altitude above the datum of the tile's elevation model, as far as the autopilot knows, metres.
+    pub altitude_m: Option<f32>,
+    /// Velocity upwards, m/s.
+    pub climb_m_per_s: f32,
+}
+
+impl PositionSample {
+    /// A vehicle that stands there; its altitude is not known.
+    pub fn standing(position: Geographic) -> Self {
+        PositionSample { position, north_m_per_s: 0.0, east_m_per_s: 0.0, altitude_m: None, climb_m_per_s: 0.0 }
+    }
 }
 
 /// The two instants of a sample, and what they are worth.

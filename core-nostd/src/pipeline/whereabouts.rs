@@ -159,7 +159,10 @@ impl Whereabouts {
             }
             Some(_) => {}
             // After so long, or so many in vain, what is found as well may be wrong.
-            None if tracks.is_doubtful(sighting.nadir, usual.reach_m) || is_alone && self.missed + 1 >= LOST_AFTER => {
+            None if situation.is_candidate
+                || tracks.is_doubtful(sighting.nadir, usual.reach_m)
+                || is_alone && self.missed + 1 >= LOST_AFTER =>
+            {
                 return self.unconfirmed(situation, sighting);
             }
             None if is_alone => {
@@ -172,6 +175,11 @@ impl Whereabouts {
             None => {}
         }
         if tracks.matched(sighting) { Ok(()) } else { Err(Refusal::Contradicted) }
+    }
+
+    /// Whether a match waits for another one to confirm it.
+    pub(super) fn has_found(&self) -> bool {
+        self.found.is_some()
     }
 
     /// The next far search is made elsewhere, after one frame near the prediction.

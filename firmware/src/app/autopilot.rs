@@ -301,7 +301,7 @@ impl App<'_> {
             });
             let (place, arrival) = place.zip(self.arrival(now))?;
             let at = Instants { sampled_at: arrival.at, stamp_sigma_us: 0.0, arrival: Some(arrival) };
-            let sample = PositionSample { position: place.place, north_m_per_s: 0.0, east_m_per_s: 0.0 };
+            let sample = PositionSample::standing(place.place);
             pipeline.position(at, sample).ok().filter(|()| pipeline.is_on_the_map())
         });
         if let Some(Some(())) = taken {

@@ -130,7 +130,7 @@ mod tests {
         StartSettings { place: PLACE, sigma_m: 9.0, heading_sigma_rad: 0.1, altitude_mm: 200_000, sets_origin: true };
 
     fn at(position: Geographic, north_m_per_s: f32) -> PositionSample {
-        PositionSample { position, north_m_per_s, east_m_per_s: 0.0 }
+        PositionSample { north_m_per_s, ..PositionSample::standing(position) }
     }
 
     #[test]

@@ -183,7 +183,7 @@ fn feed(pipeline: &mut Pipeline<'_>, pose: &Pose, off_px: (f32, f32)) {
     for back in (0..16).rev() {
         let _ = streams.slant(Micros(MID_EXPOSURE.0 + RANGE_US / 2 - back * RANGE_US), slant);
     }
-    let sample = PositionSample { position, north_m_per_s: 0.0, east_m_per_s: 0.0 };
+    let sample = PositionSample::standing(position);
     let _ = pipeline.position(MID_EXPOSURE, sample);
 }
 

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 pub use stamps::Stamps;
 
 /// This store's magic and version.
-pub const KIND: Kind = Kind { magic: *b"PLBM", version: 6 };
+pub const KIND: Kind = Kind { magic: *b"PLBM", version: 7 };
 /// Bytes that hold any configuration with its header.
 pub const STORE_MAX: usize = 512;
 
@@ -43,8 +43,8 @@ pub struct Configuration {
     /// Turn of the camera in its mount: heading, pitch, roll.
     pub boresight_rad: [f32; 3],
     /// Tilt white, tilt drift, heading white, heading drift, follow-up (radians), range, position white, position drift
-    /// (metres), velocity, that of turns (m/s).
-    pub sigmas: [f32; 10],
+    /// (metres), velocity, that of turns (m/s), altitude's bias (metres) and scale.
+    pub sigmas: [f32; 12],
     /// Attitude, position: nominal interval in microseconds, amplitude (radians, metres) and period
     /// (seconds) of two motions.
     pub motions: [(u32, [f32; 4]); 2],
@@ -106,7 +106,8 @@ impl Configuration {
             _ => return Err(StoreError::Encoding),
         };
         let [tilt_white_rad, tilt_drift_rad, heading_white_rad, heading_drift_rad, follow_up_rad, ..] = self.sigmas;
-        let [.., range_m, position_white_m, position_drift_m, velocity_m_per_s, turn_velocity_m_per_s] = self.sigmas;
+        let [_, _, _, _, _, range_m, position_white_m, position_drift_m, ..] = self.sigmas;
+        let [.., velocity_m_per_s, turn_velocity_m_per_s, altitude_m, altitude_scale] = self.sigmas;
         let motion = |(interval_us, [a0, t0, a1, t1]): (u32, [f32; 4])| Motion {
             interval_us,
             waves: [Wave { amplitude: a0, period_s: t0 }, Wave { amplitude: a1, period_s: t1 }],
@@ -134,6 +135,8 @@ impl Configuration {
                 position_drift_m,
                 velocity_m_per_s,
                 turn_velocity_m_per_s,
+                altitude_m,
+                altitude_scale,
             },
             motions: Motions { attitude, position },
             latencies: Latencies { attitude_us, follow_up_us, range_us, position_us },

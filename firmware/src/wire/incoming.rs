@@ -254,6 +254,8 @@ fn position(position: &GLOBAL_POSITION_INT_DATA) -> Result<Incoming, Unusable> {
         position: geographic(position.lat, position.lon)?,
         north_m_per_s: position.vx as f32 * 0.01,
         east_m_per_s: position.vy as f32 * 0.01,
+        altitude_m: Some(position.alt as f32 * 0.001),
+        climb_m_per_s: position.vz as f32 * -0.01,
     };
     Ok(Incoming::Position(BootTime::Millis(position.time_boot_ms), sample))
 }

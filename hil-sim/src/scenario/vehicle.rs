@@ -40,6 +40,8 @@ pub struct Vehicle {
     pub range: Range,
     /// Position prior.
     pub position: Position,
+    /// The autopilot's altitude.
+    pub altitude: Altitude,
     /// The shutter's line and the frames' arrival.
     pub shutter: Shutter,
     /// The board's capture timer and the pulse per second.
@@ -63,6 +65,7 @@ impl Default for Vehicle {
             follow_up: FollowUp::default(),
             range: Range::default(),
             position: Position::default(),
+            altitude: Altitude::default(),
             shutter: Shutter::default(),
             timer: Timer::default(),
             link: Link::default(),
@@ -194,6 +197,23 @@ pub struct FollowUp {
 impl Default for FollowUp {
     fn default() -> Self {
         FollowUp { mode: FollowUpMode::Followed, noise_deg: 0.05, delay_us: 0 }
+    }
+}
+
+/// What the autopilot's altitude is worth against the elevation model: the board is told.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct Altitude {
+    /// Of its bias, one sigma.
+    pub sigma_m: f64,
+    /// Of its scale, one sigma, as a share.
+    pub scale_sigma: f64,
+}
+
+impl Default for Altitude {
+    /// A barometer that was set elsewhere or some hours ago, and air that is 10 degrees warmer or colder than the standard's.
+    fn default() -> Self {
+        Altitude { sigma_m: 15.0, scale_sigma: 0.04 }
     }
 }
 
@@ -343,6 +363,8 @@ impl Vehicle {
             ("position.velocity_sigma_m_s", position.velocity_sigma_m_s, 0.0, 1000.0),
             ("position.rate_hz", position.rate_hz.into(), 1.0, 1000.0),
             ("position.delay_us", position.delay_us.into(), 0.0, 1e6),
+            ("altitude.sigma_m", self.altitude.sigma_m, 0.0, 1e4),
+            ("altitude.scale_sigma", self.altitude.scale_sigma, 0.0, 1.0),
             ("shutter.edge_jitter_us", self.shutter.edge_jitter_us, 0.0, 1e4),
             ("shutter.open_delay_us", self.shutter.open_delay_us.into(), -1e5, 1e5),
             ("shutter.close_delay_us", self.shutter.close_delay_us.into(), -1e5, 1e5),

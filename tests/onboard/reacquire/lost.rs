@@ -86,7 +86,7 @@ fn flown(search_px: u16, frames: impl Iterator<Item = (u64, (f32, f32))>) -> Vec
             lat_e7: CENTRE.lat_e7 - degrees(off.1, NORTH_M),
             lon_e7: CENTRE.lon_e7 + degrees(off.0, EAST_M),
         };
-        let sample = PositionSample { position, north_m_per_s: 0.0, east_m_per_s: 0.0 };
+        let sample = PositionSample::standing(position);
         pipeline.position(mid, sample).expect("in time");
         pipeline.begin_frame().expect("a range");
         pipeline.rows(&frame.pixels).expect("rows");

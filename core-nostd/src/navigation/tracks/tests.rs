@@ -33,7 +33,8 @@ impl Flight {
         let Some([east_m, north_m]) = off else { return false };
         let truth = Local { east_m: self.speed_m_per_s * at_s, north_m: 0.0 };
         let nadir = Local { east_m: truth.east_m + east_m, north_m };
-        let sighting = Sighting { nadir, covariance: Matrix2::identity() * 0.25, side_m: 100.0 };
+        let sighting =
+            Sighting { nadir, covariance: Matrix2::identity() * 0.25, white: Matrix2::zeros(), side_m: 100.0 };
         if self.tracks.is_empty() {
             self.tracks.begin(&sighting);
             return true;
@@ -159,7 +160,8 @@ fn what_is_no_number_is_not_believed() {
         let mut flight = Flight::new();
         flight.all(8, RIGHT);
         let nadir = Local { east_m: nadir, north_m: 0.0 };
-        let sighting = Sighting { nadir, covariance: Matrix2::identity() * sigma, side_m: 100.0 };
+        let sighting =
+            Sighting { nadir, covariance: Matrix2::identity() * sigma, white: Matrix2::zeros(), side_m: 100.0 };
         for _ in 0..9 {
             assert!(!flight.tracks.matched(&sighting), "{nadir:?} {sigma}");
         }

@@ -1,0 +1,96 @@
+use super::{Altitude, Expected, Height, Heights};
+use crate::navigation::observed::Observed;
+use crate::units::Micros;
+
+const EXPECTED: Expected = Expected { bias_m: 15.0, scale: 0.04, has_elevation: true };
+const GROUND_M: f32 = 400.0;
+
+/// A flight 120 m up whose altitude is off by a bias and a scale: the height that each of its frames is rectified with, less the
+/// true one. `range`: the laser's reading of a height at a frame; `sees`: whether matches find the scale.
+fn flown(
+    frames: u32,
+    (bias_m, scale): (f32, f32),
+    expected: &Expected,
+    range: impl Fn(u32, f32) -> Option<f32>,
+    sees: bool,
+) -> std::vec::Vec<Option<(f32, f32)>> {
+    let mut heights = Heights::new();
+    let mut off = std::vec::Vec::new();
+    for frame in 0..frames {
+        let at = Micros(250_000 * u64::from(frame));
+        // It climbs and sinks by 20 m.
+        let true_m = 120.0 + 20.0 * libm::sinf(0.02 * frame as f32);
+        let metres = GROUND_M + (true_m - bias_m) / (1.0 + scale);
+        heights.reported(Altitude { at, metres, climb_m_per_s: 0.0 });
+        let range = range(frame, true_m).map(|metres| Height { metres, sigma_m: 0.05 });
+        let used = heights.best(at, range, GROUND_M, expected);
+        heights.frame(at, range, (GROUND_M, 24.0), expected);
+        off.push(used.map(|used| (used.metres - true_m, used.sigma_m)));
+        if let Some(used) = used
+            && sees
+        {
+            let scale = Observed { off: true_m / used.metres - 1.0, variance: 1e-5 };
+            if heights.may_be(at, used, scale, GROUND_M, expected) {
+                heights.scaled(at, used, scale, GROUND_M, expected);
+            }
+        }
+    }
+    off
+}
+
+#[test]
+fn without_a_laser_the_scale_of_matches_finds_bias_and_scale() {
+    let off = flown(120, (-15.0, 0.04), &EXPECTED, |_, _| None, true);
+    let (first, sigma_m) = off[0].unwrap();
+    assert!((9.0..11.0).contains(&first.abs()) && (15.0..17.0).contains(&sigma_m), "{first} {sigma_m}");
+    for (late, sigma_m) in off[60..].iter().flatten() {
+        assert!(late.abs() < 0.5 && *sigma_m < 1.0, "{late} of {sigma_m}");
+    }
+}
+
+#[test]
+fn neither_an_elevation_model_nor_a_laser_is_no_height() {
+    let level = Expected { has_elevation: false, ..EXPECTED };
+    assert!(flown(10, (0.0, 0.0), &level, |_, _| None, true).iter().all(Option::is_none));
+    // A laser that was there once is enough, as long as matches go on.
+    let off = flown(200, (3.0, 0.02), &level, |frame, true_m| (frame < 8).then_some(true_m), true);
+    assert!(off.iter().flatten().all(|(off, sigma_m)| off.abs() < 1.5 && off.abs() < 4.0 * sigma_m.max(0.1)));
+    assert!(off.iter().all(Option::is_some));
+}
+
+#[test]
+fn a_laser_is_taken_as_it_is_over_ground_that_is_not_known() {
+    let level = Expected { has_elevation: false, ..EXPECTED };
+    let off = flown(100, (3.0, 0.02), &level, |_, true_m| Some(true_m), true);
+    assert!(off.iter().all(|off| off.is_some_and(|(off, sigma_m)| (off, sigma_m) == (0.0, 0.05))));
+}
+
+#[test]
+fn a_laser_that_fails_is_found_out_by_the_pictures_scale() {
+    for expected in [EXPECTED, Expected { has_elevation: false, ..EXPECTED }] {
+        let failing: [fn(f32) -> f32; 4] = [|m| 1.1 * m, |m| m - 10.0, |_| 120.0, |m| 1.05 * m];
+        for fails in failing {
+            let range = |frame: u32, true_m: f32| Some(if frame < 40 { true_m } else { fails(true_m) });
+            let off = flown(160, (3.0, 0.02), &expected, range, true);
+            let largest = off.iter().flatten().map(|(off, _)| off.abs()).fold(0.0, f32::max);
+            assert!(largest < 3.5, "{largest} m off, elevation {}", expected.has_elevation);
+        }
+    }
+}
+
+#[test]
+fn without_matches_a_laser_counts_again() {
+    let range = |frame: u32, true_m: f32| Some(if frame < 40 { true_m } else { true_m - 30.0 });
+    let level = Expected { has_elevation: false, ..EXPECTED };
+    let off = flown(80, (0.0, 0.0), &level, range, false);
+    assert!((off[79].unwrap().0 + 30.0).abs() < 0.1, "{:?}", off[79]);
+}
+
+#[test]
+fn an_old_altitude_is_none() {
+    let mut heights = Heights::new();
+    heights.reported(Altitude { at: Micros(0), metres: 520.0, climb_m_per_s: 1.0 });
+    let known = |at| heights.known(Micros(at), GROUND_M, &EXPECTED).map(|height| height.metres);
+    assert_eq!(known(1_000_000), Some(121.0));
+    assert_eq!(known(3_000_000), None);
+}

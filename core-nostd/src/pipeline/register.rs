@@ -1,0 +1,226 @@
+//! From the rectified patch to the fix: where it is searched, whether what is found is to be believed, and what it says.
+
+use super::whereabouts::{Search, Usual};
+use super::{Buffers, Pipeline, Refusal, Situation};
+use crate::budget::REACQUIRE_PX;
+use crate::fix::{Fix, Footprint, Uncertainty, fix};
+use crate::homography::Placement;
+use crate::image::View;
+use crate::matching::{Match, Matcher, Prior, Request, Shift};
+use crate::math::{hypot, sqrt, squared};
+use crate::navigation::filter::Found;
+use crate::navigation::observed::Observed;
+use crate::navigation::tracks::Sighting;
+
+/// What a frame's match says, accepted or not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Where the patch's centre lies relative to the predicted position, columns east, pixels of the tile. Sub-pixel
+    /// where the least-squares solution exists, the whole-pixel peak otherwise.
+    pub d_col: f32,
+    /// Rows south.
+    pub d_row: f32,
+    /// Where the whole-pixel peak lies, (columns, rows) in that sense.
+    pub peak: [f32; 2],
+    /// Normalised cross-correlation of the greys at the peak and at the best other shift.
+    pub grey_correlation: [f32; 2],
+    /// Radius of the search, pixels: the settings', or [`REACQUIRE_PX`] where the position had been lost.
+    pub search_px: u16,
+    /// The fix, or why there is none.
+    pub fix: Result<Fix, Refusal>,
+}
+
+/// Where the patch lies in the tile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Matched {
+    found: Match,
+    /// Centre of the search in the tile, pixels, and how far that is off the predicted position.
+    centre: (f32, f32),
+    off: (f32, f32),
+    search_px: u16,
+    /// One sigma of a tilt by which it is more uncertain than the situation says, radians.
+    doubt_rad: f32,
+    /// Whether it counts as it is, or another frame must find it, too.
+    counts: Result<(), Refusal>,
+}
+
+/// A position is searched for within so many sigmas of its doubt: of a hundred normal errors of an axis five lie beyond.
+const DOUBT_SIGMAS: f32 = 2.0;
+
+/// Beside the place that the filter expected matches may lie so far, one sigma, pixels, and count. Chosen: a third of what is a wrong fix.
+const SWING_MAX_PX: f32 = 1.0;
+
+/// What matches say of the velocity's error counts up to this where they are compared, m/s: more was not seen of an autopilot.
+const VELOCITY_ERROR_MAX_M_PER_S: f32 = 5.0;
+
+impl Pipeline<'_> {
+    /// [`Pipeline::match_patch`], then [`Pipeline::fix`].
+    ///
+    /// # Errors
+    /// Those of the first.
+    pub fn register(&mut self, situation: &Situation) -> Result<Outcome, Refusal> {
+        let matched = self.match_patch(situation)?;
+        Ok(self.fix(situation, &matched))
+    }
+
+    /// Matches the patch around the predicted position. The search is as wide as the settings say, and
+    /// ±[`REACQUIRE_PX`] after [`LOST_AFTER`] frames that were tried in vain, and while the position is in such [`Doubt`] that it
+    /// may well lie beyond the other. Where such a search has found it, the next frames are searched, as far as the settings
+    /// say; only when one of them finds it, too, is it a fix. From then on the place that the matches know counts, carried on by
+    /// the velocity: frames are searched there where the navigation is elsewhere, and what is found must not contradict it.
+    ///
+    /// # Errors
+    /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
+    pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
+        let px_m = self.tile.ground_resolution().0;
+        let reach_m = f32::from(self.settings.search_px) * px_m;
+        let sigma_m = situation.prediction.sigma_m;
+        let usual = Usual {
+            reach_m,
+            is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
+            px_m,
+            sigma_m_per_s: hypot(
+                hypot(self.settings.sigmas.velocity_m_per_s, self.velocity.m_per_s().min(VELOCITY_ERROR_MAX_M_PER_S)),
+                self.doubt.velocity_m_per_s,
+            ),
+            // Who says nothing of the position's error and has it searched so far takes it to be as far off.
+            prior_m: if sigma_m > 0.0 { sigma_m } else { 0.5 * reach_m },
+        };
+        let search = self.whereabouts.search(&mut self.navigation.tracks, situation, &usual);
+        let tried = self.locate(situation, search);
+        let sighting = match &tried {
+            Err(refusal) => Err(*refusal),
+            Ok(Matched { found, centre, .. }) => match found.accepted {
+                Err(rejection) => Err(rejection.into()),
+                Ok(shift) if !self.may_be(situation, &shift) => Err(Refusal::Contradicted),
+                Ok(shift) => Ok(self.sighting(situation, *centre, &shift)),
+            },
+        };
+        let counts = self.whereabouts.ended(&mut self.navigation.tracks, search, situation, &usual, sighting);
+        if !self.whereabouts.has_found() {
+            self.navigation.candidate = self.navigation.candidate.wrapping_add(1);
+        }
+        let mut doubt_rad = 0.0;
+        if let (Ok(Matched { found: Match { accepted: Ok(shift), .. }, .. }), Ok(sighting), Ok(())) =
+            (&tried, sighting, counts)
+        {
+            doubt_rad = self.learn(situation, shift, &sighting);
+        }
+        let px_m = self.tile.ground_resolution().0;
+        // What was expected nowhere near is no fix, however it came about: the attitude may be off as much as the place.
+        let swing_m = hypot(doubt_rad, self.navigation.filter.unexplained_rad()) * situation.height_m;
+        let counts = if swing_m > SWING_MAX_PX * px_m { counts.and(Err(Refusal::Contradicted)) } else { counts };
+        // What contradicts heading or height was never asked where it lies.
+        let counts = sighting.map(|_| ()).and(counts);
+        tried.map(|matched| Matched { counts, doubt_rad, ..matched })
+    }
+
+    /// Whether turn and scale of a match are what heading and height may be off.
+    fn may_be(&mut self, situation: &Situation, shift: &Shift) -> bool {
+        let ground_m = self.elevation_m(situation.prediction.local).unwrap_or_default();
+        let (at, height, expected) = (situation.mid_exposure_at, situation.height(), self.expected());
+        let navigation = &mut *self.navigation;
+        let white_rad = white_rad(situation, navigation.azimuth.variance());
+        let turn = |(off, variance)| {
+            navigation.azimuth.may_be(situation.attitude.heading, Observed { off, variance }, white_rad)
+        };
+        let scale =
+            |(off, variance)| navigation.heights.may_be(at, height, Observed { off, variance }, ground_m, &expected);
+        shift.alone.turn.is_none_or(turn) & shift.alone.scale.is_none_or(scale)
+    }
+
+    /// What a match that counts says of velocity, heading and height.
+    /// One sigma of a tilt by which it was not expected, radians.
+    fn learn(&mut self, situation: &Situation, shift: &Shift, sighting: &Sighting) -> f32 {
+        self.velocity.matched(situation.moment(), sighting.nadir, self.settings.sigmas.velocity_m_per_s);
+        let ground_m = self.elevation_m(sighting.nadir).unwrap_or_default();
+        let (at, height, expected) = (situation.mid_exposure_at, situation.height(), self.expected());
+        let unknown = self.unknown();
+        let navigation = &mut *self.navigation;
+        navigation.candidate = 0;
+        if let Some((off, variance)) = shift.alone.turn {
+            let white_rad = white_rad(situation, navigation.azimuth.variance());
+            navigation.azimuth.turned(situation.attitude.heading, Observed { off, variance }, white_rad);
+        }
+        if let Some((off, variance)) = shift.alone.scale {
+            navigation.heights.scaled(at, height, Observed { off, variance }, ground_m, &expected);
+        }
+        let known_rad = navigation.filter.tilt_sigma_rad(unknown.tilt_rad);
+        let found = Found {
+            nadir: sighting.nadir,
+            covariance: sighting.white,
+            transient_rad: sqrt((squared(situation.sigma_tilt_drift_rad) - squared(known_rad)).max(0.0)),
+            height_m: situation.height_m,
+            heading_rad: situation.attitude.heading.0,
+        };
+        navigation.filter.matched(&found, &unknown)
+    }
+
+    /// Where a match puts the nadir, and how certain that is.
+    fn sighting(&self, situation: &Situation, centre: (f32, f32), shift: &Shift) -> Sighting {
+        let Fix { covariance, correlated, .. } = self.fixed(situation, centre, shift, 0.0);
+        Sighting {
+            nadir: self.tile.local(centre.0 + shift.d_col, centre.1 + shift.d_row),
+            covariance,
+            white: covariance - correlated,
+            side_m: self.placement.size.0.min(self.placement.size.1) as f32 * self.tile.ground_resolution().0,
+        }
+    }
+
+    fn locate(&mut self, situation: &Situation, search: Search) -> Result<Matched, Refusal> {
+        let radius = if search.is_far { REACQUIRE_PX as u16 } else { self.settings.search_px };
+        let Buffers { patch, runs, matcher, .. } = &mut *self.buffers;
+        let Placement { size, aside } = self.placement;
+        let patch = View::new(patch, size).ok_or(Refusal::NoFootprint)?;
+        let predicted = self.tile.pixel(situation.prediction.local);
+        let looked_for = self.tile.pixel(search.at);
+        // The whole pixel at which the upper left one of a patch around the nadir is nearest to that.
+        let half = |side: u16| 0.5 * (side as f32 - 1.0);
+        let half = (half(size.0), half(size.1));
+        let corner = (crate::math::round(looked_for.0 - half.0), crate::math::round(looked_for.1 - half.1));
+        if !(corner.0.abs() < 1e6 && corner.1.abs() < 1e6) {
+            return Err(Refusal::OutsideReference);
+        }
+        let centre = (corner.0 + half.0, corner.1 + half.1);
+        let off = (centre.0 - predicted.0, centre.1 - predicted.1);
+        let prior =
+            Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
+        let predicted = (corner.0 as i32 + aside.0 as i32, corner.1 as i32 - aside.1 as i32);
+        let nadir = (aside.0.saturating_neg(), aside.1);
+        let (tile, rule) = (*self.tile.view(), &self.settings.accept);
+        let request = Request { patch, runs, tile, predicted, nadir, radius, prior, rule };
+        let found = matcher.locate(&request, self.frame_memory)?;
+        Ok(Matched { found, centre, off, search_px: radius, doubt_rad: 0.0, counts: Ok(()) })
+    }
+
+    /// The fix of a match in the situation that it was made in, or why there is none.
+    pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
+        let Matched { found, centre, off, search_px, doubt_rad, counts } = matched;
+        let fixed = |shift: Shift| self.fixed(situation, *centre, &shift, *doubt_rad);
+        Outcome {
+            d_col: found.shift.0 + off.0,
+            d_row: found.shift.1 + off.1,
+            peak: [found.peak.0 as f32 + off.0, found.peak.1 as f32 + off.1],
+            grey_correlation: found.grey_correlation,
+            search_px: *search_px,
+            fix: found.accepted.map_err(Refusal::from).and_then(|shift| counts.map(|()| fixed(shift))),
+        }
+    }
+
+    fn fixed(&self, situation: &Situation, centre: (f32, f32), shift: &Shift, doubt_rad: f32) -> Fix {
+        let footprint = Footprint::of(&self.buffers.runs, &self.placement);
+        let uncertainty = Uncertainty {
+            tilt_rad: hypot(situation.sigma_tilt_rad, doubt_rad),
+            tilt_drift_rad: hypot(situation.sigma_tilt_drift_rad, doubt_rad),
+            height_m: situation.sigma_height_m,
+            along_m: situation.prediction.velocity_m_per_s.map(|speed| speed * situation.sigma_stamp_s),
+        };
+        let camera = (situation.height_m, situation.camera_offset_m);
+        fix(&self.tile, centre, shift, &footprint, camera, uncertainty)
+    }
+}
+
+/// One sigma of what is new in a frame's heading, beside the error that lasts.
+fn white_rad(situation: &Situation, variance: f32) -> f32 {
+    sqrt((squared(situation.sigma_heading_rad) - variance).max(0.0))
+}
