@@ -10,10 +10,12 @@ mod settings;
 mod situation;
 mod situate;
 mod refusal;
+mod terrain;
 mod velocity;
 mod whereabouts;
 
 use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, REACQUIRE_PX, RUNS_MAX};
+use crate::elevation::Plane;
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::{FrameFromPatch, Placement};
 use crate::image::{Run, View};
@@ -78,6 +80,8 @@ pub struct Pipeline<'t> {
     /// The newest position lies where the tile's georeference does not reach.
     is_off_the_map: bool,
     reducer: Option<Reducer>,
+    /// Under the newest frame, where there is an elevation model.
+    plane: Option<Plane>,
     /// Of the newest patch.
     placement: Placement,
     whereabouts: Whereabouts,
@@ -159,6 +163,7 @@ impl<'t> Pipeline<'t> {
             doubt: Doubt::default(),
             is_off_the_map: false,
             reducer: None,
+            plane: None,
             placement: Placement::default(),
             whereabouts: Whereabouts::default(),
             velocity: VelocityError::default(),
@@ -217,6 +222,7 @@ impl<'t> Pipeline<'t> {
     pub fn begin_frame(&mut self) -> Result<(), Refusal> {
         self.reducer = None;
         let (_, slant_m) = self.streams.slant.history().newest().ok_or(Refusal::NoRange)?;
+        self.plane = self.plane_below(slant_m);
         let camera = &self.settings.camera;
         let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0).min(RATIO_MAX);
         let frame = (camera.cols(), camera.rows());

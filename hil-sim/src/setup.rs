@@ -17,9 +17,11 @@ use crate::scenario::{self, Payload, Scenario};
 use crate::vehicle::motion::{Area, AttitudeLog, Motion, TrueState};
 use crate::vehicle::mount::{axis_station, payload_of};
 use crate::world::reference::Radiometry;
+use crate::world::tile::elevation::Model;
 use crate::world::tile::{Frame, SIDE_MAX, Tile};
 use crate::world::{Bounds, Grid, Ground, procedural};
 use planned::Planned;
+use plumbline_firmware::stores::tiles::TileHead;
 use plumbline_firmware::wire::signature::Key;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
@@ -126,13 +128,15 @@ impl Setup {
         let radiometry = radiometry_of(&scenario);
         let tile = lay(&scenario, &radiometry, wanted, reference.as_ref().unwrap_or(&ground))?;
         let tile_centre = tile.centre();
-        let head = tile.head(&crs)?;
+        let model = if plan.is_empty() && !has_dem(&scenario) { None } else { model(&scenario, &ground, &tile)? };
+        let head = TileHead { posts: model.as_ref().map(|model| model.posts), ..tile.head(&crs)? };
+        let posts = model.map_or_else(Vec::new, |model| model.bytes);
         let convergence_rad = crs.convergence_rad(tile_centre[0], tile_centre[1])?;
         let shake_deg = if scenario.run.replay.is_some() { RECORDED_SHAKE_DEG } else { 0.0 };
         let configuration = configuration_of(&scenario.vehicle, &payload, shake_deg);
         let signing = scenario.run.link.signing_key_path.as_deref().map(key_of_file).transpose()?;
         let key = signing.map_or_else(Vec::new, |key| store_of(key, 0));
-        let flash = Flash { configuration, head, tile: tile.pixels, posts: Vec::new(), plan, key };
+        let flash = Flash { configuration, head, tile: tile.pixels, posts, plan, key };
         flash.stores()?;
         let renderer = Renderer::new(render_camera(&payload.camera), RENDER_SAMPLES);
         Ok(Setup {
@@ -346,6 +350,21 @@ fn lay(scenario: &Scenario, radiometry: &Radiometry, wanted: &Bounds, reference:
     let tile = Tile::lay(reference, &frame, radiometry);
     let [east_m, north_m] = scenario.world.reference.bias_m;
     Ok(Tile { west_m: tile.west_m + east_m, north_m: tile.north_m + north_m, ..tile })
+}
+
+/// Whether an orthophoto lies on an elevation model.
+fn has_dem(scenario: &Scenario) -> bool {
+    matches!(&scenario.world.ground, scenario::Ground::Ortho { dem: Some(_), .. })
+}
+
+/// The elevation model beside the tile: what the ground itself is made of, at the scenario's posts.
+fn model(scenario: &Scenario, ground: &Ground, tile: &Tile) -> Result<Option<Model>, InputError> {
+    let reference = &scenario.world.reference;
+    if reference.elevation_posts_m == 0.0 {
+        return Ok(None);
+    }
+    let height = |east_m: f64, north_m: f64| Some(ground.height(east_m, north_m) + reference.elevation_bias_m);
+    Model::over(tile, reference.elevation_posts_m, reference.elevation_epsg, height)
 }
 
 #[cfg(test)]

@@ -52,7 +52,7 @@ const TILTS_WITHIN_S: f32 = 15.0;
 /// not level. Chosen: that of 63 degrees, as in middle latitudes; it is less towards the equator and more towards the poles.
 const HEADING_PER_TILT: f32 = 2.0;
 /// Smallest a22 that is worked with: 70° between optical axis and plumb line, where a field of view of 60° begins at 40°. Chosen.
-const COS_TILT_MIN: f32 = 0.34;
+pub(super) const COS_TILT_MIN: f32 = 0.34;
 
 impl Pipeline<'_> {
     /// Every stream at mid-exposure, an instant with its sigma in microseconds. `Ok(None)`: a stream's next samples have not
@@ -95,7 +95,11 @@ impl Pipeline<'_> {
             mount: settings.mount,
             rates: Rates { heading, pitch, roll, follow_up: follow_up.rate },
             sigma_rate_rad_s: pitch_sigma.max(roll_sigma),
-            height_m: slant.value * cos_tilt,
+            height_m: self.plane.map_or(slant.value * cos_tilt, |plane| {
+                self.height_above(&plane, slant.value, attitude.value, prediction.local)
+            }),
+            slope: self.plane.map_or([0.0; 2], |plane| plane.slope),
+            relief_m: self.plane.map_or(0.0, |plane| plane.relief_m),
             prediction,
             camera_offset_m,
             sigma_tilt_rad: sigmas.tilt_rad,
@@ -136,7 +140,11 @@ impl Pipeline<'_> {
         let range_m = sigmas.range_m * slant.noise_factor();
         // H = s cos t: a tilt error changes the height by s sin t.
         let lean_m = slant.value * math::sqrt((1.0 - cos_tilt * cos_tilt).max(0.0)) * tilt_rad;
-        Uncertainty { tilt_rad, tilt_drift_rad, heading_rad, height_m: hypot(range_m, lean_m) }
+        // Where the ground slopes the beam lands higher or lower, by the slope times s cos t for each radian.
+        let [east, north] = self.plane.map_or([0.0; 2], |plane| plane.slope);
+        let climb_m = slant.value * cos_tilt * hypot(east, north) * tilt_rad;
+        let height_m = beside(hypot(range_m, lean_m), climb_m);
+        Uncertainty { tilt_rad, tilt_drift_rad, heading_rad, height_m }
     }
 
     /// Sigma of the tilt for what the velocity is off that the attitude is found with.
