@@ -5,6 +5,7 @@
 //! stages [`Pipeline::situate`], [`Pipeline::rectify`], [`Pipeline::register`] one after the other. They are apart so
 //! that a caller can count what each of them costs.
 
+mod buffers;
 mod streams;
 mod settings;
 mod situation;
@@ -14,7 +15,7 @@ mod terrain;
 mod velocity;
 mod whereabouts;
 
-use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, REACQUIRE_PX, RUNS_MAX};
+use crate::budget::{FRAME_MEMORY_BYTES, POSE_MAX_BYTES, REACQUIRE_PX};
 use crate::elevation::Plane;
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::{FrameFromPatch, Placement};
@@ -23,10 +24,10 @@ use crate::matching::{Match, Matcher, OnBoard, Prior, Request, Shift};
 use crate::math::hypot;
 use crate::navigation::tracks::Sighting;
 use crate::pose::position::PositionState;
-use crate::rectify::{Node, Source, rectify_into};
+use crate::rectify::{Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
-use heapless::Vec;
+pub use buffers::Buffers;
 pub use refusal::Refusal;
 use settings::Smoothers;
 pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigmas};
@@ -106,35 +107,6 @@ const DOUBT_SIGMAS: f32 = 2.0;
 
 /// What matches say of the velocity's error counts up to this where they are compared, m/s: more was not seen of an autopilot.
 const VELOCITY_ERROR_MAX_M_PER_S: f32 = 5.0;
-
-/// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
-/// board has free memory and need not carry them over a stack.
-#[derive(Debug)]
-pub struct Buffers {
-    patch: [u8; PATCH_MAX_AREA],
-    runs: Vec<Run, RUNS_MAX>,
-    /// While a frame is rectified.
-    nodes: [Node; 2 * (PATCH_MAX_PX + 1)],
-    matcher: OnBoard,
-}
-
-impl Buffers {
-    /// All zeros: costs no space in an image.
-    pub const fn new() -> Self {
-        Buffers {
-            patch: [0; PATCH_MAX_AREA],
-            runs: Vec::new(),
-            nodes: [Node::NOWHERE; 2 * (PATCH_MAX_PX + 1)],
-            matcher: OnBoard::new(),
-        }
-    }
-}
-
-impl Default for Buffers {
-    fn default() -> Self {
-        Buffers::new()
-    }
-}
 
 impl<'t> Pipeline<'t> {
     /// Settings and reference for one flight. `frame_memory` stands for the camera's frame, of which it holds what the
@@ -378,6 +350,7 @@ impl<'t> Pipeline<'t> {
             tilt_rad: situation.sigma_tilt_rad,
             tilt_drift_rad: situation.sigma_tilt_drift_rad,
             height_m: situation.sigma_height_m,
+            relief_m: situation.relief_m,
             along_m: situation.prediction.velocity_m_per_s.map(|speed| speed * situation.sigma_stamp_s),
         };
         let camera = (situation.height_m, situation.camera_offset_m);

@@ -1,6 +1,7 @@
 //! A scenario made ready to fly: ground, motion, camera, reference tile and what lies in the firmware's flash.
 
 mod along_plan;
+pub mod elevation;
 mod live;
 pub mod planned;
 
@@ -17,7 +18,6 @@ use crate::scenario::{self, Payload, Scenario};
 use crate::vehicle::motion::{Area, AttitudeLog, Motion, TrueState};
 use crate::vehicle::mount::{axis_station, payload_of};
 use crate::world::reference::Radiometry;
-use crate::world::tile::elevation::Model;
 use crate::world::tile::{Frame, SIDE_MAX, Tile};
 use crate::world::{Bounds, Grid, Ground, procedural};
 use planned::Planned;
@@ -128,7 +128,7 @@ impl Setup {
         let radiometry = radiometry_of(&scenario);
         let tile = lay(&scenario, &radiometry, wanted, reference.as_ref().unwrap_or(&ground))?;
         let tile_centre = tile.centre();
-        let model = if plan.is_empty() && !has_dem(&scenario) { None } else { model(&scenario, &ground, &tile)? };
+        let model = elevation::of_flight(&scenario, &ground, &tile, !plan.is_empty())?;
         let head = TileHead { posts: model.as_ref().map(|model| model.posts), ..tile.head(&crs)? };
         let posts = model.map_or_else(Vec::new, |model| model.bytes);
         let convergence_rad = crs.convergence_rad(tile_centre[0], tile_centre[1])?;
@@ -352,19 +352,14 @@ fn lay(scenario: &Scenario, radiometry: &Radiometry, wanted: &Bounds, reference:
     Ok(Tile { west_m: tile.west_m + east_m, north_m: tile.north_m + north_m, ..tile })
 }
 
-/// Whether an orthophoto lies on an elevation model.
-fn has_dem(scenario: &Scenario) -> bool {
-    matches!(&scenario.world.ground, scenario::Ground::Ortho { dem: Some(_), .. })
-}
-
-/// The elevation model beside the tile: what the ground itself is made of, at the scenario's posts.
-fn model(scenario: &Scenario, ground: &Ground, tile: &Tile) -> Result<Option<Model>, InputError> {
-    let reference = &scenario.world.reference;
-    if reference.elevation_posts_m == 0.0 {
-        return Ok(None);
+/// Larger by `by_m` on all sides.
+fn grown(bounds: &Bounds, by_m: f64) -> Bounds {
+    Bounds {
+        west_m: bounds.west_m - by_m,
+        east_m: bounds.east_m + by_m,
+        south_m: bounds.south_m - by_m,
+        north_m: bounds.north_m + by_m,
     }
-    let height = |east_m: f64, north_m: f64| Some(ground.height(east_m, north_m) + reference.elevation_bias_m);
-    Model::over(tile, reference.elevation_posts_m, reference.elevation_epsg, height)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The elevation model beside a tile: posts over it.
 
 use super::Tile;
-use plumbline_core::elevation::{POST_BYTES, Posts};
+use plumbline_core::elevation::{POST_BYTES, Posts, VOID};
 use plumbline_survey::error::InputError;
 
 /// Step of a post's number where the relief allows it, metres. Chosen: rounding is then worth 3 cm, and ±3,276 m fit.
@@ -22,10 +22,10 @@ pub struct Model {
 
 impl Model {
     /// Posts `spacing_m` apart over `tile`, and one more around it, at `height` of a place on its grid, above the datum that
-    /// `vertical_epsg` names. `None` where all are as high: level ground needs no model.
+    /// `vertical_epsg` names; [`VOID`] where there is none. `None` where all are as high: level ground needs no model.
     ///
     /// # Errors
-    /// More posts than anything holds, or a place without a height.
+    /// More posts than anything holds, or not one height.
     pub fn over(
         tile: &Tile,
         spacing_m: f64,
@@ -46,19 +46,24 @@ impl Model {
         let heights = (0..cols * rows).map(|index| {
             let east_m = centre[0] + from_centre(index % cols, cols);
             let north_m = centre[1] - from_centre(index / cols, rows);
-            height(east_m, north_m).filter(|height| height.is_finite()).ok_or_else(|| {
-                InputError::new(format!("the elevation model has no height at {east_m:.0}, {north_m:.0}"))
-            })
+            height(east_m, north_m).filter(|height| height.is_finite())
         });
-        let heights = heights.collect::<Result<Vec<f64>, InputError>>()?;
-        let (low, high) =
-            heights.iter().fold((f64::MAX, f64::MIN), |(low, high), &height| (low.min(height), high.max(height)));
-        if low == high {
+        let heights: Vec<Option<f64>> = heights.collect();
+        let (low, high) = heights
+            .iter()
+            .flatten()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &height| (low.min(height), high.max(height)));
+        if low > high {
+            return Err(InputError::new("the elevation model knows no height over the reference tile"));
+        }
+        if low == high && heights.iter().all(Option::is_some) {
             return Ok(None);
         }
         let base_m = (0.5 * (low + high)).round();
         let step_m = STEP_M.max((high - low) / (2.0 * STEPS_MAX - 2.0));
-        let number = |height: &f64| ((height - base_m) / step_m).round().clamp(-STEPS_MAX, STEPS_MAX) as i16;
+        let number = |height: &Option<f64>| {
+            height.map_or(VOID, |height| ((height - base_m) / step_m).round().clamp(-STEPS_MAX, STEPS_MAX) as i16)
+        };
         let bytes = heights.iter().flat_map(|height| number(height).to_le_bytes()).collect();
         let posts = Posts {
             size: (cols as u16, rows as u16),
@@ -107,7 +112,12 @@ mod tests {
         assert_eq!(Model::over(&tile(), 30.0, 0, |_, _| Some(12.5)), Ok(None));
         let many = Model::over(&tile(), 0.05, 0, |_, _| Some(0.0)).expect_err("refused").to_string();
         assert!(many.contains("posts") && many.contains("0.05 m"), "{many}");
-        let holed = Model::over(&tile(), 30.0, 0, |east, _| (east < 1_400.0).then_some(east));
-        assert!(holed.expect_err("refused").to_string().contains("no height"));
+        let nothing = Model::over(&tile(), 30.0, 0, |_, _| None).expect_err("refused").to_string();
+        assert!(nothing.contains("no height"), "{nothing}");
+        let holed = Model::over(&tile(), 30.0, 0, |east, _| (east < 1_250.0).then_some(400.0)).expect("it fits");
+        let Model { posts, bytes } = holed.expect("holes are no level ground");
+        let elevation = Elevation::new(&bytes, posts).expect("sound");
+        let at = |east_m: f32| elevation.height_m(Local { east_m, north_m: 10.0 });
+        assert_eq!((at(-100.0), at(100.0)), (Some(400.0), None));
     }
 }
