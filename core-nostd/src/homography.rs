@@ -65,6 +65,7 @@ impl Homography {
     /// still linear in (m, n, 1). The up component's share is what stands, with a minus, in the third column c, so the first one gains
     /// −a kH c and the second one −b kV c, in numerators and denominator alike, of eq. 3 as of eq. 7. A pixel costs what it did.
     #[must_use]
+    #[inline(never)]
     pub fn over_slope(self, camera: &Camera, [a, b]: [f32; 2]) -> Self {
         let (k_h, k_v) = camera.tangent_per_px();
         Homography { rows: self.rows.map(|[m, n, c]| [m - a * k_h * c, n - b * k_v * c, c]) }

@@ -106,9 +106,12 @@ fn slopes_are_no_bias(name: &str, resolution_m: f64) {
         nees.extend(scored.iter().filter_map(|scored| scored.nees));
     }
     let nees = mean(nees.into_iter());
-    println!("{resolution_m} m: NEES {nees:.2}");
-    // Two degrees of freedom, 200 fixes, of which those of a flight share its drifts.
-    assert!((1.6..=2.6).contains(&nees), "{nees}");
+    // Over this picture, without noise of its own, fixes are better than they say on level ground, too: what a slope may do is to
+    // leave that so.
+    let level = (40..44).flat_map(|seed| flown(land.scenario([0.0; 2], resolution_m, seed, 25)));
+    let level = mean(level.filter_map(|scored| scored.nees));
+    println!("{resolution_m} m: NEES {nees:.2}, on level ground {level:.2}");
+    assert!(nees <= 2.6 && (nees / level - 1.0).abs() < 0.4, "{nees} {level}");
 }
 
 #[test]

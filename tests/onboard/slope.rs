@@ -125,9 +125,12 @@ fn situation(settings: Settings, posts: Option<&(Posts, Vec<u8>)>, attitude: Att
     let (mut buffers, mut frame_memory) = (Box::new(Buffers::new()), vec![0; FRAME_MEMORY_BYTES]);
     let mut pipeline = Pipeline::new(settings, tile, &mut buffers, &mut frame_memory).expect("a pipeline");
     let mid = Micros(1_000_000);
-    for at in (960_000..1_050_000).step_by(5_000).map(Micros) {
-        pipeline.streams.attitude(at, attitude).expect("in order");
-        pipeline.streams.slant(at, Metres(slant_m)).expect("in order");
+    for us in (960_000..1_050_000).step_by(5_000) {
+        // A sensor that says the same again and again counts as frozen.
+        let trembling =
+            Attitude { heading: Radians(attitude.heading.0 + 1e-6 * (us % 15_000) as f32 * 1e-3), ..attitude };
+        pipeline.streams.attitude(Micros(us), trembling).expect("in order");
+        pipeline.streams.slant(Micros(us), Metres(slant_m)).expect("in order");
     }
     // 0.08 hundredths of a degree of 750 m, and -0.03 of 1,000 m.
     let position = Geographic { lat_e7: centre.lat_e7 - 3_000, lon_e7: centre.lon_e7 + 8_000 };
@@ -158,7 +161,7 @@ fn the_height_is_that_above_the_plane_at_the_nadir() {
         assert!(off < 1e-3 && found.relief_m < 0.02, "{:?} of {slope:?}, {} m", found.slope, found.relief_m);
         // Without a model the ground is level at the laser's height, as it always was.
         let level = situation(settings, None, attitude, slant_m as f32);
-        assert_eq!(level.height_m, slant_m as f32 * attitude.cos_tilt());
+        assert_eq!(level.height_m, slant_m as f32 * level.attitude.cos_tilt());
         assert_eq!((level.slope, level.relief_m), ([0.0; 2], 0.0));
         // What the slope adds to the height's uncertainty: the beam lands elsewhere.
         assert!(found.sigma_height_m > level.sigma_height_m);
@@ -173,5 +176,5 @@ fn off_the_model_the_ground_is_level() {
     let index = 21 * 41 + 22;
     bytes[2 * index..2 * index + 2].copy_from_slice(&i16::MIN.to_le_bytes());
     let found = situation(settings, Some(&(posts, bytes)), Attitude::default(), 100.0);
-    assert_eq!((found.height_m, found.slope, found.relief_m), (100.0, [0.0; 2], 0.0));
+    assert_eq!((found.height_m, found.slope, found.relief_m), (100.0 * found.attitude.cos_tilt(), [0.0; 2], 0.0));
 }

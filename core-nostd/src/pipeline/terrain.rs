@@ -14,6 +14,8 @@ const SHARED: f32 = 0.5;
 impl Pipeline<'_> {
     /// The plane under the footprint of a frame that begins, by the newest samples: the pose at mid-exposure is known only when its
     /// rows are there, and a plane metres away is the same. `None` without an elevation model, and where it has no heights.
+    // Inlined, what it works with would lie on the stack below all that a frame takes.
+    #[inline(never)]
     pub(super) fn plane_below(&self, slant_m: f32) -> Option<Plane> {
         let elevation = self.tile().elevation()?;
         let (at, attitude) = self.streams.attitude.history().newest()?;
@@ -55,6 +57,7 @@ impl Pipeline<'_> {
     ///
     /// The beam lands s sin t aside, where the model says by how much the ground is higher than the plane at the nadir: by the slope
     /// times the way there, and by what the ground is off the plane there. H = s cos t + ground there − plane at the nadir.
+    #[inline(never)]
     pub(super) fn height_above(&self, plane: &Plane, slant_m: f32, attitude: Attitude, nadir: Local) -> f32 {
         let landing = nadir.moved(attitude.axis().map(|part| part * slant_m));
         let ground_m = self.tile().elevation().and_then(|model| model.height_m(landing));
