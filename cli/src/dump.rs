@@ -7,6 +7,7 @@ use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::image::View;
 use plumbline_core::navigation::Navigation;
 use plumbline_core::pipeline::{Buffers, FollowUpMode, Memory, Pipeline, Situation};
+use plumbline_core::tile::Local;
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Metres, Micros, Radians};
 use plumbline_firmware::wire::telemetry::{FrameReport, PositionReport, SituationReport};
@@ -70,6 +71,12 @@ fn rectified_again(setup: &Setup, report: &FrameReport, frame: &Picture) -> Opti
     let mut frame_memory = vec![0; FRAME_MEMORY_BYTES];
     let memory = Memory { buffers: &mut buffers, navigation: &mut navigation, frame: &mut frame_memory };
     let tile = setup.flash.head.tile(&setup.flash.tile, &setup.flash.posts).ok()?;
+    // The board takes the plane a moment earlier, metres away, and under the footprint's middle.
+    let half_m = 0.5 * settings.camera.patch_size(height_m, tile.resolution().0).0 * tile.resolution().0;
+    let plane = report
+        .predicted
+        .and_then(|PositionReport { east_m, north_m }| tile.elevation()?.plane(Local { east_m, north_m }, half_m));
+    let slope = plane.map_or([0.0; 2], |plane| plane.slope);
     let mut pipeline = Pipeline::new(settings, tile, memory).ok()?;
     // The reduction follows from the range; the one at mid-exposure stands for the newest one then.
     pipeline.streams.slant(Micros(0), Metres(height_m / attitude.cos_tilt())).ok()?;
@@ -78,6 +85,7 @@ fn rectified_again(setup: &Setup, report: &FrameReport, frame: &Picture) -> Opti
     pipeline
         .rectify(&Situation {
             mount: settings.mount,
+            slope,
             ..Situation::exact(Micros(report.mid_exposure_us), attitude, follow_up, height_m)
         })
         .ok()?;

@@ -29,6 +29,8 @@ pub struct Uncertainty {
     pub tilt_drift_rad: f32,
     /// Height above ground, metres.
     pub height_m: f32,
+    /// RMS of the ground's heights about the plane that the picture was rectified onto, metres.
+    pub relief_m: f32,
     /// How far the vehicle flies, east and north, in one sigma of the stamp, metres.
     pub along_m: [f32; 2],
 }
@@ -47,6 +49,11 @@ pub struct Footprint {
     /// Valid pixels.
     pub count: u32,
 }
+
+/// What a match feels of the relief that the least-squares plane leaves, as a share of what it would if all of the ground were as
+/// far off the plane on one side of the nadir. Measured, by the errors of flights over real elevation models (jacksboro 0.12,
+/// 1,600 errors; austria 0.16, 230): that of some forty pieces of ground of which each counts for itself.
+const RELIEF_SHARE: f32 = 0.15;
 
 impl Footprint {
     /// Of the valid `runs` of a patch.
@@ -69,6 +76,16 @@ impl Footprint {
         let scale = 1.0 / (sums.count.max(1) as f32);
         let centre = (sums.centre.0 * scale, sums.centre.1 * scale);
         Footprint { centre, xx: sums.xx * scale, xy: sums.xy * scale, yy: sums.yy * scale, count: sums.count }
+    }
+
+    /// What the relief moves a match by, of ground that is `lean` heights off the plane; in the units of a pixel's `lean`.
+    ///
+    /// A point (x, y) that is δ higher than the plane is seen δ/H (x, y) aside. The plane is the one of least squares, so the mean of
+    /// δ, δ x and δ y over the footprint is zero, and so is the mean shift where all of it counts alike. Texture does not: a match
+    /// feels the sum of w δ/H (x, y) over pieces of ground of weights w, as if drawn, which has the covariance of a share of that of
+    /// δ/H (x, y) itself.
+    fn relief(&self, lean: f32) -> Matrix2<f32> {
+        Matrix2::new(self.xx, self.xy, self.xy, self.yy) * (lean * lean)
     }
 
     /// How far a small tilt about the axis across (`east`, `north`), one of which is 1 and the other 0, moves the nadir that is found
@@ -98,7 +115,8 @@ impl Footprint {
 /// The fix for a match that predicted the nadir at pixel `window` (col, row) of `tile`, of a camera so high above ground and so
 /// far (east, north) off the point that positions refer to, metres.
 ///
-/// Covariance: the match's own (which holds heading and height through [`crate::matching::Prior`]) plus the tilt's.
+/// Covariance: the match's own (which holds heading and height through [`crate::matching::Prior`]) plus the tilt's and the
+/// relief's.
 pub fn fix(
     tile: &Tile<'_>,
     window: (f32, f32),
@@ -121,7 +139,8 @@ pub fn fix(
     let matched = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * (resolution * resolution);
     // The fix is where the picture was taken; it is reported for the stamp's instant, which may be another.
     let along = Vector2::from(uncertainty.along_m);
-    let covariance = matched + tilts(uncertainty.tilt_rad) + along * along.transpose();
+    let relief = footprint.relief(RELIEF_SHARE * uncertainty.relief_m * per_px / height_m);
+    let covariance = matched + tilts(uncertainty.tilt_rad) + along * along.transpose() + relief;
     let correlated = tilts(uncertainty.tilt_drift_rad);
     Fix { position: tile.georeference().geographic(local), local, covariance, correlated }
 }

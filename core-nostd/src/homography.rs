@@ -57,6 +57,20 @@ impl Homography {
         Homography { rows: [[cg, sg * st, sg * ct / k], [0.0, ct, -st / k], den] }
     }
 
+    /// This map of level ground for ground that rises by `slope` to the east and to the north.
+    ///
+    /// Of a ground point X east and Y north of the nadir the ray is (Y, z, X) in (north, up, east), and eq. 3 puts z = −H there.
+    /// On the plane through the nadir with slopes a and b, H below the camera, z = a X + b Y − H. The picture stays the one whose
+    /// pixel (m, n) is that of X = m kH H, Y = n kV H, as a map has it, so in heights the ray is (n kV, a m kH + b n kV − 1, m kH):
+    /// still linear in (m, n, 1). The up component's share is what stands, with a minus, in the third column c, so the first one gains
+    /// −a kH c and the second one −b kV c, in numerators and denominator alike, of eq. 3 as of eq. 7. A pixel costs what it did.
+    #[must_use]
+    #[inline(never)]
+    pub fn over_slope(self, camera: &Camera, [a, b]: [f32; 2]) -> Self {
+        let (k_h, k_v) = camera.tangent_per_px();
+        Homography { rows: self.rows.map(|[m, n, c]| [m - a * k_h * c, n - b * k_v * c, c]) }
+    }
+
     /// The inverse map, frame to undistorted picture: eq. 3 with A transposed (eq. 6).
     pub fn inverse(a: &Matrix3<f32>, camera: &Camera) -> Self {
         Homography::full(&a.transpose(), camera)

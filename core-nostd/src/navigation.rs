@@ -12,6 +12,7 @@ pub mod reckoning;
 pub mod filter;
 pub mod tracks;
 
+use crate::elevation::Plane;
 use azimuth::Azimuth;
 use filter::Filter;
 use heights::Heights;
@@ -28,6 +29,8 @@ pub struct Navigation {
     pub heights: Heights,
     /// How far attitude and velocity are off.
     pub filter: Filter,
+    /// The ground under the newest frame, where there is an elevation model.
+    pub plane: Option<Plane>,
     /// Frames since something was found: which of the candidates is next.
     pub candidate: u8,
 }
@@ -36,6 +39,7 @@ impl Navigation {
     /// Nothing known yet.
     pub const fn new() -> Self {
         Navigation {
+            plane: None,
             tracks: Tracks::new(),
             azimuth: Azimuth::new(),
             heights: Heights::new(),

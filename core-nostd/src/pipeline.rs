@@ -5,27 +5,29 @@
 //! stages [`Pipeline::situate`], [`Pipeline::rectify`], [`Pipeline::register`] one after the other. They are apart so
 //! that a caller can count what each of them costs.
 
+mod buffers;
 mod streams;
 mod settings;
 mod situation;
 mod height;
 mod situate;
 mod refusal;
+mod terrain;
 mod velocity;
 mod whereabouts;
 mod register;
 
-use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, RUNS_MAX};
+use crate::budget::{FRAME_MEMORY_BYTES, POSE_MAX_BYTES};
 use crate::homography::{FrameFromPatch, Placement};
 use crate::image::Run;
 use crate::matching::{Matcher, OnBoard};
 use crate::navigation::Navigation;
 use crate::navigation::heights::Altitude;
 use crate::pose::position::PositionState;
-use crate::rectify::{Node, Source, rectify_into};
+use crate::rectify::{Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
-use heapless::Vec;
+pub use buffers::{Buffers, Memory};
 pub use refusal::Refusal;
 pub use register::{Matched, Outcome};
 use settings::Smoothers;
@@ -70,47 +72,6 @@ pub struct Doubt {
     pub velocity_m_per_s: f32,
     /// Radians.
     pub heading_rad: f32,
-}
-
-/// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
-/// board has free memory and need not carry them over a stack.
-#[derive(Debug)]
-pub struct Buffers {
-    patch: [u8; PATCH_MAX_AREA],
-    runs: Vec<Run, RUNS_MAX>,
-    /// While a frame is rectified.
-    nodes: [Node; 2 * (PATCH_MAX_PX + 1)],
-    matcher: OnBoard,
-}
-
-impl Buffers {
-    /// All zeros: costs no space in an image.
-    pub const fn new() -> Self {
-        Buffers {
-            patch: [0; PATCH_MAX_AREA],
-            runs: Vec::new(),
-            nodes: [Node::NOWHERE; 2 * (PATCH_MAX_PX + 1)],
-            matcher: OnBoard::new(),
-        }
-    }
-}
-
-impl Default for Buffers {
-    fn default() -> Self {
-        Buffers::new()
-    }
-}
-
-/// What a pipeline works in: it belongs to the caller, who can put it where the board has free memory.
-#[derive(Debug)]
-pub struct Memory<'t> {
-    /// The image buffers.
-    pub buffers: &'t mut Buffers,
-    /// What is known from one frame to the next.
-    pub navigation: &'t mut Navigation,
-    /// Stands for the camera's frame, of which it holds what the rectifier needs, [`FRAME_MEMORY_BYTES`] or whatever the board
-    /// has; between rectification and the next frame it serves the matcher.
-    pub frame: &'t mut [u8],
 }
 
 impl<'t> Pipeline<'t> {
@@ -199,6 +160,7 @@ impl<'t> Pipeline<'t> {
     pub fn begin_frame(&mut self) -> Result<(), Refusal> {
         self.reducer = None;
         let slant_m = self.newest_height_m().ok_or(Refusal::NoRange)?;
+        self.navigation.plane = self.plane_below(slant_m);
         let camera = &self.settings.camera;
         let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0).min(RATIO_MAX);
         let frame = (camera.cols(), camera.rows());

@@ -41,6 +41,15 @@ impl Attitude {
     pub fn cos_tilt(&self) -> f32 {
         math::sin_cos(self.pitch.0).1 * math::sin_cos(self.roll.0).1
     }
+
+    /// Where the optical axis points, whatever the follow-up: the parts of its unit vector to the east and to the north, −a23 and
+    /// −a21. The third, downwards, is [`Attitude::cos_tilt`].
+    pub fn axis(&self) -> [f32; 2] {
+        let (sg, cg) = math::sin_cos(self.roll.0);
+        let (st, _) = math::sin_cos(self.pitch.0);
+        let (sp, cp) = math::sin_cos(self.heading.0);
+        [cg * st * sp - sg * cp, cg * st * cp + sg * sp]
+    }
 }
 
 /// A = RY(β) RX(γ) RZ(θ) RY'(φ), `camera_from_local`, rows and columns north/forward, up, east/right (eq. 1).

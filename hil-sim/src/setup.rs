@@ -1,6 +1,7 @@
 //! A scenario made ready to fly: ground, motion, camera, reference tile and what lies in the firmware's flash.
 
 mod along_plan;
+pub mod elevation;
 mod live;
 pub mod planned;
 
@@ -20,6 +21,7 @@ use crate::world::reference::Radiometry;
 use crate::world::tile::{Frame, SIDE_MAX, Tile};
 use crate::world::{Bounds, Grid, Ground, procedural};
 use planned::Planned;
+use plumbline_firmware::stores::tiles::TileHead;
 use plumbline_firmware::wire::signature::Key;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
@@ -126,13 +128,15 @@ impl Setup {
         let radiometry = radiometry_of(&scenario);
         let tile = lay(&scenario, &radiometry, wanted, reference.as_ref().unwrap_or(&ground))?;
         let tile_centre = tile.centre();
-        let head = tile.head(&crs)?;
+        let model = elevation::of_flight(&scenario, &ground, &tile, !plan.is_empty())?;
+        let head = TileHead { posts: model.as_ref().map(|model| model.posts), ..tile.head(&crs)? };
+        let posts = model.map_or_else(Vec::new, |model| model.bytes);
         let convergence_rad = crs.convergence_rad(tile_centre[0], tile_centre[1])?;
         let shake_deg = if scenario.run.replay.is_some() { RECORDED_SHAKE_DEG } else { 0.0 };
         let configuration = configuration_of(&scenario.vehicle, &payload, shake_deg);
         let signing = scenario.run.link.signing_key_path.as_deref().map(key_of_file).transpose()?;
         let key = signing.map_or_else(Vec::new, |key| store_of(key, 0));
-        let flash = Flash { configuration, head, tile: tile.pixels, posts: Vec::new(), plan, key };
+        let flash = Flash { configuration, head, tile: tile.pixels, posts, plan, key };
         flash.stores()?;
         let renderer = Renderer::new(render_camera(&payload.camera), RENDER_SAMPLES);
         Ok(Setup {
@@ -346,6 +350,16 @@ fn lay(scenario: &Scenario, radiometry: &Radiometry, wanted: &Bounds, reference:
     let tile = Tile::lay(reference, &frame, radiometry);
     let [east_m, north_m] = scenario.world.reference.bias_m;
     Ok(Tile { west_m: tile.west_m + east_m, north_m: tile.north_m + north_m, ..tile })
+}
+
+/// Larger by `by_m` on all sides.
+fn grown(bounds: &Bounds, by_m: f64) -> Bounds {
+    Bounds {
+        west_m: bounds.west_m - by_m,
+        east_m: bounds.east_m + by_m,
+        south_m: bounds.south_m - by_m,
+        north_m: bounds.north_m + by_m,
+    }
 }
 
 #[cfg(test)]

@@ -25,6 +25,7 @@ mod pipes;
 mod plan;
 mod plans;
 mod rectify;
+mod relief;
 mod refusals;
 mod reproduced;
 mod same_files;

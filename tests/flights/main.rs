@@ -9,6 +9,7 @@ mod recorded;
 mod replay;
 mod serial;
 mod signing;
+mod slopes;
 mod stamps;
 mod strangers;
 mod truth;

@@ -11,6 +11,7 @@ mod pose;
 mod reacquire;
 mod rectification;
 mod rolling;
+mod slope;
 mod stamping;
 mod stamps;
 mod stores;

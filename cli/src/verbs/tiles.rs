@@ -3,11 +3,11 @@
 use super::positive;
 use crate::files::Files;
 use crate::outcome::{Failure, Outcome};
-use plumbline_core::tile::Georeference;
 use plumbline_firmware::boot::BootError;
 use plumbline_firmware::stores::framing::checksum;
-use plumbline_firmware::stores::tiles::{BEFORE_PIXELS, BOARD_BYTES};
+use plumbline_firmware::stores::tiles::{BEFORE_PIXELS, BOARD_BYTES, TileHead};
 use plumbline_sim::link::tile_store;
+use plumbline_sim::setup::elevation::of_file;
 use plumbline_sim::setup::orthophoto;
 use plumbline_sim::world::Bounds;
 use plumbline_sim::world::reference::Radiometry;
@@ -31,6 +31,15 @@ pub struct Args {
     /// bounding box is taken; the whole orthophoto unless given
     #[arg(long, value_name = "AREA", allow_hyphen_values = true)]
     area: Option<String>,
+    /// Elevation model (GeoTIFF or ESRI ASCII grid, in any known system): frames are then rectified onto the slope under them
+    #[arg(long, value_name = "FILE")]
+    dem: Option<PathBuf>,
+    /// Metres from post to post of the elevation model in the store
+    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 30.0, requires = "dem")]
+    posts_m: f64,
+    /// EPSG code of the elevation model's vertical datum, such as 5773 (EGM96 height) or 3855 (EGM2008 height); 0: not known
+    #[arg(long, value_name = "EPSG", default_value_t = 0, requires = "dem")]
+    vertical_epsg: u32,
     /// The tile store to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -57,6 +66,8 @@ struct Summary {
     km2_max: f64,
     km2_max_dfu: f64,
     unknown_cells: usize,
+    posts: Option<[u16; 2]>,
+    vertical_epsg: Option<u32>,
     crc32: String,
 }
 
@@ -81,10 +92,21 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         let (unknown, all) = (tile.unknown, tile.cols * tile.rows);
         return Err(refuse(format!("nothing is known of {unknown} of the area's {all} pixels")).into());
     }
+    let model =
+        args.dem.as_deref().map(|dem| of_file(dem, &tile, &crs, args.posts_m, args.vertical_epsg)).transpose()?;
+    let (posts, numbers) = model.flatten().map(|model| (model.posts, model.bytes)).unzip();
     let head = tile.head(&crs).map_err(|error| refuse(error.to_string()))?;
-    let store = tile_store(&head, &tile.pixels, &[]).map_err(|error| refuse(BootError::Tiles(error).to_string()))?;
+    let head = TileHead { posts, ..head };
+    let store = tile_store(&head, &tile.pixels, &numbers.unwrap_or_default());
+    let store = store.map_err(|error| refuse(BootError::Tiles(error).to_string()))?;
+    if store.len() > BOARD_BYTES {
+        let bytes = store.len();
+        return Err(
+            refuse(format!("with its elevation model it takes {bytes} bytes of the board's {BOARD_BYTES}")).into()
+        );
+    }
     write_file(&args.out, &store)?;
-    let summary = Summary::new(&tile, &head.georeference, &store);
+    let summary = Summary::new(&tile, &head, &store);
     Outcome::new(args.json, &summary, || table(&summary, &args.out.display().to_string()))
 }
 
@@ -127,7 +149,8 @@ fn km2(cells: f64, side_m: f64) -> f64 {
 }
 
 impl Summary {
-    fn new(tile: &Tile, g: &Georeference, store: &[u8]) -> Self {
+    fn new(tile: &Tile, head: &TileHead, store: &[u8]) -> Self {
+        let TileHead { georeference: g, posts, .. } = head;
         let point_scale = f64::from(g.point_scale);
         let ground_m = tile.resolution_m / point_scale;
         let km2_max = km2(CELLS_MAX as f64, ground_m);
@@ -146,16 +169,27 @@ impl Summary {
             // The bootloader writes as much.
             km2_max_dfu: km2_max,
             unknown_cells: tile.unknown,
+            posts: posts.map(|posts| [posts.size.0, posts.size.1]),
+            vertical_epsg: posts.map(|posts| posts.vertical_epsg),
             crc32: format!("{:08x}", checksum(store)),
         }
     }
 }
 
 fn check_files(args: &Args) -> Result<(), InputError> {
-    let files = Files::default().reads("--ortho", &args.ortho).writes("--out", &args.out);
+    let files =
+        Files::default().reads("--ortho", &args.ortho).may_read("--dem", args.dem.as_ref()).writes("--out", &args.out);
     // Four numbers, or a file.
     let area = args.area.as_deref().filter(|area| area.split(',').count() != 4).map(Path::new);
     area.into_iter().fold(files, |files, area| files.reads("--area", area)).check()
+}
+
+fn elevation(summary: &Summary) -> String {
+    match (summary.posts, summary.vertical_epsg) {
+        (Some([cols, rows]), Some(0)) => format!("{cols} x {rows} posts, of a datum that is not known"),
+        (Some([cols, rows]), Some(epsg)) => format!("{cols} x {rows} posts, above EPSG:{epsg}"),
+        _ => "none: the ground is taken to be level".to_owned(),
+    }
 }
 
 fn table(summary: &Summary, out: &str) -> String {
@@ -167,6 +201,7 @@ fn table(summary: &Summary, out: &str) -> String {
         ("centre", format!("{:.7}, {:.7}", summary.centre_lat, summary.centre_lon)),
         ("grid", format!("convergence {:.6} deg, scale {:.7}", summary.convergence_deg, summary.point_scale)),
         ("area", format!("{:.3} km2 of the {:.3} km2 that fit on the board", summary.km2, summary.km2_max)),
+        ("elevation", elevation(summary)),
         ("unknown", format!("{} pixels, black", summary.unknown_cells)),
         ("store", format!("{out}, {} bytes, CRC-32 {}", summary.bytes, summary.crc32)),
     ];

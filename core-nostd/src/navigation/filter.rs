@@ -110,10 +110,10 @@ impl Filter {
         self.estimate.map_or([0.0; 2], |estimate| [estimate.state[TILT], estimate.state[TILT + 1]])
     }
 
-    /// One sigma of each of the tilts that matches have shown lately and nothing explains, radians: one that comes and goes, or a jump
-    /// that has not been taken back.
-    pub fn unexplained_rad(&self) -> f32 {
-        hypot(self.transient_rad, sqrt(0.5 * self.jumped_rad.norm_squared()))
+    /// One sigma of each of the tilts that matches have shown lately and nothing explains, radians: one that comes and goes, or what
+    /// is left of a jump that neither has been taken back nor a turn has told. `unknown_rad`: where nothing is known.
+    pub fn unexplained_rad(&self, unknown_rad: f32) -> f32 {
+        sqrt((squared(self.tilt_sigma_rad(unknown_rad)) - squared(unknown_rad)).max(0.0))
     }
 
     /// One sigma of pitch's and roll's error that is left of it, the larger one, radians. `unknown_rad`: where nothing is known.

@@ -18,9 +18,10 @@ impl Pipeline<'_> {
         Expected { bias_m: sigmas.altitude_m, scale: sigmas.altitude_scale, has_elevation }
     }
 
-    /// Elevation of the ground, 0 where it is taken to be level; nothing off the elevation model.
+    /// Elevation of the ground, 0 where it is taken to be level: of the plane under the frame, or the model's; nothing off that.
     pub(super) fn elevation_m(&self, local: Local) -> Option<f32> {
-        self.tile.elevation().map_or(Some(0.0), |elevation| elevation.height_m(local))
+        let Some(elevation) = self.tile.elevation() else { return Some(0.0) };
+        self.navigation.plane.map(|plane| plane.height_m(local)).or_else(|| elevation.height_m(local))
     }
 
     /// The height without a range.

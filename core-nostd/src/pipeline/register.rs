@@ -108,7 +108,8 @@ impl Pipeline<'_> {
         }
         let px_m = self.tile.ground_resolution().0;
         // What was expected nowhere near is no fix, however it came about: the attitude may be off as much as the place.
-        let swing_m = hypot(doubt_rad, self.navigation.filter.unexplained_rad()) * situation.height_m;
+        let swing_m =
+            hypot(doubt_rad, self.navigation.filter.unexplained_rad(self.unknown().tilt_rad)) * situation.height_m;
         let counts = if swing_m > SWING_MAX_PX * px_m { counts.and(Err(Refusal::Contradicted)) } else { counts };
         // What contradicts heading or height was never asked where it lies.
         let counts = sighting.map(|_| ()).and(counts);
@@ -213,6 +214,7 @@ impl Pipeline<'_> {
             tilt_rad: hypot(situation.sigma_tilt_rad, doubt_rad),
             tilt_drift_rad: hypot(situation.sigma_tilt_drift_rad, doubt_rad),
             height_m: situation.sigma_height_m,
+            relief_m: situation.relief_m,
             along_m: situation.prediction.velocity_m_per_s.map(|speed| speed * situation.sigma_stamp_s),
         };
         let camera = (situation.height_m, situation.camera_offset_m);

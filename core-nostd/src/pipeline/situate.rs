@@ -59,7 +59,7 @@ const TILTS_WITHIN_S: f32 = 15.0;
 /// not level. Chosen: that of 63 degrees, as in middle latitudes; it is less towards the equator and more towards the poles.
 const HEADING_PER_TILT: f32 = 2.0;
 /// Smallest a22 that is worked with: 70° between optical axis and plumb line, where a field of view of 60° begins at 40°. Chosen.
-const COS_TILT_MIN: f32 = 0.34;
+pub(super) const COS_TILT_MIN: f32 = 0.34;
 
 impl Pipeline<'_> {
     /// Every stream at mid-exposure, an instant with its sigma in microseconds. `Ok(None)`: a stream's next samples have not
@@ -96,7 +96,7 @@ impl Pipeline<'_> {
         let unknown = self.unknown();
         self.navigation.filter.carry(moment, &unknown);
         let sigmas = self.uncertainty(&attitude, &follow_up, sigma_s);
-        let range = slant.map(|slant| self.range(&slant, cos_tilt, sigmas.tilt_rad));
+        let range = slant.map(|slant| self.range(&slant, attitude.value, prediction.local, sigmas.tilt_rad));
         let azimuth = self.navigation.azimuth.at(mid_exposure_at, attitude.value.heading, sigmas.heading_drift_rad);
         let ground_m = self.elevation_m(prediction.local).unwrap_or_default();
         let expected = self.expected();
@@ -127,6 +127,8 @@ impl Pipeline<'_> {
             rates: Rates { heading, pitch, roll, follow_up: follow_up.rate },
             sigma_rate_rad_s: pitch_sigma.max(roll_sigma),
             height_m,
+            slope: self.navigation.plane.map_or([0.0; 2], |plane| plane.slope),
+            relief_m: self.navigation.plane.map_or(0.0, |plane| plane.relief_m),
             prediction,
             camera_offset_m,
             sigma_tilt_rad: sigmas.tilt_rad,
@@ -172,11 +174,18 @@ impl Pipeline<'_> {
         }
     }
 
-    /// The height of a slant range: H = s cos t, which a tilt error changes by s sin t.
-    fn range(&self, slant: &Interpolated<f32, 1>, cos_tilt: f32, tilt_rad: f32) -> Height {
+    /// The height of a slant range: H = s cos t over level ground, which a tilt error changes by s sin t.
+    fn range(&self, slant: &Interpolated<f32, 1>, attitude: Attitude, nadir: Local, tilt_rad: f32) -> Height {
+        let cos_tilt = attitude.cos_tilt();
         let range_m = self.settings.sigmas.range_m * slant.noise_factor();
         let lean_m = slant.value * sqrt((1.0 - cos_tilt * cos_tilt).max(0.0)) * tilt_rad;
-        Height { metres: slant.value * cos_tilt, sigma_m: hypot(range_m, lean_m) }
+        let sigma_m = hypot(range_m, lean_m);
+        let Some(plane) = self.navigation.plane else {
+            return Height { metres: slant.value * cos_tilt, sigma_m };
+        };
+        // Where the ground slopes the beam lands higher or lower, by the slope times s cos t for each radian.
+        let climb_m = slant.value * cos_tilt * hypot(plane.slope[0], plane.slope[1]) * tilt_rad;
+        Height { metres: self.height_above(&plane, slant.value, attitude, nadir), sigma_m: beside(sigma_m, climb_m) }
     }
 
     /// Turn and scale that this frame is rectified with, and whether they are one of several.

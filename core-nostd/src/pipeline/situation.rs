@@ -43,8 +43,12 @@ pub struct Situation {
     pub rates: Rates,
     /// Sigma of pitch's and roll's rates, each, radians a second.
     pub sigma_rate_rad_s: f32,
-    /// Height above ground, metres.
+    /// Height above ground, metres: above the plane of the slope, at the nadir.
     pub height_m: f32,
+    /// What the ground under the footprint rises by to the east and to the north; zeros where no elevation model says.
+    pub slope: [f32; 2],
+    /// RMS of the heights about that plane, metres.
+    pub relief_m: f32,
     /// Predicted position.
     pub prediction: Prediction,
     /// The camera relative to the point that positions refer to, grid east and north, metres.
@@ -87,6 +91,8 @@ impl Situation {
             rates: Rates::default(),
             sigma_rate_rad_s: 0.0,
             height_m,
+            slope: [0.0; 2],
+            relief_m: 0.0,
             prediction: Prediction { local, velocity_m_per_s: [0.0; 2], sigma_m: 0.0 },
             camera_offset_m: [0.0; 2],
             sigma_tilt_rad: 0.0,
@@ -110,13 +116,29 @@ impl Situation {
         Moment { at: self.mid_exposure_at, velocity_m_per_s: self.prediction.velocity_m_per_s }
     }
 
-    /// The map for this situation: eq. 7 where the camera follows, is aligned and has square pixels, eq. 3 otherwise.
+    /// The map for this situation: eq. 7 where the camera follows, is aligned and has square pixels, eq. 3 otherwise; of the sloping
+    /// plane where there is a slope.
     pub fn homography(&self, camera: &Camera) -> Homography {
+        let level = self.over_level_ground(camera);
+        if self.slope == [0.0; 2] { level } else { level.over_slope(camera, self.slope) }
+    }
+
+    fn over_level_ground(&self, camera: &Camera) -> Homography {
         if self.followed && self.mount.is_aligned() && camera.is_isotropic() {
             Homography::simplified(equivalent_tilt(self.attitude, self.follow_up), camera)
         } else {
             Homography::full(&self.mount.camera_from_local(self.attitude, self.follow_up), camera)
         }
+    }
+
+    /// Where a ray that would meet level ground at `(east, north)` heights meets the sloping plane; `None` where it runs above it.
+    ///
+    /// The ray is s (east, north, −1) heights, the plane lies at a s east + b s north − 1: s = 1 / (1 + a east + b north).
+    fn on_slope(&self, (east, north): (f32, f32)) -> Option<(f32, f32)> {
+        let [a, b] = self.slope;
+        let falls = 1.0 + a * east + b * north;
+        // So flat that it sees fifty times as far is the horizon.
+        (falls > 0.02).then(|| (east / falls, north / falls))
     }
 
     /// How far from the nadir the frame's corners see, (east, north), heights; more than any patch beyond the horizon. The
@@ -128,7 +150,8 @@ impl Situation {
         let (k_h, k_v) = camera.tangent_per_px();
         let corners = [(m, n), (m, -n), (-m, n), (-m, -n)].map(|(m, n)| {
             let corner = undistorted_from_frame.ideal(m, n);
-            corner.map_or((f32::MAX, f32::MAX), |(m, n)| ((m * k_h).abs(), (n * k_v).abs()))
+            let corner = corner.and_then(|(m, n)| self.on_slope((m * k_h, n * k_v)));
+            corner.map_or((f32::MAX, f32::MAX), |(east, north)| (east.abs(), north.abs()))
         });
         corners
             .iter()
@@ -158,7 +181,11 @@ impl Situation {
             let after_us = offset_us(index, BANDS, readout_us);
             let seconds = after_us as f32 * 1e-6;
             let [east, north] = self.prediction.velocity_m_per_s;
-            let displacement = Displacement { east_m: east * seconds, north_m: north * seconds, up_m: 0.0 };
+            let (east_m, north_m) = (east * seconds, north * seconds);
+            // It flies level: where the ground rises below it the plane is nearer.
+            let [rises_east, rises_north] = self.slope;
+            let up_m = if self.slope == [0.0; 2] { 0.0 } else { -(rises_east * east_m + rises_north * north_m) };
+            let displacement = Displacement { east_m, north_m, up_m };
             let homography = self.after(after_us).homography(camera);
             bands.push(Band { homography, displacement }).map_err(|_| BandsError::Count)?;
         }
@@ -216,6 +243,6 @@ impl Situation {
         }
         let (k_h, k_v) = camera.tangent_per_px();
         let (m, n) = Homography::inverse(&a, camera).ideal(m.clamp(-half_m, half_m), n.clamp(-half_n, half_n))?;
-        Some((m * k_h, n * k_v))
+        self.on_slope((m * k_h, n * k_v))
     }
 }

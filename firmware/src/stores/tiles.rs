@@ -158,6 +158,8 @@ impl TileHead {
 ///
 /// # Errors
 /// [`StoreError`].
+// Inlined, its copies of head and tile would lie on boot's stack below all that boot calls.
+#[inline(never)]
 pub fn read(region: &[u8]) -> Result<Tile<'_>, StoreError> {
     let (head, rest) = open(KIND, region)?.split_first_chunk::<HEAD_BYTES>().ok_or(StoreError::Encoding)?;
     let head = TileHead::decode(head);

@@ -162,7 +162,7 @@ impl Default for Autopilot {
 
 /// How the reference differs from the ground: offset + gain · 255 (DN/255)^gamma, noise, and patches that changed. What is not
 /// given depends on the ground: a procedural one has synthetic differences, over an orthophoto there are none.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reference {
     /// Exponent of the tone curve.
@@ -177,6 +177,29 @@ pub struct Reference {
     pub changed_fraction: Option<f64>,
     /// How far it says that it lies beside where it does, east and north: the map's bias.
     pub bias_m: [f64; 2],
+    /// Distance between the posts of its elevation model, which is that of the ground where it has one; 0 = no model.
+    pub elevation_posts_m: f64,
+    /// How much higher the posts say that the ground is than it is.
+    pub elevation_bias_m: f64,
+    /// EPSG code of the vertical datum that the posts are said to be above; 0 = not known.
+    pub elevation_epsg: u32,
+}
+
+impl Default for Reference {
+    /// Posts as far apart as those of the global models of one arc second.
+    fn default() -> Self {
+        Reference {
+            gamma: None,
+            gain: None,
+            offset_dn: None,
+            noise_dn: None,
+            changed_fraction: None,
+            bias_m: [0.0; 2],
+            elevation_posts_m: 30.0,
+            elevation_bias_m: 0.0,
+            elevation_epsg: 0,
+        }
+    }
 }
 
 impl World {
@@ -203,6 +226,10 @@ impl World {
             ("reference.noise_dn", reference.noise_dn.unwrap_or(0.0), 0.0, 255.0),
             ("reference.bias_m", reference.bias_m[0], -1000.0, 1000.0),
             ("reference.bias_m", reference.bias_m[1], -1000.0, 1000.0),
+            ("reference.elevation_posts_m", reference.elevation_posts_m, 0.0, 1000.0),
+            ("reference.elevation_bias_m", reference.elevation_bias_m, -1000.0, 1000.0),
+            // As large as the codes of the register are.
+            ("reference.elevation_epsg", reference.elevation_epsg.into(), 0.0, 32_767.0),
             ("reference.changed_fraction", reference.changed_fraction.unwrap_or(0.0), 0.0, 1.0),
         ];
         let keys = ["mount.true_boresight.phi_deg", "mount.true_boresight.omega_deg", "mount.true_boresight.kappa_deg"];

@@ -2,7 +2,7 @@
 
 use super::planned::terrain::Terrain;
 use super::planned::{Planned, camera, store};
-use super::{Setup, TILE_SLACK_PX, grounds_of};
+use super::{Setup, TILE_SLACK_PX, grounds_of, grown};
 use crate::scenario::footprint::footprint_margin_m;
 use crate::scenario::{Camera, Ground as GroundOf, Payload, Scenario};
 use crate::vehicle::motion::{Motion, PlannedTrack};
@@ -185,14 +185,4 @@ fn bounds_of(track: &PlannedTrack, deviation_m: f64) -> Bounds {
         bounds.north_m = bounds.north_m.max(north);
     }
     grown(&bounds, SIGMAS * deviation_m)
-}
-
-/// Larger by `by_m` on all sides.
-fn grown(bounds: &Bounds, by_m: f64) -> Bounds {
-    Bounds {
-        west_m: bounds.west_m - by_m,
-        east_m: bounds.east_m + by_m,
-        south_m: bounds.south_m - by_m,
-        north_m: bounds.north_m + by_m,
-    }
 }

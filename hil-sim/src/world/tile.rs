@@ -1,6 +1,7 @@
 //! Reference tiles: laid over a ground, georeferenced, ready for flash.
 
 pub mod area;
+pub mod elevation;
 mod georeference;
 
 use crate::world::reference::{Radiometry, reference_tile_counted};
