@@ -4,7 +4,8 @@ use plumbline_core::budget::FRAME_MEMORY_BYTES;
 use plumbline_core::camera::Camera;
 use plumbline_core::elevation::{Elevation, Posts};
 use plumbline_core::homography::FrameFromPatch;
-use plumbline_core::pipeline::{Buffers, FollowUpMode, Pipeline, PositionSample, Settings, Situation};
+use plumbline_core::navigation::Navigation;
+use plumbline_core::pipeline::{Buffers, FollowUpMode, Memory, Pipeline, PositionSample, Settings, Situation};
 use plumbline_core::pose::Wait;
 use plumbline_core::tile::{Geographic, Georeference, Tile};
 use plumbline_core::tilt::{Attitude, follow_up_command};
@@ -123,7 +124,9 @@ fn situation(settings: Settings, posts: Option<&(Posts, Vec<u8>)>, attitude: Att
         tile = tile.with_elevation(Elevation::new(bytes, *posts).expect("sound")).expect("it covers the tile");
     }
     let (mut buffers, mut frame_memory) = (Box::new(Buffers::new()), vec![0; FRAME_MEMORY_BYTES]);
-    let mut pipeline = Pipeline::new(settings, tile, &mut buffers, &mut frame_memory).expect("a pipeline");
+    let mut navigation = Navigation::new();
+    let memory = Memory { buffers: &mut buffers, navigation: &mut navigation, frame: &mut frame_memory };
+    let mut pipeline = Pipeline::new(settings, tile, memory).expect("a pipeline");
     let mid = Micros(1_000_000);
     for us in (960_000..1_050_000).step_by(5_000) {
         // A sensor that says the same again and again counts as frozen.
@@ -134,7 +137,7 @@ fn situation(settings: Settings, posts: Option<&(Posts, Vec<u8>)>, attitude: Att
     }
     // 0.08 hundredths of a degree of 750 m, and -0.03 of 1,000 m.
     let position = Geographic { lat_e7: centre.lat_e7 - 3_000, lon_e7: centre.lon_e7 + 8_000 };
-    let sample = PositionSample { position, north_m_per_s: 0.0, east_m_per_s: 0.0 };
+    let sample = PositionSample::standing(position);
     pipeline.position(mid, sample).expect("in order");
     pipeline.begin_frame().expect("a range is there");
     pipeline.situate((mid, 1.0), Wait::No).expect("samples are there").expect("samples are there")
