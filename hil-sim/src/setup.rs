@@ -1,6 +1,7 @@
 //! A scenario made ready to fly: ground, motion, camera, reference tile and what lies in the firmware's flash.
 
 mod along_plan;
+mod kept;
 mod live;
 pub mod planned;
 
@@ -14,6 +15,7 @@ use crate::configuration::key::{key_of_file, store_of};
 use crate::link::Flash;
 use crate::scenario::footprint::{footprint_margin_at_m, footprint_margin_m};
 use crate::scenario::{self, Payload, Scenario};
+use crate::vehicle::aloft::Course;
 use crate::vehicle::motion::{Area, AttitudeLog, Motion, TrueState};
 use crate::vehicle::mount::{axis_station, payload_of};
 use crate::world::reference::Radiometry;
@@ -57,6 +59,8 @@ pub struct Setup {
     pub crs: Crs,
     /// Where the vehicle really is.
     pub motion: Motion,
+    /// Where a flight goes that is kept by its fixes.
+    pub course: Option<Course>,
     /// What its camera really sees.
     pub renderer: Renderer,
     /// What lies in flash.
@@ -105,12 +109,15 @@ impl Setup {
             (area, _) => area,
         };
         let area = area.map_err(|error| of_ground(&scenario, &error.to_string()))?;
+        let course = kept::course(&scenario, &area)?;
         let motion = match log {
+            _ if let Some(course) = &course => Motion::recorded(vec![(0.0, kept::start(course))]),
             Some(log) => Motion::replay(&scenario, &area, log)?,
             None => Motion::synthetic(&scenario, &area)?,
         };
         let wanted = wanted_of(&scenario, &area);
-        Setup::finish(scenario, payload, (ground, reference), crs, motion, &wanted, Vec::new())
+        let setup = Setup::finish(scenario, payload, (ground, reference), crs, motion, &wanted, Vec::new())?;
+        Ok(Setup { course, ..setup })
     }
 
     /// Makes the reference tile over `wanted`, of the other orthophoto where there is one, and what lies in flash.
@@ -142,6 +149,7 @@ impl Setup {
             radiometry,
             crs,
             motion,
+            course: None,
             renderer,
             flash,
             tile_centre,

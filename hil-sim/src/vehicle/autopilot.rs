@@ -6,6 +6,7 @@
 //! parameters are answered by name where it has them. Where it knows no place it sends (0, 0), and neither origin nor height.
 
 mod clock;
+mod heard;
 mod parameters;
 #[cfg(test)]
 mod tests;
@@ -72,6 +73,10 @@ pub struct Autopilot {
     parameters: Parameters,
     faults: AutopilotFaults,
     waits: ChaCha12Rng,
+    /// Likewise of what needs no answer.
+    ways: ChaCha12Rng,
+    /// Height of where it was armed.
+    home_up_m: f64,
 }
 
 impl Autopilot {
@@ -90,6 +95,8 @@ impl Autopilot {
             parameters: Parameters::new(loop_rate_hz, &faults.parameters),
             faults,
             waits: stream(seed, "autopilot"),
+            ways: stream(seed, "autopilot.heard"),
+            home_up_m: 0.0,
         }
     }
 
@@ -97,6 +104,11 @@ impl Autopilot {
     pub fn with(self, faults: &AutopilotFaults) -> Self {
         let parameters = Parameters::new(self.loop_rate_hz, &faults.parameters);
         Autopilot { is_placed: !faults.knows_no_place, parameters, faults: *faults, ..self }
+    }
+
+    /// Armed at a height, from which relative altitudes count.
+    pub fn at_home(self, home_up_m: f64) -> Self {
+        Autopilot { home_up_m, ..self }
     }
 
     /// With the faults of its clock.
@@ -162,11 +174,11 @@ impl Autopilot {
                 let degrees = crs.to_wgs84(east_m, north_m)?;
                 let gnss = self.due(sample, &gnss(sample, has_gnss));
                 if self.is_placed {
-                    let message = position(sample, degrees, up_m, velocity_ned_m_s);
+                    let message = position(sample, degrees, [up_m, up_m - self.home_up_m], velocity_ned_m_s);
                     let (_, _, origin_up_m) = *self.origin.get_or_insert((message.lat, message.lon, up_m));
                     vec![self.due(sample, &message), self.due(sample, &local(sample, origin_up_m - up_m)), gnss]
                 } else {
-                    vec![self.due(sample, &position(sample, (0.0, 0.0), up_m, [0.0; 3])), gnss]
+                    vec![self.due(sample, &position(sample, (0.0, 0.0), [up_m; 2], [0.0; 3])), gnss]
                 }
             }
         };
@@ -237,8 +249,7 @@ impl Autopilot {
 
     /// How long a message takes to the autopilot or back.
     fn way_us(&mut self) -> u64 {
-        let wait_us = -WAIT_MEAN_US * (1.0 - uniform(&mut self.waits)).ln();
-        (WAY_US + wait_us.min(WAIT_MAX_US)) as u64
+        way_us(&mut self.waits)
     }
 
     /// The message, where its stream is due.
@@ -263,6 +274,12 @@ impl Autopilot {
         raw.serialize_message_data(header, data);
         raw.raw_bytes().to_vec()
     }
+}
+
+/// How long a message takes.
+fn way_us(waits: &mut ChaCha12Rng) -> u64 {
+    let wait_us = -WAIT_MEAN_US * (1.0 - uniform(waits)).ln();
+    (WAY_US + wait_us.min(WAIT_MAX_US)) as u64
 }
 
 /// MAV_RESULT of a message that it does not know, and of a rate that it does not reach (FAILED).
@@ -345,7 +362,7 @@ fn local(sample: &Sample, down_m: f64) -> LOCAL_POSITION_NED_DATA {
 fn position(
     sample: &Sample,
     (lat, lon): (f64, f64),
-    up_m: f64,
+    [up_m, above_home_m]: [f64; 2],
     velocity_ned_m_s: [f64; 3],
 ) -> GLOBAL_POSITION_INT_DATA {
     let [vx, vy, vz] = velocity_ned_m_s.map(|v| (v * 100.0).round() as i16);
@@ -354,7 +371,7 @@ fn position(
         lat: (lat * 1e7).round() as i32,
         lon: (lon * 1e7).round() as i32,
         alt: (up_m * 1000.0).round() as i32,
-        relative_alt: (up_m * 1000.0).round() as i32,
+        relative_alt: (above_home_m * 1000.0).round() as i32,
         vx,
         vy,
         vz,

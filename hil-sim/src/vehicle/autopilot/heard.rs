@@ -1,0 +1,31 @@
+//! What the autopilot hears of a companion's positions: when, and where on the map they are.
+
+use super::{Autopilot, way_us};
+use crate::vehicle::inertial::vision::Vision;
+use plumbline_survey::crs::Crs;
+
+/// Metres of latitude in 1e-7 degrees (LOCATION_SCALING_FACTOR), by which it reckons its own frame.
+const M_PER_E7: f64 = 0.011_131_884_502_145_034;
+
+impl Autopilot {
+    /// When something that was sent at `at_us` arrives.
+    pub fn arrival_us(&mut self, at_us: u64) -> u64 {
+        at_us + way_us(&mut self.ways)
+    }
+
+    /// Where on the grid, east and north, a message says that the vehicle is; nothing before the autopilot has an origin.
+    pub fn place_of(&self, message: &Vision, crs: &Crs) -> Option<[f64; 2]> {
+        let (lat_e7, lon_e7, _) = self.origin?;
+        let (north_m, east_m) = match message {
+            Vision::Odometry(odometry) => (odometry.base.x, odometry.base.y),
+            Vision::Position(position) => (position.base.x, position.base.y),
+            Vision::Speed { .. } => return None,
+        };
+        let lat = f64::from(lat_e7) + f64::from(north_m) / M_PER_E7;
+        // East goes by the cosine of the mean latitude.
+        let middle_rad = (0.5e-7 * (lat + f64::from(lat_e7))).to_radians();
+        let lon = f64::from(lon_e7) + f64::from(east_m) / (M_PER_E7 * middle_rad.cos());
+        let (east, north) = crs.from_wgs84(1e-7 * lat, 1e-7 * lon).ok()?;
+        (east.is_finite() && north.is_finite()).then_some([east, north])
+    }
+}

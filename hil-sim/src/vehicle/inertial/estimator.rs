@@ -1,0 +1,239 @@
+//! The autopilot's estimator around the filter, as ArduPilot's EKF3 has it: the filter runs behind the present by the largest delay of
+//! a sensor, so that each measurement is taken when it was; what is told of the present is the filter's state and the inertial
+//! steps since. Corrections reach the present at once.
+//!
+//! Gates and resets are those of its sources and of what was measured: a position is taken within five sigmas; one that is rejected for
+//! ten seconds is jumped to, and so is the first one when the filter no longer knows its place within EK3_GLITCH_RAD. A jump
+//! leaves the velocity as it is.
+
+use super::filter::{Begin, Filter};
+use super::imu::Figures;
+use super::strapdown::{Increment, Inertial};
+use super::vision::VisionFix;
+use crate::vehicle::servo::wrapped;
+use nalgebra::{Matrix2, Vector2, Vector3};
+use std::collections::VecDeque;
+
+/// How far behind the present the filter runs: the delay of satellite navigation that AP_GPS_Backend assumes, its largest.
+pub const HORIZON_US: u64 = 200_000;
+/// EK3_POS_I_GATE, EK3_VEL_I_GATE and EK3_HGT_I_GATE: 500 hundredths of a sigma.
+const GATE_SIGMAS: f64 = 5.0;
+/// posRetryTimeUseVel_ms: after so long without a position that passed its gate the next one is jumped to. Measured: a steady
+/// offset of 60 m was held off for about 10 s.
+const POSITION_TIMEOUT_US: u64 = 10_000_000;
+/// hgtRetryTimeMode12_ms.
+const HEIGHT_TIMEOUT_US: u64 = 5_000_000;
+/// What it takes a position's sigma for at most.
+const SIGMA_MAX_M: f64 = 10.0;
+/// EK3_ALT_M_NSE of a plane.
+const BARO_SIGMA_M: f64 = 3.0;
+
+/// Something measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Measurement {
+    /// Satellite navigation: north, east; velocity north, east, down.
+    Gnss {
+        /// North and east.
+        place_m: [f64; 2],
+        /// North, east, down.
+        velocity_m_s: Vector3<f64>,
+    },
+    /// A companion's position.
+    Vision(VisionFix),
+    /// The barometer's height, as distance down.
+    Down(f64),
+    /// The compass, radians.
+    Heading(f64),
+}
+
+/// What the estimator assumes of its sensors, and its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The inertial sensor's figures.
+    pub figures: Figures,
+    /// What it begins with.
+    pub begin: Begin,
+    /// Satellite navigation's sigmas: position, velocity.
+    pub gnss: [f64; 2],
+    /// The compass' sigma, radians.
+    pub heading_rad: f64,
+    /// EK3_GLITCH_RAD; 0 takes off an outlier only what is beyond the gate.
+    pub glitch_m: f64,
+}
+
+/// How many fixes were taken, and how.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct FixCounts {
+    /// Within the gate.
+    pub fused: u32,
+    /// Beyond it.
+    pub rejected: u32,
+    /// Jumped to.
+    pub resets: u32,
+}
+
+/// The estimator.
+#[derive(Clone, Debug)]
+pub struct Estimator {
+    settings: Settings,
+    filter: Filter,
+    /// Where the filter is.
+    at_us: u64,
+    /// The present.
+    present: Inertial,
+    /// Steps that the filter has not got, by their ends.
+    steps: VecDeque<(u64, Increment)>,
+    /// Measurements that it has not got, by when they were.
+    waiting: VecDeque<(u64, Measurement)>,
+    /// When a position and a height passed their gates last.
+    passed_us: u64,
+    height_us: u64,
+    /// The sender's reset counter as it was last.
+    resets: Option<u8>,
+    /// What became of the fixes.
+    pub counts: FixCounts,
+}
+
+impl Estimator {
+    /// At `at_us`.
+    #[must_use]
+    pub fn new(nav: Inertial, settings: &Settings, at_us: u64) -> Self {
+        Estimator {
+            settings: *settings,
+            filter: Filter::new(nav, &settings.begin, &settings.figures),
+            at_us,
+            present: nav,
+            steps: VecDeque::new(),
+            waiting: VecDeque::new(),
+            passed_us: at_us,
+            height_us: at_us,
+            resets: None,
+            counts: FixCounts::default(),
+        }
+    }
+
+    /// What it believes of the present.
+    #[must_use]
+    pub fn present(&self) -> &Inertial {
+        &self.present
+    }
+
+    /// The filter, and when it is.
+    #[must_use]
+    pub fn filter(&self) -> (u64, &Filter) {
+        (self.at_us, &self.filter)
+    }
+
+    /// Takes something that was measured at `at_us`; what is older than the filter counts as of the filter's own time.
+    pub fn take(&mut self, at_us: u64, measurement: Measurement) {
+        let at_us = at_us.max(self.at_us);
+        let place = self.waiting.partition_point(|(other, _)| *other <= at_us);
+        self.waiting.insert(place, (at_us, measurement));
+    }
+
+    /// Goes on by a step that ends at `now_us`.
+    pub fn advance(&mut self, now_us: u64, step: &Increment) {
+        self.steps.push_back((now_us, *step));
+        let mut is_corrected = false;
+        while let Some((end_us, step)) = self.steps.pop_front_if(|(end_us, _)| *end_us + HORIZON_US <= now_us) {
+            self.filter.predict(&step);
+            self.at_us = end_us;
+            while let Some((_, measurement)) = self.waiting.pop_front_if(|(at_us, _)| *at_us <= end_us) {
+                self.fuse(&measurement);
+                is_corrected = true;
+            }
+        }
+        if is_corrected {
+            self.present = *self.filter.nav();
+            self.steps.iter().for_each(|(_, step)| self.present.advance(&self.filter.corrected(step)));
+        } else {
+            self.present.advance(&self.filter.corrected(step));
+        }
+    }
+
+    fn fuse(&mut self, measurement: &Measurement) {
+        let [place_sigma_m, velocity_sigma_m_s] = self.settings.gnss;
+        match measurement {
+            Measurement::Gnss { place_m, velocity_m_s } => {
+                self.filter.fuse_velocity(*velocity_m_s, velocity_sigma_m_s);
+                self.position(*place_m, place_sigma_m);
+            }
+            Measurement::Vision(fix) => {
+                let has_reset = self.resets.replace(fix.resets).is_some_and(|before| before != fix.resets);
+                let taken = if has_reset { Taken::Jumped } else { self.position(fix.place_m, fix.sigma_m) };
+                let counts = &mut self.counts;
+                match taken {
+                    Taken::Fused => counts.fused += 1,
+                    Taken::Rejected => counts.rejected += 1,
+                    Taken::Jumped => counts.resets += 1,
+                }
+                if has_reset {
+                    self.jump(fix.place_m);
+                }
+            }
+            Measurement::Down(down_m) => self.height(*down_m),
+            Measurement::Heading(heading_rad) => {
+                let [believed_rad, ..] = self.filter.nav().angles_rad();
+                self.filter.fuse_heading(wrapped(heading_rad - believed_rad), self.settings.heading_rad);
+            }
+        }
+    }
+
+    /// A position, by its gate.
+    fn position(&mut self, place_m: [f64; 2], sigma_m: f64) -> Taken {
+        let sigma_m = sigma_m.min(SIGMA_MAX_M);
+        let glitch_m = self.settings.glitch_m;
+        let off = Vector2::from(place_m) - self.filter.nav().place_m.xy();
+        let known = self.filter.position_variance(0) + self.filter.position_variance(1);
+        let ratio = off.norm_squared() / (GATE_SIGMAS.powi(2) * (known + 2.0 * sigma_m * sigma_m));
+        let has_timed_out = self.at_us - self.passed_us > POSITION_TIMEOUT_US;
+        let is_lost = glitch_m > 0.0 && known > glitch_m * glitch_m;
+        if ratio >= 1.0 && glitch_m > 0.0 && !has_timed_out {
+            return Taken::Rejected;
+        }
+        self.passed_us = self.at_us;
+        if has_timed_out || is_lost {
+            self.jump(place_m);
+            return Taken::Jumped;
+        }
+        // Without a radius an outlier is taken as if it were as uncertain as it would have to be.
+        let sigma_m = if ratio < 1.0 {
+            sigma_m
+        } else {
+            (0.5 * (off.norm_squared() / GATE_SIGMAS.powi(2) - known)).max(sigma_m * sigma_m).sqrt()
+        };
+        self.filter.fuse_horizontal(place_m, sigma_m);
+        Taken::Fused
+    }
+
+    fn jump(&mut self, place_m: [f64; 2]) {
+        self.passed_us = self.at_us;
+        self.filter.reset_horizontal(place_m, 0.5 * self.settings.glitch_m.max(1.0));
+    }
+
+    /// A height, by its gate; one that is off for long is taken all the same.
+    fn height(&mut self, down_m: f64) {
+        let off_m = down_m - self.filter.nav().place_m.z;
+        let variance = self.filter.position_variance(2) + BARO_SIGMA_M * BARO_SIGMA_M;
+        if off_m * off_m < GATE_SIGMAS.powi(2) * variance || self.at_us - self.height_us > HEIGHT_TIMEOUT_US {
+            self.height_us = self.at_us;
+            self.filter.fuse_down(down_m, BARO_SIGMA_M);
+        }
+    }
+
+    /// Normalised error squared of the filter's north and east, against where the vehicle was when the filter is; 2 expected.
+    #[must_use]
+    pub fn nees(&self, truth_m: [f64; 2]) -> Option<f64> {
+        let off = Vector2::from(truth_m) - self.filter.nav().place_m.xy();
+        let inverse: Matrix2<f64> = self.filter.horizontal().try_inverse()?;
+        Some((off.transpose() * inverse * off).x)
+    }
+}
+
+/// What became of a position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Taken {
+    Fused,
+    Rejected,
+    Jumped,
+}
