@@ -87,7 +87,9 @@ impl<'s> Truth<'s> {
         let (from_us, to_us) = (exposure.open_us.saturating_sub(margin_us), exposure.close_us + margin_us);
         match self {
             Truth::Given(motion) => Around::Given(motion),
-            Truth::Driven(motion, servo) => Around::Cut(Motion::recorded(driven(motion, &mut servo.borrow_mut(), from_us, to_us))),
+            Truth::Driven(motion, servo) => {
+                Around::Cut(Motion::recorded(driven(motion, &mut servo.borrow_mut(), from_us, to_us)))
+            }
             Truth::Aloft(aloft) => Around::Cut(Motion::recorded(aloft.borrow_mut().window(from_us, to_us))),
         }
     }

@@ -85,30 +85,13 @@ pub struct Free {
     pub drift_m_min: Option<f64>,
 }
 
-/// The horizontal error at a moment, metres.
-#[must_use]
-pub fn error_m(moment: &Moment) -> f64 {
-    beside(&moment.believed_m, &moment.truth_m)
-}
-
-/// What it would be without fixes.
-#[must_use]
-pub fn free_error_m(moment: &Moment) -> Option<f64> {
-    moment.free_m.map(|free_m| beside(&free_m, &moment.truth_m))
-}
-
-fn beside(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
-}
-
 /// The figures of a track.
 #[must_use]
 pub fn kept(track: &Track) -> Kept {
     let from_s = track.gnss_lost_s.unwrap_or(0.0) + SETTLED_S;
     let span: Vec<&Moment> = track.moments.iter().filter(|moment| moment.at_s >= from_s).collect();
-    let errors: Vec<(f64, f64)> = span.iter().map(|moment| (moment.at_s, error_m(moment))).collect();
-    let free: Vec<(f64, f64)> =
-        span.iter().filter_map(|moment| Some((moment.at_s, free_error_m(moment)?))).collect();
+    let errors: Vec<(f64, f64)> = span.iter().map(|moment| (moment.at_s, moment.error_m())).collect();
+    let free: Vec<(f64, f64)> = span.iter().filter_map(|moment| Some((moment.at_s, moment.free_error_m()?))).collect();
     let across: Vec<f64> = span.iter().filter(|moment| !moment.is_turning).map(|moment| moment.across_m).collect();
     let of = |pick: fn(&Moment) -> f64| rms(span.iter().map(|moment| pick(moment)));
     let nees: Vec<f64> = span.iter().filter_map(|moment| moment.nees).map(|nees| 0.5 * nees).collect();
@@ -178,10 +161,16 @@ mod tests {
         };
         let moments = (0..=1200).map(moment).collect();
         let kept = kept(&Track { gnss_lost_s: Some(20.0), moments, ..Track::default() });
-        assert_eq!((kept.rms_m, kept.max_m, kept.nees, kept.across_max_m), (Some(5.0), Some(5.0), Some(1.5), Some(2.0)));
+        assert_eq!(
+            (kept.rms_m, kept.max_m, kept.nees, kept.across_max_m),
+            (Some(5.0), Some(5.0), Some(1.5), Some(2.0))
+        );
         assert_eq!(kept.drift_m_min, Some(0.0));
         let free = kept.without_fixes.unwrap();
-        assert!((free.drift_m_min.unwrap() - 30.0).abs() < 1e-6 && (free.max_m.unwrap() - 40.0).abs() < 1e-9, "{free:?}");
+        assert!(
+            (free.drift_m_min.unwrap() - 30.0).abs() < 1e-6 && (free.max_m.unwrap() - 40.0).abs() < 1e-9,
+            "{free:?}"
+        );
         assert!((free.rms_m.unwrap() - 40.0 / 3f64.sqrt()).abs() < 0.05);
     }
 }

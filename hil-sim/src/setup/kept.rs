@@ -16,6 +16,12 @@ const SHORT: f64 = 0.5;
 /// One sentence for a waypoint beyond the area that can be flown over.
 pub(super) fn course(scenario: &Scenario, area: &Area) -> Result<Option<Course>, InputError> {
     let Some(navigation) = &scenario.world.navigation else { return Ok(None) };
+    if let Some(replay) = &scenario.run.replay {
+        return Err(InputError::new(format!(
+            "{}: a recorded attitude cannot be replayed with [navigation], which decides the attitude itself",
+            replay.att.display()
+        )));
+    }
     let half_m = area.half_extent_m;
     if let Some([east, north]) = navigation.waypoints.iter().find(|point| point.iter().any(|m| m.abs() > half_m)) {
         return Err(InputError::new(format!(

@@ -6,6 +6,8 @@
 
 mod instruments;
 pub mod moment;
+#[cfg(test)]
+mod tests;
 
 use super::inertial::estimator::{Estimator, Measurement, Settings};
 use super::inertial::filter::Begin;

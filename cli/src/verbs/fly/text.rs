@@ -114,14 +114,17 @@ fn live_rows(live: &Live, navigation: Option<&Navigation>) -> [(&'static str, St
 /// What the position of an autopilot is worth that fixes keep.
 fn kept_row(kept: &Kept) -> String {
     let Kept { fixes, .. } = kept;
-    let since = kept.gnss_lost_s.map_or_else(String::new, |lost_s| format!(" since satellites were lost at {lost_s} s"));
-    let free = kept.without_fixes.map_or_else(String::new, |free| {
-        format!(", {} without fixes", number(free.rms_m, "m"))
-    });
+    let since =
+        kept.gnss_lost_s.map_or_else(String::new, |lost_s| format!(" since satellites were lost at {lost_s} s"));
+    let free =
+        kept.without_fixes.map_or_else(String::new, |free| format!(", {} without fixes", number(free.rms_m, "m")));
     let nees = kept.nees.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
     let across = number(kept.across_rms_m, "m");
     let taken = format!("{} taken, {} rejected, {} jumped to", fixes.fused, fixes.rejected, fixes.resets);
-    format!("{} RMS{since}{free}; NEES {nees} (1 expected); {across} RMS beside its legs; fixes: {taken}", number(kept.rms_m, "m"))
+    format!(
+        "{} RMS{since}{free}; NEES {nees} (1 expected); {across} RMS beside its legs; fixes: {taken}",
+        number(kept.rms_m, "m")
+    )
 }
 
 /// What a fault did to the fixes.

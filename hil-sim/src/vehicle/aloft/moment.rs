@@ -25,6 +25,24 @@ pub struct Moment {
     pub is_turning: bool,
 }
 
+impl Moment {
+    /// Horizontal error of where the autopilot believed to be, metres.
+    #[must_use]
+    pub fn error_m(&self) -> f64 {
+        beside(&self.believed_m, &self.truth_m)
+    }
+
+    /// What it would be without fixes.
+    #[must_use]
+    pub fn free_error_m(&self) -> Option<f64> {
+        self.free_m.map(|free_m| beside(&free_m, &self.truth_m))
+    }
+}
+
+fn beside(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
 /// A flight's navigation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Track {

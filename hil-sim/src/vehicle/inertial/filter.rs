@@ -135,8 +135,7 @@ impl Filter {
         let of_scale = |scale: f64, strength: f64| (scale * strength).powi(2) * MANOEUVRE_S;
         let densities = [
             gyro.white.powi(2) + of_scale(gyro.scale, rate),
-            accelerometer.white.powi(2)
-                + of_scale(accelerometer.scale, (force - super::strapdown::GRAVITY_M_S2).abs()),
+            accelerometer.white.powi(2) + of_scale(accelerometer.scale, (force - super::strapdown::GRAVITY_M_S2).abs()),
             0.0,
             gyro.instability_density(),
             accelerometer.instability_density(),

@@ -12,6 +12,12 @@ const OF_TOLERANCE: f64 = 1.0 / 3.0;
 /// How far a flight controller's sensor has warmed since the gyros were zeroed and the accelerometers calibrated, kelvin. Chosen: a
 /// box in the sun; what its offset changes by then is its turn-on bias.
 const WARMED_K: f64 = 10.0;
+/// What the vibration of an aeroplane adds to the white noise of a sensor that is screwed to it, a root of a hertz: gyros, accelerometers.
+/// ArduPilot's filter allows by default for 0.015 rad/s and 0.35 m/s² in each step of 12 ms (EK3_GYRO_P_NSE, EK3_ACC_P_NSE). Chosen: a
+/// third of that, since its defaults are to cover all airframes. A tactical sensor stands on dampers of its own.
+const VIBRATION: [f64; 2] = [0.015 / 3.0 * STEP_ROOT_S, 0.35 / 3.0 * STEP_ROOT_S];
+/// The root of 12 ms.
+const STEP_ROOT_S: f64 = 0.109_544_511_501_033_2;
 const MILLI_G: f64 = 1e-3 * GRAVITY_M_S2;
 const DEG: f64 = std::f64::consts::PI / 180.0;
 
@@ -42,13 +48,13 @@ pub struct Figures {
 /// 40 µg is taken, what Allan deviations of its kind show, and 0.5 % for their sensitivity once calibrated.
 const CONSUMER: Figures = Figures {
     gyro: Errors {
-        white: 0.014 * DEG,
+        white: 0.014 * DEG + VIBRATION[0],
         instability: 2.0 * DEG / 3600.0,
         turn_on: 0.015 * DEG * WARMED_K,
         scale: 0.01 * OF_TOLERANCE,
     },
     accelerometer: Errors {
-        white: 0.175 * MILLI_G,
+        white: 0.175 * MILLI_G + VIBRATION[1],
         instability: 0.04 * MILLI_G,
         turn_on: 0.2 * MILLI_G * WARMED_K,
         scale: 0.005 * OF_TOLERANCE,
@@ -103,9 +109,8 @@ struct Triad {
 impl Triad {
     fn new(errors: &Errors, seed: u64, name: &str) -> Self {
         let named = |what: &str, axis: usize| format!("imu.{name}.{what}.{axis}");
-        let drawn = |sigma: f64, what: &str| {
-            std::array::from_fn(|axis| White::new(sigma, seed, &named(what, axis)).draw())
-        };
+        let drawn =
+            |sigma: f64, what: &str| std::array::from_fn(|axis| White::new(sigma, seed, &named(what, axis)).draw());
         Triad {
             white: std::array::from_fn(|axis| White::new(errors.white, seed, &named("white", axis))),
             instability: std::array::from_fn(|axis| {

@@ -134,7 +134,6 @@ impl Driver {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mavlink::MessageData;
     use mavlink::dialects::common::ODOMETRY_DATA;
 
     fn odometry(stamp_us: u64) -> Vision {

@@ -73,7 +73,8 @@ impl Guidance {
         }
         let course_rad = velocity_m_s[0].atan2(velocity_m_s[1]);
         let reach_m = DAMPING * PERIOD_S * speed_m_s / std::f64::consts::PI;
-        let back_rad = (leg.across_m / reach_m).clamp(-std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2).asin();
+        let back_rad =
+            (leg.across_m / reach_m).clamp(-std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2).asin();
         let off_rad = (between(course_rad, leg.course_rad) + back_rad)
             .clamp(-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2);
         let pull_m_s2 = -4.0 * DAMPING * DAMPING * speed_m_s * speed_m_s / reach_m * off_rad.sin();
@@ -135,6 +136,9 @@ mod tests {
                 worst_m = worst_m.max(guidance.on_leg([plane.place_m[0], plane.place_m[1]]).across_m.abs());
             }
         }
-        assert!(worst_m < 5.0 && legs >= 4 && (plane.place_m[2] - 120.0).abs() < 0.5, "{worst_m} m, {legs} legs, {plane:?}");
+        assert!(
+            worst_m < 5.0 && legs >= 4 && (plane.place_m[2] - 120.0).abs() < 0.5,
+            "{worst_m} m, {legs} legs, {plane:?}"
+        );
     }
 }

@@ -43,9 +43,6 @@ impl Wind {
     /// At `at_us`, not before the instant asked for last.
     pub fn at(&mut self, at_us: u64) -> Air {
         let gusts = self.gusts.each_mut().map(|gust| gust.at(at_us));
-        Air {
-            wind_m_s: std::array::from_fn(|axis| self.mean_m_s[axis] + gusts[axis]),
-            roll_rad_s: self.roll.at(at_us),
-        }
+        Air { wind_m_s: std::array::from_fn(|axis| self.mean_m_s[axis] + gusts[axis]), roll_rad_s: self.roll.at(at_us) }
     }
 }
