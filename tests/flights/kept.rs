@@ -157,8 +157,11 @@ fn faults_are_in_what_is_reported() {
         in_process(&setup)
     };
     let (sound, off) = (flown(None), flown(Some("range.off@20..30")));
-    assert!(off.summary.accepted + 15 < sound.summary.accepted, "{}", off.summary.accepted);
-    assert!(off.kept().fixes.fused + 15 <= sound.kept().fixes.fused && off.summary.wrong_fixes == 0);
+    // Ten seconds at two frames a second.
+    assert_eq!((off.summary.refused.get("no_range"), sound.summary.refused.get("no_range")), (Some(&20), None));
+    assert!(off.kept().fixes.fused + 10 <= sound.kept().fixes.fused && off.summary.wrong_fixes == 0);
+    // After ten seconds without a fix that passes its gate the filter jumps to the next one.
+    assert_eq!((off.kept().fixes.resets, sound.kept().fixes.resets), (1, 0));
 }
 
 /// The flight that the scenario is for: 120 s, of which 100 s without satellites; on both links.
