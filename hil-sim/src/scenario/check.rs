@@ -115,6 +115,9 @@ impl Scenario {
                 return Err(format!("{key} = [{from_s}, {to_s}] has the later second first"));
             }
             self.check_faults()?;
+            if self.world.follow_up.servo_commanded && self.vehicle.follow_up.mode == FollowUpMode::Fixed {
+                return Err("follow_up.servo_commanded = true needs a servo, but follow_up.mode is \"fixed\"".into());
+            }
             self.check_navigation()?;
             match (&self.camera, self.vehicle.head) {
                 (Camera::Keys(_), Some(head)) => {

@@ -76,6 +76,7 @@ fn what_is_wrong_is_named() {
             "[attitude]\nrate_hz = 100\nrate = 3",
             &["a.toml, line 3 (`rate = 3`): attitude.rate is no key of a scenario"],
         ),
+        ("[follow_up]\nmode = \"fixed\"\nservo_commanded = true", &["follow_up.servo_commanded = true needs a servo"]),
         ("[navigation]\nspeed = 3", &["line 2", "unknown field `speed`"]),
         ("[navigation]\nwaypoints = [[0, 0]]", &["navigation.waypoints has 1 points"]),
         ("[navigation]\nwaypoints = [[0, 0], [0, 0]]", &["navigation.waypoints has [0, 0] twice"]),

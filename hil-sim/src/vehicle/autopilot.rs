@@ -11,10 +11,11 @@ mod parameters;
 #[cfg(test)]
 mod tests;
 
-use crate::noise::{stream, uniform};
+use crate::noise::stream;
 use crate::scenario::{AutopilotFaults, FaultList, is_during};
 use crate::vehicle::sensors::{Reading, Sample};
 use clock::Clock;
+use heard::way_us;
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA, EstimatorStatusFlags,
     GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GPS_GLOBAL_ORIGIN_DATA, GPS_RAW_INT_DATA,
@@ -45,11 +46,6 @@ const UNASKED_US: u64 = 1_000_000;
 /// Messages that are sent unasked.
 const UNASKED: [u32; 4] =
     [GLOBAL_POSITION_INT_DATA::ID, DISTANCE_SENSOR_DATA::ID, LOCAL_POSITION_NED_DATA::ID, GPS_RAW_INT_DATA::ID];
-/// Shortest way of a message to the autopilot or back, and the mean of what it may wait beside, at most [`WAIT_MAX_US`]:
-/// round trips from 1.6 to 13 ms were measured.
-const WAY_US: f64 = 800.0;
-const WAIT_MEAN_US: f64 = 1_200.0;
-const WAIT_MAX_US: f64 = 5_700.0;
 /// A stream is sent in the loop that is nearest to when it is due: half of a loop of 300 Hz, microseconds.
 const LOOP_SLACK_US: u64 = 1_700;
 
@@ -274,12 +270,6 @@ impl Autopilot {
         raw.serialize_message_data(header, data);
         raw.raw_bytes().to_vec()
     }
-}
-
-/// How long a message takes.
-fn way_us(waits: &mut ChaCha12Rng) -> u64 {
-    let wait_us = -WAIT_MEAN_US * (1.0 - uniform(waits)).ln();
-    (WAY_US + wait_us.min(WAIT_MAX_US)) as u64
 }
 
 /// MAV_RESULT of a message that it does not know, and of a rate that it does not reach (FAILED).

@@ -59,6 +59,16 @@ impl Report<'_> {
         })
     }
 
+    /// The reference at a place, (east, north) of its centre; white beyond it.
+    fn grey(&self, (east, north): (f64, f64)) -> u8 {
+        let (flash, step_m) = (&self.setup.flash, self.setup.scenario.vehicle.resolution_m);
+        let (cols, rows) = (f64::from(flash.head.size.0), f64::from(flash.head.size.1));
+        let (col, row) = ((east / step_m + 0.5 * cols).floor(), (0.5 * rows - north / step_m).floor());
+        let is_inside = (0.0..cols).contains(&col) && (0.0..rows).contains(&row);
+        let index = row as usize * cols as usize + col as usize;
+        flash.tile.get(index).copied().filter(|_| is_inside).unwrap_or(u8::MAX)
+    }
+
     /// North over east of the tile's centre.
     fn tracks(&self, kept: &Kept, moments: &[&Moment]) -> Result<Markup, PlotError> {
         let [east, north] = self.setup.tile_centre;
@@ -74,16 +84,20 @@ impl Report<'_> {
             truth.get(first).copied()
         });
         let map = Map::around(truth.iter().chain(&planned).chain(&believed), MARGIN, SIDE_MIN_M);
-        map.plot("Planned, true and estimated track: north over east, metres", |chart| {
-            chart.draw_series(LineSeries::new(planned.iter().copied(), PAPER.stroke_width(3)))?;
-            chart.draw_series(LineSeries::new(truth.iter().copied(), UNRECTIFIED.stroke_width(8)))?;
-            chart.draw_series(LineSeries::new(believed.iter().copied(), RECTIFIED.stroke_width(3)))?;
-            chart.draw_series(lost.iter().map(|&at| Circle::new(at, 10, REFUSED.filled())))?;
-            map.north_arrow(chart, 0.9, 0.72..0.93)?;
-            let letter = ("sans-serif", FONT).into_font().color(&INK);
-            chart.draw_series([Text::new("N", map.at(0.8, 0.92), letter)])?;
-            Ok(())
-        })
+        map.plot_over(
+            "Planned, true and estimated track: north over east, metres",
+            |at| self.grey(at),
+            |chart| {
+                chart.draw_series(LineSeries::new(planned.iter().copied(), PAPER.stroke_width(3)))?;
+                chart.draw_series(LineSeries::new(truth.iter().copied(), UNRECTIFIED.stroke_width(8)))?;
+                chart.draw_series(LineSeries::new(believed.iter().copied(), RECTIFIED.stroke_width(3)))?;
+                chart.draw_series(lost.iter().map(|&at| Circle::new(at, 10, REFUSED.filled())))?;
+                map.north_arrow(chart, 0.9, 0.72..0.93)?;
+                let letter = ("sans-serif", FONT).into_font().color(&INK);
+                chart.draw_series([Text::new("N", map.at(0.8, 0.92), letter)])?;
+                Ok(())
+            },
+        )
     }
 }
 

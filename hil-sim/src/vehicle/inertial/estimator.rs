@@ -237,3 +237,116 @@ enum Taken {
     Rejected,
     Jumped,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Grade;
+    use crate::vehicle::inertial::strapdown::GRAVITY_M_S2;
+    use nalgebra::Matrix3;
+
+    const STEP_US: u64 = 5_000;
+    /// Fixes come so often, and so late.
+    const FIX_US: u64 = 500_000;
+    const AGE_US: u64 = 100_000;
+
+    fn settings(glitch_m: f64) -> Settings {
+        let begin = Begin { tilt_rad: 0.005, heading_rad: 0.02, velocity_m_s: 0.2, place_m: 0.5 };
+        Settings { figures: Grade::Consumer.figures(), begin, gnss: [2.0, 0.1], heading_rad: 0.02, glitch_m }
+    }
+
+    /// Straight north at 20 m/s by a sensor without error, with fixes that `off` puts beside the truth, to the east; what it believes
+    /// to be off by to the east, each second.
+    fn flown(estimator: &mut Estimator, seconds: u64, off: impl Fn(u64) -> Option<f64>) -> Vec<f64> {
+        let step = Increment {
+            turn_rad: Vector3::zeros(),
+            speed_m_s: Vector3::new(0.0, 0.0, -GRAVITY_M_S2 * 0.005),
+            dt_s: 0.005,
+        };
+        let mut east_m = Vec::new();
+        for now_us in (1..=seconds * 1_000_000 / STEP_US).map(|index| index * STEP_US) {
+            if now_us % FIX_US == AGE_US
+                && let Some(off_m) = off(now_us - AGE_US)
+            {
+                let at_us = now_us - AGE_US;
+                let place_m = [20e-6 * at_us as f64, off_m];
+                estimator.take(at_us, Measurement::Vision(VisionFix { at_us, place_m, sigma_m: 1.0, resets: 0 }));
+            }
+            estimator.advance(now_us, &step);
+            if now_us % 1_000_000 == 0 {
+                east_m.push(estimator.present().place_m.y);
+            }
+        }
+        east_m
+    }
+
+    fn begun(glitch_m: f64) -> Estimator {
+        let nav = Inertial {
+            ned_from_body: Matrix3::identity(),
+            velocity_m_s: Vector3::new(20.0, 0.0, 0.0),
+            place_m: Vector3::zeros(),
+        };
+        Estimator::new(nav, &settings(glitch_m), 0)
+    }
+
+    /// Fixes that are late are taken when they were: at 20 m/s nothing is 2 m behind.
+    #[test]
+    fn late_fixes_count_when_they_were() {
+        let mut estimator = begun(25.0);
+        let east_m = flown(&mut estimator, 30, |_| Some(0.0));
+        assert!(east_m.iter().all(|m| m.abs() < 1e-6));
+        assert!((estimator.present().place_m.x - 600.0).abs() < 1e-6, "{}", estimator.present().place_m);
+        assert_eq!((estimator.counts.rejected, estimator.counts.resets), (0, 0));
+        // One that is older than the filter counts as of the filter's time: 0.3 s of age are 0.2 s of it, 2 m at 20 m/s.
+        let mut early = begun(25.0);
+        flown(&mut early, 10, |_| Some(0.0));
+        let (filter_us, _) = early.filter();
+        let place_m = [20e-6 * (filter_us - 100_000) as f64, 0.0];
+        early.take(filter_us - 100_000, Measurement::Vision(VisionFix { at_us: 0, place_m, sigma_m: 1.0, resets: 0 }));
+        flown_on(&mut early);
+        assert!(early.filter().1.nav().place_m.x < 20e-6 * early.filter().0 as f64 - 0.05);
+    }
+
+    /// One more step.
+    fn flown_on(estimator: &mut Estimator) {
+        let step = Increment {
+            turn_rad: Vector3::zeros(),
+            speed_m_s: Vector3::new(0.0, 0.0, -GRAVITY_M_S2 * 0.005),
+            dt_s: 0.005,
+        };
+        let now_us = estimator.filter().0 + HORIZON_US + STEP_US;
+        estimator.advance(now_us, &step);
+    }
+
+    /// A single fix that is 150 m wrong is rejected; with a radius of 0 it is taken as far as its gate goes.
+    #[test]
+    fn an_outlier_is_rejected() {
+        let off = |at_us: u64| Some(if at_us == 20_000_000 { 150.0 } else { 0.0 });
+        let mut estimator = begun(25.0);
+        let east_m = flown(&mut estimator, 30, off);
+        assert!(east_m.iter().all(|m| m.abs() < 1e-6) && estimator.counts.rejected == 1, "{:?}", estimator.counts);
+        let mut without = begun(0.0);
+        let pulled_m = flown(&mut without, 30, off).into_iter().fold(0.0, f64::max);
+        assert!(pulled_m > 0.2 && without.counts.rejected == 0, "{pulled_m}");
+    }
+
+    /// A steady offset of 60 m is held off for ten seconds and then jumped to.
+    #[test]
+    fn a_steady_offset_is_held_off_for_ten_seconds() {
+        let mut estimator = begun(25.0);
+        let east_m = flown(&mut estimator, 40, |at_us| Some(if at_us > 15_000_000 { 60.0 } else { 0.0 }));
+        let jumped_s = 1 + east_m.iter().position(|m| *m > 30.0).expect("it is taken in the end");
+        assert!((25..=27).contains(&jumped_s), "{jumped_s} s");
+        assert!((east_m[39] - 60.0).abs() < 5.0 && estimator.counts.resets == 1, "{east_m:?} {:?}", estimator.counts);
+    }
+
+    /// After a minute without fixes the filter no longer knows its place within 25 m, and jumps to the first.
+    #[test]
+    fn a_filter_that_is_lost_jumps_to_the_first_fix() {
+        let mut estimator = begun(25.0);
+        let is_covered = |at_us: u64| (10_000_000..80_000_000).contains(&at_us);
+        flown(&mut estimator, 90, |at_us| (!is_covered(at_us)).then_some(if at_us < 10_000_000 { 0.0 } else { 3.0 }));
+        assert_eq!((estimator.counts.resets, estimator.counts.rejected), (1, 0), "{:?}", estimator.counts);
+        assert!((estimator.present().place_m.y - 3.0).abs() < 3.0);
+    }
+}

@@ -2,7 +2,7 @@
 //!
 //! As in its sources of March 2026, and as measured in its own simulator: the stamps' offset is learned from the message that was on
 //! its way for the shortest time, whichever it is; one number is the sigma of both axes; a driver that heard nothing for 300 ms is
-//! not healthy.
+//! not healthy. Any quality is taken, as VISO_QUAL_MIN has it by default.
 
 use plumbline_firmware::wire::fix_message::{Odometry, VisionPosition};
 
@@ -13,8 +13,6 @@ const LAG_MAX_US: i64 = 500_000;
 const LEARNED_OF: u32 = 100;
 /// Half of the filter's own step of 12 ms (EKF_TARGET_DT), which it takes off every stamp.
 const HALF_STEP_US: u64 = 6_000;
-/// VISO_QUAL_MIN, per cent: its default takes all.
-const QUALITY_MIN: u8 = 0;
 /// Elements of the upper right triangle of a covariance of six whose sum is one axis' variance.
 const DIAGONAL: [usize; 3] = [0, 6, 11];
 
@@ -88,7 +86,6 @@ impl Driver {
         let was_us = self.on_own_clock(stamp_us, now_us);
         self.heard_us = Some(now_us);
         let (place, covariance, resets) = match message {
-            Vision::Odometry(odometry) if odometry.quality < QUALITY_MIN => return None,
             Vision::Odometry(odometry) => {
                 let base = &odometry.base;
                 ([base.x, base.y, base.z], base.pose_covariance, odometry.resets)
