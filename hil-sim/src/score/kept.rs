@@ -67,14 +67,14 @@ pub struct Kept {
     pub across_max_m: Option<f64>,
     /// What the autopilot's filter did with the fixes.
     pub fixes: FixCounts,
-    /// The same filter on the same flight without a fix since the loss; null without a loss.
+    /// What would have been of this very flight without a fix since the loss; null without a loss.
     pub without_fixes: Option<Free>,
     /// The flight itself.
     #[serde(skip)]
     pub track: Track,
 }
 
-/// What would have been without fixes.
+/// A filter that gets no fixes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Free {
     /// As [`Kept::rms_m`].
@@ -155,7 +155,7 @@ mod tests {
                 velocity_error_m_s: 0.2,
                 heading_error_rad: 0.0,
                 nees: Some(3.0),
-                across_m: if index % 2 == 0 { -2.0 } else { 50.0 },
+                across_m: if index.is_multiple_of(2) { -2.0 } else { 50.0 },
                 is_turning: index % 2 == 1,
             }
         };

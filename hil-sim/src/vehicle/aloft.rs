@@ -68,7 +68,7 @@ pub struct Aloft {
     imu: Imu,
     instruments: Instruments,
     estimator: Estimator,
-    /// The same one, which has had no fix since satellite navigation was lost.
+    /// Its twin, which has had no fix since satellite navigation was lost.
     free: Option<Estimator>,
     driver: Driver,
     uses_fixes: bool,
