@@ -1,10 +1,14 @@
 //! A map: north over east in metres, equal axes.
 
-use crate::plot::{Axes, Chart, Drawn, INK, PlotError, plain, plot};
+use crate::plot::{Axes, Chart, Drawn, INK, PlotError, plain, plot_over};
+use crate::png::{Colour, encode, uri};
 use maud::Markup;
 use plotters::element::PathElement;
 use plotters::style::Color;
 use std::ops::Range;
+
+/// Side of a picture under a map: about half of what is shown of it on a screen.
+const PICTURE_PX: usize = 300;
 
 /// A square of ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +39,31 @@ impl Map {
     /// # Errors
     /// [`PlotError`].
     pub fn plot(&self, label: &str, draw: impl FnOnce(&mut Chart<'_, '_>) -> Drawn) -> Result<Markup, PlotError> {
+        self.plot_under(label, "", draw)
+    }
+
+    /// As [`Self::plot`], over a picture: `grey` of a place, (east, north).
+    ///
+    /// # Errors
+    /// [`PlotError`].
+    pub fn plot_over(
+        &self,
+        label: &str,
+        grey: impl Fn((f64, f64)) -> u8,
+        draw: impl FnOnce(&mut Chart<'_, '_>) -> Drawn,
+    ) -> Result<Markup, PlotError> {
+        let along = |index: usize| (index as f64 + 0.5) / (0.5 * PICTURE_PX as f64) - 1.0;
+        let pixel = |index: usize| grey(self.at(along(index % PICTURE_PX), -along(index / PICTURE_PX)));
+        let pixels: Vec<u8> = (0..PICTURE_PX * PICTURE_PX).map(pixel).collect();
+        self.plot_under(label, &uri(&encode(PICTURE_PX, PICTURE_PX, Colour::Grey, &pixels)), draw)
+    }
+
+    fn plot_under(
+        &self,
+        label: &str,
+        picture: &str,
+        draw: impl FnOnce(&mut Chart<'_, '_>) -> Drawn,
+    ) -> Result<Markup, PlotError> {
         let (col, row) = self.centre;
         let axes = Axes {
             x: col - self.half..col + self.half,
@@ -43,7 +72,7 @@ impl Map {
             y_text: "north (m)",
             x_label: &|value| plain(*value),
         };
-        plot(label, &axes, draw)
+        plot_over(label, picture, &axes, draw)
     }
 
     /// An arrow to the north, at positions as [`Map::at`] takes them.

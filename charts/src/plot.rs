@@ -22,6 +22,9 @@ const RIGHT: u32 = 34;
 /// Font size of axes, drawing units.
 pub const FONT: u32 = 36;
 
+/// How strong a picture under a plot is, so that lines show.
+const PALE: f64 = 0.45;
+
 /// Text and axes.
 pub const INK: RGBColor = RGBColor(40, 40, 38);
 const RULE: RGBColor = RGBColor(214, 211, 203);
@@ -71,12 +74,33 @@ impl std::error::Error for PlotError {}
 /// # Errors
 /// [`PlotError`].
 pub fn plot(label: &str, axes: &Axes<'_>, draw: impl FnOnce(&mut Chart<'_, '_>) -> Drawn) -> Result<Markup, PlotError> {
+    plot_over(label, "", axes, draw)
+}
+
+/// As [`plot`], over a picture that fills the inside: its address, `data:...`; none where that is empty.
+///
+/// # Errors
+/// [`PlotError`].
+pub fn plot_over(
+    label: &str,
+    picture: &str,
+    axes: &Axes<'_>,
+    draw: impl FnOnce(&mut Chart<'_, '_>) -> Drawn,
+) -> Result<Markup, PlotError> {
     let mut text = String::new();
     draw_into(&mut text, axes, draw).map_err(|error| PlotError(format!("{label} ({error})")))?;
     // The page's own opening tag: inside HTML no namespace is needed, and the style sheet sets the size.
     let inside = text.split_once('>').map_or("", |(_, inside)| inside);
+    let (cols, rows) = (SIZE.0 - LEFT - RIGHT, SIZE.1 - TOP - BOTTOM);
+    let under = if picture.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "<image x=\"{LEFT}\" y=\"{TOP}\" width=\"{cols}\" height=\"{rows}\" opacity=\"{PALE}\" preserveAspectRatio=\"none\" href=\"{picture}\"/>"
+        )
+    };
     Ok(html! {
-        (PreEscaped(format!("<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{label}\">{inside}", SIZE.0, SIZE.1)))
+        (PreEscaped(format!("<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{label}\">{under}{inside}", SIZE.0, SIZE.1)))
     })
 }
 

@@ -1,14 +1,15 @@
 //! The ground station: what the firmware sent, decoded and kept.
 
+use crate::vehicle::inertial::vision::Vision;
 use crate::vehicle::signing::Signatory;
 use mavlink::dialects::common::{
     DATA_TRANSMISSION_HANDSHAKE_DATA, ENCAPSULATED_DATA_DATA, GIMBAL_DEVICE_SET_ATTITUDE_DATA, PARAM_REQUEST_READ_DATA,
-    STATUSTEXT_DATA, TIMESYNC_DATA, TUNNEL_DATA,
+    STATUSTEXT_DATA, TIMESYNC_DATA, TUNNEL_DATA, VISION_SPEED_ESTIMATE_DATA,
 };
 use mavlink::{MavlinkVersion, MessageData};
 use plumbline_firmware::wire::command::{Acknowledgement, Command};
 use plumbline_firmware::wire::decoder::{Decoder, Packet};
-use plumbline_firmware::wire::fix_message::Odometry;
+use plumbline_firmware::wire::fix_message::{Odometry, VisionPosition};
 use plumbline_firmware::wire::telemetry::{
     FrameReport, Health, InstantReport, PhotoReport, PlanReport, SigningReport, Telemetry,
 };
@@ -39,6 +40,8 @@ pub struct GroundStation {
     pub patches: BTreeMap<u32, ReceivedPatch>,
     /// Fixes as ArduPilot gets them, in order.
     pub fixes: Vec<Odometry>,
+    /// What an ArduPilot hears of position and velocity since last asked, in order.
+    pub vision: Vec<Vision>,
     /// Servo commands since last asked: follow-up angles, radians.
     pub servo: Vec<f64>,
     /// TIMESYNC requests since last asked: their stamps.
@@ -98,7 +101,11 @@ impl GroundStation {
                 let Some(tunnel) = payload::<TUNNEL_DATA>(packet) else { return };
                 self.telemetry(tunnel.payload.get(..tunnel.payload_length as usize).unwrap_or(&[]));
             }
-            Odometry::ID => self.fixes.extend(payload::<Odometry>(packet)),
+            Odometry::ID => {
+                let Some(odometry) = payload::<Odometry>(packet) else { return };
+                self.fixes.push(odometry.clone());
+                self.vision.push(Vision::Odometry(odometry));
+            }
             Command::ID => self.commands.extend(payload::<Command>(packet)),
             GIMBAL_DEVICE_SET_ATTITUDE_DATA::ID => {
                 let Some(command) = payload::<GIMBAL_DEVICE_SET_ATTITUDE_DATA>(packet) else { return };
@@ -134,6 +141,11 @@ impl GroundStation {
     /// What a companion asks of an autopilot, answers to commands, and says to a pilot.
     fn companion_packet(&mut self, packet: &Packet<'_>) {
         match packet.id {
+            VisionPosition::ID => self.vision.extend(payload::<VisionPosition>(packet).map(Vision::Position)),
+            VISION_SPEED_ESTIMATE_DATA::ID => {
+                let Some(speed) = payload::<VISION_SPEED_ESTIMATE_DATA>(packet) else { return };
+                self.vision.push(Vision::Speed { stamp_us: speed.usec });
+            }
             Acknowledgement::ID => self.acknowledged.extend(payload::<Acknowledgement>(packet)),
             PARAM_REQUEST_READ_DATA::ID => {
                 let Some(request) = payload::<PARAM_REQUEST_READ_DATA>(packet) else { return };

@@ -3,6 +3,7 @@
 mod cockpit;
 #[cfg(test)]
 mod tests;
+mod truth;
 
 use crate::camera::faulty::FaultyCamera;
 use crate::camera::render::Rendered;
@@ -11,8 +12,9 @@ use crate::ground_station::{GroundStation, ReceivedPatch};
 use crate::link::{Link, LinkError, annotation};
 use crate::scenario::{COOL_DOWN_US, is_during};
 use crate::setup::Setup;
-use crate::vehicle::motion::TrueState;
-use crate::vehicle::sensors::{Exposure, exposures, lost_frames};
+use crate::vehicle::aloft::moment::Track;
+use crate::vehicle::motion::{Recorded, TrueState};
+use crate::vehicle::sensors::{Exposure, Sensed, exposures, lost_frames};
 use cockpit::Cockpit;
 use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, PhotoReport, PlanReport, SigningReport};
 use std::collections::BTreeMap;
@@ -74,6 +76,10 @@ pub struct Flight {
     pub lines: Vec<String>,
     /// The set of sources that the simulated autopilot's estimator used in the end; 0 of a real one.
     pub source_set: u8,
+    /// The camera's truth, where it was not known before the flight.
+    pub motion: Option<Vec<Recorded>>,
+    /// The simulated autopilot's navigation, where it has one.
+    pub track: Option<Track>,
 }
 
 /// A flight that ended early: what there is of it, and why.
@@ -197,13 +203,14 @@ impl Frames<'_> {
     /// Takes the frame of an exposure whose first row arrives now.
     fn take(&mut self, exposure: &Exposure, photo: Option<PhotoReport>, is_lost: bool) -> Result<(), LinkError> {
         let (setup, exposure) = (self.cockpit.setup, *exposure);
-        let truth = setup.motion.state(exposure.mid_us());
+        let truth = self.cockpit.truth.state(exposure.mid_us());
         self.cockpit.link.annotate(&annotation::frame(exposure.frame, [truth.east_m, truth.north_m]));
         let (report, instant) = (None, None);
         let mut record = FrameRecord { exposure, truth, report, instant, frame: None, patch: None, photo };
         self.observer.exposed(exposure.frame);
         if !is_lost {
-            let rendered = picture(setup, &exposure, &|at_us| setup.motion.state(at_us));
+            let motion = self.cockpit.truth.around(&exposure, setup.scenario.vehicle.rolling_shutter_us());
+            let rendered = picture(setup, &exposure, &|at_us| motion.state(at_us));
             let pixels = self.camera.pass(exposure.frame, exposure.mid_us(), rendered.pixels);
             self.cockpit.frame(&exposure, &pixels)?;
             record.frame = Some(pixels);

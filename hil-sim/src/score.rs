@@ -4,6 +4,7 @@ pub mod blur;
 mod cost;
 pub mod faults;
 pub mod fixes;
+pub mod kept;
 mod matching;
 pub mod navigation;
 pub mod plan;
@@ -14,13 +15,13 @@ mod statistics;
 pub mod unrectified;
 
 use crate::link::{Account, LinkTrouble, WorkCost};
-use crate::live::navigation::Navigation;
 use crate::live::report::Live;
 use crate::run::{Flight, FrameRecord};
 use crate::setup::Setup;
 use crate::vehicle::mount::antenna;
 use cost::Costs;
 pub use cost::{Cost, Stages};
+use kept::Navigated;
 pub use matching::{MatchRate, MatchingError, length};
 use matching::{lengths, match_rate, matching_error};
 use plan::{Flown, flown};
@@ -192,9 +193,9 @@ pub struct Summary {
     pub servo_rms_deg: f64,
     /// Results of the plan; null without one.
     pub plan: Option<Flown>,
-    /// The autopilot's own position against the truth; left out but of live flights.
+    /// The autopilot's own position against the truth; left out but of live flights and of those that fixes keep.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub navigation: Option<Navigation>,
+    pub navigation: Option<Navigated>,
     /// What is told of a live flight beside; left out of others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub live: Option<Live>,
@@ -299,7 +300,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
         stamp_health: health.stamps,
         servo_rms_deg: flight.servo.1.to_degrees(),
         plan: flown(setup, flight),
-        navigation: None,
+        navigation: flight.track.as_ref().map(|track| Navigated::Kept(Box::new(kept::kept(track)))),
         live: None,
         faults: faults::faults(setup, flight, scored),
         aborted: None,

@@ -2,6 +2,7 @@
 
 mod along_plan;
 pub mod elevation;
+mod kept;
 mod live;
 pub mod planned;
 
@@ -15,6 +16,7 @@ use crate::configuration::key::{key_of_file, store_of};
 use crate::link::Flash;
 use crate::scenario::footprint::{footprint_margin_at_m, footprint_margin_m};
 use crate::scenario::{self, Payload, Scenario};
+use crate::vehicle::aloft::Course;
 use crate::vehicle::motion::{Area, AttitudeLog, Motion, TrueState};
 use crate::vehicle::mount::{axis_station, payload_of};
 use crate::world::reference::Radiometry;
@@ -59,6 +61,8 @@ pub struct Setup {
     pub crs: Crs,
     /// Where the vehicle really is.
     pub motion: Motion,
+    /// Where a flight goes that is kept by its fixes.
+    pub course: Option<Course>,
     /// What its camera really sees.
     pub renderer: Renderer,
     /// What lies in flash.
@@ -107,12 +111,15 @@ impl Setup {
             (area, _) => area,
         };
         let area = area.map_err(|error| of_ground(&scenario, &error.to_string()))?;
+        let course = kept::course(&scenario, &area)?;
         let motion = match log {
+            _ if let Some(course) = &course => Motion::recorded(vec![(0.0, kept::start(course))]),
             Some(log) => Motion::replay(&scenario, &area, log)?,
             None => Motion::synthetic(&scenario, &area)?,
         };
         let wanted = wanted_of(&scenario, &area);
-        Setup::finish(scenario, payload, (ground, reference), crs, motion, &wanted, Vec::new())
+        let setup = Setup::finish(scenario, payload, (ground, reference), crs, motion, &wanted, Vec::new())?;
+        Ok(Setup { course, ..setup })
     }
 
     /// Makes the reference tile over `wanted`, of the other orthophoto where there is one, and what lies in flash.
@@ -146,6 +153,7 @@ impl Setup {
             radiometry,
             crs,
             motion,
+            course: None,
             renderer,
             flash,
             tile_centre,

@@ -9,6 +9,7 @@ mod errors;
 mod faults;
 mod head;
 mod instants;
+mod kept;
 mod live;
 mod overlay;
 mod paper;
@@ -58,11 +59,13 @@ impl Report<'_> {
         let plots = self.plots()?;
         let plan = self.plan()?;
         let live = self.live()?;
+        let kept = self.kept()?;
         let body = html! {
             (self.head())
             (self.against_the_paper())
             (self.faults())
             (live)
+            (kept)
             (plots)
             (self.error_parts())
             (self.instants())

@@ -72,6 +72,7 @@ impl Board<'_> {
             let sent = self.link.step(since.as_micros() as u32, event)?;
             connection.send(&sent)?;
             self.station.take(&sent);
+            self.station.vision.clear();
             for line in std::mem::take(&mut self.station.lines) {
                 sitter.hears(since.as_secs_f64(), &line);
             }

@@ -307,6 +307,7 @@ impl<'s> Flying<'s> {
         self.autopilot.send(&sent)?;
         self.bytes[1] += sent.len() as u64;
         self.station.take(&sent);
+        self.station.vision.clear();
         self.heard_from_firmware();
         Ok(())
     }
@@ -341,6 +342,8 @@ impl<'s> Flying<'s> {
             late: 0,
             lines: self.station.lines,
             source_set: 0,
+            motion: None,
+            track: None,
         };
         Flown { flight, motion, live, navigation }
     }

@@ -2,6 +2,7 @@
 
 mod strange;
 
+use super::truth::Truth;
 use super::{Flight, FrameRecord, Observer};
 use crate::fault::FaultInjector;
 use crate::fault::passage::Passage;
@@ -13,7 +14,7 @@ use crate::setup::Setup;
 use crate::vehicle::autopilot::Autopilot;
 use crate::vehicle::motion::TrueState;
 use crate::vehicle::sensors::{
-    Exposure, LineEdge, Reading, Sample, Shutter, ShutterLine, Streams, TimerModel, line_edges,
+    Exposure, LineEdge, Reading, Sample, Sensed, Shutter, ShutterLine, Streams, TimerModel, line_edges,
 };
 use crate::vehicle::servo::{follow_up_exact, wrapped};
 use crate::vehicle::signing::Signatory;
@@ -30,6 +31,7 @@ const STEP_MAX_US: u64 = 50_000;
 pub(super) struct Cockpit<'s> {
     pub(super) setup: &'s Setup,
     pub(super) link: &'s mut dyn Link,
+    pub(super) truth: Truth<'s>,
     streams: Streams,
     timer: TimerModel,
     pulse_jitter: White,
@@ -62,6 +64,7 @@ impl<'s> Cockpit<'s> {
         Cockpit {
             setup,
             link,
+            truth: Truth::new(setup),
             streams: Streams::new(&setup.scenario, setup.payload.mount, setup.convergence_rad),
             timer: TimerModel::new(&setup.scenario),
             pulse_jitter: White::new(setup.scenario.vehicle.timer.pps_jitter_us, setup.scenario.run.seed, "pps"),
@@ -70,9 +73,7 @@ impl<'s> Cockpit<'s> {
             line: ShutterLine::new(&setup.scenario),
             planned: VecDeque::new(),
             exposures: setup.plan.as_ref().map(|_| 0),
-            autopilot: Autopilot::new(setup.scenario.world.autopilot.loop_rate_hz, setup.scenario.run.seed)
-                .with(&setup.scenario.faults.autopilot_faults)
-                .failing(setup.scenario.faults.timed.clone(), setup.scenario.run.seed),
+            autopilot: autopilot(setup),
             injector: FaultInjector::new(setup.scenario.faults.link_faults, setup.scenario.run.seed, "to_firmware"),
             passage: Passage::new(setup.scenario.faults.timed.clone(), setup.scenario.run.seed),
             station: GroundStation::signing(setup.signing.map(Signatory::new)),
@@ -135,7 +136,7 @@ impl<'s> Cockpit<'s> {
             let edge_us = self.edges.front().map_or(u64::MAX, LineEdge::seen_us);
             let horizon = end_us.min(answer_us).min(edge_us).min(self.now_us + STEP_MAX_US);
             let slant = |state: &TrueState| self.setup.slant_m(state);
-            if let Some(sample) = self.streams.next_before(horizon, &self.setup.motion, &slant) {
+            if let Some(sample) = self.streams.next_before(horizon, &self.truth, &slant) {
                 self.sample(&sample)?;
             } else if edge_us <= horizon {
                 self.edge()?;
@@ -225,20 +226,35 @@ impl<'s> Cockpit<'s> {
         } else {
             (self.station.commands, self.station.parameters, self.station.origin) = Default::default();
         }
+        self.hear(is_awake);
         for photo in std::mem::take(&mut self.station.due) {
             self.commit(photo);
         }
         let servo = std::mem::take(&mut self.station.servo);
         if !servo.is_empty() {
-            let state = self.setup.motion.state(self.now_us);
+            let state = self.truth.state(self.now_us);
             let exact = follow_up_exact(state.heading_rad, state.pitch_rad, state.roll_rad);
             for command in servo {
+                self.truth.command(self.now_us, command);
                 let off = wrapped(command - exact);
                 self.servo.0 += 1;
                 self.servo.1 += off * off;
             }
         }
         Ok(())
+    }
+
+    /// Has the autopilot hear what the firmware says of its position.
+    fn hear(&mut self, is_awake: bool) {
+        self.truth.use_sources(self.autopilot.source_set());
+        for message in std::mem::take(&mut self.station.vision) {
+            if !(is_awake && self.truth.listens()) {
+                continue;
+            }
+            let place_m = self.autopilot.place_of(&message, &self.setup.crs);
+            let at_us = self.autopilot.arrival_us(self.now_us);
+            self.truth.hear(at_us, message, place_m);
+        }
     }
 
     /// Whether the board has power now; it boots with the first step after it had none.
@@ -281,6 +297,7 @@ impl<'s> Cockpit<'s> {
 
     pub(super) fn finish(self, frames: Vec<FrameRecord>) -> Flight {
         let (count, squares) = self.servo;
+        let (motion, track) = self.truth.finish(self.now_us);
         Flight {
             frames,
             health: self.station.health,
@@ -294,6 +311,22 @@ impl<'s> Cockpit<'s> {
             late: self.late,
             lines: self.station.lines,
             source_set: self.autopilot.source_set(),
+            motion,
+            track,
         }
     }
+}
+
+/// The scenario's autopilot. One that navigates has satellite navigation from the beginning until it is lost.
+fn autopilot(setup: &Setup) -> Autopilot {
+    let scenario = &setup.scenario;
+    let mut faults = scenario.faults.autopilot_faults;
+    if let Some(navigation) = &scenario.world.navigation {
+        faults.gnss_s = Some([0.0, navigation.gnss_lost_s.unwrap_or(f64::INFINITY)]);
+    }
+    let home_up_m = setup.course.as_ref().map_or(0.0, |course| course.base_up_m);
+    Autopilot::new(scenario.world.autopilot.loop_rate_hz, scenario.run.seed)
+        .with(&faults)
+        .at_home(home_up_m)
+        .failing(scenario.faults.timed.clone(), scenario.run.seed)
 }

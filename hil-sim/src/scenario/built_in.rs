@@ -7,7 +7,7 @@ pub const SURVEY: &str = include_str!("../../scenarios/survey.toml");
 pub const LIVE: &str = include_str!("../../scenarios/live.toml");
 
 /// Built-in scenarios: name and text.
-pub const BUILT_IN: [(&str, &str); 12] = [
+pub const BUILT_IN: [(&str, &str); 13] = [
     ("default", include_str!("../../scenarios/default.toml")),
     ("nadir", include_str!("../../scenarios/nadir.toml")),
     ("edges", include_str!("../../scenarios/edges.toml")),
@@ -19,5 +19,6 @@ pub const BUILT_IN: [(&str, &str); 12] = [
     ("naip", include_str!("../../scenarios/naip.toml")),
     ("survey", SURVEY),
     ("live", LIVE),
+    ("closed_loop", include_str!("../../scenarios/closed_loop.toml")),
     ("vienna", include_str!("../../scenarios/vienna.toml")),
 ];

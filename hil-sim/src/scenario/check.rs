@@ -10,6 +10,11 @@ use plumbline_survey::error::InputError;
 /// Least time between a frame's first row and the next frame's opening. Chosen: a millisecond, less the default arrival of
 /// 50 µs.
 const BETWEEN_FRAMES_US: u64 = 950;
+/// Longest flight with `[navigation]`: its truth is kept, some 200 MB in that time.
+const NAVIGATION_MAX_US: u64 = 2 * 3_600_000_000;
+/// Slowest aeroplane, m/s, and how much faster than wind with its gusts it has to be to get anywhere. Chosen.
+const SPEED_MIN_M_S: f64 = 8.0;
+const OVER_WIND: f64 = 1.25;
 /// Sigmas of jitter for which the order of events is guaranteed.
 const JITTER_SIGMAS: f64 = 6.0;
 /// Sigmas at which the simulator cuts the jitter of arrivals off: see [`Shutter`](super::vehicle::Shutter).
@@ -110,6 +115,10 @@ impl Scenario {
                 return Err(format!("{key} = [{from_s}, {to_s}] has the later second first"));
             }
             self.check_faults()?;
+            if self.world.follow_up.servo_commanded && self.vehicle.follow_up.mode == FollowUpMode::Fixed {
+                return Err("follow_up.servo_commanded = true needs a servo, but follow_up.mode is \"fixed\"".into());
+            }
+            self.check_navigation()?;
             match (&self.camera, self.vehicle.head) {
                 (Camera::Keys(_), Some(head)) => {
                     Err(format!("head = {head} is one of a camera_file, which is not given"))
@@ -140,6 +149,47 @@ impl Scenario {
                 _ => continue,
             };
             return Err(format!("the fault {fault} needs {missing}"));
+        }
+        Ok(())
+    }
+
+    /// Refuses what makes no sense in a flight that is kept by its fixes.
+    fn check_navigation(&self) -> Result<(), String> {
+        let Some(navigation) = &self.world.navigation else { return Ok(()) };
+        navigation.check()?;
+        let (faults, flight) = (&self.faults.autopilot_faults, &self.vehicle.flight);
+        if let Some(fault) = self.faults.timed.of(What::ClockReboot).next() {
+            return Err(format!(
+                "the fault {fault} makes no sense with [navigation]: a navigation does not survive a boot"
+            ));
+        }
+        if faults.gnss_s.is_some() || faults.knows_no_place {
+            return Err(
+                "autopilot_faults.gnss_s and knows_no_place make no sense with [navigation]: navigation.gnss_lost_s says when it is lost"
+                    .into(),
+            );
+        }
+        if navigation.bank_max_deg > flight.tilt_max_deg {
+            return Err(format!(
+                "navigation.bank_max_deg = {} is more than flight.tilt_max_deg = {}, which frames are made for",
+                navigation.bank_max_deg, flight.tilt_max_deg
+            ));
+        }
+        let wind_m_s = navigation.wind_m_s + 3.0 * navigation.gust_m_s;
+        if flight.speed_m_s < SPEED_MIN_M_S.max(OVER_WIND * wind_m_s) {
+            return Err(format!(
+                "flight.speed_m_s = {} is too slow for navigation.wind_m_s = {} with gusts of {}: at least {SPEED_MIN_M_S}, and \
+                 {OVER_WIND} times the strongest wind",
+                flight.speed_m_s, navigation.wind_m_s, navigation.gust_m_s
+            ));
+        }
+        if self.run.duration_us() > NAVIGATION_MAX_US {
+            return Err(format!(
+                "frames = {} at frame_interval_ms = {} last longer than the {} hours that a flight with [navigation] may",
+                self.run.frames,
+                self.run.frame_interval_ms,
+                NAVIGATION_MAX_US / 3_600_000_000
+            ));
         }
         Ok(())
     }

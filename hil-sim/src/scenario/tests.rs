@@ -112,11 +112,43 @@ fn what_is_wrong_is_named() {
         ("[replay]\nstart_s = 3", &["a.toml", "missing field `att`"]),
         ("[replay]\natt = \"a.csv\"\ntime_scale = 0.0", &["replay.time_scale = 0 is not between"]),
     ] {
-        let error = parse(text).expect_err(text).to_string();
-        assert!(!error.contains('\n'), "{error}");
-        for word in words {
-            assert!(error.contains(word), "{text:?} gives {error:?} without {word:?}");
-        }
+        assert_named(text, words);
+    }
+}
+
+/// A text is refused by one line that has all these words.
+fn assert_named(text: &str, words: &[&str]) {
+    let error = parse(text).expect_err(text).to_string();
+    assert!(!error.contains('\n'), "{error}");
+    for word in words {
+        assert!(error.contains(word), "{text:?} gives {error:?} without {word:?}");
+    }
+}
+
+/// What makes no sense in a flight that fixes keep.
+#[test]
+fn what_a_navigation_cannot_be_flown_with_is_named() {
+    for (text, words) in [
+        (
+            "[follow_up]\nmode = \"fixed\"\nservo_commanded = true",
+            ["follow_up.servo_commanded = true needs a servo"].as_slice(),
+        ),
+        ("[navigation]\nspeed = 3", &["line 2", "unknown field `speed`"]),
+        ("[navigation]\nwaypoints = [[0, 0]]", &["navigation.waypoints has 1 points"]),
+        ("[navigation]\nwaypoints = [[0, 0], [0, 0]]", &["navigation.waypoints has [0, 0] twice"]),
+        ("[navigation]\nbank_max_deg = 12", &["navigation.bank_max_deg = 12 is more than flight.tilt_max_deg = 10"]),
+        ("flight.tilt_max_deg = 25\n[navigation]\nwind_m_s = 30", &["flight.speed_m_s = 35 is too slow"]),
+        ("flight.tilt_max_deg = 25\nframes = 100000\n[navigation]", &["longer than the 2 hours"]),
+        (
+            "flight.tilt_max_deg = 25\nautopilot_faults.gnss_s = [1, 2]\n[navigation]",
+            &["knows_no_place make no sense with [navigation]"],
+        ),
+        (
+            "flight.tilt_max_deg = 25\n[navigation]\n[[fault]]\nunit = \"clock\"\ntype = \"reboot\"\nto_s = 5",
+            &["clock.reboot@0..5 makes no sense with [navigation]"],
+        ),
+    ] {
+        assert_named(text, words);
     }
 }
 

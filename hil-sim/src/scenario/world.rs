@@ -3,6 +3,7 @@
 
 use super::bounds::Bounded;
 use super::ground::Ground;
+use super::navigation::Navigation;
 use super::vehicle::Boresight;
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +33,9 @@ pub struct World {
     pub reference: Reference,
     /// What is flown over.
     pub ground: Ground,
+    /// How the autopilot finds its way, where the flight is kept by its fixes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub navigation: Option<Navigation>,
 }
 
 impl Default for World {
@@ -48,6 +52,7 @@ impl Default for World {
             autopilot: Autopilot::default(),
             reference: Reference::default(),
             ground: Ground::Procedural,
+            navigation: None,
         }
     }
 }
@@ -83,6 +88,14 @@ impl Default for Attitude {
 pub struct FollowUp {
     /// Time constant of the servo, seconds; 0 follows exactly.
     pub servo_lag_s: f64,
+    /// Whether the servo goes where the firmware tells it to, and not where it should; as with `[navigation]` it always does.
+    pub servo_commanded: bool,
+    /// Of a commanded servo: its fastest turn.
+    pub servo_rate_deg_s: f64,
+    /// How far it turns to each side; 180 is around and around.
+    pub servo_limit_deg: f64,
+    /// How far the camera turns without it.
+    pub servo_backlash_deg: f64,
     /// Samples of the encoder a second.
     pub rate_hz: u32,
     /// From its stamp to its arrival.
@@ -90,8 +103,17 @@ pub struct FollowUp {
 }
 
 impl Default for FollowUp {
+    /// The servo's figures are those of an ordinary one: 60° in 0.2 s, some tenths of a degree of backlash.
     fn default() -> Self {
-        FollowUp { servo_lag_s: 0.0, rate_hz: 100, latency_us: 5000 }
+        FollowUp {
+            servo_lag_s: 0.0,
+            servo_commanded: false,
+            servo_rate_deg_s: 300.0,
+            servo_limit_deg: 180.0,
+            servo_backlash_deg: 0.2,
+            rate_hz: 100,
+            latency_us: 5000,
+        }
     }
 }
 
@@ -212,6 +234,9 @@ impl World {
             ("attitude.latency_us", self.attitude.latency_us.into(), 0.0, 1e7),
             ("attitude.drift_s", self.attitude.drift_s, 1e-3, 1e6),
             ("follow_up.servo_lag_s", follow_up.servo_lag_s, 0.0, 60.0),
+            ("follow_up.servo_rate_deg_s", follow_up.servo_rate_deg_s, 1.0, 1e5),
+            ("follow_up.servo_limit_deg", follow_up.servo_limit_deg, 1.0, 180.0),
+            ("follow_up.servo_backlash_deg", follow_up.servo_backlash_deg, 0.0, 10.0),
             // Its messages stamp whole milliseconds.
             ("follow_up.rate_hz", follow_up.rate_hz.into(), 1.0, 1000.0),
             ("follow_up.latency_us", follow_up.latency_us.into(), 0.0, 1e7),
@@ -233,6 +258,7 @@ impl World {
             ("reference.changed_fraction", reference.changed_fraction.unwrap_or(0.0), 0.0, 1.0),
         ];
         let keys = ["mount.true_boresight.phi_deg", "mount.true_boresight.omega_deg", "mount.true_boresight.kappa_deg"];
+        ranges.extend(self.navigation.iter().flat_map(Navigation::ranges));
         ranges.extend(self.mount.true_boresight.iter().flat_map(|truly| truly.ranges(keys)));
         ranges
     }

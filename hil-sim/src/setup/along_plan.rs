@@ -42,6 +42,12 @@ pub(super) fn prepare(scenario: Scenario, plan: &PlanToFly) -> Result<Setup, Inp
             plan.file.display()
         )));
     }
+    if scenario.world.navigation.is_some() {
+        return Err(InputError::new(format!(
+            "{}: a plan is flown along its own courses; [navigation] has waypoints of its own",
+            plan.file.display()
+        )));
+    }
     let mut planned = Planned::read(&plan.file)?;
     let mut scenario = outfitted(scenario, plan, &mut planned);
     let payload = payload_of(&scenario)?;

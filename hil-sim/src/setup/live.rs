@@ -38,6 +38,12 @@ impl Setup {
     /// One sentence for files that are missing or broken, a ground that the vehicle does not stand on, a place that has no UTM
     /// zone, a reference that does not fit on board.
     pub fn live(scenario: Scenario, start: &Start) -> Result<Self, InputError> {
+        if scenario.world.navigation.is_some() || scenario.world.follow_up.servo_commanded {
+            return Err(InputError::new(format!(
+                "{}: [navigation] and follow_up.servo_commanded are of the simulated vehicle; a real autopilot has its own",
+                scenario.file
+            )));
+        }
         let payload = payload_of(&scenario)?;
         let on_grid = |crs: &Crs| crs.from_wgs84(start.lat_deg, start.lon_deg);
         let (ground, reference) = match &scenario.world.ground {

@@ -6,14 +6,16 @@
 //! parameters are answered by name where it has them. Where it knows no place it sends (0, 0), and neither origin nor height.
 
 mod clock;
+mod heard;
 mod parameters;
 #[cfg(test)]
 mod tests;
 
-use crate::noise::{stream, uniform};
+use crate::noise::stream;
 use crate::scenario::{AutopilotFaults, FaultList, is_during};
 use crate::vehicle::sensors::{Reading, Sample};
 use clock::Clock;
+use heard::way_us;
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA, EstimatorStatusFlags,
     GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GPS_GLOBAL_ORIGIN_DATA, GPS_RAW_INT_DATA,
@@ -44,11 +46,6 @@ const UNASKED_US: u64 = 1_000_000;
 /// Messages that are sent unasked.
 const UNASKED: [u32; 4] =
     [GLOBAL_POSITION_INT_DATA::ID, DISTANCE_SENSOR_DATA::ID, LOCAL_POSITION_NED_DATA::ID, GPS_RAW_INT_DATA::ID];
-/// Shortest way of a message to the autopilot or back, and the mean of what it may wait beside, at most [`WAIT_MAX_US`]:
-/// round trips from 1.6 to 13 ms were measured.
-const WAY_US: f64 = 800.0;
-const WAIT_MEAN_US: f64 = 1_200.0;
-const WAIT_MAX_US: f64 = 5_700.0;
 /// A stream is sent in the loop that is nearest to when it is due: half of a loop of 300 Hz, microseconds.
 const LOOP_SLACK_US: u64 = 1_700;
 
@@ -72,6 +69,10 @@ pub struct Autopilot {
     parameters: Parameters,
     faults: AutopilotFaults,
     waits: ChaCha12Rng,
+    /// Likewise of what needs no answer.
+    ways: ChaCha12Rng,
+    /// Height of where it was armed.
+    home_up_m: f64,
 }
 
 impl Autopilot {
@@ -90,6 +91,8 @@ impl Autopilot {
             parameters: Parameters::new(loop_rate_hz, &faults.parameters),
             faults,
             waits: stream(seed, "autopilot"),
+            ways: stream(seed, "autopilot.heard"),
+            home_up_m: 0.0,
         }
     }
 
@@ -97,6 +100,11 @@ impl Autopilot {
     pub fn with(self, faults: &AutopilotFaults) -> Self {
         let parameters = Parameters::new(self.loop_rate_hz, &faults.parameters);
         Autopilot { is_placed: !faults.knows_no_place, parameters, faults: *faults, ..self }
+    }
+
+    /// Armed at a height, from which relative altitudes count.
+    pub fn at_home(self, home_up_m: f64) -> Self {
+        Autopilot { home_up_m, ..self }
     }
 
     /// With the faults of its clock.
@@ -162,11 +170,11 @@ impl Autopilot {
                 let degrees = crs.to_wgs84(east_m, north_m)?;
                 let gnss = self.due(sample, &gnss(sample, has_gnss));
                 if self.is_placed {
-                    let message = position(sample, degrees, up_m, velocity_ned_m_s);
+                    let message = position(sample, degrees, [up_m, up_m - self.home_up_m], velocity_ned_m_s);
                     let (_, _, origin_up_m) = *self.origin.get_or_insert((message.lat, message.lon, up_m));
                     vec![self.due(sample, &message), self.due(sample, &local(sample, origin_up_m - up_m)), gnss]
                 } else {
-                    vec![self.due(sample, &position(sample, (0.0, 0.0), up_m, [0.0; 3])), gnss]
+                    vec![self.due(sample, &position(sample, (0.0, 0.0), [up_m; 2], [0.0; 3])), gnss]
                 }
             }
         };
@@ -237,8 +245,7 @@ impl Autopilot {
 
     /// How long a message takes to the autopilot or back.
     fn way_us(&mut self) -> u64 {
-        let wait_us = -WAIT_MEAN_US * (1.0 - uniform(&mut self.waits)).ln();
-        (WAY_US + wait_us.min(WAIT_MAX_US)) as u64
+        way_us(&mut self.waits)
     }
 
     /// The message, where its stream is due.
@@ -345,7 +352,7 @@ fn local(sample: &Sample, down_m: f64) -> LOCAL_POSITION_NED_DATA {
 fn position(
     sample: &Sample,
     (lat, lon): (f64, f64),
-    up_m: f64,
+    [up_m, above_home_m]: [f64; 2],
     velocity_ned_m_s: [f64; 3],
 ) -> GLOBAL_POSITION_INT_DATA {
     let [vx, vy, vz] = velocity_ned_m_s.map(|v| (v * 100.0).round() as i16);
@@ -354,7 +361,7 @@ fn position(
         lat: (lat * 1e7).round() as i32,
         lon: (lon * 1e7).round() as i32,
         alt: (up_m * 1000.0).round() as i32,
-        relative_alt: (up_m * 1000.0).round() as i32,
+        relative_alt: (above_home_m * 1000.0).round() as i32,
         vx,
         vy,
         vz,

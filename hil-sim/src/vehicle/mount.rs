@@ -41,6 +41,15 @@ pub fn antenna(state: &TrueState, mount: &Mounting) -> [f64; 3] {
     })
 }
 
+/// Where the camera is of a vehicle whose antenna is in `state`: [`antenna`] backwards.
+#[must_use]
+pub fn camera_of_antenna(state: &TrueState, mount: &Mounting) -> [f64; 3] {
+    let there = [state.east_m, state.north_m, state.up_m];
+    // Both arms are the same from wherever they begin.
+    let back = antenna(state, mount);
+    std::array::from_fn(|axis| 2.0 * there[axis] - back[axis])
+}
+
 /// The lever arm in the configuration store. A board knows arms along the vehicle's axes alone: a head's is among them where
 /// the camera is fixed, and left out, some centimetres, where a servo turns it.
 #[must_use]

@@ -7,6 +7,7 @@ mod attitude_faults;
 mod edges;
 mod faulty;
 mod reading;
+mod sensed;
 mod shutter;
 mod streams;
 #[cfg(test)]
@@ -15,6 +16,7 @@ mod timer;
 
 pub use edges::{LineEdge, ShutterLine, hold_off_us, line_edges, lost_frames};
 pub use reading::{Reading, Sample};
+pub use sensed::Sensed;
 pub use shutter::{Exposure, Shutter, exposures};
 pub use streams::Streams;
 pub use timer::TimerModel;

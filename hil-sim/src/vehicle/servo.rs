@@ -1,4 +1,6 @@
-//! The servo that turns the camera back to grid north.
+//! The servo that turns the camera back to grid north: by itself, which is the ideal one with a lag, or as it is [`driven`].
+
+pub mod driven;
 
 use std::f64::consts::TAU;
 use std::sync::{Mutex, PoisonError};

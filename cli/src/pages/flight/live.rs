@@ -8,6 +8,7 @@ use plumbline_charts::format::{maybe, number, whole};
 use plumbline_charts::plot::{Axes, PlotError, RECTIFIED, REFUSED, from_zero, plain, plot};
 use plumbline_sim::live::navigation::Navigation;
 use plumbline_sim::live::report::Live;
+use plumbline_sim::score::kept::Navigated;
 
 /// Points of the curve at most: more than the page has pixels.
 const POINTS_MAX: usize = 2000;
@@ -16,7 +17,7 @@ impl Report<'_> {
     /// Nothing of other flights.
     pub(super) fn live(&self) -> Result<Markup, PlotError> {
         let Some(live) = &self.summary.live else { return Ok(html! {}) };
-        let navigation = self.summary.navigation.as_ref();
+        let navigation = self.summary.navigation.as_ref().and_then(Navigated::live);
         let curve = navigation.map(curve).transpose()?;
         Ok(html! {
             section {

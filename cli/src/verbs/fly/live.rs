@@ -15,6 +15,7 @@ use plumbline_sim::live::flight::{Flown, Wanted, fly};
 use plumbline_sim::live::truth::Place;
 use plumbline_sim::run::{Keep, Observer};
 use plumbline_sim::scenario::{FRAMES_MAX, Scenario};
+use plumbline_sim::score::kept::Navigated;
 use plumbline_sim::score::{self, Linked};
 use plumbline_sim::setup::Setup;
 use plumbline_sim::vehicle::motion::Motion;
@@ -79,7 +80,7 @@ pub fn run(args: &Args, ends: [&End; 2], output: Option<&Output>) -> Result<Outc
     let linked = Linked { name: "inproc".to_owned(), firmware_sha256: None, account: Account::default() };
     let scored = score::score(&setup, &flight, &watch.unrectified);
     let mut summary = score::summarise(&setup, &flight, &scored, &linked);
-    (summary.live, summary.navigation) = (Some(live), navigation);
+    (summary.live, summary.navigation) = (Some(live), navigation.map(Navigated::Live));
     summary.aborted = aborted.as_ref().map(|(_, why)| why.clone());
     let report = Report { setup: &setup, flight: &flight, scored: &scored, summary: &summary };
     if let Some(output) = output {

@@ -6,6 +6,7 @@ use plumbline_sim::live::navigation::Navigation;
 use plumbline_sim::live::report::Live;
 use plumbline_sim::score::Summary;
 use plumbline_sim::score::faults::FaultScore;
+use plumbline_sim::score::kept::{Kept, Navigated};
 use plumbline_sim::score::plan::{Flown, Pair};
 use std::path::Path;
 
@@ -69,7 +70,9 @@ fn add_rows(summary: &Summary, rows: &mut Vec<(&'static str, String)>) {
     }
     if let Some(live) = &summary.live {
         let at = rows.len() - 1;
-        rows.splice(at..at, live_rows(live, summary.navigation.as_ref()));
+        rows.splice(at..at, live_rows(live, summary.navigation.as_ref().and_then(Navigated::live)));
+    } else if let Some(kept) = summary.navigation.as_ref().and_then(Navigated::kept) {
+        rows.insert(rows.len() - 1, ("autopilot", kept_row(kept)));
     }
     let at = rows.len() - 1;
     rows.splice(at..at, summary.faults.iter().map(fault_row));
@@ -106,6 +109,22 @@ fn live_rows(live: &Live, navigation: Option<&Navigation>) -> [(&'static str, St
         },
     );
     [("live", flown), ("times", times), ("autopilot", navigation)]
+}
+
+/// What the position of an autopilot is worth that fixes keep.
+fn kept_row(kept: &Kept) -> String {
+    let Kept { fixes, .. } = kept;
+    let since =
+        kept.gnss_lost_s.map_or_else(String::new, |lost_s| format!(" since satellites were lost at {lost_s} s"));
+    let free =
+        kept.without_fixes.map_or_else(String::new, |free| format!(", {} without fixes", number(free.rms_m, "m")));
+    let nees = kept.nees.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
+    let across = number(kept.across_rms_m, "m");
+    let taken = format!("{} taken, {} rejected, {} jumped to", fixes.fused, fixes.rejected, fixes.resets);
+    format!(
+        "{} RMS{since}{free}; NEES {nees} (1 expected); {across} RMS beside its legs; fixes: {taken}",
+        number(kept.rms_m, "m")
+    )
 }
 
 /// What a fault did to the fixes.

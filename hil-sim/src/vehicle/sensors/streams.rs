@@ -3,9 +3,10 @@
 use super::attitude_faults::FaultyAttitude;
 use super::faulty::Faulty;
 use super::reading::{Reading, Sample};
+use super::sensed::Sensed;
 use crate::noise::{GaussMarkov, White, stream, uniform};
 use crate::scenario::{FollowUpMode, Mounting, Scenario, Seconds, is_during};
-use crate::vehicle::motion::{Motion, TrueState};
+use crate::vehicle::motion::TrueState;
 use crate::vehicle::mount::antenna;
 use crate::vehicle::servo::wrapped;
 use rand_chacha::ChaCha12Rng;
@@ -126,7 +127,7 @@ impl Streams {
     pub fn next_before(
         &mut self,
         until_us: u64,
-        motion: &Motion,
+        motion: &dyn Sensed,
         slant: &dyn Fn(&TrueState) -> Option<f64>,
     ) -> Option<Sample> {
         loop {
@@ -170,8 +171,17 @@ impl Streams {
         }
     }
 
-    /// What was true at `t_us` less `older_us`, with the noise of `t_us`: a delay changes no random number.
-    fn attitude(&mut self, t_us: u64, older_us: u64, motion: &Motion) -> Reading {
+    /// What was true at `t_us` less `older_us`, with the noise of `t_us`: a delay changes no random number. An autopilot that
+    /// navigates tells what it believes.
+    fn attitude(&mut self, t_us: u64, older_us: u64, motion: &dyn Sensed) -> Reading {
+        if let Some(own) = motion.believed(t_us.saturating_sub(older_us)) {
+            return Reading::Attitude {
+                heading_true_rad: wrapped(own.heading_rad + self.convergence_rad),
+                pitch_rad: own.pitch_rad,
+                roll_rad: own.roll_rad,
+                velocity_ned_m_s: self.velocity_ned(&own),
+            };
+        }
         let state = motion.state(t_us.saturating_sub(older_us));
         let white = self.attitude_white.each_mut().map(White::draw);
         let drift = self.attitude_drift.each_mut().map(|drift| drift.at(t_us));
@@ -183,7 +193,7 @@ impl Streams {
         }
     }
 
-    fn follow_up(&mut self, t_us: u64, motion: &Motion) -> Reading {
+    fn follow_up(&mut self, t_us: u64, motion: &dyn Sensed) -> Reading {
         let follow_up_rad = wrapped(motion.state(t_us).follow_up_rad + self.follow_up_white.draw());
         Reading::FollowUp { follow_up_rad }
     }
@@ -198,7 +208,11 @@ impl Streams {
         Reading::Range { slant_m: true_slant_m.filter(|_| !lost).map(|slant_m| slant_m + noise_m) }
     }
 
-    fn position(&mut self, t_us: u64, motion: &Motion) -> Reading {
+    fn position(&mut self, t_us: u64, motion: &dyn Sensed) -> Reading {
+        if let Some(own) = motion.believed(t_us) {
+            let velocity_ned_m_s = self.velocity_ned(&own);
+            return Reading::Position { east_m: own.east_m, north_m: own.north_m, up_m: own.up_m, velocity_ned_m_s };
+        }
         let state = motion.state(t_us);
         let [east, north, up] = self.position_drift.each_mut().map(|drift| drift.at(t_us));
         let white = self.position_white.each_mut().map(White::draw);

@@ -1,0 +1,178 @@
+//! A flight that is kept by its fixes: where it was to go, where it went and where its autopilot believed to be.
+
+use super::Report;
+use maud::{Markup, html};
+use plotters::element::{Circle, Text};
+use plotters::series::LineSeries;
+use plotters::style::{Color, IntoFont};
+use plumbline_charts::format::{maybe, number, whole};
+use plumbline_charts::map::Map;
+use plumbline_charts::plot::{
+    Axes, FONT, INK, PAPER, PlotError, RECTIFIED, REFUSED, UNRECTIFIED, from_zero, plain, plot,
+};
+use plumbline_sim::score::kept::{Kept, Navigated};
+use plumbline_sim::vehicle::aloft::moment::Moment;
+
+/// Points of a curve at most: more than the page has pixels.
+const POINTS_MAX: usize = 2000;
+/// Margin around the tracks, as a share of their larger side; narrowest picture, metres.
+const MARGIN: f64 = 0.08;
+const SIDE_MIN_M: f64 = 20.0;
+
+impl Report<'_> {
+    /// Nothing of other flights.
+    pub(super) fn kept(&self) -> Result<Markup, PlotError> {
+        let Some(kept) = self.summary.navigation.as_ref().and_then(Navigated::kept) else { return Ok(html! {}) };
+        let every = kept.track.moments.len().div_ceil(POINTS_MAX).max(1);
+        let moments: Vec<&Moment> = kept.track.moments.iter().step_by(every).collect();
+        let tracks = self.tracks(kept, &moments)?;
+        let errors = errors(kept, &moments, true)?;
+        let close = errors_with_fixes(kept, &moments)?;
+        Ok(html! {
+            section {
+                h2 { "Kept by its fixes" }
+                p class="note" {
+                    "The aeroplane flew where its autopilot believed to be: by inertial sensors, barometer, compass, satellite navigation until it was lost, and what the firmware sent. Without fixes: the same filter on the same flight, which got none since."
+                }
+                div class="two" {
+                    figure { (tracks) figcaption {
+                        b { "Tracks. " }
+                        span class="key line" style="--c:#b06a00" {} "as planned, "
+                        span class="key line" style="--c:#969185" {} "as flown, "
+                        span class="key line" style="--c:#1f5a8c" {} "as the autopilot believed; "
+                        span class="key line" style="--c:#b3261e" {} "where satellite navigation was lost."
+                    } }
+                    figure { (close) figcaption {
+                        b { "Horizontal error of the autopilot’s position " } "with fixes. "
+                        (lost_key(kept))
+                        "Seconds of the simulated time."
+                    } }
+                    figure { (errors) figcaption {
+                        b { "The same " }
+                        span class="key line" style="--c:#1f5a8c" {} "with fixes and "
+                        span class="key line" style="--c:#b06a00" {} "without. "
+                        (lost_key(kept))
+                    } }
+                }
+                (figures(kept))
+            }
+        })
+    }
+
+    /// The reference at a place, (east, north) of its centre; white beyond it.
+    fn grey(&self, (east, north): (f64, f64)) -> u8 {
+        let (flash, step_m) = (&self.setup.flash, self.setup.scenario.vehicle.resolution_m);
+        let (cols, rows) = (f64::from(flash.head.size.0), f64::from(flash.head.size.1));
+        let (col, row) = ((east / step_m + 0.5 * cols).floor(), (0.5 * rows - north / step_m).floor());
+        let is_inside = (0.0..cols).contains(&col) && (0.0..rows).contains(&row);
+        let index = row as usize * cols as usize + col as usize;
+        flash.tile.get(index).copied().filter(|_| is_inside).unwrap_or(u8::MAX)
+    }
+
+    /// North over east of the tile's centre.
+    fn tracks(&self, kept: &Kept, moments: &[&Moment]) -> Result<Markup, PlotError> {
+        let [east, north] = self.setup.tile_centre;
+        let place = |[e, n]: [f64; 2]| (e - east, n - north);
+        let of = |pick: fn(&Moment) -> [f64; 3]| -> Vec<(f64, f64)> {
+            moments.iter().map(|moment| pick(moment)).map(|[e, n, _]| place([e, n])).collect()
+        };
+        let (truth, believed) = (of(|moment| moment.truth_m), of(|moment| moment.believed_m));
+        let corners = kept.track.waypoints.iter().chain(kept.track.waypoints.first());
+        let planned: Vec<(f64, f64)> = corners.map(|point| place(*point)).collect();
+        let lost = kept.gnss_lost_s.and_then(|lost_s| {
+            let first = moments.iter().position(|moment| moment.at_s >= lost_s)?;
+            truth.get(first).copied()
+        });
+        let map = Map::around(truth.iter().chain(&planned).chain(&believed), MARGIN, SIDE_MIN_M);
+        map.plot_over(
+            "Planned, true and estimated track: north over east, metres",
+            |at| self.grey(at),
+            |chart| {
+                chart.draw_series(LineSeries::new(planned.iter().copied(), PAPER.stroke_width(3)))?;
+                chart.draw_series(LineSeries::new(truth.iter().copied(), UNRECTIFIED.stroke_width(8)))?;
+                chart.draw_series(LineSeries::new(believed.iter().copied(), RECTIFIED.stroke_width(3)))?;
+                chart.draw_series(lost.iter().map(|&at| Circle::new(at, 10, REFUSED.filled())))?;
+                map.north_arrow(chart, 0.9, 0.72..0.93)?;
+                let letter = ("sans-serif", FONT).into_font().color(&INK);
+                chart.draw_series([Text::new("N", map.at(0.8, 0.92), letter)])?;
+                Ok(())
+            },
+        )
+    }
+}
+
+fn lost_key(kept: &Kept) -> Markup {
+    html! {
+        @if kept.gnss_lost_s.is_some() {
+            span class="key line" style="--c:#b3261e" {} "satellite navigation lost. "
+        }
+    }
+}
+
+fn errors_with_fixes(kept: &Kept, moments: &[&Moment]) -> Result<Markup, PlotError> {
+    errors(kept, moments, false)
+}
+
+/// The error over time, and that without fixes where it is wanted.
+fn errors(kept: &Kept, moments: &[&Moment], has_free: bool) -> Result<Markup, PlotError> {
+    let own: Vec<(f64, f64)> = moments.iter().map(|moment| (moment.at_s, moment.error_m())).collect();
+    let free: Vec<(f64, f64)> =
+        moments.iter().filter(|_| has_free).filter_map(|moment| Some((moment.at_s, moment.free_error_m()?))).collect();
+    let axes = Axes {
+        x: from_zero(own.iter().map(|point| point.0)),
+        y: from_zero(own.iter().chain(&free).map(|point| point.1)),
+        x_text: "time (s)",
+        y_text: "error (m)",
+        x_label: &|seconds| plain(*seconds),
+    };
+    let label = if has_free { "with fixes and without" } else { "with fixes" };
+    plot(&format!("Horizontal error of the autopilot's position {label} over time, metres"), &axes, |chart| {
+        if let Some(lost_s) = kept.gnss_lost_s {
+            chart.draw_series(LineSeries::new([(lost_s, 0.0), (lost_s, axes.y.end)], REFUSED.stroke_width(3)))?;
+        }
+        chart.draw_series(LineSeries::new(free.iter().copied(), PAPER.stroke_width(4)))?;
+        chart.draw_series(LineSeries::new(own.iter().copied(), RECTIFIED.stroke_width(4)))?;
+        Ok(())
+    })
+}
+
+fn figures(kept: &Kept) -> Markup {
+    let row = |name: &str, what: &str, value: String| {
+        html! { tr { th { (name) small { (what) } } td class="n" { (value) } } }
+    };
+    let Kept { fixes, .. } = kept;
+    let span = match kept.gnss_lost_s {
+        Some(lost_s) => format!("Horizontal, from 20 s after satellite navigation was lost at {lost_s} s."),
+        None => "Horizontal, from 20 s on; satellite navigation was not lost.".to_owned(),
+    };
+    html! {
+        div class="two" {
+            table {
+                thead { tr { th { "The autopilot’s own position" } th class="r" { "Value" } } }
+                tbody {
+                    (row("Error, RMS", &span, maybe(kept.rms_m, 2, "m")))
+                    (row("Error, largest", "", maybe(kept.max_m, 2, "m")))
+                    (row("NEES a degree of freedom", "1 expected; below, its filter is more careful than it has to be.", maybe(kept.nees, 2, "")))
+                    (row("Drift", "What the error grew by.", maybe(kept.drift_m_min, 2, "m/min")))
+                    (row("Velocity error, RMS", "", maybe(kept.velocity_rms_m_s, 2, "m/s")))
+                    (row("Heading error, RMS", "", maybe(kept.heading_rms_deg, 2, "°")))
+                }
+            }
+            table {
+                thead { tr { th { "The flight" } th class="r" { "Value" } } }
+                tbody {
+                    (row("Beside its legs, RMS", "True place, turns onto them left out.", maybe(kept.across_rms_m, 1, "m")))
+                    (row("Beside its legs, largest", "", maybe(kept.across_max_m, 1, "m")))
+                    (row("Fixes taken", "By the autopilot’s filter.", whole(fixes.fused.into())))
+                    (row("Fixes rejected", "Beyond its gate.", whole(fixes.rejected.into())))
+                    (row("Jumps to a fix", "", whole(fixes.resets.into())))
+                    @if let Some(free) = kept.without_fixes {
+                        (row("Without fixes: error, RMS", "", maybe(free.rms_m, 1, "m")))
+                        (row("Without fixes: error, largest", "", maybe(free.max_m, 1, "m")))
+                        (row("Without fixes: drift", "", free.drift_m_min.map_or_else(|| maybe(None, 1, ""), |drift| number(drift, 1, "m/min"))))
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Where the vehicle is: as it was made beforehand, with a servo that is told where to go, or where its fixes have led it.
+
+use crate::setup::Setup;
+use crate::vehicle::aloft::Aloft;
+use crate::vehicle::aloft::moment::Track;
+use crate::vehicle::inertial::vision::Vision;
+use crate::vehicle::motion::{Motion, Recorded, TrueState};
+use crate::vehicle::sensors::{Exposure, Sensed};
+use crate::vehicle::servo::driven::DrivenServo;
+use std::cell::RefCell;
+
+/// From one kept state to the next of a vehicle with a commanded servo, microseconds.
+const KEPT_US: u64 = 5_000;
+/// Around an exposure, microseconds: two steps of what is integrated.
+const AROUND_US: u64 = 10_000;
+
+/// Who moves vehicle and camera.
+pub(super) enum Truth<'s> {
+    /// A function of time.
+    Given(&'s Motion),
+    /// Likewise, but for the servo.
+    Driven(&'s Motion, RefCell<DrivenServo>),
+    /// The loop of autopilot, firmware and vehicle.
+    Aloft(Box<RefCell<Aloft>>),
+}
+
+/// The motion around an exposure.
+pub(super) enum Around<'s> {
+    Given(&'s Motion),
+    Cut(Motion),
+}
+
+impl Around<'_> {
+    pub(super) fn state(&self, t_us: u64) -> TrueState {
+        match self {
+            Around::Given(motion) => motion.state(t_us),
+            Around::Cut(motion) => motion.state(t_us),
+        }
+    }
+}
+
+impl<'s> Truth<'s> {
+    pub(super) fn new(setup: &'s Setup) -> Self {
+        let scenario = &setup.scenario;
+        let course = setup.course.as_ref();
+        if let Some(aloft) = course.and_then(|course| Aloft::new(scenario, setup.payload.mount, course)) {
+            return Truth::Aloft(Box::new(RefCell::new(aloft)));
+        }
+        let follow_up = &scenario.world.follow_up;
+        if follow_up.servo_commanded {
+            return Truth::Driven(&setup.motion, RefCell::new(DrivenServo::new(follow_up)));
+        }
+        Truth::Given(&setup.motion)
+    }
+
+    /// The firmware has sent a command for the servo.
+    pub(super) fn command(&mut self, at_us: u64, angle_rad: f64) {
+        match self {
+            Truth::Given(_) => {}
+            Truth::Driven(_, servo) => servo.get_mut().command(at_us, angle_rad),
+            Truth::Aloft(aloft) => aloft.get_mut().command(at_us, angle_rad),
+        }
+    }
+
+    /// Whether the autopilot navigates by what it hears.
+    pub(super) fn listens(&self) -> bool {
+        matches!(self, Truth::Aloft(_))
+    }
+
+    /// The autopilot gets a message; `place_m`: its position on the grid.
+    pub(super) fn hear(&mut self, at_us: u64, message: Vision, place_m: Option<[f64; 2]>) {
+        if let Truth::Aloft(aloft) = self {
+            aloft.get_mut().hear(at_us, message, place_m);
+        }
+    }
+
+    /// The autopilot's estimator is told to use another set of sources.
+    pub(super) fn use_sources(&mut self, set: u8) {
+        if let Truth::Aloft(aloft) = self {
+            aloft.get_mut().use_sources(set);
+        }
+    }
+
+    /// The motion around an exposure, for as many threads as make its picture.
+    pub(super) fn around(&self, exposure: &Exposure, rolling_us: u64) -> Around<'s> {
+        let margin_us = rolling_us.div_ceil(2) + AROUND_US;
+        let (from_us, to_us) = (exposure.open_us.saturating_sub(margin_us), exposure.close_us + margin_us);
+        match self {
+            Truth::Given(motion) => Around::Given(motion),
+            Truth::Driven(motion, servo) => {
+                Around::Cut(Motion::recorded(driven(motion, &mut servo.borrow_mut(), from_us, to_us)))
+            }
+            Truth::Aloft(aloft) => Around::Cut(Motion::recorded(aloft.borrow_mut().window(from_us, to_us))),
+        }
+    }
+
+    /// What was flown until `end_us`, where it was not known beforehand.
+    pub(super) fn finish(self, end_us: u64) -> (Option<Vec<Recorded>>, Option<Track>) {
+        match self {
+            Truth::Given(_) => (None, None),
+            Truth::Driven(motion, servo) => (Some(driven(motion, &mut servo.into_inner(), 0, end_us)), None),
+            Truth::Aloft(aloft) => {
+                let (motion, track) = aloft.into_inner().finish();
+                (Some(motion), Some(track))
+            }
+        }
+    }
+}
+
+impl Sensed for Truth<'_> {
+    fn state(&self, t_us: u64) -> TrueState {
+        match self {
+            Truth::Given(motion) => motion.state(t_us),
+            Truth::Driven(motion, servo) => {
+                TrueState { follow_up_rad: servo.borrow_mut().at(t_us), ..motion.state(t_us) }
+            }
+            Truth::Aloft(aloft) => aloft.borrow_mut().state(t_us),
+        }
+    }
+
+    fn in_gap(&self, t_us: u64) -> bool {
+        match self {
+            Truth::Given(motion) | Truth::Driven(motion, _) => motion.in_gap(t_us),
+            Truth::Aloft(_) => false,
+        }
+    }
+
+    fn believed(&self, t_us: u64) -> Option<TrueState> {
+        match self {
+            Truth::Given(_) | Truth::Driven(..) => None,
+            Truth::Aloft(aloft) => Some(aloft.borrow_mut().believed(t_us)),
+        }
+    }
+}
+
+/// States of a motion whose servo is a commanded one.
+fn driven(motion: &Motion, servo: &mut DrivenServo, from_us: u64, to_us: u64) -> Vec<Recorded> {
+    let first = from_us / KEPT_US;
+    let last = to_us.div_ceil(KEPT_US);
+    let mut state = |t_us: u64| TrueState { follow_up_rad: servo.at(t_us), ..motion.state(t_us) };
+    (first..=last).map(|index| (index * KEPT_US) as f64).map(|t_us| (t_us, state(t_us as u64))).collect()
+}
