@@ -5,6 +5,7 @@
 //! stages [`Pipeline::situate`], [`Pipeline::rectify`], [`Pipeline::register`] one after the other. They are apart so
 //! that a caller can count what each of them costs.
 
+mod buffers;
 mod streams;
 mod settings;
 mod situation;
@@ -13,7 +14,8 @@ mod refusal;
 mod velocity;
 mod whereabouts;
 
-use crate::budget::{FRAME_MEMORY_BYTES, PATCH_MAX_AREA, PATCH_MAX_PX, POSE_MAX_BYTES, REACQUIRE_PX, RUNS_MAX};
+use crate::auto_exposure::Histogram;
+use crate::budget::{FRAME_MEMORY_BYTES, POSE_MAX_BYTES, REACQUIRE_PX};
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::{FrameFromPatch, Placement};
 use crate::image::{Run, View};
@@ -21,10 +23,10 @@ use crate::matching::{Match, Matcher, OnBoard, Prior, Request, Shift};
 use crate::math::hypot;
 use crate::navigation::tracks::Sighting;
 use crate::pose::position::PositionState;
-use crate::rectify::{Node, Source, rectify_into};
+use crate::rectify::{Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
 use crate::tile::Tile;
-use heapless::Vec;
+pub use buffers::Buffers;
 pub use refusal::Refusal;
 use settings::Smoothers;
 pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigmas};
@@ -78,6 +80,8 @@ pub struct Pipeline<'t> {
     /// The newest position lies where the tile's georeference does not reach.
     is_off_the_map: bool,
     reducer: Option<Reducer>,
+    /// How bright the frame is whose rows arrive, where somebody wants to know.
+    pub histogram: Option<Histogram>,
     /// Of the newest patch.
     placement: Placement,
     whereabouts: Whereabouts,
@@ -102,35 +106,6 @@ const DOUBT_SIGMAS: f32 = 2.0;
 
 /// What matches say of the velocity's error counts up to this where they are compared, m/s: more was not seen of an autopilot.
 const VELOCITY_ERROR_MAX_M_PER_S: f32 = 5.0;
-
-/// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
-/// board has free memory and need not carry them over a stack.
-#[derive(Debug)]
-pub struct Buffers {
-    patch: [u8; PATCH_MAX_AREA],
-    runs: Vec<Run, RUNS_MAX>,
-    /// While a frame is rectified.
-    nodes: [Node; 2 * (PATCH_MAX_PX + 1)],
-    matcher: OnBoard,
-}
-
-impl Buffers {
-    /// All zeros: costs no space in an image.
-    pub const fn new() -> Self {
-        Buffers {
-            patch: [0; PATCH_MAX_AREA],
-            runs: Vec::new(),
-            nodes: [Node::NOWHERE; 2 * (PATCH_MAX_PX + 1)],
-            matcher: OnBoard::new(),
-        }
-    }
-}
-
-impl Default for Buffers {
-    fn default() -> Self {
-        Buffers::new()
-    }
-}
 
 impl<'t> Pipeline<'t> {
     /// Settings and reference for one flight. `frame_memory` stands for the camera's frame, of which it holds what the
@@ -159,6 +134,7 @@ impl<'t> Pipeline<'t> {
             doubt: Doubt::default(),
             is_off_the_map: false,
             reducer: None,
+            histogram: None,
             placement: Placement::default(),
             whereabouts: Whereabouts::default(),
             velocity: VelocityError::default(),
@@ -216,6 +192,7 @@ impl<'t> Pipeline<'t> {
     /// [`Refusal::NoRange`] before the first range.
     pub fn begin_frame(&mut self) -> Result<(), Refusal> {
         self.reducer = None;
+        self.histogram.iter_mut().for_each(Histogram::clear);
         let (_, slant_m) = self.streams.slant.history().newest().ok_or(Refusal::NoRange)?;
         let camera = &self.settings.camera;
         let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0).min(RATIO_MAX);
@@ -237,6 +214,9 @@ impl<'t> Pipeline<'t> {
     /// [`Refusal::BadFrame`] for another number of pixels, rows too many, or without [`Pipeline::begin_frame`].
     pub fn rows(&mut self, rows: &[u8]) -> Result<(), Refusal> {
         let reducer = self.reducer.as_mut().ok_or(Refusal::BadFrame)?;
+        if let Some(histogram) = &mut self.histogram {
+            histogram.count(rows, self.settings.camera.cols(), reducer.rows_taken());
+        }
         Ok(reducer.take(rows, self.frame_memory)?)
     }
 

@@ -24,6 +24,7 @@ pub async fn camera(
     performance: &impl PerformanceCounters,
 ) -> ! {
     let mut expected = 0u32;
+    let mut moving = None;
     loop {
         let start = front_end.frame().await;
         app.event(Event::Start(start));
@@ -45,7 +46,9 @@ pub async fn camera(
             app.count(|c| c.frames_lost = c.frames_lost.saturating_add(lost));
         }
         expected = start.sequence.wrapping_add(1);
-        let mut work = Work { out: FrameOut::new(start.sequence) };
+        // While the frame's rows arrive there is time.
+        let sharp_us = app.sharp_us(moving.as_ref());
+        let mut work = Work { out: FrameOut::new(start.sequence), sharp_us };
         if let Err(refusal) = work.frame(app, start, front_end, timer, performance).await {
             work.out.report.refusal = refusal.code();
         }
@@ -53,6 +56,7 @@ pub async fn camera(
             app.count(|c| c.fixes += 1);
         }
         work.out.report_to(app);
+        moving = work.out.situation.filter(|_| app.controls_exposure()).map(|situation| situation.moving());
         app.outbox.takes_frame().await;
         app.outbox.put(Out::Frame(work.out));
     }
@@ -74,6 +78,8 @@ impl FrameOut {
 /// What is known of the frame so far.
 struct Work {
     out: FrameOut,
+    /// Longest exposure without blur, by the frame before.
+    sharp_us: u32,
 }
 
 impl Work {
@@ -88,8 +94,10 @@ impl Work {
         app.gate(Gate::Begin).await;
         let rows = self.rows(app, start, front_end, performance).await;
         app.event(Event::Rows(rows));
+        app.control_exposure(start.sequence, self.sharp_us, front_end);
         // A frame without rows has had its edges all the same.
         let stamped = app.stamper.with(|stamper| {
+            app.expect_exposure(start.sequence, stamper);
             let (stamp, cost) = performance.counted(|| stamper.frame(start.arrival));
             (stamp.map(|stamp| (stamp, stamper.clock.state(start.arrival))), cost)
         });

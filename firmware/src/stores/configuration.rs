@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 pub use stamps::Stamps;
 
 /// This store's magic and version.
-pub const KIND: Kind = Kind { magic: *b"PLBM", version: 6 };
+pub const KIND: Kind = Kind { magic: *b"PLBM", version: 7 };
 /// Bytes that hold any configuration with its header.
 pub const STORE_MAX: usize = 512;
 

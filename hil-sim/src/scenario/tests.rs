@@ -123,7 +123,9 @@ fn what_is_wrong_is_named() {
 /// Evenly over the exposure about its middle, later from row to row, the middle row's middle being the stamp.
 #[test]
 fn instants_of_an_exposure_and_of_its_rows() {
-    let offsets = |scenario: &Scenario, row: usize| scenario.sample_offsets_us(row, 512).collect::<Vec<_>>();
+    let offsets = |scenario: &Scenario, row: usize| {
+        scenario.sample_offsets_us(scenario.vehicle.exposure_us, row, 512).collect::<Vec<_>>()
+    };
     let mut scenario = Scenario::default();
     assert_eq!(offsets(&scenario, 0), [0.0]);
     assert_eq!(offsets(&scenario, 511), [0.0]);
@@ -132,7 +134,7 @@ fn instants_of_an_exposure_and_of_its_rows() {
     (scenario.world.exposure_samples, scenario.vehicle.rolling_shutter_ms) = (1, 20.0);
     assert_eq!((offsets(&scenario, 0), offsets(&scenario, 511)), (vec![-10_000.0], vec![10_000.0]));
     assert!((offsets(&scenario, 255)[0] + offsets(&scenario, 256)[0]).abs() < 1e-9);
-    assert_eq!(scenario.sample_offsets_us(0, 1).collect::<Vec<_>>(), [0.0]);
+    assert_eq!(scenario.sample_offsets_us(2000, 0, 1).collect::<Vec<_>>(), [0.0]);
 }
 
 /// A data sheet's field of view is rounded; one that is meant otherwise is refused with the one that pixels need.

@@ -19,7 +19,7 @@ pub struct Kind {
 
 /// Camera, calibration and settings.
 pub const CONFIGURATION: Kind =
-    Kind { magic: *b"PLBM", version: 6, name: "configuration store", verb: "plumbline configuration" };
+    Kind { magic: *b"PLBM", version: 7, name: "configuration store", verb: "plumbline configuration" };
 /// The reference tile.
 pub const TILES: Kind = Kind { magic: *b"PLBT", version: 1, name: "tile store", verb: "plumbline tiles" };
 

@@ -1,0 +1,185 @@
+//! Auto exposure: how long the next frames are exposed, from how bright the last ones are.
+//!
+//! Each frame's rows are sampled into a [`Histogram`] as they arrive. A sensor's answer is linear, so a frame that was
+//! exposed for E and has the mean grey g says by itself what exposure would have the grey G wanted: E G/g. No error is
+//! summed over frames, and so the two frames that a command takes until it shows do not make the control swing; the
+//! exposure that counts is the one that the frame was really taken with, which [`AutoExposure::of`] knows. What is cut off
+//! at white has lost how bright it is: then the share of white pixels says how far to go down.
+//!
+//! The exposure is bounded by the caller's limits and by the longest that is still sharp (module `motion`). It is held
+//! while it is about right, and once it moves, it moves until it fits: a steady scene keeps a constant exposure. From frame to
+//! frame it changes by a factor of two at most: edges that are one frame off are still found beside the one that is
+//! expected, and two stops take three frames.
+
+use crate::stamp::ExposureLimits;
+
+/// Frames from the one that a command follows to the first that is exposed by it: the sensor takes its registers over while
+/// it still reads out the frame before.
+pub const LATENCY_FRAMES: u32 = 2;
+/// Grey that the mean of a frame is to have. Chosen below the middle, 128: ground has few pixels that are twice as bright as
+/// its mean, and light may grow by a stop before most are white.
+pub const MEAN_WANTED: f32 = 110.0;
+/// Grey that at most a fiftieth of the pixels may exceed. Chosen: noise of three grey levels, five sigmas, stays below 255.
+const BRIGHT_WANTED: f32 = 240.0;
+/// The share of pixels that may be brighter.
+const BRIGHT_SHARE: f32 = 0.02;
+/// By how much the exposure must be wrong before it moves, and how near it must come before it stands again. Chosen: 0.4 and
+/// 0.14 stops; fields, roofs and woods under one light move the mean by a fifth.
+const START: f32 = 1.32;
+const STOP: f32 = 1.1;
+/// Largest change from frame to frame: a stop.
+const STEP: f32 = 2.0;
+/// Of a frame that is white at many places: what is left of the exposure where nearly none is, and by how much less that is
+/// where all are. Chosen: with all white a frame is at least so much too bright, and steps are no larger.
+const WHITE: (f32, f32) = (0.8, 0.5);
+
+/// Greys in a bin.
+const BIN_GREYS: u8 = 8;
+/// Bins of the histogram.
+const BINS: usize = 256 / BIN_GREYS as usize;
+/// Every so many rows of a frame, and every so many pixels of such a row, are counted: 2048 of 512 x 512, of which a mean is
+/// good to a grey level.
+const ROW_STEP: u16 = 8;
+const COL_STEP: usize = 16;
+
+/// How many of a frame's pixels are how bright.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Histogram {
+    bins: [u16; BINS],
+}
+
+/// The numbers of a histogram that decide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Brightness {
+    /// Mean grey.
+    pub mean: f32,
+    /// Grey that a fiftieth of the pixels exceed.
+    pub bright: f32,
+    /// Share of pixels in the last bin, which ends at white.
+    pub white: f32,
+}
+
+impl Default for Histogram {
+    fn default() -> Self {
+        Histogram::new()
+    }
+}
+
+impl Histogram {
+    /// Empty.
+    pub const fn new() -> Self {
+        Histogram { bins: [0; BINS] }
+    }
+
+    /// Empties it.
+    pub fn clear(&mut self) {
+        self.bins = [0; BINS];
+    }
+
+    /// Counts `rows` of `cols` pixels each, of which the first is row `first` of the frame. In what pieces they come makes no
+    /// difference.
+    pub fn count(&mut self, rows: &[u8], cols: u16, first: u16) {
+        let skipped = (ROW_STEP - first % ROW_STEP) % ROW_STEP;
+        let lines = rows.chunks_exact(usize::from(cols).max(1)).skip(usize::from(skipped));
+        for line in lines.step_by(usize::from(ROW_STEP)) {
+            for pixel in line.iter().step_by(COL_STEP) {
+                if let Some(bin) = self.bins.get_mut(usize::from(pixel / BIN_GREYS)) {
+                    *bin = bin.saturating_add(1);
+                }
+            }
+        }
+    }
+
+    /// What it says; nothing while it is empty.
+    pub fn brightness(&self) -> Option<Brightness> {
+        let grey = |bin: usize| BIN_GREYS as f32 * (bin as f32 + 0.5) - 0.5;
+        let counts = || self.bins.iter().map(|&count| count as f32);
+        let count: f32 = counts().sum();
+        if count == 0.0 {
+            return None;
+        }
+        let sum: f32 = counts().enumerate().map(|(bin, count)| count * grey(bin)).sum();
+        let (mut above, mut bright) = (0.0, 0.0);
+        for (bin, count_here) in counts().enumerate().rev() {
+            above += count_here;
+            if above > BRIGHT_SHARE * count {
+                bright = grey(bin);
+                break;
+            }
+        }
+        let white = counts().next_back().unwrap_or(0.0) / count;
+        Some(Brightness { mean: sum / count, bright, white })
+    }
+}
+
+/// An exposure, and the frame from which on it holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Command {
+    /// Number of the frame.
+    pub from: u32,
+    /// Its exposure, microseconds.
+    pub us: u32,
+}
+
+/// Commands that are kept: one for each frame until it shows, and the one that holds.
+const KEPT: usize = LATENCY_FRAMES as usize + 1;
+
+/// The control.
+#[derive(Clone, Debug)]
+pub struct AutoExposure {
+    limits: ExposureLimits,
+    /// The newest commands, oldest first.
+    commands: [Command; KEPT],
+    is_moving: bool,
+}
+
+impl AutoExposure {
+    /// Frames are exposed for `us` so far. The limits are in order.
+    pub fn new(limits: ExposureLimits, us: u32) -> Self {
+        AutoExposure { limits, commands: [Command { from: 0, us }; KEPT], is_moving: false }
+    }
+
+    /// What frame `frame` was or will be exposed for, as far as is known now, microseconds.
+    pub fn of(&self, frame: u32) -> u32 {
+        let holds = |command: &&Command| (frame.wrapping_sub(command.from) as i32) >= 0;
+        let [oldest, ..] = &self.commands;
+        self.commands.iter().rev().find(holds).unwrap_or(oldest).us
+    }
+
+    /// What frame `frame`, as bright as that, says of the exposures to come: another one, or nothing where they stay.
+    /// `sharp_us`: the longest exposure without blur, `u32::MAX` where it is not known.
+    pub fn after(&mut self, frame: u32, brightness: &Brightness, sharp_us: u32) -> Option<u32> {
+        let ExposureLimits { least_us, longest_us } = self.limits;
+        let most_us = longest_us.min(sharp_us).max(least_us) as f32;
+        let [.., newest] = &self.commands;
+        let now_us = newest.us as f32;
+        let wanted_us = (self.of(frame) as f32 * factor(brightness)).clamp(least_us as f32, most_us);
+        let (up, down) = (wanted_us / now_us, now_us / wanted_us);
+        let off = if up > down { up } else { down };
+        // Blur is no matter of taste.
+        self.is_moving = off > if self.is_moving { STOP } else { START } || now_us > most_us;
+        if !self.is_moving {
+            return None;
+        }
+        let us = wanted_us.clamp(now_us / STEP, now_us * STEP) as u32;
+        (us != newest.us && us > 0).then_some(us)
+    }
+
+    /// The board will expose like this. Commands come in the order of their frames.
+    pub fn command(&mut self, command: Command) {
+        let [_, second, third] = self.commands;
+        self.commands = [second, third, command];
+    }
+}
+
+/// By what the exposure of a frame as bright as this is to be multiplied.
+fn factor(brightness: &Brightness) -> f32 {
+    let Brightness { mean, bright, white } = *brightness;
+    if white > BRIGHT_SHARE {
+        return WHITE.0 - WHITE.1 * white;
+    }
+    // A frame that is black says that it is at least so much too dark.
+    let by_mean = MEAN_WANTED / if mean > 1.0 { mean } else { 1.0 };
+    let by_bright = BRIGHT_WANTED / if bright > 1.0 { bright } else { 1.0 };
+    if by_mean < by_bright { by_mean } else { by_bright }
+}
