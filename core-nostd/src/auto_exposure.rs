@@ -6,10 +6,11 @@
 //! exposure that counts is the one that the frame was really taken with, which [`AutoExposure::of`] knows. What is cut off
 //! at white has lost how bright it is: then the share of white pixels says how far to go down.
 //!
-//! The exposure is bounded by the caller's limits and by the longest that is still sharp (module `motion`). It is held
-//! while it is about right, and once it moves, it moves until it fits: a steady scene keeps a constant exposure. From frame to
-//! frame it changes by a factor of two at most: edges that are one frame off are still found beside the one that is
-//! expected, and two stops take three frames.
+//! The exposure is bounded by the caller's limits and by the longest that is still sharp (module `motion`), or where that
+//! would be dark, by three times as much. It is held while it is about right, and once it moves, it moves until it fits: a
+//! steady scene keeps a constant exposure. From frame to frame it changes by a factor of two at most, so that one odd frame
+//! (a glint, a cloud's edge) cannot throw it far, and two stops take three frames. A stamp goes by the length that was
+//! commanded for its very frame, so that control costs its sigma nothing.
 
 use crate::stamp::ExposureLimits;
 
@@ -19,6 +20,12 @@ pub const LATENCY_FRAMES: u32 = 2;
 /// Grey that the mean of a frame is to have. Chosen below the middle, 128: ground has few pixels that are twice as bright as
 /// its mean, and light may grow by a stop before most are white.
 pub const MEAN_WANTED: f32 = 110.0;
+/// Mean grey below which a frame is dark: noise counts for more than blur. Chosen: two stops below the one that is wanted, nine sigmas of a noise of three grey
+/// levels.
+const DIM: f32 = MEAN_WANTED / 4.0;
+/// Longest exposure in the dark, times the longest that is sharp. Chosen: a blur of a pixel and a half in the place of half a
+/// one, less than the two frame pixels that a pixel of the patch spans where frames are averaged.
+const BLUR_IN_THE_DARK: f32 = 3.0;
 /// Grey that at most a fiftieth of the pixels may exceed. Chosen: noise of three grey levels, five sigmas, stays below 255.
 const BRIGHT_WANTED: f32 = 240.0;
 /// The share of pixels that may be brighter.
@@ -29,6 +36,9 @@ const START: f32 = 1.32;
 const STOP: f32 = 1.1;
 /// Largest change from frame to frame: a stop.
 const STEP: f32 = 2.0;
+/// By how much the longest sharp exposure grows from frame to frame where the motion lets it. It falls at once: a vehicle that
+/// turned a moment ago will turn again before a command shows. Chosen: a stop in fourteen frames.
+const CALM: f32 = 1.05;
 /// Of a frame that is white at many places: what is left of the exposure where nearly none is, and by how much less that is
 /// where all are. Chosen: with all white a frame is at least so much too bright, and steps are no larger.
 const WHITE: (f32, f32) = (0.8, 0.5);
@@ -131,12 +141,14 @@ pub struct AutoExposure {
     /// The newest commands, oldest first.
     commands: [Command; KEPT],
     is_moving: bool,
+    /// Longest exposure without blur, of the worst motion that has not been outlived; infinite before the first.
+    sharp_us: f32,
 }
 
 impl AutoExposure {
     /// Frames are exposed for `us` so far. The limits are in order.
     pub fn new(limits: ExposureLimits, us: u32) -> Self {
-        AutoExposure { limits, commands: [Command { from: 0, us }; KEPT], is_moving: false }
+        AutoExposure { limits, commands: [Command { from: 0, us }; KEPT], is_moving: false, sharp_us: f32::INFINITY }
     }
 
     /// What frame `frame` was or will be exposed for, as far as is known now, microseconds.
@@ -147,15 +159,18 @@ impl AutoExposure {
     }
 
     /// What frame `frame`, as bright as that, says of the exposures to come: another one, or nothing where they stay.
-    /// `sharp_us`: the longest exposure without blur, `u32::MAX` where it is not known.
-    pub fn after(&mut self, frame: u32, brightness: &Brightness, sharp_us: u32) -> Option<u32> {
-        let ExposureLimits { least_us, longest_us } = self.limits;
-        let most_us = longest_us.min(sharp_us).max(least_us) as f32;
+    /// `sharp_us`: the longest exposure without blur, where it is known.
+    pub fn after(&mut self, frame: u32, brightness: &Brightness, sharp_us: Option<u32>) -> Option<u32> {
+        let [least_us, longest_us] = [self.limits.least_us, self.limits.longest_us].map(|us| us as f32);
+        self.sharp_us = (CALM * self.sharp_us).min(sharp_us.map_or(f32::INFINITY, |us| us as f32));
+        let taken_us = self.of(frame) as f32;
+        let dim_us = taken_us * DIM / at_least_one(brightness.mean);
+        let most_us = self.sharp_us.max(dim_us.min(BLUR_IN_THE_DARK * self.sharp_us)).clamp(least_us, longest_us);
         let [.., newest] = &self.commands;
         let now_us = newest.us as f32;
-        let wanted_us = (self.of(frame) as f32 * factor(brightness)).clamp(least_us as f32, most_us);
+        let wanted_us = (taken_us * factor(brightness)).clamp(least_us, most_us);
         let (up, down) = (wanted_us / now_us, now_us / wanted_us);
-        let off = if up > down { up } else { down };
+        let off = up.max(down);
         // Blur is no matter of taste.
         self.is_moving = off > if self.is_moving { STOP } else { START } || now_us > most_us;
         if !self.is_moving {
@@ -178,8 +193,10 @@ fn factor(brightness: &Brightness) -> f32 {
     if white > BRIGHT_SHARE {
         return WHITE.0 - WHITE.1 * white;
     }
-    // A frame that is black says that it is at least so much too dark.
-    let by_mean = MEAN_WANTED / if mean > 1.0 { mean } else { 1.0 };
-    let by_bright = BRIGHT_WANTED / if bright > 1.0 { bright } else { 1.0 };
-    if by_mean < by_bright { by_mean } else { by_bright }
+    (MEAN_WANTED / at_least_one(mean)).min(BRIGHT_WANTED / at_least_one(bright))
+}
+
+/// A frame that is black says that it is at least so much too dark.
+fn at_least_one(grey: f32) -> f32 {
+    grey.max(1.0)
 }

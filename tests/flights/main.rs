@@ -2,6 +2,7 @@
 
 mod aborted;
 mod companion;
+mod exposure;
 mod live;
 mod planned;
 mod reboot;

@@ -7,7 +7,7 @@
 use super::{App, Out};
 use crate::board::FrontEnd;
 use plumbline_core::auto_exposure::{AutoExposure, Command, LATENCY_FRAMES};
-use plumbline_core::motion::{Moving, image_motion};
+use plumbline_core::motion::{Moving, longest_sharp_us};
 use plumbline_core::stamp::{StampSettings, Stamper};
 
 /// The control that the settings ask for. Planned exposures keep theirs: the shutter is opened half of it before the instant
@@ -23,18 +23,15 @@ impl App<'_> {
         self.auto_exposure.is_some()
     }
 
-    /// The longest exposure at which what moved like this is sharp; without limit where that is not known, and where nobody
-    /// asks.
-    pub(super) fn sharp_us(&self, moving: Option<&Moving>) -> u32 {
-        let Some(moving) = moving.filter(|_| self.controls_exposure()) else { return u32::MAX };
-        let camera = self.pipeline.with(|pipeline| pipeline.settings().camera);
-        let motion = camera.and_then(|camera| image_motion(&camera, moving, 0).ok());
-        motion.map_or(u32::MAX, |motion| motion.exposure_max_us)
+    /// The longest exposure at which what moved like this is sharp.
+    pub(super) fn sharp_us(&self, moving: &Moving) -> Option<u32> {
+        let camera = self.pipeline.with(|pipeline| pipeline.settings().camera)?;
+        longest_sharp_us(&camera, moving).ok()
     }
 
     /// All rows of frame `frame` are there, or as many as will come: commands another exposure where it is too bright, too dark
     /// or may be blurred.
-    pub(super) fn control_exposure(&self, frame: u32, sharp_us: u32, front_end: &mut impl FrontEnd) {
+    pub(super) fn control_exposure(&self, frame: u32, sharp_us: Option<u32>, front_end: &mut impl FrontEnd) {
         let Some(control) = &self.auto_exposure else { return };
         let brightness = self.pipeline.with(|pipeline| {
             let histogram = pipeline.histogram.as_mut()?;

@@ -47,7 +47,7 @@ pub async fn camera(
         }
         expected = start.sequence.wrapping_add(1);
         // While the frame's rows arrive there is time.
-        let sharp_us = app.sharp_us(moving.as_ref());
+        let sharp_us = moving.take().and_then(|moving| app.sharp_us(&moving));
         let mut work = Work { out: FrameOut::new(start.sequence), sharp_us };
         if let Err(refusal) = work.frame(app, start, front_end, timer, performance).await {
             work.out.report.refusal = refusal.code();
@@ -79,7 +79,7 @@ impl FrameOut {
 struct Work {
     out: FrameOut,
     /// Longest exposure without blur, by the frame before.
-    sharp_us: u32,
+    sharp_us: Option<u32>,
 }
 
 impl Work {
