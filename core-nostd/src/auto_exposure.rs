@@ -171,9 +171,12 @@ impl AutoExposure {
         let wanted_us = (taken_us * factor(brightness)).clamp(least_us, most_us);
         let (up, down) = (wanted_us / now_us, now_us / wanted_us);
         let off = up.max(down);
-        // Blur is no matter of taste.
-        self.is_moving = off > if self.is_moving { STOP } else { START } || now_us > most_us;
-        if !self.is_moving {
+        // Blur is no matter of taste, and where it bounds the exposure, this moves with the vehicle and not with the light.
+        let is_blurred = now_us > most_us;
+        let moves = off > if self.is_moving { STOP } else { START };
+        // It has not come to rest before a frame was taken with the newest command.
+        self.is_moving = !is_blurred && (moves || self.is_moving && taken_us != now_us);
+        if !moves && !is_blurred {
             return None;
         }
         let us = wanted_us.clamp(now_us / STEP, now_us * STEP) as u32;

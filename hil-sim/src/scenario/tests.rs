@@ -98,6 +98,16 @@ fn what_is_wrong_is_named() {
         ("[attitude_faults]\nstuck_s = [5, 3]", &["attitude_faults.stuck_s = [5, 3] has the later second first"]),
         ("[attitude_faults]\ngap_s = [0, nan]", &["attitude_faults.gap_s = NaN is not between 0 and"]),
         ("[attitude_faults]\nlost_s = [0, 1]", &["line 2", "unknown field `lost_s`"]),
+        (
+            "exposure_us = 9000\n[auto_exposure]\nis_on = true",
+            &["exposure_us = 9000", "auto_exposure.longest_us = 8000"],
+        ),
+        (
+            "frame_interval_ms = 10\n[auto_exposure]\nis_on = true",
+            &["auto_exposure.longest_us = 8000", "frame_interval_ms"],
+        ),
+        ("[light]\nstops = 11.0", &["light.stops = 11 is not between -10 and 10"]),
+        ("[light]\nstop = 1.0", &["light.stop"]),
         ("exposure_us = 500001", &["exposure_us = 500001 is not between 1 and 500000"]),
         ("frame_interval_ms = 10\nexposure_us = 5000", &["exposure_us = 5000", "frame_interval_ms = 10"]),
         ("frame_interval_ms = 20\nrolling_shutter_ms = 20.0", &["rolling_shutter_ms = 20", "frame_interval_ms = 20"]),

@@ -112,7 +112,7 @@ pub fn boot(clock_hz: u32, signing: Option<Signing>, journal: &'static dyn Journ
     let exposure = shutter.exposure.filter(|_| shutter.wired == Wired::Opening).ok_or(Grounded::Edges)?;
     let frame = (camera.cols(), camera.rows());
     let setting = Setting::new(&Wanted { frame, exposure_us: exposure.us, clock_hz }).map_err(Grounded::Sensor)?;
-    for limits in flight.stamps.exposure {
+    if let Some(limits) = flight.stamps.exposure {
         setting.exposed(limits.least_us, clock_hz).map_err(Grounded::Sensor)?;
         setting.exposed(limits.longest_us, clock_hz).map_err(Grounded::Sensor)?;
     }
