@@ -26,8 +26,9 @@ const DIM: f32 = MEAN_WANTED / 4.0;
 /// Longest exposure in the dark, times the longest that is sharp. Chosen: a blur of a pixel and a half in the place of half a
 /// one, less than the two frame pixels that a pixel of the patch spans where frames are averaged.
 const BLUR_IN_THE_DARK: f32 = 3.0;
-/// Grey that at most a fiftieth of the pixels may exceed. Chosen: noise of three grey levels, five sigmas, stays below 255.
-const BRIGHT_WANTED: f32 = 240.0;
+/// Grey that at most a fiftieth of the pixels may exceed: the middle of the last bin but one, above which noise of three grey
+/// levels, five sigmas, stays below 255.
+const BRIGHT_WANTED: f32 = 231.5;
 /// The share of pixels that may be brighter.
 const BRIGHT_SHARE: f32 = 0.02;
 /// By how much the exposure must be wrong before it moves, and how near it must come before it stands again. Chosen: 0.4 and
@@ -43,18 +44,21 @@ const CALM: f32 = 1.05;
 /// where all are. Chosen: with all white a frame is at least so much too bright, and steps are no larger.
 const WHITE: (f32, f32) = (0.8, 0.5);
 
-/// Greys in a bin.
-const BIN_GREYS: u8 = 8;
+/// Greys in a bin, and the grey that the first begins with: how dark the darker half is, the mean says.
+const BIN_GREYS: u8 = 16;
+const FIRST_GREY: u8 = 128;
 /// Bins of the histogram.
-const BINS: usize = 256 / BIN_GREYS as usize;
+const BINS: usize = 8;
 /// Every so many rows of a frame, and every so many pixels of such a row, are counted: 2048 of 512 x 512, of which a mean is
 /// good to a grey level.
 const ROW_STEP: u16 = 8;
 const COL_STEP: usize = 16;
 
-/// How many of a frame's pixels are how bright.
+/// How bright a frame's pixels are: their mean, and how many of the bright ones are how bright.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Histogram {
+    count: u32,
+    sum: u32,
     bins: [u16; BINS],
 }
 
@@ -63,7 +67,7 @@ pub struct Histogram {
 pub struct Brightness {
     /// Mean grey.
     pub mean: f32,
-    /// Grey that a fiftieth of the pixels exceed.
+    /// Grey that a fiftieth of the pixels exceed, to half a bin; 0 where it is below the bins.
     pub bright: f32,
     /// Share of pixels in the last bin, which ends at white.
     pub white: f32,
@@ -78,12 +82,12 @@ impl Default for Histogram {
 impl Histogram {
     /// Empty.
     pub const fn new() -> Self {
-        Histogram { bins: [0; BINS] }
+        Histogram { count: 0, sum: 0, bins: [0; BINS] }
     }
 
     /// Empties it.
     pub fn clear(&mut self) {
-        self.bins = [0; BINS];
+        *self = Histogram::new();
     }
 
     /// Counts `rows` of `cols` pixels each, of which the first is row `first` of the frame. In what pieces they come makes no
@@ -92,8 +96,11 @@ impl Histogram {
         let skipped = (ROW_STEP - first % ROW_STEP) % ROW_STEP;
         let lines = rows.chunks_exact(usize::from(cols).max(1)).skip(usize::from(skipped));
         for line in lines.step_by(usize::from(ROW_STEP)) {
-            for pixel in line.iter().step_by(COL_STEP) {
-                if let Some(bin) = self.bins.get_mut(usize::from(pixel / BIN_GREYS)) {
+            for &pixel in line.iter().step_by(COL_STEP) {
+                (self.count, self.sum) = (self.count.wrapping_add(1), self.sum.wrapping_add(pixel.into()));
+                if let Some(above) = pixel.checked_sub(FIRST_GREY)
+                    && let Some(bin) = self.bins.get_mut(usize::from(above / BIN_GREYS))
+                {
                     *bin = bin.saturating_add(1);
                 }
             }
@@ -102,23 +109,20 @@ impl Histogram {
 
     /// What it says; nothing while it is empty.
     pub fn brightness(&self) -> Option<Brightness> {
-        let grey = |bin: usize| BIN_GREYS as f32 * (bin as f32 + 0.5) - 0.5;
-        let counts = || self.bins.iter().map(|&count| count as f32);
-        let count: f32 = counts().sum();
-        if count == 0.0 {
+        if self.count == 0 {
             return None;
         }
-        let sum: f32 = counts().enumerate().map(|(bin, count)| count * grey(bin)).sum();
-        let (mut above, mut bright) = (0.0, 0.0);
-        for (bin, count_here) in counts().enumerate().rev() {
-            above += count_here;
-            if above > BRIGHT_SHARE * count {
-                bright = grey(bin);
+        let share = |count: u32| count as f32 / self.count as f32;
+        let (mut above, mut bright) = (0, 0.0);
+        for (bin, &count) in self.bins.iter().enumerate().rev() {
+            above += u32::from(count);
+            if share(above) > BRIGHT_SHARE {
+                bright = FIRST_GREY as f32 + BIN_GREYS as f32 * (bin as f32 + 0.5) - 0.5;
                 break;
             }
         }
-        let white = counts().next_back().unwrap_or(0.0) / count;
-        Some(Brightness { mean: sum / count, bright, white })
+        let [.., white] = self.bins;
+        Some(Brightness { mean: share(self.sum), bright, white: share(white.into()) })
     }
 }
 
@@ -158,11 +162,15 @@ impl AutoExposure {
         self.commands.iter().rev().find(holds).unwrap_or(oldest).us
     }
 
-    /// What frame `frame`, as bright as that, says of the exposures to come: another one, or nothing where they stay.
-    /// `sharp_us`: the longest exposure without blur, where it is known.
-    pub fn after(&mut self, frame: u32, brightness: &Brightness, sharp_us: Option<u32>) -> Option<u32> {
-        let [least_us, longest_us] = [self.limits.least_us, self.limits.longest_us].map(|us| us as f32);
+    /// A frame goes by whose exposure, as the vehicle moved last, would be sharp up to `sharp_us`; nothing where that is not
+    /// known.
+    pub fn moved(&mut self, sharp_us: Option<u32>) {
         self.sharp_us = (CALM * self.sharp_us).min(sharp_us.map_or(f32::INFINITY, |us| us as f32));
+    }
+
+    /// What frame `frame`, as bright as that, says of the exposures to come: another one, or nothing where they stay.
+    pub fn after(&mut self, frame: u32, brightness: &Brightness) -> Option<u32> {
+        let [least_us, longest_us] = [self.limits.least_us, self.limits.longest_us].map(|us| us as f32);
         let taken_us = self.of(frame) as f32;
         let dim_us = taken_us * DIM / at_least_one(brightness.mean);
         let most_us = self.sharp_us.max(dim_us.min(BLUR_IN_THE_DARK * self.sharp_us)).clamp(least_us, longest_us);

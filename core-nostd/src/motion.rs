@@ -27,7 +27,7 @@ pub mod first_order;
 
 use crate::camera::Camera;
 use crate::math;
-use crate::tilt::{Attitude, Turns, rotation};
+use crate::tilt::{Attitude, camera_from_local};
 use crate::units::Radians;
 use nalgebra::{Matrix3, Vector3};
 
@@ -140,12 +140,6 @@ impl Flow {
     /// # Errors
     /// [`MotionError`].
     pub fn new(camera: &Camera, moving: &Moving) -> Result<Self, MotionError> {
-        Flow::by(math::sin_cos, camera, moving)
-    }
-
-    /// By the given sine and cosine.
-    #[inline(always)]
-    fn by(sin_cos: impl Fn(f32) -> (f32, f32), camera: &Camera, moving: &Moving) -> Result<Self, MotionError> {
         let Moving { attitude, follow_up, rates, velocity, height_m } = *moving;
         let numbers = [rates.heading, rates.pitch, rates.roll, rates.follow_up, follow_up.0];
         let speeds = [velocity.north, velocity.up, velocity.east];
@@ -158,11 +152,10 @@ impl Flow {
         if !attitude.looks_down() {
             return Err(MotionError::Tilt);
         }
-        let turns = Turns::by(sin_cos, attitude, follow_up);
-        let a = rotation(&turns);
+        let a = camera_from_local(attitude, follow_up);
         let (k_h, k_v) = camera.tangent_per_px();
         Ok(Flow {
-            rate: angular_rate(&turns, rates),
+            rate: angular_rate(attitude, follow_up, rates),
             velocity: a * Vector3::new(velocity.north, velocity.up, velocity.east) / height_m,
             up: a * Vector3::new(0.0, 1.0, 0.0),
             k: (k_h, k_v),
@@ -189,8 +182,10 @@ impl Flow {
 
 /// Angular rate of the camera on its own axes (forward, up, right). Each elementary turn of eq. 1 adds its rate about
 /// its axis, turned by those that follow it: ω = β' eu + RY(β) (γ' ef + RX(γ) (θ' er − φ' RZ(θ) eu)).
-pub(crate) fn angular_rate(turns: &Turns, rates: Rates) -> Vector3<f32> {
-    let Turns { pitch: (st, ct), roll: (sg, cg), follow_up: (sb, cb), .. } = *turns;
+pub(crate) fn angular_rate(attitude: Attitude, follow_up: Radians, rates: Rates) -> Vector3<f32> {
+    let (sb, cb) = math::sin_cos(follow_up.0);
+    let (sg, cg) = math::sin_cos(attitude.roll.0);
+    let (st, ct) = math::sin_cos(attitude.pitch.0);
     let turned = Vector3::new(-rates.heading * st, -rates.heading * ct, rates.pitch);
     let by_roll = Matrix3::new(1.0, 0.0, 0.0, 0.0, cg, sg, 0.0, -sg, cg);
     let by_follow_up = Matrix3::new(cb, 0.0, -sb, 0.0, 1.0, 0.0, sb, 0.0, cb);
@@ -198,25 +193,15 @@ pub(crate) fn angular_rate(turns: &Turns, rates: Rates) -> Vector3<f32> {
     turned + Vector3::new(0.0, rates.follow_up, 0.0)
 }
 
-/// The longest exposure that keeps the blur at half a pixel, microseconds, to a hundredth of it: [`image_motion`] without the
-/// figures that nobody asks for, by approximate sines. `u32::MAX` where nothing moves.
+/// Blur of an exposure of `exposure_us`: the longest displacement over corners and sides of the frame, which is the
+/// longest of all.
+///
+/// Cost: 32 points of some 40 operations, once a frame; nothing waits for it, so its place is after the fix.
 ///
 /// # Errors
 /// [`MotionError`].
-pub fn longest_sharp_us(camera: &Camera, moving: &Moving) -> Result<u32, MotionError> {
-    let flow = Flow::by(math::approximate_sin_cos, camera, moving)?;
-    let (speed2, _) = fastest(camera, &flow);
-    sharp_us(math::sqrt(speed2))
-}
-
-/// The longest exposure at a speed of the picture, pixels a second.
-fn sharp_us(speed: f32) -> Result<u32, MotionError> {
-    // A cast saturates, of an infinite quotient too.
-    if speed.is_finite() { Ok((BLUR_WARNING_PX * 1e6 / speed) as u32) } else { Err(MotionError::NotFinite) }
-}
-
-/// The largest speed of the picture over the frame, squared, and where it is: (m right, n forward) of the frame's centre.
-fn fastest(camera: &Camera, flow: &Flow) -> (f32, (f32, f32)) {
+pub fn image_motion(camera: &Camera, moving: &Moving, exposure_us: u32) -> Result<ImageMotion, MotionError> {
+    let flow = Flow::new(camera, moving)?;
     let (half_cols, half_rows) = (0.5 * camera.cols() as f32, 0.5 * camera.rows() as f32);
     let (offset_m, offset_n) = camera.offset_px();
     let (mut most, mut at) = (0.0f32, (0.0, 0.0));
@@ -236,27 +221,16 @@ fn fastest(camera: &Camera, flow: &Flow) -> (f32, (f32, f32)) {
             (most, at) = (speed2, (m, n));
         }
     }
-    (most, at)
-}
-
-/// Blur of an exposure of `exposure_us`: the longest displacement over corners and sides of the frame, which is the
-/// longest of all.
-///
-/// Cost: 32 points of some 40 operations, once a frame; nothing waits for it, so its place is after the fix.
-///
-/// # Errors
-/// [`MotionError`].
-pub fn image_motion(camera: &Camera, moving: &Moving, exposure_us: u32) -> Result<ImageMotion, MotionError> {
-    let flow = Flow::new(camera, moving)?;
-    let (speed2, at) = fastest(camera, &flow);
-    let (seconds, speed) = (exposure_us as f32 * 1e-6, math::sqrt(speed2));
-    let exposure_max_us = sharp_us(speed)?;
-    let (offset_m, offset_n) = camera.offset_px();
+    let (seconds, speed) = (exposure_us as f32 * 1e-6, math::sqrt(most));
     let centre = flow.at(-offset_m, -offset_n);
+    if !speed.is_finite() {
+        return Err(MotionError::NotFinite);
+    }
     Ok(ImageMotion {
         max_px: speed * seconds,
         at,
         centre_px: (centre.0 * seconds, centre.1 * seconds),
-        exposure_max_us,
+        // A cast saturates, of an infinite quotient too.
+        exposure_max_us: (BLUR_WARNING_PX * 1e6 / speed) as u32,
     })
 }

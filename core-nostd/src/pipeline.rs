@@ -192,7 +192,6 @@ impl<'t> Pipeline<'t> {
     /// [`Refusal::NoRange`] before the first range.
     pub fn begin_frame(&mut self) -> Result<(), Refusal> {
         self.reducer = None;
-        self.histogram.iter_mut().for_each(Histogram::clear);
         let (_, slant_m) = self.streams.slant.history().newest().ok_or(Refusal::NoRange)?;
         let camera = &self.settings.camera;
         let ratio = camera.ratio(slant_m, self.tile.ground_resolution().0).min(RATIO_MAX);

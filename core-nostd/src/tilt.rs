@@ -48,34 +48,10 @@ impl Attitude {
 /// The second matrix is printed with θ; γ belongs there, or roll occurs nowhere. φ turns clockwise and β
 /// counter-clockwise about the same axis, so their opposite signs in eq. 1 are right.
 pub fn camera_from_local(attitude: Attitude, follow_up: Radians) -> Matrix3<f32> {
-    rotation(&Turns::by(math::sin_cos, attitude, follow_up))
-}
-
-/// Sines and cosines of the turns of eq. 1.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Turns {
-    pub heading: (f32, f32),
-    pub pitch: (f32, f32),
-    pub roll: (f32, f32),
-    pub follow_up: (f32, f32),
-}
-
-impl Turns {
-    /// By the given sine and cosine.
-    #[inline(always)]
-    pub fn by(sin_cos: impl Fn(f32) -> (f32, f32), attitude: Attitude, follow_up: Radians) -> Self {
-        Turns {
-            heading: sin_cos(attitude.heading.0),
-            pitch: sin_cos(attitude.pitch.0),
-            roll: sin_cos(attitude.roll.0),
-            follow_up: sin_cos(follow_up.0),
-        }
-    }
-}
-
-/// The rotation of eq. 1.
-pub(crate) fn rotation(turns: &Turns) -> Matrix3<f32> {
-    let Turns { heading: (sp, cp), pitch: (st, ct), roll: (sg, cg), follow_up: (sb, cb) } = *turns;
+    let (sb, cb) = math::sin_cos(follow_up.0);
+    let (sg, cg) = math::sin_cos(attitude.roll.0);
+    let (st, ct) = math::sin_cos(attitude.pitch.0);
+    let (sp, cp) = math::sin_cos(attitude.heading.0);
     let (mut forward, mut up, mut right) = ([cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]);
     turn(&mut forward, &mut up, (st, ct));
     turn(&mut up, &mut right, (sg, cg));

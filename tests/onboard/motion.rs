@@ -3,7 +3,7 @@
 
 use plumbline_core::camera::Camera;
 use plumbline_core::motion::first_order::Stabilised;
-use plumbline_core::motion::{Flow, ImageMotion, MotionError, Moving, Rates, Velocity, image_motion, longest_sharp_us};
+use plumbline_core::motion::{Flow, ImageMotion, MotionError, Moving, Rates, Velocity, image_motion};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::Radians;
 use plumbline_sim::oracle;
@@ -250,24 +250,6 @@ fn blur_is_the_largest_displacement_of_the_frame() {
         let longer = image_motion(&camera, &truth.core(), exposure_max_us + 100).expect("a flight");
         assert!(longer.is_blurred(), "{longer:?}");
     }
-}
-
-/// By approximate sines the longest sharp exposure is the same to a hundredth, and refused alike.
-#[test]
-fn the_longest_sharp_exposure_is_that_of_the_blur() {
-    let (camera, _) = cameras();
-    let mut random = Random::new(27);
-    let mut worst = 0.0f64;
-    for _ in 0..2000 {
-        let truth = Truth::random(&mut random);
-        let exact = image_motion(&camera, &truth.core(), 0).expect("a flight").exposure_max_us;
-        let approximate = longest_sharp_us(&camera, &truth.core()).expect("a flight");
-        worst = worst.max((f64::from(approximate) / f64::from(exact) - 1.0).abs());
-    }
-    println!("longest sharp exposure: at most {:.3} % off", 100.0 * worst);
-    assert!(worst < 0.01, "{worst}");
-    let low = Moving { height_m: 0.0, ..Truth::random(&mut random).core() };
-    assert_eq!(longest_sharp_us(&camera, &low), Err(MotionError::Height));
 }
 
 /// The mean of the exact track lies at the point of mid-exposure up to T² x''/24 (and T⁴ terms a thousand times

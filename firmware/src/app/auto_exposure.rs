@@ -7,7 +7,7 @@
 use super::{App, Out};
 use crate::board::FrontEnd;
 use plumbline_core::auto_exposure::{AutoExposure, Command, LATENCY_FRAMES};
-use plumbline_core::motion::{Moving, longest_sharp_us};
+use plumbline_core::motion::{Moving, image_motion};
 use plumbline_core::stamp::{StampSettings, Stamper};
 
 /// The control that the settings ask for. Planned exposures keep theirs: the shutter is opened half of it before the instant
@@ -23,15 +23,20 @@ impl App<'_> {
         self.auto_exposure.is_some()
     }
 
-    /// The longest exposure at which what moved like this is sharp.
-    pub(super) fn sharp_us(&self, moving: &Moving) -> Option<u32> {
-        let camera = self.pipeline.with(|pipeline| pipeline.settings().camera)?;
-        longest_sharp_us(&camera, moving).ok()
+    /// How the vehicle moved in the frame before, where that is known: while a frame's rows arrive there is time to reckon with
+    /// it.
+    pub(super) fn exposure_moved(&self, moving: Option<Moving>) {
+        let Some(control) = &self.auto_exposure else { return };
+        let sharp_us = moving.and_then(|moving| {
+            let camera = self.pipeline.with(|pipeline| pipeline.settings().camera)?;
+            image_motion(&camera, &moving, 0).ok().map(|motion| motion.exposure_max_us)
+        });
+        control.with(|control| control.moved(sharp_us));
     }
 
     /// All rows of frame `frame` are there, or as many as will come: commands another exposure where it is too bright, too dark
     /// or may be blurred.
-    pub(super) fn control_exposure(&self, frame: u32, sharp_us: Option<u32>, front_end: &mut impl FrontEnd) {
+    pub(super) fn control_exposure(&self, frame: u32, front_end: &mut impl FrontEnd) {
         let Some(control) = &self.auto_exposure else { return };
         let brightness = self.pipeline.with(|pipeline| {
             let histogram = pipeline.histogram.as_mut()?;
@@ -41,7 +46,7 @@ impl App<'_> {
             brightness
         });
         let own = control.with(|control| {
-            let us = control.after(frame, brightness.flatten().as_ref()?, sharp_us)?;
+            let us = control.after(frame, brightness.flatten().as_ref()?)?;
             Some(Command { from: frame.wrapping_add(LATENCY_FRAMES), us: front_end.expose(us)? })
         });
         if let Some(command) = self.journal.exposure(own.flatten()) {

@@ -46,9 +46,8 @@ pub async fn camera(
             app.count(|c| c.frames_lost = c.frames_lost.saturating_add(lost));
         }
         expected = start.sequence.wrapping_add(1);
-        // While the frame's rows arrive there is time.
-        let sharp_us = moving.take().and_then(|moving| app.sharp_us(&moving));
-        let mut work = Work { out: FrameOut::new(start.sequence), sharp_us };
+        app.exposure_moved(moving.take());
+        let mut work = Work { out: FrameOut::new(start.sequence) };
         if let Err(refusal) = work.frame(app, start, front_end, timer, performance).await {
             work.out.report.refusal = refusal.code();
         }
@@ -78,8 +77,6 @@ impl FrameOut {
 /// What is known of the frame so far.
 struct Work {
     out: FrameOut,
-    /// Longest exposure without blur, by the frame before.
-    sharp_us: Option<u32>,
 }
 
 impl Work {
@@ -94,7 +91,7 @@ impl Work {
         app.gate(Gate::Begin).await;
         let rows = self.rows(app, start, front_end, performance).await;
         app.event(Event::Rows(rows));
-        app.control_exposure(start.sequence, self.sharp_us, front_end);
+        app.control_exposure(start.sequence, front_end);
         // A frame without rows has had its edges all the same.
         let stamped = app.stamper.with(|stamper| {
             app.expect_exposure(start.sequence, stamper);

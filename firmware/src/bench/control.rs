@@ -1,12 +1,12 @@
 //! What the control of exposure and servo costs: a frame's histogram, the next exposure, the longest that is sharp, and the
-//! servo's command; the last two by libm as well.
+//! servo's command, by libm as well.
 
 use super::poses::Pose;
 use super::region::{Stand, region};
 use core::hint::black_box;
 use plumbline_core::auto_exposure::{AutoExposure, Histogram};
 use plumbline_core::camera::Camera;
-use plumbline_core::motion::{Moving, Rates, Velocity, image_motion, longest_sharp_us};
+use plumbline_core::motion::{Moving, Rates, Velocity, image_motion};
 use plumbline_core::stamp::ExposureLimits;
 use plumbline_core::tilt::{approximate_follow_up_command, follow_up_command};
 use plumbline_core::units::Radians;
@@ -32,16 +32,15 @@ pub fn run(stand: &mut impl Stand, picture: &[u8]) -> bool {
         }
     });
     let mut control = AutoExposure::new(ExposureLimits { least_us: 60, longest_us: 8000 }, 100);
+    control.moved(Some(SHARP_US));
     let next = region(stand, ("exposure", "next"), "any", || {
-        histogram.brightness().and_then(|brightness| control.after(7, &brightness, Some(SHARP_US)))
+        histogram.brightness().and_then(|brightness| control.after(7, &brightness))
     });
     let mut are_sharp = true;
     for pose in Pose::all() {
         let (attitude, follow_up) = (pose.attitude(), pose.follow_up());
         let moving = Moving { attitude, follow_up, rates: RATES, velocity: VELOCITY, height_m: 120.0 };
         let name = ("longest sharp exposure", "all");
-        are_sharp &= region(stand, name, pose, || longest_sharp_us(&camera, black_box(&moving))).is_ok();
-        let name = ("longest sharp exposure, by libm", "all");
         are_sharp &= region(stand, name, pose, || image_motion(&camera, black_box(&moving), 0)).is_ok();
         region(stand, ("servo command", "all"), pose, || approximate_follow_up_command(black_box(attitude)));
         region(stand, ("servo command, by libm", "all"), pose, || follow_up_command(black_box(attitude)));

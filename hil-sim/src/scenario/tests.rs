@@ -1,4 +1,4 @@
-use super::{BUILT_IN, Camera, FollowUpMode, Frame, Ground, Scenario};
+use super::{BUILT_IN, Camera, FollowUpMode, Frame, Ground, Light, Scenario, WARM_UP_US};
 use plumbline_survey::error::InputError;
 use std::path::{Path, PathBuf};
 
@@ -98,16 +98,6 @@ fn what_is_wrong_is_named() {
         ("[attitude_faults]\nstuck_s = [5, 3]", &["attitude_faults.stuck_s = [5, 3] has the later second first"]),
         ("[attitude_faults]\ngap_s = [0, nan]", &["attitude_faults.gap_s = NaN is not between 0 and"]),
         ("[attitude_faults]\nlost_s = [0, 1]", &["line 2", "unknown field `lost_s`"]),
-        (
-            "exposure_us = 9000\n[auto_exposure]\nis_on = true",
-            &["exposure_us = 9000", "auto_exposure.longest_us = 8000"],
-        ),
-        (
-            "frame_interval_ms = 10\n[auto_exposure]\nis_on = true",
-            &["auto_exposure.longest_us = 8000", "frame_interval_ms"],
-        ),
-        ("[light]\nstops = 11.0", &["light.stops = 11 is not between -10 and 10"]),
-        ("[light]\nstop = 1.0", &["light.stop"]),
         ("exposure_us = 500001", &["exposure_us = 500001 is not between 1 and 500000"]),
         ("frame_interval_ms = 10\nexposure_us = 5000", &["exposure_us = 5000", "frame_interval_ms = 10"]),
         ("frame_interval_ms = 20\nrolling_shutter_ms = 20.0", &["rolling_shutter_ms = 20", "frame_interval_ms = 20"]),
@@ -155,4 +145,38 @@ fn pixels_are_square_as_far_as_a_data_sheet_says() {
     assert!(camera("46.83").is_ok(), "{:?}", camera("46.83"));
     let refused = camera("50.0").expect_err("not square").to_string();
     assert!(refused.contains("camera.fov_v_deg = 46.8264 would be"), "{refused}");
+}
+
+#[test]
+fn exposures_and_light_that_cannot_be_are_named() {
+    for (text, words) in [
+        (
+            "exposure_us = 9000\n[auto_exposure]\nis_on = true",
+            ["exposure_us = 9000", "auto_exposure.longest_us = 8000"],
+        ),
+        (
+            "frame_interval_ms = 10\n[auto_exposure]\nis_on = true",
+            ["auto_exposure.longest_us = 8000", "frame_interval"],
+        ),
+        ("[auto_exposure]\nleast_us = 0", ["auto_exposure.least_us = 0", "between 4 and 500000"]),
+        ("[light]\nstops = 11.0", ["light.stops = 11", "between -10 and 10"]),
+        ("[light]\nstop = 1.0", ["light.stop", "is no key"]),
+    ] {
+        let error = parse(text).expect_err(text).to_string();
+        for word in words {
+            assert!(error.contains(word), "{text:?} gives {error:?} without {word:?}");
+        }
+    }
+}
+
+#[test]
+fn light_grows_by_stops() {
+    let mut scenario = Scenario::of_frames(240);
+    let gain = |scenario: &Scenario, since_s: u64| scenario.gain(2000, WARM_UP_US + 1_000_000 * since_s);
+    assert_eq!(gain(&scenario, 10), 1.0);
+    assert_eq!(scenario.gain(4000, WARM_UP_US), 2.0);
+    scenario.world.light = Light { stops: 1.0, from_stops: -3.0, to_stops: 0.0, over_s: None };
+    assert_eq!([0, 20, 40, 60, 90].map(|at| gain(&scenario, at)), [0.25, 0.5, 1.0, 2.0, 2.0]);
+    scenario.world.light.over_s = Some(6.0);
+    assert_eq!([0, 2, 6].map(|at| gain(&scenario, at)), [0.25, 0.5, 2.0]);
 }
