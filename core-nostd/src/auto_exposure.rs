@@ -173,10 +173,10 @@ impl AutoExposure {
         let [least_us, longest_us] = [self.limits.least_us, self.limits.longest_us].map(|us| us as f32);
         let taken_us = self.of(frame) as f32;
         let dim_us = taken_us * DIM / at_least_one(brightness.mean);
-        let most_us = self.sharp_us.max(dim_us.min(BLUR_IN_THE_DARK * self.sharp_us)).clamp(least_us, longest_us);
+        let most_us = self.sharp_us.max(dim_us.min(BLUR_IN_THE_DARK * self.sharp_us)).min(longest_us).max(least_us);
         let [.., newest] = &self.commands;
         let now_us = newest.us as f32;
-        let wanted_us = (taken_us * factor(brightness)).clamp(least_us, most_us);
+        let wanted_us = (taken_us * factor(brightness)).max(least_us).min(most_us);
         let (up, down) = (wanted_us / now_us, now_us / wanted_us);
         let off = up.max(down);
         // Blur is no matter of taste, and where it bounds the exposure, this moves with the vehicle and not with the light.
@@ -187,7 +187,7 @@ impl AutoExposure {
         if !moves && !is_blurred {
             return None;
         }
-        let us = wanted_us.clamp(now_us / STEP, now_us * STEP) as u32;
+        let us = wanted_us.max(now_us / STEP).min(now_us * STEP) as u32;
         (us != newest.us && us > 0).then_some(us)
     }
 
