@@ -98,6 +98,7 @@ pub mod pose;
 pub mod mount;
 pub mod homography;
 pub mod motion;
+pub mod auto_exposure;
 pub mod reduce;
 pub mod rectify;
 pub mod matching;

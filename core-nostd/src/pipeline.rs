@@ -17,6 +17,7 @@ mod velocity;
 mod whereabouts;
 mod register;
 
+use crate::auto_exposure::Histogram;
 use crate::budget::{FRAME_MEMORY_BYTES, POSE_MAX_BYTES};
 use crate::homography::{FrameFromPatch, Placement};
 use crate::image::Run;
@@ -54,6 +55,8 @@ pub struct Pipeline<'t> {
     reducer: Option<Reducer>,
     /// What [`sampled`] makes of the newest frame.
     sample: Option<u32>,
+    /// How bright the frame is whose rows arrive, where somebody wants to know.
+    pub histogram: Option<Histogram>,
     /// Of the newest patch.
     placement: Placement,
     whereabouts: Whereabouts,
@@ -96,6 +99,7 @@ impl<'t> Pipeline<'t> {
             is_off_the_map: false,
             reducer: None,
             sample: None,
+            histogram: None,
             placement: Placement::default(),
             whereabouts: Whereabouts::default(),
             velocity: VelocityError::default(),
@@ -181,6 +185,9 @@ impl<'t> Pipeline<'t> {
     /// [`Refusal::BadFrame`] for another number of pixels, rows too many, or without [`Pipeline::begin_frame`].
     pub fn rows(&mut self, rows: &[u8]) -> Result<(), Refusal> {
         let reducer = self.reducer.as_mut().ok_or(Refusal::BadFrame)?;
+        if let Some(histogram) = &mut self.histogram {
+            histogram.count(rows, self.settings.camera.cols(), reducer.rows_taken());
+        }
         Ok(reducer.take(rows, self.frame_memory)?)
     }
 

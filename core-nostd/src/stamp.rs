@@ -19,7 +19,9 @@ use crate::units::{Micros, Ticks};
 pub use association::Association;
 pub use clock::{Clock, ClockState};
 pub use edges::{Edge, EdgeError, Edges};
-pub use settings::{ClockSettings, KnownExposure, Polarity, SettingsError, ShutterSettings, StampSettings, Wired};
+pub use settings::{
+    ClockSettings, ExposureLimits, KnownExposure, Polarity, SettingsError, ShutterSettings, StampSettings, Wired,
+};
 
 /// Longest exposure that is believed; a longer one is a lost edge.
 pub const EXPOSURE_MAX_US: i32 = 500_000;
@@ -163,6 +165,13 @@ impl Stamper {
         };
         *counter = counter.wrapping_add(1);
         taken
+    }
+
+    /// The next frame was exposed for so long: what is known of it where its camera is told its exposures.
+    pub fn expect_exposure(&mut self, us: u32) {
+        if let Some(known) = &mut self.shutter.exposure {
+            known.us = us;
+        }
     }
 
     /// To be called now and then, at least every ten minutes: what is so old that the timer's wrap would make it look

@@ -86,6 +86,15 @@ pub fn follow_up_command(attitude: Attitude) -> Radians {
     Radians(math::atan2(ct * sp, cg * cp + sg * st * sp))
 }
 
+/// [`follow_up_command`] to half a hundredth of a radian, for a servo whose encoder is read: what it really does is measured, and
+/// so this enters no rectification.
+pub fn approximate_follow_up_command(attitude: Attitude) -> Radians {
+    let (sg, cg) = math::approximate_sin_cos(attitude.roll.0);
+    let (st, ct) = math::approximate_sin_cos(attitude.pitch.0);
+    let (sp, cp) = math::approximate_sin_cos(attitude.heading.0);
+    Radians(math::approximate_atan2(ct * sp, cg * cp + sg * st * sp))
+}
+
 /// Equivalent pitch and roll of a camera that follows with `follow_up` (eq. 5), exact:
 /// sin θ1 = sin θ cos β + cos θ sin γ sin β, γ1 = atan2(sin γ cos φ − cos γ sin θ sin φ, cos θ cos γ / cos θ1).
 ///

@@ -15,6 +15,7 @@
 //! A vehicle whose stores were refused runs [`grounded`] instead. All run on one executor in one thread: what they share
 //! they use in one go, and await nothing meanwhile ([`Shared`]).
 
+mod auto_exposure;
 mod autopilot;
 pub mod beat;
 pub mod camera;
@@ -33,7 +34,7 @@ use crate::wire::command::{Acknowledgement, Ask};
 use crate::wire::decoder::LinkCounters;
 use crate::wire::incoming::Speakers;
 use crate::wire::signing::{Refused, Signing};
-use crate::wire::telemetry::{FrameReport, InstantReport, PhotoReport};
+use crate::wire::telemetry::{ExposureReport, FrameReport, InstantReport, PhotoReport};
 use autopilot::Autopilot;
 pub use autopilot::Companion;
 use core::cell::Cell;
@@ -44,6 +45,7 @@ use embassy_sync::signal::Signal;
 use exposures::Flown;
 use mavlink::dialects::common::MavSeverity;
 use outbox::Outbox;
+use plumbline_core::auto_exposure::{AutoExposure, Histogram};
 use plumbline_core::fix::Fix;
 use plumbline_core::pipeline::{Arrival, Pipeline, Situation};
 use plumbline_core::stamp::{StampSettings, Stamper};
@@ -74,6 +76,8 @@ pub enum Out {
     TimesyncAnswer(i64),
     /// A planned photo.
     Photo(PhotoReport),
+    /// A command to the camera.
+    Exposure(ExposureReport),
     /// A line for the pilot.
     Text(MavSeverity, Line),
     /// A frame's result, with the number of the patch to be sent behind it.
@@ -183,6 +187,8 @@ pub struct App<'t> {
     /// The newest command to the follow-up axis.
     servo: Cell<Option<Radians>>,
     flown: Option<Flown<'t>>,
+    /// The control of the exposure, where there is one.
+    auto_exposure: Option<Shared<AutoExposure>>,
     send_patches: bool,
     journal: &'t dyn Journal,
 }
@@ -191,7 +197,7 @@ impl<'t> App<'t> {
     /// An application around a pipeline, with what its stamps depend on, the photos that are planned, the link that it is
     /// on, and what messages on it are signed with. All that decides goes into the `journal`.
     pub fn new(
-        pipeline: Pipeline<'t>,
+        mut pipeline: Pipeline<'t>,
         stamps: &StampSettings,
         plan: Option<Plan<'t>>,
         send_patches: bool,
@@ -199,6 +205,8 @@ impl<'t> App<'t> {
         signing: Option<Signing>,
         journal: &'t dyn Journal,
     ) -> Self {
+        let auto_exposure = auto_exposure::of(stamps, plan.is_some());
+        pipeline.histogram = auto_exposure.is_some().then(Histogram::new);
         App {
             pipeline: Shared::new(pipeline),
             stamper: Shared::new(Stamper::new(stamps)),
@@ -216,6 +224,7 @@ impl<'t> App<'t> {
             resets: Cell::new(None),
             servo: Cell::new(None),
             flown: plan.map(|plan| Flown::new(plan, &stamps.shutter)),
+            auto_exposure: auto_exposure.map(Shared::new),
             send_patches,
             journal,
         }

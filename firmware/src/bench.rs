@@ -12,11 +12,13 @@
 //! | [`texture`] | pictures |
 //! | [`scenery`] | a frame as a tilted camera would take it of a tile |
 //! | [`rectify`] | cases of the rectification alone |
+//! | [`control`] | the exposure's control and the servo's command |
 //! | [`signing`] | a message signed and verified |
 //! | [`frame`] | cases of the whole chain from edge to fix, and of getting a lost position back |
 
 #[cfg(all(target_os = "none", feature = "an500"))]
 pub mod counter;
+pub mod control;
 pub mod frame;
 pub mod poses;
 pub mod rectify;

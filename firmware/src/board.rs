@@ -33,6 +33,11 @@ pub trait FrontEnd {
     async fn frame(&mut self) -> FrameStart;
     /// Waits for the frame's next `count` rows, a small part of its ring.
     async fn rows(&mut self, count: u16) -> Rows<'_>;
+    /// Has the sensor expose for `us` from the frame on that comes [`LATENCY_FRAMES`] after the newest, while the next one has
+    /// not begun; returns at once. What the sensor makes of it, whole microseconds; nothing where the board cannot.
+    ///
+    /// [`LATENCY_FRAMES`]: plumbline_core::auto_exposure::LATENCY_FRAMES
+    fn expose(&mut self, us: u32) -> Option<u32>;
 }
 
 /// Where received bytes come from.

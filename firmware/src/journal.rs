@@ -11,6 +11,7 @@ use crate::board::FrameStart;
 use crate::wire::signing::Verdict;
 use crate::wire::telemetry::{FrameReport, InstantReport};
 use core::task::{Poll, Waker};
+use plumbline_core::auto_exposure::Command;
 use plumbline_core::image::Run;
 use plumbline_core::pipeline::Refusal;
 use plumbline_core::stamp::Edge;
@@ -68,6 +69,10 @@ pub trait Journal {
     /// has no key, answers that of the flight; in flight it is the application's own.
     fn verdict(&self, number: u8, own: Verdict) -> Verdict;
 
+    /// The command to the camera that follows the newest frame's rows. A replay, which has no pixels, answers what was commanded in
+    /// flight; in flight it is the application's own.
+    fn exposure(&self, own: Option<Command>) -> Option<Command>;
+
     /// Whether the application may pass; in flight always.
     fn gate(&self, gate: Gate, waker: &Waker) -> Poll<()>;
 }
@@ -82,6 +87,10 @@ impl Journal for NoJournal {
     fn patch(&self, _: (u16, u16), _: &[Run], _: &mut [u8]) {}
 
     fn verdict(&self, _: u8, own: Verdict) -> Verdict {
+        own
+    }
+
+    fn exposure(&self, own: Option<Command>) -> Option<Command> {
         own
     }
 

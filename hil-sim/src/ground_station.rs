@@ -11,7 +11,7 @@ use plumbline_firmware::wire::command::{Acknowledgement, Command};
 use plumbline_firmware::wire::decoder::{Decoder, Packet};
 use plumbline_firmware::wire::fix_message::{Odometry, VisionPosition};
 use plumbline_firmware::wire::telemetry::{
-    FrameReport, Health, InstantReport, PhotoReport, PlanReport, SigningReport, Telemetry,
+    ExposureReport, FrameReport, Health, InstantReport, PhotoReport, PlanReport, SigningReport, Telemetry,
 };
 use std::collections::BTreeMap;
 
@@ -60,6 +60,8 @@ pub struct GroundStation {
     pub health: Health,
     /// Planned exposures reported since last asked.
     pub due: Vec<PhotoReport>,
+    /// Commands to the camera since last asked.
+    pub exposures: Vec<ExposureReport>,
     /// Numbers of the planned photos, by frame.
     pub photos: BTreeMap<u32, u32>,
     /// How far the plan has been flown, as it was reported last.
@@ -186,6 +188,7 @@ impl GroundStation {
             },
             Some(Telemetry::Plan(report)) => self.plan = Some(report),
             Some(Telemetry::Signing(report)) => self.signing = report,
+            Some(Telemetry::Exposure(command)) => self.exposures.push(command),
             None => {}
         }
     }

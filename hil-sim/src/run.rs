@@ -14,7 +14,7 @@ use crate::scenario::{COOL_DOWN_US, is_during};
 use crate::setup::Setup;
 use crate::vehicle::aloft::moment::Track;
 use crate::vehicle::motion::{Recorded, TrueState};
-use crate::vehicle::sensors::{Exposure, Sensed, exposures, lost_frames};
+use crate::vehicle::sensors::{Exposure, Sensed, lost_frames, openings};
 use cockpit::Cockpit;
 use plumbline_firmware::wire::telemetry::{FrameReport, Health, InstantReport, PhotoReport, PlanReport, SigningReport};
 use std::collections::BTreeMap;
@@ -178,9 +178,13 @@ impl Frames<'_> {
     /// A frame at each interval.
     fn at_intervals(&mut self) -> Result<(), LinkError> {
         let scenario = &self.cockpit.setup.scenario;
-        for (exposure, is_lost) in exposures(scenario).zip(lost_frames(scenario)) {
+        let (mut openings, mut lost) = (openings(scenario), lost_frames(scenario));
+        let mut next = openings.next().map(|opening| self.cockpit.expose(opening));
+        while let Some(exposure) = next {
             self.cockpit.until(exposure.readout_start_us, self.observer)?;
-            self.take(&exposure, None, is_lost)?;
+            // Its edges may come before the frame has been worked on.
+            next = openings.next().map(|opening| self.cockpit.expose(opening));
+            self.take(&exposure, None, lost.next() == Some(true))?;
         }
         self.cockpit.until(scenario.run.duration_us(), self.observer)
     }
@@ -248,6 +252,7 @@ impl Frames<'_> {
 pub(crate) fn picture(setup: &Setup, exposure: &Exposure, state: &(dyn Fn(u64) -> TrueState + Sync)) -> Rendered {
     let scenario = &setup.scenario;
     let (noise_dn, seed, index) = (scenario.world.noise_dn, scenario.run.seed, exposure.frame.into());
+    let levels = (scenario.gain(exposure.set_us, exposure.mid_us()), noise_dn);
     let at_s = 1e-6 * (u64::from(exposure.frame) * scenario.run.frame_interval_us()) as f64;
     if is_during(scenario.faults.shutter.covered_s, at_s) {
         return setup.renderer.black(noise_dn, seed, index);
@@ -256,12 +261,12 @@ pub(crate) fn picture(setup: &Setup, exposure: &Exposure, state: &(dyn Fn(u64) -
         let at_us = exposure.mid_us().saturating_add_signed(offset_us.round() as i64);
         setup.station(&state(at_us))
     };
-    let offsets_us = |row: usize| scenario.sample_offsets_us(row, setup.payload.camera.rows);
+    let offsets_us = |row: usize| scenario.sample_offsets_us(exposure.set_us, row, setup.payload.camera.rows);
     if scenario.vehicle.rolling_shutter_ms == 0.0 {
         // All rows share their instants.
         let stations: Vec<_> = offsets_us(0).map(station).collect();
-        return setup.renderer.render_rows(&setup.ground, &|_| stations.clone(), noise_dn, seed, index);
+        return setup.renderer.render_rows(&setup.ground, &|_| stations.clone(), levels, seed, index);
     }
     let stations = |row: usize| offsets_us(row).map(station).collect();
-    setup.renderer.render_rows(&setup.ground, &stations, noise_dn, seed, index)
+    setup.renderer.render_rows(&setup.ground, &stations, levels, seed, index)
 }

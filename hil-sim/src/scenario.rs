@@ -34,8 +34,8 @@ pub use read::Reader;
 pub use run::{COOL_DOWN_US, FRAMES_MAX, Live, Replay, Run, WARM_UP_US};
 pub use set::Setting;
 pub use timed::{Fault, FaultList, KINDS, Kind, Value, What};
-pub use vehicle::{Boresight, EdgeSource, FixMessage, FollowUpMode, Start, SwitchSource, Vehicle};
-pub use world::World;
+pub use vehicle::{AutoExposure, Boresight, EdgeSource, FixMessage, FollowUpMode, Start, SwitchSource, Vehicle};
+pub use world::{Light, World};
 
 use plumbline_survey::error::InputError;
 use std::path::Path;
@@ -158,14 +158,24 @@ impl Scenario {
         toml::from_str(text).map_err(|error| InputError::new(format!("{file}: {error}")))
     }
 
-    /// Instants at which row `row` of `rows` is sampled, microseconds after mid-exposure of the middle row.
-    pub fn sample_offsets_us(&self, row: usize, rows: u32) -> impl Iterator<Item = f64> + use<> {
+    /// Instants at which row `row` of `rows` is sampled in an exposure of `exposure_us`, microseconds after mid-exposure of the
+    /// middle row.
+    pub fn sample_offsets_us(&self, exposure_us: u32, row: usize, rows: u32) -> impl Iterator<Item = f64> + use<> {
         let samples = self.world.exposure_samples;
-        let (count, exposure_us) = (f64::from(samples), f64::from(self.vehicle.exposure_us));
+        let (count, exposure_us) = (f64::from(samples), f64::from(exposure_us));
         let rows = f64::from(rows);
         let late = if rows > 1.0 { row as f64 / (rows - 1.0) - 0.5 } else { 0.0 };
         let row_us = late * self.vehicle.rolling_shutter_us() as f64;
         (0..samples).map(move |index| row_us + exposure_us * ((f64::from(index) + 0.5) / count - 0.5))
+    }
+
+    /// What the camera makes of the ground's grey in an exposure of `exposure_us` at an instant of the flight: the light and the
+    /// exposure, over those at which it is the grey itself.
+    #[must_use]
+    pub fn gain(&self, exposure_us: u32, at_us: u64) -> f64 {
+        let since_s = 1e-6 * (at_us as f64 - WARM_UP_US as f64);
+        let flight_s = 1e-6 * (u64::from(self.run.frames) * self.run.frame_interval_us()) as f64;
+        self.world.light.at(since_s, flight_s) * f64::from(exposure_us) / f64::from(self.vehicle.exposure_us)
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod blur;
 mod cost;
+pub mod exposure;
 pub mod faults;
 pub mod fixes;
 pub mod kept;
@@ -162,6 +163,8 @@ pub struct Summary {
     pub poses: pose::Poses,
     /// See [`blur::Blur`].
     pub blur: blur::Blur,
+    /// See [`exposure::Exposures`].
+    pub exposure_us: exposure::Exposures,
     /// Edge to fix; null where instructions are not counted.
     pub instructions_per_frame: Cost,
     /// Mean instructions of each stage by its name; null where they are not counted.
@@ -278,6 +281,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
         stamps: stamps::stamps(&flight.frames),
         poses: pose::poses(&flight.frames),
         blur: blur::blur(&flight.frames),
+        exposure_us: exposure::exposures(&flight.frames),
         instructions_per_frame: instructions.per_frame,
         instructions_by_stage: instructions.by_stage,
         cycles_per_frame: cycles.per_frame,

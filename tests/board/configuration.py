@@ -57,6 +57,7 @@ def configuration():
     m.floats(2.0)
     m.unsigned(300)
     m.floats(20.0, 1.0, 20.0, 0.1, 500.0, 5000.0)
+    m.byte(0)  # the exposure stays
     m.byte(1, 1, 1, 0, 171)  # link: autopilot, range finder's component and any sensor of it, encoder
     m.unsigned(20_000)
     m.byte(0, 1)  # fixes in the autopilot's own message, sensor 1

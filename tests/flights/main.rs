@@ -2,6 +2,7 @@
 
 mod aborted;
 mod companion;
+mod exposure;
 mod kept;
 mod live;
 mod planned;

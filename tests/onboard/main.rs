@@ -1,5 +1,6 @@
 //! What runs on board, core and firmware: golden values of the papers, independent arithmetic, damaged inputs.
 
+mod auto_exposure;
 mod banked;
 mod fuzz;
 mod kernels;

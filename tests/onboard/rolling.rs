@@ -349,7 +349,7 @@ fn a_rolling_frame_rectifies_to_the_global_one() {
         let height_m = truth.height_m as f32;
         let global = renderer.render(&land, &truth.station(0.0), 0.0, 0, 0);
         let row_s = |row: usize| 1e-6 * f64::from(READOUT_US) * (row as f64 / (SIDE - 1) as f64 - 0.5);
-        let rolling = renderer.render_rows(&land, &|row| vec![truth.station(row_s(row))], 0.0, 0, 0);
+        let rolling = renderer.render_rows(&land, &|row| vec![truth.station(row_s(row))], (1.0, 0.0), 0, 0);
         assert_eq!((global.outside, rolling.outside), (0, 0));
         let bands = Bands::new(&truth.bands(&camera), &camera, height_m).expect("slow enough");
         for ((resolution_m, side), sums) in kernels.into_iter().zip(&mut sums) {

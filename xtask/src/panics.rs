@@ -43,7 +43,7 @@ const ALLOWED_H743: [(&str, &str); 22] = [
     ("4chip7logging3log", "start-up: the log's first record, by postcard"),
     ("4chip5tasks", "start-up: a driver is dropped where its task cannot be spawned"),
     ("chip..simulator..Board", "the simulator's boot: each buffer is taken once"),
-    ("4chip6sensor", "embassy's I2C, before the first frame"),
+    ("4chip6sensor", "embassy's I2C, before the first frame and between frames"),
     ("7mt9v0347Setting", "before the first frame: divides by a clock"),
     ("4chip7capture5until", "embassy's alarm, beyond the end of its time"),
     ("chip..capture..CaptureTimer", "calls the last"),

@@ -62,6 +62,16 @@ pub struct KnownExposure {
     pub sigma_us: f32,
 }
 
+/// Shortest and longest exposure of a camera that is told its exposures, microseconds: what the sensor can, and what its
+/// user wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ExposureLimits {
+    /// Shortest.
+    pub least_us: u32,
+    /// Longest.
+    pub longest_us: u32,
+}
+
 /// Shutter line and frame arrival.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShutterSettings {
@@ -107,6 +117,8 @@ pub struct StampSettings {
     pub shutter: ShutterSettings,
     /// Timer and pulses.
     pub clock: ClockSettings,
+    /// Within what the exposure is controlled; `None` where it stays as it is. The known exposure is the first one then.
+    pub exposure: Option<ExposureLimits>,
 }
 
 /// Why settings were refused.
@@ -117,11 +129,12 @@ pub enum SettingsError {
     Sigma,
     /// A delay, a latency or the hold-off is beyond the longest exposure.
     Delay,
-    /// The exposure is zero, or longer than any that is believed.
+    /// The exposure is zero, longer than any that is believed, or beyond the limits that it is controlled within, or these
+    /// are in the wrong order.
     Exposure,
     /// The hold-off is as long as the exposure, or the delays would swap its edges.
     HoldOff,
-    /// One edge or none is latched, and no exposure is known.
+    /// One edge or none is latched, or the exposure is controlled, and none is known.
     NoExposure,
     /// The crystal's tolerance or walk cannot be a crystal's.
     Rate,
@@ -166,6 +179,14 @@ impl StampSettings {
     /// [`SettingsError`].
     pub fn check(&self) -> Result<(), SettingsError> {
         self.shutter.check()?;
+        if let Some(limits) = self.exposure {
+            let known = self.shutter.exposure.ok_or(SettingsError::NoExposure)?;
+            if !(limits.least_us..=limits.longest_us).contains(&known.us) {
+                return Err(SettingsError::Exposure);
+            }
+            let at = |us| ShutterSettings { exposure: Some(KnownExposure { us, ..known }), ..self.shutter }.check();
+            at(limits.least_us).and(at(limits.longest_us))?;
+        }
         let clock = &self.clock;
         let sigmas = [clock.pulse_sigma_us, clock.timesync_sigma_us, clock.sigma_max_us];
         if !sigmas.into_iter().all(is_sigma) || clock.sigma_max_us == 0.0 {

@@ -134,6 +134,11 @@ impl FrontEnd for EmulatedFrontEnd {
             None => Rows::End,
         }
     }
+
+    /// The simulator takes the exposure from the telemetry.
+    fn expose(&mut self, us: u32) -> Option<u32> {
+        Some(us)
+    }
 }
 
 /// Link and capture timer.

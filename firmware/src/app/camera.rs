@@ -24,6 +24,7 @@ pub async fn camera(
     performance: &impl PerformanceCounters,
 ) -> ! {
     let mut expected = 0u32;
+    let mut moving = None;
     loop {
         let start = front_end.frame().await;
         app.event(Event::Start(start));
@@ -45,6 +46,7 @@ pub async fn camera(
             app.count(|c| c.frames_lost = c.frames_lost.saturating_add(lost));
         }
         expected = start.sequence.wrapping_add(1);
+        app.exposure_moved(moving.take());
         let mut work = Work { out: FrameOut::new(start.sequence) };
         if let Err(refusal) = work.frame(app, start, front_end, timer, performance).await {
             work.out.report.refusal = refusal.code();
@@ -53,6 +55,7 @@ pub async fn camera(
             app.count(|c| c.fixes += 1);
         }
         work.out.report_to(app);
+        moving = work.out.situation.filter(|_| app.controls_exposure()).map(|situation| situation.moving());
         app.outbox.takes_frame().await;
         app.outbox.put(Out::Frame(work.out));
     }
@@ -88,8 +91,10 @@ impl Work {
         app.gate(Gate::Begin).await;
         let rows = self.rows(app, start, front_end, performance).await;
         app.event(Event::Rows(rows));
+        app.control_exposure(start.sequence, front_end);
         // A frame without rows has had its edges all the same.
         let stamped = app.stamper.with(|stamper| {
+            app.expect_exposure(start.sequence, stamper);
             let (stamp, cost) = performance.counted(|| stamper.frame(start.arrival));
             (stamp.map(|stamp| (stamp, stamper.clock.state(start.arrival))), cost)
         });

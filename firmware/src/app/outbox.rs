@@ -7,7 +7,7 @@
 use super::{FrameOut, Line, Out};
 use crate::shared::{Queue, Shared};
 use crate::wire::command::{Acknowledgement, Ask};
-use crate::wire::telemetry::PhotoReport;
+use crate::wire::telemetry::{ExposureReport, PhotoReport};
 use core::cell::Cell;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
@@ -34,6 +34,7 @@ pub(super) struct Outbox {
     /// The time in the newest TIMESYNC request.
     timesync: Cell<Option<i64>>,
     photos: Queue<PhotoReport, PHOTOS>,
+    exposure: Cell<Option<ExposureReport>>,
     servo: Cell<Option<Radians>>,
     frame: Shared<Option<FrameOut>>,
     text: Cell<Option<(MavSeverity, Line)>>,
@@ -55,6 +56,7 @@ impl Outbox {
             origin: Cell::new(None),
             timesync: Cell::new(None),
             photos: Queue::new(),
+            exposure: Cell::new(None),
             servo: Cell::new(None),
             frame: Shared::new(None),
             text: Cell::new(None),
@@ -81,6 +83,7 @@ impl Outbox {
             Out::Photo(report) => {
                 let _ = self.photos.try_send(report);
             }
+            Out::Exposure(report) => self.exposure.set(Some(report)),
             Out::Servo(command) => self.servo.set(Some(command)),
             Out::Frame(frame) => {
                 self.frame.with(|slot| *slot = Some(frame));
@@ -109,6 +112,9 @@ impl Outbox {
         }
         if let Some(report) = self.photos.try_receive() {
             return Some(Out::Photo(report));
+        }
+        if let Some(report) = self.exposure.take() {
+            return Some(Out::Exposure(report));
         }
         if let Some(command) = self.servo.take() {
             return Some(Out::Servo(command));

@@ -9,7 +9,7 @@ use crate::wire::decoder::{Decoder, Packet};
 use crate::wire::incoming::{Incoming, Unusable, incoming};
 use crate::wire::signing::Verdict;
 use plumbline_core::pipeline::{Arrival, FollowUpMode, Instants, SampleError};
-use plumbline_core::tilt::{Attitude, follow_up_command};
+use plumbline_core::tilt::{Attitude, approximate_follow_up_command, follow_up_command};
 use plumbline_core::units::{Micros, Radians, Ticks};
 
 /// Least distance of two servo commands, microseconds: 50 Hz.
@@ -175,7 +175,11 @@ impl State {
         let due = self.servo.is_none_or(|last| at.since(last).unsigned_abs() >= SERVO_INTERVAL_US);
         if due && follow_up != FollowUpMode::Fixed {
             self.servo = Some(at);
-            let command = follow_up_command(attitude);
+            // Where the axis is not read, the rectification takes it to be where the command has it.
+            let command = match follow_up {
+                FollowUpMode::Measured => approximate_follow_up_command(attitude),
+                _ => follow_up_command(attitude),
+            };
             app.servo.set(Some(command));
             app.outbox.put(Out::Servo(command));
         }

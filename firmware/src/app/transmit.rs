@@ -77,6 +77,7 @@ fn encoded<'e>(app: &App<'_>, out: &Out, encoder: &'e mut Encoder<'_>, now: Tick
         }
         Out::Servo(follow_up) => encoder.encode(&outgoing::servo(*follow_up, app.speakers.us.0)),
         Out::Photo(report) => encoder.encode(&outgoing::tunnel(&Telemetry::Photo(*report))),
+        Out::Exposure(report) => encoder.encode(&outgoing::tunnel(&Telemetry::Exposure(*report))),
         Out::Text(severity, line) => encoder.encode(&outgoing::status_text(*severity, line.0)),
         Out::TimesyncAnswer(theirs) => encoder.encode(&outgoing::timesync_answer(nanoseconds(now), *theirs, autopilot)),
         Out::Beat | Out::TimesyncRequest | Out::Frame(_) => &[],

@@ -16,7 +16,7 @@ mod board {
     use plumbline_firmware::bench::counter::Counter;
     use plumbline_firmware::bench::poses::Pose;
     use plumbline_firmware::bench::region::Stand;
-    use plumbline_firmware::bench::{frame, rectify, signing, texture};
+    use plumbline_firmware::bench::{control, frame, rectify, signing, texture};
     use plumbline_firmware::shared_memory;
     use semihosting::eprintln;
     use static_cell::ConstStaticCell;
@@ -71,7 +71,9 @@ mod board {
                 memory(PATCH, area(rectify::PATCH_PX)),
             )
         };
-        let done = rectifications(&mut bench, frame, patch, [frame_memory, plenty]) && signing::run(&mut bench);
+        let done = rectifications(&mut bench, frame, patch, [frame_memory, plenty])
+            && signing::run(&mut bench)
+            && control::run(&mut bench, frame);
         let buffers = BUFFERS.take();
         let cases = [frame::FRAME, frame::REACQUISITION];
         an500::exit(done && cases.iter().all(|case| frames(case, &mut bench, (frame, tile), (buffers, frame_memory))))

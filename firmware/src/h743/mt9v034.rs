@@ -136,13 +136,26 @@ impl Setting {
         let start = ((PIXELS.0 - window.0) / 2 + 1, (PIXELS.1 - window.1) / 2 + 4);
         let blanking = BLANKING_DEFAULT + (PIXELS.0 - window.0.min(BLANKING_FULL));
         let blanking = blanking.max(ROW_MIN.saturating_sub(window.0));
-        let row = u64::from(window.0 + blanking);
-        let clocks = u64::from(wanted.exposure_us) * u64::from(wanted.clock_hz) / 1_000_000;
+        Setting { binning, window, start, blanking, shutter: (0, 0) }.exposed(wanted.exposure_us, wanted.clock_hz)
+    }
+
+    /// This setting with another exposure.
+    ///
+    /// # Errors
+    /// [`SensorError::Exposure`].
+    pub fn exposed(self, exposure_us: u32, clock_hz: u32) -> Result<Setting, SensorError> {
+        let row = u64::from(self.row_clocks().max(1));
+        let clocks = u64::from(exposure_us) * u64::from(clock_hz) / 1_000_000;
         let shutter = (u16::try_from(clocks / row).unwrap_or(u16::MAX), (clocks % row) as u16);
         if shutter.0 == 0 || shutter.0 > 32_767 {
             return Err(SensorError::Exposure);
         }
-        Ok(Setting { binning, window, start, blanking, shutter })
+        Ok(Setting { shutter, ..self })
+    }
+
+    /// The writes of the exposure alone, which the sensor takes between two frames.
+    pub fn exposure_writes(&self) -> [Write; 2] {
+        [(register::COARSE_SHUTTER, self.shutter.0), (register::FINE_SHUTTER, self.shutter.1)]
     }
 
     /// Pixel clocks from row to row of the sensor; a frame's row takes `binning` of them.
@@ -245,6 +258,15 @@ mod tests {
             assert!((-39..=0).contains(&off), "{exposure_us} us is off by {off} ns");
             assert!(u32::from(setting.shutter.1) < setting.row_clocks());
         }
+    }
+
+    #[test]
+    fn an_exposure_is_changed_by_the_shutter_alone() {
+        let (short, long) = (setting((512, 480), 500).unwrap(), setting((512, 480), 8000).unwrap());
+        assert_eq!(short.exposed(8000, CLOCK), Ok(long));
+        let changed = short.writes().into_iter().zip(long.writes()).filter(|(a, b)| a != b).map(|(_, b)| b);
+        assert!(changed.eq(long.exposure_writes()));
+        assert_eq!(short.exposed(10, CLOCK), Err(SensorError::Exposure));
     }
 
     #[test]

@@ -11,6 +11,7 @@ use core::cell::Cell;
 use core::task::{Poll, Waker};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
+use plumbline_core::auto_exposure::Command;
 use plumbline_core::budget::RUNS_MAX;
 use plumbline_core::image::Run;
 use plumbline_core::stamp::Polarity;
@@ -146,6 +147,13 @@ impl<const N: usize> Journal for LogJournal<'_, N> {
         // Of nearly all packets there is nothing to tell.
         if own != Verdict::Taken {
             self.push(&Record::Refused(number, own as u8));
+        }
+        own
+    }
+
+    fn exposure(&self, own: Option<Command>) -> Option<Command> {
+        if let Some(Command { from, us }) = own {
+            self.push(&Record::Exposure(from, us));
         }
         own
     }

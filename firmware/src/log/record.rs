@@ -63,6 +63,9 @@ pub enum Record<'a> {
     /// A packet that was refused for its signature: which, from 0, of those that the bytes before it complete, and the code of
     /// the verdict. All others were taken.
     Refused(u8, u8),
+    /// A command to the camera, behind a frame's rows: the number of the first frame that it holds for, and its exposure in
+    /// microseconds.
+    Exposure(u32, u32),
 }
 
 /// What the application ran on.

@@ -82,4 +82,9 @@ impl FrontEnd for LineFrontEnd {
         self.held.start += wanted;
         self.buffer.get(from..from + wanted).map_or(Rows::End, Rows::Pixels)
     }
+
+    /// The simulator takes the exposure from the telemetry.
+    fn expose(&mut self, us: u32) -> Option<u32> {
+        Some(us)
+    }
 }

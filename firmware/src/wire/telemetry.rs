@@ -3,11 +3,13 @@
 //! The payload begins with [`MARK`] and a kind. A frame's report holds everything that the simulator scores and a
 //! ground station would want to see; floats travel as their bits, so every link gives the same figures.
 
+mod exposure;
 mod frame;
 mod instant;
 mod plan;
 
 use super::signing::Refused;
+pub use exposure::ExposureReport;
 pub use frame::{FixReport, FrameReport, MatchReport, PositionReport, STAGES, SituationReport};
 pub use instant::{InstantReport, MotionReport, PoseReport, StampHealth, StampReport};
 pub use plan::{PhotoReport, PlanReport};
@@ -90,6 +92,8 @@ pub enum Telemetry {
     Plan(PlanReport),
     /// What signing has refused; sent behind health where there is a key.
     Signing(SigningReport),
+    /// A command to the camera, when it is given.
+    Exposure(ExposureReport),
 }
 
 impl Telemetry {

@@ -184,20 +184,21 @@ impl Renderer {
         &self.camera
     }
 
-    /// One frame of an instant: the mean of the albedo the sub-pixels see (gain 1), plus normal noise of `noise_dn`
+    /// One frame of an instant: the mean of the albedo the sub-pixels see (a gain of 1), plus normal noise of `noise_dn`
     /// from the ChaCha stream (`seed`, `frame_index`), rounded and clamped. The same arguments give the same bytes, on
     /// any number of threads.
     pub fn render(&self, ground: &Ground, exposure: &Station, noise_dn: f64, seed: u64, frame_index: u64) -> Rendered {
-        self.render_rows(ground, &|_| vec![*exposure], noise_dn, seed, frame_index)
+        self.render_rows(ground, &|_| vec![*exposure], (1.0, noise_dn), seed, frame_index)
     }
 
     /// One frame during which the camera moves: row r is the mean over the stations `row_stations(r)`, evenly spread
-    /// over that row's exposure; at least one. Noise is added once, after the mean.
+    /// over that row's exposure; at least one. The mean is multiplied by the gain, which stands for light and exposure; noise is
+    /// that of reading out, and added once, after that.
     pub fn render_rows(
         &self,
         ground: &Ground,
         row_stations: &(dyn Fn(usize) -> Vec<Station> + Sync),
-        noise_dn: f64,
+        (gain, noise_dn): (f64, f64),
         seed: u64,
         frame_index: u64,
     ) -> Rendered {
@@ -205,7 +206,7 @@ impl Renderer {
             let stations = row_stations(row);
             let outside = stations.iter().map(|station| self.add_row(ground, station, row, values)).sum::<usize>();
             for value in values {
-                *value /= stations.len() as f64;
+                *value = *value / stations.len() as f64 * gain;
             }
             outside
         };

@@ -34,5 +34,6 @@ pub(super) fn of(vehicle: &Vehicle) -> Stamps {
         rate_ppm: (RATE_SIGMA_PPM, timer.rate_walk_ppm as f32),
         timesync_sigma_us: TIMESYNC_SIGMA_US,
         sigma_max_us: SIGMA_MAX_US,
+        exposure_limits_us: vehicle.auto_exposure.is_on.then(|| vehicle.exposures_us().into()),
     }
 }

@@ -292,4 +292,9 @@ impl FrontEnd for HostFrontEnd {
             _ => Rows::End,
         }
     }
+
+    /// The simulator takes the exposure from the telemetry.
+    fn expose(&mut self, us: u32) -> Option<u32> {
+        Some(us)
+    }
 }

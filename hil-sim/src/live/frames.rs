@@ -8,6 +8,7 @@ use crate::setup::Setup;
 use crate::vehicle::motion::{Recorded, TrueState, recorded};
 use crate::vehicle::mount::antenna;
 use crate::vehicle::sensors::{Exposure, LineEdge, Shutter, ShutterLine};
+use plumbline_firmware::wire::telemetry::ExposureReport;
 use rand_chacha::ChaCha12Rng;
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender};
@@ -46,6 +47,11 @@ impl Exposures {
             edges: VecDeque::new(),
             dropped: 0,
         }
+    }
+
+    /// Takes a command of the firmware.
+    pub fn command(&mut self, command: ExposureReport) {
+        self.shutter.command(command);
     }
 
     /// Made so far.

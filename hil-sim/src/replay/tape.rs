@@ -4,6 +4,7 @@
 //! says what the record says. So the tasks can take things in no other order than they did in flight.
 
 use super::read::Item;
+use plumbline_core::auto_exposure::Command;
 use plumbline_core::image::Run;
 use plumbline_core::pipeline::Refusal;
 use plumbline_core::stamp::{Edge, Polarity};
@@ -166,6 +167,7 @@ fn name(record: &Record<'_>) -> String {
         Record::Refused(number, _) => format!("packet {number} of a read refused for its signature"),
         Record::Patch((cols, rows), ..) => format!("a patch of {cols} x {rows} with its runs"),
         Record::Frame(report, ..) => format!("frame {}'s report", report.sequence),
+        Record::Exposure(from, _) => format!("an exposure from frame {from} on"),
         _ => "a record about the log itself".to_owned(),
     }
 }
@@ -206,6 +208,13 @@ impl Journal for Tape {
             }
             _ => PacketVerdict::Taken,
         }
+    }
+
+    /// A command follows the rows that it comes of, before anything else happens.
+    fn exposure(&self, _: Option<Command>) -> Option<Command> {
+        let Some(Record::Exposure(from, us)) = self.record() else { return None };
+        self.advance();
+        Some(Command { from, us })
     }
 
     fn gate(&self, gate: Gate, waker: &Waker) -> Poll<()> {
@@ -297,5 +306,10 @@ impl FrontEnd for TapeFrontEnd {
             Some(Refusal::Overrun) => Rows::Overrun,
             Some(_) => Rows::End,
         }
+    }
+
+    /// What the board made of it is in the log.
+    fn expose(&mut self, us: u32) -> Option<u32> {
+        Some(us)
     }
 }

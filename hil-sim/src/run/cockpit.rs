@@ -37,6 +37,8 @@ pub(super) struct Cockpit<'s> {
     pulse_jitter: White,
     /// Edges still to come.
     edges: VecDeque<LineEdge>,
+    /// Exposures are made as the firmware tells; otherwise all edges are there from the beginning.
+    is_told: bool,
     shutter: Shutter,
     line: ShutterLine,
     /// Planned exposures whose frames are still to come, and how many there were; none are made any more without.
@@ -61,6 +63,7 @@ pub(super) struct Cockpit<'s> {
 
 impl<'s> Cockpit<'s> {
     pub(super) fn new(setup: &'s Setup, link: &'s mut dyn Link) -> Self {
+        let is_told = setup.plan.is_some() || setup.scenario.vehicle.auto_exposure.is_on;
         Cockpit {
             setup,
             link,
@@ -68,7 +71,8 @@ impl<'s> Cockpit<'s> {
             streams: Streams::new(&setup.scenario, setup.payload.mount, setup.convergence_rad),
             timer: TimerModel::new(&setup.scenario),
             pulse_jitter: White::new(setup.scenario.vehicle.timer.pps_jitter_us, setup.scenario.run.seed, "pps"),
-            edges: if setup.plan.is_some() { VecDeque::new() } else { line_edges(&setup.scenario).into() },
+            edges: if is_told { VecDeque::new() } else { line_edges(&setup.scenario).into() },
+            is_told,
             shutter: Shutter::new(&setup.scenario),
             line: ShutterLine::new(&setup.scenario),
             planned: VecDeque::new(),
@@ -98,6 +102,15 @@ impl<'s> Cockpit<'s> {
         Ok(self.planned.pop_front().filter(|(exposure, _)| exposure.readout_start_us <= end_us))
     }
 
+    /// The exposure of a frame whose shutter opens at an instant to come.
+    pub(super) fn expose(&mut self, (frame, open_us): (u32, u64)) -> Exposure {
+        let exposure = self.shutter.expose(frame, open_us);
+        if self.is_told {
+            self.line.add_edges(&self.setup.scenario, &exposure, &mut self.edges);
+        }
+        exposure
+    }
+
     /// Opens the shutter no more, and hands over no frame that was under way.
     pub(super) fn stop_exposing(&mut self) {
         self.exposures = None;
@@ -113,9 +126,8 @@ impl<'s> Cockpit<'s> {
             self.late += 1;
             return;
         }
-        let exposure = self.shutter.expose(count, open_us);
+        let exposure = self.expose((count, open_us));
         self.exposures = Some(count + 1);
-        self.line.add_edges(&self.setup.scenario, &exposure, &mut self.edges);
         self.planned.push_back((exposure, photo));
     }
 
@@ -226,6 +238,7 @@ impl<'s> Cockpit<'s> {
         } else {
             (self.station.commands, self.station.parameters, self.station.origin) = Default::default();
         }
+        std::mem::take(&mut self.station.exposures).into_iter().for_each(|command| self.shutter.command(command));
         self.hear(is_awake);
         for photo in std::mem::take(&mut self.station.due) {
             self.commit(photo);
@@ -263,6 +276,7 @@ impl<'s> Cockpit<'s> {
         let was_on = std::mem::replace(&mut self.is_on, is_on);
         if is_on && !was_on {
             self.link.reboot(&self.setup.flash)?;
+            self.shutter.restart(&self.setup.scenario);
         }
         Ok(is_on)
     }

@@ -2,7 +2,7 @@
 
 use super::bounds::within;
 use super::footprint::footprint_margin_m;
-use super::{Camera, EdgeSource, FollowUpMode, Payload, Run, Scenario, Vehicle, What};
+use super::{AutoExposure, Camera, EdgeSource, FollowUpMode, Payload, Run, Scenario, Vehicle, What};
 use plumbline_core::camera::SQUARE_MAX;
 use plumbline_survey::camera_file::{CameraFile, SIDE_MAX_PX};
 use plumbline_survey::error::InputError;
@@ -28,6 +28,14 @@ impl Vehicle {
     pub fn check(&self) -> Result<(), String> {
         within(self.ranges())?;
         in_order("flight.tilt_hz", self.flight.tilt_hz)?;
+        let AutoExposure { is_on, least_us, longest_us } = self.auto_exposure;
+        if is_on && !(least_us..=longest_us).contains(&self.exposure_us) {
+            return Err(format!(
+                "exposure_us = {} is not between auto_exposure.least_us = {least_us} and auto_exposure.longest_us = \
+                 {longest_us}, within which the exposure is controlled",
+                self.exposure_us
+            ));
+        }
         let shutter = &self.shutter;
         let edge_us = f64::from(shutter.close_delay_us) + most(shutter.edge_jitter_us);
         let first_us = f64::from(shutter.arrival_latency_us) - ARRIVAL_SIGMAS * shutter.arrival_jitter_us;
@@ -80,7 +88,8 @@ impl Vehicle {
     fn check_intervals(&self, run: &Run) -> Result<(), String> {
         let (shutter, rolling_us) = (&self.shutter, self.rolling_shutter_us());
         let arrives = f64::from(shutter.arrival_latency_us) + most(shutter.arrival_jitter_us);
-        let exposed = f64::from(self.exposure_us) + most(shutter.exposure_jitter_us);
+        let [_, longest_us] = self.exposures_us();
+        let exposed = f64::from(longest_us) + most(shutter.exposure_jitter_us);
         if exposed + rolling_us as f64 + f64::from(run.frame_jitter_us) + arrives + BETWEEN_FRAMES_US as f64
             <= run.frame_interval_us() as f64
         {
@@ -90,10 +99,11 @@ impl Vehicle {
             0 => String::new(),
             _ => format!(", rolling_shutter_ms = {}", self.rolling_shutter_ms),
         };
+        let key = if self.auto_exposure.is_on { "auto_exposure.longest_us" } else { "exposure_us" };
         Err(format!(
-            "exposure_us = {}{rolling}, frame_jitter_us = {} and shutter.arrival_latency_us = {} with their jitter do not \
+            "{key} = {longest_us}{rolling}, frame_jitter_us = {} and shutter.arrival_latency_us = {} with their jitter do not \
              fit into frame_interval_ms = {}",
-            self.exposure_us, run.frame_jitter_us, shutter.arrival_latency_us, run.frame_interval_ms
+            run.frame_jitter_us, shutter.arrival_latency_us, run.frame_interval_ms
         ))
     }
 }

@@ -1,4 +1,4 @@
-use super::{BUILT_IN, Camera, FollowUpMode, Frame, Ground, Scenario};
+use super::{BUILT_IN, Camera, FollowUpMode, Frame, Ground, Light, Scenario, WARM_UP_US};
 use plumbline_survey::error::InputError;
 use std::path::{Path, PathBuf};
 
@@ -155,7 +155,9 @@ fn what_a_navigation_cannot_be_flown_with_is_named() {
 /// Evenly over the exposure about its middle, later from row to row, the middle row's middle being the stamp.
 #[test]
 fn instants_of_an_exposure_and_of_its_rows() {
-    let offsets = |scenario: &Scenario, row: usize| scenario.sample_offsets_us(row, 512).collect::<Vec<_>>();
+    let offsets = |scenario: &Scenario, row: usize| {
+        scenario.sample_offsets_us(scenario.vehicle.exposure_us, row, 512).collect::<Vec<_>>()
+    };
     let mut scenario = Scenario::default();
     assert_eq!(offsets(&scenario, 0), [0.0]);
     assert_eq!(offsets(&scenario, 511), [0.0]);
@@ -164,7 +166,7 @@ fn instants_of_an_exposure_and_of_its_rows() {
     (scenario.world.exposure_samples, scenario.vehicle.rolling_shutter_ms) = (1, 20.0);
     assert_eq!((offsets(&scenario, 0), offsets(&scenario, 511)), (vec![-10_000.0], vec![10_000.0]));
     assert!((offsets(&scenario, 255)[0] + offsets(&scenario, 256)[0]).abs() < 1e-9);
-    assert_eq!(scenario.sample_offsets_us(0, 1).collect::<Vec<_>>(), [0.0]);
+    assert_eq!(scenario.sample_offsets_us(2000, 0, 1).collect::<Vec<_>>(), [0.0]);
 }
 
 /// A data sheet's field of view is rounded; one that is meant otherwise is refused with the one that pixels need.
@@ -175,4 +177,38 @@ fn pixels_are_square_as_far_as_a_data_sheet_says() {
     assert!(camera("46.83").is_ok(), "{:?}", camera("46.83"));
     let refused = camera("50.0").expect_err("not square").to_string();
     assert!(refused.contains("camera.fov_v_deg = 46.8264 would be"), "{refused}");
+}
+
+#[test]
+fn exposures_and_light_that_cannot_be_are_named() {
+    for (text, words) in [
+        (
+            "exposure_us = 9000\n[auto_exposure]\nis_on = true",
+            ["exposure_us = 9000", "auto_exposure.longest_us = 8000"],
+        ),
+        (
+            "frame_interval_ms = 10\n[auto_exposure]\nis_on = true",
+            ["auto_exposure.longest_us = 8000", "frame_interval"],
+        ),
+        ("[auto_exposure]\nleast_us = 0", ["auto_exposure.least_us = 0", "between 4 and 500000"]),
+        ("[light]\nstops = 11.0", ["light.stops = 11", "between -10 and 10"]),
+        ("[light]\nstop = 1.0", ["light.stop", "is no key"]),
+    ] {
+        let error = parse(text).expect_err(text).to_string();
+        for word in words {
+            assert!(error.contains(word), "{text:?} gives {error:?} without {word:?}");
+        }
+    }
+}
+
+#[test]
+fn light_grows_by_stops() {
+    let mut scenario = Scenario::of_frames(240);
+    let gain = |scenario: &Scenario, since_s: u64| scenario.gain(2000, WARM_UP_US + 1_000_000 * since_s);
+    assert_eq!(gain(&scenario, 10), 1.0);
+    assert_eq!(scenario.gain(4000, WARM_UP_US), 2.0);
+    scenario.world.light = Light { stops: 1.0, from_stops: -3.0, to_stops: 0.0, over_s: None };
+    assert_eq!([0, 20, 40, 60, 90].map(|at| gain(&scenario, at)), [0.25, 0.5, 1.0, 2.0, 2.0]);
+    scenario.world.light.over_s = Some(6.0);
+    assert_eq!([0, 2, 6].map(|at| gain(&scenario, at)), [0.25, 0.5, 2.0]);
 }

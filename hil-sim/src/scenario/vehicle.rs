@@ -1,9 +1,11 @@
 //! What a board is configured with: camera mount, sensors, shutter and search, as a calibration and the data sheets give them.
 //! A settings file (`plumbline configuration --settings`) is this part of a scenario alone.
 
+mod auto_exposure;
 mod link;
 
 use super::bounds::Bounded;
+pub use auto_exposure::AutoExposure;
 pub use link::{FixMessage, Link, Start, SwitchSource};
 use plumbline_core::budget::REACQUIRE_PX;
 use plumbline_core::pose::noise::LAGS;
@@ -25,6 +27,8 @@ pub struct Vehicle {
     pub search_px: u16,
     /// Shutter open to shutter close, microseconds.
     pub exposure_us: u32,
+    /// Whether the firmware chooses the exposure.
+    pub auto_exposure: AutoExposure,
     /// From the exposure of the first row to that of the last, milliseconds; 0 is a global shutter. Stamp and truth are
     /// those of the middle row.
     pub rolling_shutter_ms: f64,
@@ -58,6 +62,7 @@ impl Default for Vehicle {
             resolution_m: 5.0,
             search_px: 10,
             exposure_us: 2000,
+            auto_exposure: AutoExposure::default(),
             rolling_shutter_ms: 0.0,
             mount: Mount::default(),
             flight: Flight::default(),
@@ -335,6 +340,13 @@ impl Vehicle {
         (1000.0 * self.rolling_shutter_ms).round() as u64
     }
 
+    /// Shortest and longest exposure that a frame may have, microseconds.
+    #[must_use]
+    pub fn exposures_us(&self) -> [u32; 2] {
+        let AutoExposure { is_on, least_us, longest_us } = self.auto_exposure;
+        if is_on { [least_us, longest_us] } else { [self.exposure_us; 2] }
+    }
+
     /// Each value that has bounds.
     pub(super) fn ranges(&self) -> Vec<Bounded> {
         let (attitude, follow_up, position) = (&self.attitude, &self.follow_up, &self.position);
@@ -374,6 +386,7 @@ impl Vehicle {
             ("timer.rate_walk_ppm", self.timer.rate_walk_ppm, 0.0, 10.0),
             ("timer.pps_jitter_us", self.timer.pps_jitter_us, 0.0, 1e4),
         ];
+        ranges.extend(self.auto_exposure.ranges());
         ranges.extend(self.link.ranges());
         ranges.extend(self.flight.tilt_hz.map(|hz| ("flight.tilt_hz", hz, 1e-3, 10.0)));
         ranges.extend(self.mount.lever_arm_m.map(|m| ("mount.lever_arm_m", m, -ARM_MAX_M, ARM_MAX_M)));

@@ -15,6 +15,8 @@ pub struct World {
     pub exposure_samples: u32,
     /// White noise of the camera's pixels, DN of 255.
     pub noise_dn: f64,
+    /// How bright it is.
+    pub light: Light,
     /// How the camera is really mounted.
     pub mount: Mount,
     /// Attitude sensor.
@@ -43,6 +45,7 @@ impl Default for World {
         World {
             exposure_samples: 1,
             noise_dn: 3.0,
+            light: Light::default(),
             mount: Mount::default(),
             attitude: Attitude::default(),
             follow_up: FollowUp::default(),
@@ -54,6 +57,30 @@ impl Default for World {
             ground: Ground::Procedural,
             navigation: None,
         }
+    }
+}
+
+/// The light on the ground, stops above that at which a picture taken with `exposure_us` has the ground's own greys: a stop is a
+/// factor of two.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
+#[serde(default)]
+pub struct Light {
+    /// Constant part.
+    pub stops: f64,
+    /// At the first frame, beside the constant part.
+    pub from_stops: f64,
+    /// In the end, beside the constant part.
+    pub to_stops: f64,
+    /// Seconds from the first frame over which it changes from the one to the other; unless given, the whole flight.
+    pub over_s: Option<f64>,
+}
+
+impl Light {
+    /// Times the nominal light so many seconds after the first frame, in a flight of `flight_s`.
+    #[must_use]
+    pub fn at(&self, since_s: f64, flight_s: f64) -> f64 {
+        let share = (since_s / self.over_s.unwrap_or(flight_s)).clamp(0.0, 1.0);
+        (self.stops + self.from_stops + share * (self.to_stops - self.from_stops)).exp2()
     }
 }
 
@@ -231,6 +258,10 @@ impl World {
         let mut ranges = vec![
             ("exposure_samples", self.exposure_samples.into(), 1.0, 1000.0),
             ("noise_dn", self.noise_dn, 0.0, 255.0),
+            ("light.stops", self.light.stops, -10.0, 10.0),
+            ("light.from_stops", self.light.from_stops, -10.0, 10.0),
+            ("light.to_stops", self.light.to_stops, -10.0, 10.0),
+            ("light.over_s", self.light.over_s.unwrap_or(1.0), 1e-3, 1e6),
             ("attitude.latency_us", self.attitude.latency_us.into(), 0.0, 1e7),
             ("attitude.drift_s", self.attitude.drift_s, 1e-3, 1e6),
             ("follow_up.servo_lag_s", follow_up.servo_lag_s, 0.0, 60.0),

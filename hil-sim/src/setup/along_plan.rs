@@ -48,6 +48,12 @@ pub(super) fn prepare(scenario: Scenario, plan: &PlanToFly) -> Result<Setup, Inp
             plan.file.display()
         )));
     }
+    if scenario.vehicle.auto_exposure.is_on {
+        return Err(InputError::new(format!(
+            "{}: a flight along a plan keeps its exposure: leave auto_exposure.is_on out, or say exposure_us",
+            scenario.file
+        )));
+    }
     let mut planned = Planned::read(&plan.file)?;
     let mut scenario = outfitted(scenario, plan, &mut planned);
     let payload = payload_of(&scenario)?;

@@ -17,6 +17,6 @@ mod timer;
 pub use edges::{LineEdge, ShutterLine, hold_off_us, line_edges, lost_frames};
 pub use reading::{Reading, Sample};
 pub use sensed::Sensed;
-pub use shutter::{Exposure, Shutter, exposures};
+pub use shutter::{Exposure, Shutter, exposures, openings};
 pub use streams::Streams;
 pub use timer::TimerModel;

@@ -5,7 +5,7 @@ use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::replay::read::{Log, read};
 use plumbline_sim::replay::{End, Replayed, fixes_csv, replay};
 use plumbline_sim::run::{Flight, Keep, fly};
-use plumbline_sim::scenario::{Camera, EdgeSource, FollowUpMode, Scenario};
+use plumbline_sim::scenario::{Camera, EdgeSource, FollowUpMode, Light, Scenario};
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{self, score};
 use plumbline_sim::setup::Setup;
@@ -88,4 +88,13 @@ fn one_edge_and_none() {
         scenario.vehicle.shutter.edges = edges;
         assert!(assert_same(scenario) > 5);
     }
+}
+
+/// A replay has no pixels that could be bright or dark: the commands are in the log, and stamps of one edge go by them.
+#[test]
+fn an_exposure_that_is_controlled() {
+    let mut scenario = scenario(6, 40);
+    (scenario.vehicle.auto_exposure.is_on, scenario.vehicle.shutter.edges) = (true, EdgeSource::One);
+    scenario.world.light = Light { from_stops: -2.0, to_stops: 2.0, ..Light::default() };
+    assert!(assert_same(scenario) > 30);
 }

@@ -3,8 +3,8 @@
 use super::world::SETTINGS;
 use plumbline_core::pipeline::Refusal;
 use plumbline_core::stamp::{
-    ClockSettings, Edge, EdgeError, KnownExposure, Polarity, SettingsError, ShutterSettings, StampError, StampSettings,
-    Stamper, Wired,
+    ClockSettings, Edge, EdgeError, ExposureLimits, KnownExposure, Polarity, SettingsError, ShutterSettings,
+    StampError, StampSettings, Stamper, Wired,
 };
 use plumbline_core::units::{Micros, Ticks};
 
@@ -155,6 +155,19 @@ fn settings_that_cannot_be_are_refused_by_name() {
         assert_eq!(settings.check(), Err(SettingsError::NoExposure), "{wired:?}");
     }
     assert_eq!(shutter(|s| s.exposure = None), Ok(()));
+    // Where the exposure is controlled, stamps must be able to go by any that may come.
+    let controlled = |known: Option<u32>, (least_us, longest_us)| {
+        let mut settings = SETTINGS;
+        settings.shutter.exposure = known.map(|us| KnownExposure { us, sigma_us: 1.0 });
+        settings.exposure = Some(ExposureLimits { least_us, longest_us });
+        settings.check()
+    };
+    assert_eq!(controlled(Some(5000), (500, 8000)), Ok(()));
+    assert_eq!(controlled(None, (500, 8000)), Err(SettingsError::NoExposure));
+    assert_eq!(controlled(Some(5000), (500, 4000)), Err(SettingsError::Exposure));
+    assert_eq!(controlled(Some(5000), (8000, 500)), Err(SettingsError::Exposure));
+    assert_eq!(controlled(Some(5000), (500, u32::MAX)), Err(SettingsError::Exposure));
+    assert_eq!(controlled(Some(5000), (50, 8000)), Err(SettingsError::HoldOff));
     assert_eq!(clock(|c| c.pulse_sigma_us = f32::INFINITY), Err(SettingsError::Sigma));
     assert_eq!(clock(|c| c.sigma_max_us = 0.0), Err(SettingsError::Sigma));
     assert_eq!(clock(|c| c.rate_sigma_ppm = 0.0), Err(SettingsError::Rate));

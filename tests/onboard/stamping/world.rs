@@ -43,6 +43,7 @@ pub struct World {
 }
 
 pub const SETTINGS: StampSettings = StampSettings {
+    exposure: None,
     shutter: ShutterSettings {
         wired: Wired::Both,
         opens_on: Polarity::Falling,

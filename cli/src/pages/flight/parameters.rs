@@ -2,7 +2,7 @@
 
 use super::Report;
 use maud::{Markup, html};
-use plumbline_sim::scenario::{FollowUpMode, Ground, Scenario};
+use plumbline_sim::scenario::{FollowUpMode, Ground, Light, Scenario};
 use plumbline_survey::camera_file::CameraFile;
 
 /// Name and value.
@@ -81,7 +81,7 @@ fn camera_rows(scenario: &Scenario, camera: &CameraFile) -> Group {
         ("Frame", format!("{} × {} px", camera.cols, camera.rows)),
         ("Field of view across × along", format!("{}° × {}°", camera.fov_h_deg, camera.fov_v_deg)),
         ("Principal point right, forward", format!("{}, {} px", camera.offset_m_px, camera.offset_n_px)),
-        ("Exposure", format!("{} µs", scenario.vehicle.exposure_us)),
+        ("Exposure", exposure(scenario)),
         ("Noise", format!("{} DN, 1 σ", scenario.world.noise_dn)),
     ];
     rows.push(match camera.distortion {
@@ -98,6 +98,22 @@ fn camera_rows(scenario: &Scenario, camera: &CameraFile) -> Group {
         rows.push(("Encoder", noisy(follow_up.noise_deg, "°", servo.rate_hz, servo.latency_us)));
     }
     ("Camera", rows)
+}
+
+/// The exposure, and the light where it is not the nominal one.
+fn exposure(scenario: &Scenario) -> String {
+    let (vehicle, light) = (&scenario.vehicle, &scenario.world.light);
+    let [least_us, longest_us] = vehicle.exposures_us();
+    let exposure = match vehicle.auto_exposure.is_on {
+        true => format!("{least_us} to {longest_us} µs, controlled"),
+        false => format!("{} µs", vehicle.exposure_us),
+    };
+    if *light == Light::default() {
+        return exposure;
+    }
+    let [from, to] = [light.from_stops, light.to_stops].map(|stops| light.stops + stops);
+    let ramp = if from == to { format!("{from:+}") } else { format!("{from:+} to {to:+}") };
+    format!("{exposure}; light {ramp} stops")
 }
 
 fn sensors(scenario: &Scenario) -> Group {

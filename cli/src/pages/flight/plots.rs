@@ -1,5 +1,7 @@
-//! The three plots: where the vehicle was, how far off each fix was, how the matching errors are spread.
+//! The plots: where the vehicle was, how far off each fix was, how the matching errors are spread, and how long frames were
+//! exposed where that changed.
 
+mod exposures;
 mod histogram;
 mod timeline;
 mod track;
@@ -15,6 +17,7 @@ impl Report<'_> {
     /// All plots with their captions.
     pub(super) fn plots(&self) -> Result<Markup, PlotError> {
         let (track, timeline, histogram) = (self.track()?, self.timeline()?, self.histogram()?);
+        let exposures = self.exposures()?;
         let step = self.step();
         Ok(html! {
             section {
@@ -39,6 +42,13 @@ impl Report<'_> {
                         span class="key box" style="--c:#1f5a8c" {} "rectified, sub-pixel, accepted frames. "
                         span class="key line" style="--c:#b06a00" {} "The paper’s means (Table 3)."
                     } }
+                    @if let Some(exposures) = exposures {
+                        figure { (exposures) figcaption {
+                            b { "Exposure. " }
+                            span class="key dot" style="--c:#1f5a8c" {} "of each frame; "
+                            span class="key line" style="--c:#b06a00" {} "the longest that keeps the blur at half a pixel, as the firmware reckons it."
+                        } }
+                    }
                 }
                 @if step > 1 {
                     p class="note" { "Track and ground error show every " (step) "th frame." }

@@ -1,10 +1,11 @@
 //! The flight in thirteen lines, for a person at a terminal; three more of a plan or with a real autopilot, one more where a
-//! serial line was in between, and one of each timed fault.
+//! serial line was in between or the exposure changed, and one of each timed fault.
 
 use plumbline_charts::format::NOT_MEASURED;
 use plumbline_sim::live::navigation::Navigation;
 use plumbline_sim::live::report::Live;
 use plumbline_sim::score::Summary;
+use plumbline_sim::score::exposure::Exposures;
 use plumbline_sim::score::faults::FaultScore;
 use plumbline_sim::score::kept::{Kept, Navigated};
 use plumbline_sim::score::plan::{Flown, Pair};
@@ -61,6 +62,12 @@ pub fn table(summary: &Summary, out: Option<&Path>) -> String {
 
 /// The rows that not every flight has.
 fn add_rows(summary: &Summary, rows: &mut Vec<(&'static str, String)>) {
+    let Exposures { min, mean, max, changes } = summary.exposure_us;
+    if changes > 0 {
+        let [min, max] = [min, max].map(|us| us.unwrap_or_default());
+        let mean = number(mean, "us");
+        rows.insert(rows.len() - 4, ("exposure", format!("{min} to {max} us, {mean} mean, {changes} changes")));
+    }
     if let Some(plan) = &summary.plan {
         let at = rows.len() - 1;
         rows.splice(at..at, plan_rows(plan));
@@ -205,6 +212,7 @@ mod tests {
     use plumbline_firmware::wire::telemetry::{STAGES, StampHealth};
     use plumbline_sim::link::LinkTrouble;
     use plumbline_sim::score::blur::blur;
+    use plumbline_sim::score::exposure::exposures;
     use plumbline_sim::score::pose::poses;
     use plumbline_sim::score::stamps::stamps;
     use plumbline_sim::score::{Cost, LinkHealth, MatchRate, MatchingError, Spread, Stages};
@@ -237,6 +245,7 @@ mod tests {
             stamps: stamps(&[]),
             poses: poses(&[]),
             blur: blur(&[]),
+            exposure_us: exposures(&[]),
             instructions_per_frame: Cost { mean: None, max: None },
             instructions_by_stage: None,
             cycles_per_frame: Cost { mean: None, max: None },

@@ -114,6 +114,10 @@ pub fn boot(clock_hz: u32, signing: Option<Signing>, journal: &'static dyn Journ
     let exposure = shutter.exposure.filter(|_| shutter.wired == Wired::Opening).ok_or(Grounded::Edges)?;
     let frame = (camera.cols(), camera.rows());
     let setting = Setting::new(&Wanted { frame, exposure_us: exposure.us, clock_hz }).map_err(Grounded::Sensor)?;
+    if let Some(limits) = flight.stamps.exposure {
+        setting.exposed(limits.least_us, clock_hz).map_err(Grounded::Sensor)?;
+        setting.exposed(limits.longest_us, clock_hz).map_err(Grounded::Sensor)?;
+    }
     let limit_us = image_motion(&camera, &ORDINARY, exposure.us).map_or(0, |motion| motion.exposure_max_us);
     let app = keep(flight.app(memory(), signing, journal).map_err(Grounded::Stores)?);
     app.keep_resets_in(fault::resets());

@@ -116,13 +116,13 @@ async fn front_end_task(
         Ok(sensor)
     }
     .await;
-    let front_end = DcmiFrontEnd::new(dma, booted.frame, STAGING.take());
+    let front_end = DcmiFrontEnd::new(dma, (booted.frame, booted.setting, wave.hz), STAGING.take());
     match (woken, front_end) {
         (Ok(sensor), Some(front_end)) => {
-            // Its pins keep their levels for ever.
-            core::mem::forget(sensor);
             port::awake(front_end);
             spawn(spawner, tasks::trigger_task(booted, is_safe_state));
+            // It is never dropped: its pins keep their levels.
+            sensor.follow().await;
         }
         (woken, _) => {
             tasks::show(Indication::NoSensor);

@@ -4,10 +4,10 @@
 //! rows; where the DMA stands is arithmetic ([`ring`](crate::h743::row_ring)). Rows are checked against overwriting after
 //! they have been copied, so what the application gets is whole.
 
-use super::capture;
 use super::memory::Buffer;
+use super::{capture, sensor};
 use crate::board::{FrameStart, FrontEnd, Rows};
-use crate::h743::mt9v034::PIXELS;
+use crate::h743::mt9v034::{PIXELS, Setting};
 use crate::h743::row_ring::RowRing;
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -79,6 +79,8 @@ pub fn answered() -> u32 {
 #[allow(missing_debug_implementations, reason = "holds a buffer")]
 pub struct DcmiFrontEnd {
     size: (u16, u16),
+    /// As the sensor was set first, and its clock.
+    setting: (Setting, u32),
     ring: RowRing,
     staging: &'static mut Staging,
     sequence: u32,
@@ -90,7 +92,11 @@ impl DcmiFrontEnd {
     ///
     /// Polarities as the camera's own public driver has them for this sensor; R0x72 belongs to it
     /// ([`mt9v034`](crate::h743::mt9v034)).
-    pub fn new(dma: Peri<'static, DMA2_CH1>, size: (u16, u16), staging: &'static mut Staging) -> Option<DcmiFrontEnd> {
+    pub fn new(
+        dma: Peri<'static, DMA2_CH1>,
+        (size, setting, clock_hz): ((u16, u16), Setting, u32),
+        staging: &'static mut Staging,
+    ) -> Option<DcmiFrontEnd> {
         let ring = RowRing::new(size.0, RING_ROWS)?;
         RING.take(&RING_TAKEN)?;
         RING_WORDS.store(ring.words().into(), Ordering::Relaxed);
@@ -134,7 +140,7 @@ impl DcmiFrontEnd {
             interrupt::DCMI.enable();
             interrupt::MDMA.enable();
         }
-        Some(DcmiFrontEnd { size, ring, staging, sequence: 0, row: 0 })
+        Some(DcmiFrontEnd { size, setting: (setting, clock_hz), ring, staging, sequence: 0, row: 0 })
     }
 
     fn written(&self) -> u32 {
@@ -242,6 +248,13 @@ impl FrontEnd for DcmiFrontEnd {
         let words = self.staging.get(..bytes / 4).unwrap_or(&[]);
         // SAFETY: the controller has finished, and the next copy needs this borrow to end; bytes have no alignment.
         Rows::Pixels(unsafe { core::slice::from_raw_parts(words.as_ptr().cast(), words.len() * 4) })
+    }
+
+    fn expose(&mut self, us: u32) -> Option<u32> {
+        let (setting, clock_hz) = self.setting;
+        let setting = setting.exposed(us, clock_hz).ok()?;
+        sensor::expose(setting);
+        Some((setting.exposure_ns(clock_hz) + 500).div_euclid(1000) as u32)
     }
 }
 

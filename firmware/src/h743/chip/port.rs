@@ -146,4 +146,11 @@ impl FrontEnd for BoardFrontEnd {
             BoardFrontEnd::Serial(front_end) => front_end.rows(count).await,
         }
     }
+
+    fn expose(&mut self, us: u32) -> Option<u32> {
+        match self {
+            BoardFrontEnd::Chip(front_end) => front_end.as_mut()?.expose(us),
+            BoardFrontEnd::Serial(front_end) => front_end.expose(us),
+        }
+    }
 }

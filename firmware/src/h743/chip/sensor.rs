@@ -11,7 +11,19 @@ use embassy_stm32::peripherals::{I2C1, PA8, PA10, PB8, PB9, PD7};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::{Ch1, TimerPin};
 use embassy_stm32::{Peri, peripherals, rcc};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
 use embassy_time::Timer;
+
+/// The exposure that the sensor is to have from now on.
+static EXPOSURE: Signal<CriticalSectionRawMutex, Setting> = Signal::new();
+/// How often a write of the exposure is tried: a bus that is disturbed once has recovered by then.
+const TRIES: u32 = 3;
+
+/// Has the sensor expose as `setting` says; returns at once.
+pub fn expose(setting: Setting) {
+    EXPOSURE.signal(setting);
+}
 
 /// Why there is no sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
@@ -90,6 +102,18 @@ impl Sensor {
             }
         }
         Ok(())
+    }
+
+    /// Writes the exposures that are asked for, for ever: some 0.8 ms of the bus each, between two frames, as nothing is
+    /// asked for otherwise.
+    pub async fn follow(mut self) -> ! {
+        loop {
+            let writes = EXPOSURE.wait().await.exposure_writes();
+            let is_written = writes.into_iter().all(|write| (0..TRIES).any(|_| self.write(write).is_ok()));
+            if !is_written {
+                defmt::warn!("the sensor does not take its exposure");
+            }
+        }
     }
 
     fn write(&mut self, (number, value): Write) -> Result<(), NoSensor> {

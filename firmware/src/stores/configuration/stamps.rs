@@ -1,7 +1,9 @@
 //! The settings of the stamps as they are stored.
 
 use crate::stores::StoreError;
-use plumbline_core::stamp::{ClockSettings, KnownExposure, Polarity, ShutterSettings, StampSettings, Wired};
+use plumbline_core::stamp::{
+    ClockSettings, ExposureLimits, KnownExposure, Polarity, ShutterSettings, StampSettings, Wired,
+};
 use serde::{Deserialize, Serialize};
 
 /// Shutter line, capture timer and pulses. Times in microseconds, rates in parts per million; the meaning of each field is
@@ -30,6 +32,8 @@ pub struct Stamps {
     pub timesync_sigma_us: f32,
     /// Largest sigma of a stamp.
     pub sigma_max_us: f32,
+    /// Shortest and longest exposure where it is controlled.
+    pub exposure_limits_us: Option<(u32, u32)>,
 }
 
 impl Stamps {
@@ -54,6 +58,7 @@ impl Stamps {
                 timesync_sigma_us: self.timesync_sigma_us,
                 sigma_max_us: self.sigma_max_us,
             },
+            exposure: self.exposure_limits_us.map(|(least_us, longest_us)| ExposureLimits { least_us, longest_us }),
         };
         settings.check().map(|()| settings).map_err(StoreError::Stamps)
     }

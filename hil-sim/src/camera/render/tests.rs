@@ -223,7 +223,7 @@ fn a_smeared_frame_is_the_mean_of_its_instants() {
     let ground = dotted([EAST, NORTH], 0.0);
     let renderer = Renderer::new(camera(), 2);
     let parts = [0.125, 0.375, 0.625, 0.875];
-    let smeared = renderer.render_rows(&ground, &|_| parts.map(along).to_vec(), 0.0, 1, 1);
+    let smeared = renderer.render_rows(&ground, &|_| parts.map(along).to_vec(), (1.0, 0.0), 1, 1);
     let sharp = parts.map(|part| renderer.render(&ground, &along(part), 0.0, 1, 1));
     for (i, &pixel) in smeared.pixels.iter().enumerate() {
         let mean = sharp.iter().map(|frame| f64::from(frame.pixels[i])).sum::<f64>() / 4.0;
@@ -248,8 +248,8 @@ fn noise_is_added_once_and_one_instant_is_todays_frame() {
     let s = along(0.0);
     let once = renderer.render(&ground, &s, 3.0, 1, 1);
     // Sums of four equal values and their quotients are exact.
-    assert_eq!(renderer.render_rows(&ground, &|_| vec![s; 4], 3.0, 1, 1).pixels, once.pixels);
-    assert_eq!(renderer.render_rows(&ground, &|_| vec![s], 3.0, 1, 1), once);
+    assert_eq!(renderer.render_rows(&ground, &|_| vec![s; 4], (1.0, 3.0), 1, 1).pixels, once.pixels);
+    assert_eq!(renderer.render_rows(&ground, &|_| vec![s], (1.0, 3.0), 1, 1), once);
 }
 
 #[test]
@@ -257,7 +257,7 @@ fn each_row_of_a_rolling_shutter_is_that_of_its_instant() {
     let ground = dotted([EAST, NORTH], 0.0);
     let renderer = Renderer::new(camera(), 2);
     let of_row = |row: usize| along(row as f64 / 191.0);
-    let rolling = renderer.render_rows(&ground, &|row| vec![of_row(row)], 3.0, 1, 1);
+    let rolling = renderer.render_rows(&ground, &|row| vec![of_row(row)], (1.0, 3.0), 1, 1);
     for row in [0, 60, 96, 191] {
         let instant = renderer.render(&ground, &of_row(row), 3.0, 1, 1);
         assert_eq!(rolling.pixels[row * 256..][..256], instant.pixels[row * 256..][..256], "row {row}");

@@ -47,6 +47,7 @@ impl Flying<'_> {
         for angle in std::mem::take(&mut self.station.servo) {
             self.commands.push((self.now_us, angle));
         }
+        std::mem::take(&mut self.station.exposures).into_iter().for_each(|command| self.exposures.command(command));
         self.station.due.clear();
         self.station.commands.clear();
     }

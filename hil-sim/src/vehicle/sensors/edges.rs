@@ -30,10 +30,11 @@ impl LineEdge {
     }
 }
 
-/// How long the firmware takes edges for bounces, by its configuration: a quarter of the exposure, at most 100 us.
+/// How long the firmware takes edges for bounces, by its configuration: a quarter of the shortest exposure, at most 100 us.
 #[must_use]
 pub fn hold_off_us(vehicle: &Vehicle) -> u32 {
-    (vehicle.exposure_us / 4).min(HOLD_OFF_MAX_US)
+    let [least_us, _] = vehicle.exposures_us();
+    (least_us / 4).min(HOLD_OFF_MAX_US)
 }
 
 /// All edges of a flight without a plan, in the order of time.
