@@ -11,12 +11,14 @@ pub mod candidates;
 pub mod reckoning;
 pub mod filter;
 pub mod tracks;
+pub mod velocity;
 
 use crate::elevation::Plane;
 use azimuth::Azimuth;
 use filter::Filter;
 use heights::Heights;
 use tracks::Tracks;
+use velocity::VelocityError;
 
 /// What is known from one frame to the next. It belongs to the caller, as the pipeline's buffers do.
 #[derive(Debug)]
@@ -27,6 +29,8 @@ pub struct Navigation {
     pub azimuth: Azimuth,
     /// How high the camera is.
     pub heights: Heights,
+    /// How far the velocity is off, by the way between two matches.
+    pub velocity: VelocityError,
     /// How far attitude and velocity are off.
     pub filter: Filter,
     /// The ground under the newest frame, where there is an elevation model.
@@ -43,6 +47,7 @@ impl Navigation {
             tracks: Tracks::new(),
             azimuth: Azimuth::new(),
             heights: Heights::new(),
+            velocity: VelocityError::new(),
             filter: Filter::new(),
             candidate: 0,
         }

@@ -13,7 +13,6 @@ mod height;
 mod situate;
 mod refusal;
 mod terrain;
-mod velocity;
 mod whereabouts;
 mod register;
 
@@ -36,7 +35,6 @@ pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigma
 pub use situate::SituateError;
 pub use situation::{Prediction, Situation};
 pub use streams::{Arrival, Instants, Latencies, PositionSample, SampleError, Streams};
-use velocity::VelocityError;
 pub use whereabouts::LOST_AFTER;
 use whereabouts::Whereabouts;
 
@@ -60,7 +58,6 @@ pub struct Pipeline<'t> {
     /// Of the newest patch.
     placement: Placement,
     whereabouts: Whereabouts,
-    velocity: VelocityError,
     buffers: &'t mut Buffers,
     navigation: &'t mut Navigation,
     frame_memory: &'t mut [u8],
@@ -102,7 +99,6 @@ impl<'t> Pipeline<'t> {
             histogram: None,
             placement: Placement::default(),
             whereabouts: Whereabouts::default(),
-            velocity: VelocityError::default(),
             buffers,
             navigation,
             frame_memory,
@@ -196,6 +192,7 @@ impl<'t> Pipeline<'t> {
     /// # Errors
     /// [`Refusal::BadFrame`] while rows are missing, [`Refusal::Repeated`] for the frame before, [`Refusal::NoFootprint`] where
     /// nothing of the patch is seen.
+    #[inline(never)]
     pub fn rectify(&mut self, situation: &Situation) -> Result<(), Refusal> {
         let reducer = self.reducer.as_ref().filter(|r| r.is_complete()).ok_or(Refusal::BadFrame)?;
         let reduction = reducer.reduction();

@@ -97,6 +97,8 @@ const PATCH_PX: usize = 16;
 ///
 /// # Errors
 /// [`BootError`].
+// Inlined, what it works with would lie on the stack below the building of the application.
+#[inline(never)]
 pub fn read<'f>(configuration: &[u8], tiles: &'f [u8], plan: &'f [u8]) -> Result<Flight<'f>, BootError> {
     let configuration = configuration::read(configuration).map_err(BootError::Configuration)?;
     let settings = configuration.settings().map_err(BootError::Configuration)?;

@@ -71,6 +71,7 @@ impl Pipeline<'_> {
     ///
     /// # Errors
     /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
+    #[inline(never)]
     pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
         let px_m = self.tile.ground_resolution().0;
         let reach_m = f32::from(self.settings.search_px) * px_m;
@@ -80,7 +81,10 @@ impl Pipeline<'_> {
             is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
             px_m,
             sigma_m_per_s: hypot(
-                hypot(self.settings.sigmas.velocity_m_per_s, self.velocity.m_per_s().min(VELOCITY_ERROR_MAX_M_PER_S)),
+                hypot(
+                    self.settings.sigmas.velocity_m_per_s,
+                    self.navigation.velocity.m_per_s().min(VELOCITY_ERROR_MAX_M_PER_S),
+                ),
                 self.doubt.velocity_m_per_s,
             ),
             // Who says nothing of the position's error and has it searched so far takes it to be as far off.
@@ -117,6 +121,7 @@ impl Pipeline<'_> {
     }
 
     /// Whether turn and scale of a match are what heading and height may be off.
+    #[inline(never)]
     fn may_be(&mut self, situation: &Situation, shift: &Shift) -> bool {
         let ground_m = self.elevation_m(situation.prediction.local).unwrap_or_default();
         let (at, height, expected) = (situation.mid_exposure_at, situation.height(), self.expected());
@@ -132,8 +137,9 @@ impl Pipeline<'_> {
 
     /// What a match that counts says of velocity, heading and height.
     /// One sigma of a tilt by which it was not expected, radians.
+    #[inline(never)]
     fn learn(&mut self, situation: &Situation, shift: &Shift, sighting: &Sighting) -> f32 {
-        self.velocity.matched(situation.moment(), sighting.nadir, self.settings.sigmas.velocity_m_per_s);
+        self.navigation.velocity.matched(situation.moment(), sighting.nadir, self.settings.sigmas.velocity_m_per_s);
         let ground_m = self.elevation_m(sighting.nadir).unwrap_or_default();
         let (at, height, expected) = (situation.mid_exposure_at, situation.height(), self.expected());
         let unknown = self.unknown();
@@ -158,6 +164,7 @@ impl Pipeline<'_> {
     }
 
     /// Where a match puts the nadir, and how certain that is.
+    #[inline(never)]
     fn sighting(&self, situation: &Situation, centre: (f32, f32), shift: &Shift) -> Sighting {
         let Fix { covariance, correlated, .. } = self.fixed(situation, centre, shift, 0.0);
         Sighting {
@@ -195,6 +202,7 @@ impl Pipeline<'_> {
     }
 
     /// The fix of a match in the situation that it was made in, or why there is none.
+    #[inline(never)]
     pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
         let Matched { found, centre, off, search_px, doubt_rad, counts } = matched;
         let fixed = |shift: Shift| self.fixed(situation, *centre, &shift, *doubt_rad);

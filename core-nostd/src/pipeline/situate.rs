@@ -68,6 +68,8 @@ impl Pipeline<'_> {
     ///
     /// # Errors
     /// The [`SituateError`] that waiting cannot mend.
+    // Inlined, what it works with would lie on the stack below all that a match takes; so would those of the other stages.
+    #[inline(never)]
     pub fn situate(
         &mut self,
         (mid_exposure_at, sigma_us): (Micros, f32),
@@ -167,7 +169,7 @@ impl Pipeline<'_> {
     /// What of velocity and attitude is not known beforehand.
     pub(super) fn unknown(&self) -> Unknown {
         let sigmas = &self.settings.sigmas;
-        let velocity_m_per_s = hypot(sigmas.velocity_m_per_s, self.velocity.m_per_s());
+        let velocity_m_per_s = hypot(sigmas.velocity_m_per_s, self.navigation.velocity.m_per_s());
         Unknown {
             velocity_m_per_s: beside(velocity_m_per_s, self.doubt.velocity_m_per_s),
             tilt_rad: sigmas.tilt_drift_rad,
@@ -204,7 +206,7 @@ impl Pipeline<'_> {
         if sigma_m_per_s <= 0.0 {
             return 0.0;
         }
-        let seen_m_per_s = self.velocity.m_per_s();
+        let seen_m_per_s = self.navigation.velocity.m_per_s();
         let turning = turn_rad_per_s.abs() * hypot(sigma_m_per_s, seen_m_per_s);
         hypot(turning, seen_m_per_s / TILTS_WITHIN_S) / G_M_PER_S2
     }

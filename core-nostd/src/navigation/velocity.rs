@@ -3,8 +3,8 @@
 //! An estimator whose velocity is wrong, as after a long time without fixes, takes that for a wrong tilt once fixes come, and is off
 //! in both for some ten seconds: matches that rest on its attitude then are off as well, and to the same side for as long.
 
+use super::reckoning::{Moment, Reckoning};
 use crate::math::sqrt;
-use crate::navigation::reckoning::{Moment, Reckoning};
 use crate::tile::Local;
 use crate::units::Micros;
 
@@ -19,8 +19,8 @@ const MEMORY_S: f32 = 5.0;
 const SIGMAS: f32 = 2.0;
 
 /// What the matches say of the velocity.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct VelocityError {
+#[derive(Clone, Copy, Debug)]
+pub struct VelocityError {
     newest_at: Option<Micros>,
     /// Two matches, carried on: the older is compared, the newer takes its place.
     since: [Option<Reckoning>; 2],
@@ -28,14 +28,25 @@ pub(super) struct VelocityError {
     error_m_per_s: f32,
 }
 
+impl Default for VelocityError {
+    fn default() -> Self {
+        VelocityError::new()
+    }
+}
+
 impl VelocityError {
+    /// None has been seen.
+    pub const fn new() -> Self {
+        VelocityError { newest_at: None, since: [None; 2], error_m_per_s: 0.0 }
+    }
+
     /// The error beyond what the settings say, m/s.
-    pub(super) fn m_per_s(&self) -> f32 {
+    pub fn m_per_s(&self) -> f32 {
         self.error_m_per_s
     }
 
     /// A match was accepted, with its nadir. `sigma_m_per_s`: of the velocity, by the settings.
-    pub(super) fn matched(&mut self, moment: Moment, nadir: Local, sigma_m_per_s: f32) {
+    pub fn matched(&mut self, moment: Moment, nadir: Local, sigma_m_per_s: f32) {
         let seconds = self.newest_at.map_or(0.0, |newest_at| moment.at.since(newest_at) as f32 * 1e-6);
         self.newest_at = Some(moment.at);
         self.since = self.since.map(|since| since?.to(moment, APART_MAX_US));
@@ -61,7 +72,7 @@ mod tests {
 
     /// Matches four times a second of a vehicle that flies east at 20 m/s in bends, and says so with an error; what is seen of that.
     fn seen(error: impl Fn(f32) -> f32, seconds: f32, sigma_m_per_s: f32) -> f32 {
-        let mut velocity = VelocityError::default();
+        let mut velocity = VelocityError::new();
         for frame in 0..(4.0 * seconds) as u32 {
             let at_s = 0.25 * frame as f32;
             // The way of 20 m/s that swings by 5 m/s in 12.6 s.
@@ -89,7 +100,7 @@ mod tests {
 
     #[test]
     fn matches_that_lie_far_apart_are_not_compared() {
-        let mut velocity = VelocityError::default();
+        let mut velocity = VelocityError::new();
         for second in [0u64, 5, 10] {
             let moment = Moment { at: Micros(1_000_000 + 1_000_000 * second), velocity_m_per_s: [0.0; 2] };
             velocity.matched(moment, Local { east_m: 50.0 * second as f32, north_m: 0.0 }, 0.5);
