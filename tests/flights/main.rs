@@ -3,6 +3,7 @@
 mod aborted;
 mod companion;
 mod exposure;
+mod faults;
 mod kept;
 mod live;
 mod planned;

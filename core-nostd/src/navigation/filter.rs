@@ -37,6 +37,9 @@ const STEP_MAX_US: i32 = 9_000_000;
 /// What the mean of two velocities is off as a share of their difference, of a turn by a radian: the way along an arc is by a twelfth of
 /// the angle's square longer than its chord's velocities say, and no more than this up to half a circle.
 const TURN_SHARE: f32 = 0.11;
+/// How late a reported velocity is, seconds: positions come five times a second, and take as long to arrive. While the vehicle turns it
+/// is off by its acceleration times that.
+const LATE_S: f32 = 0.3;
 /// One sigma of a way beside that of the velocities' errors, metres: velocities come in whole centimetres a second, five times a second.
 const WAY_M: f32 = 0.05;
 /// Innovations squared, in sigmas, of two degrees of freedom: beyond the first once in a hundred the tilt comes and goes, beyond the
@@ -66,6 +69,8 @@ pub struct Found {
     pub height_m: f32,
     /// Heading, clockwise from grid north, radians.
     pub heading_rad: f32,
+    /// How far east and north of the place that counted before, where it has overruled that, metres.
+    pub overruled_m: Option<[f32; 2]>,
 }
 
 /// What is estimated.
@@ -163,7 +168,9 @@ impl Filter {
         let fresh = |keep: f32, sigma: f32| (1.0 - squared(keep)) * squared(sigma);
         for axis in 0..2 {
             covariance[(axis, axis)] += squared(WAY_M) + squared(bent_m);
-            covariance[(VELOCITY + axis, VELOCITY + axis)] += fresh(keeps[0], unknown.velocity_m_per_s);
+            let late = squared(turned / seconds.max(0.05) * LATE_S);
+            let velocity = &mut covariance[(VELOCITY + axis, VELOCITY + axis)];
+            *velocity = (*velocity + fresh(keeps[0], unknown.velocity_m_per_s)).max(late);
             covariance[(TILT + axis, TILT + axis)] += fresh(keeps[1], unknown.tilt_rad);
         }
     }
@@ -174,6 +181,9 @@ impl Filter {
         let moved = moved_by_tilt(found.height_m, found.heading_rad);
         let transient = hypot(found.transient_rad, self.transient_rad);
         let white = found.covariance + moved * moved.transpose() * squared(transient);
+        if let Some(aside) = found.overruled_m {
+            return self.jumped(Vector2::from(aside), (found, white, moved), unknown);
+        }
         let Some(estimate) = self.estimate else {
             self.estimate = Some(Estimate::begun(found, white, moved, [0.0; 2], unknown));
             return 0.0;
@@ -185,11 +195,7 @@ impl Filter {
         let squares = inverse.map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
         let beyond_rad = sqrt((0.5 * (off.norm_squared() - all.trace())).max(0.0)) / found.height_m;
         if !(squares <= JUMP) {
-            self.jumped_rad += moved.transpose() * off / squared(found.height_m);
-            let tilt_rad = hypot(unknown.tilt_rad, sqrt(0.5 * self.jumped_rad.norm_squared()));
-            let unknown = Unknown { tilt_rad, ..*unknown };
-            self.estimate = Some(Estimate::begun(found, white, moved, self.tilt_rad(), &unknown));
-            return beyond_rad;
+            return self.jumped(off, (found, white, moved), unknown);
         }
         if squares > TRANSIENT && beyond_rad > self.transient_rad {
             let more_rad = sqrt(squared(beyond_rad) - squared(self.transient_rad));
@@ -204,6 +210,24 @@ impl Filter {
             self.estimate = Some(Estimate { state: state + gain * off, covariance });
         }
         0.0
+    }
+}
+
+impl Filter {
+    /// A match that is so far off what was expected begins anew; the tilt by which it may have been is not known any more, and what of
+    /// that is news is returned, radians.
+    fn jumped(
+        &mut self,
+        off: Vector2<f32>,
+        (found, white, moved): (&Found, Matrix2<f32>, Matrix2<f32>),
+        unknown: &Unknown,
+    ) -> f32 {
+        let known_rad = self.tilt_sigma_rad(unknown.tilt_rad);
+        self.jumped_rad += moved.transpose() * off / squared(found.height_m);
+        let tilt_rad = hypot(unknown.tilt_rad, sqrt(0.5 * self.jumped_rad.norm_squared()));
+        let unknown = Unknown { tilt_rad, ..*unknown };
+        self.estimate = Some(Estimate::begun(found, white, moved, self.tilt_rad(), &unknown));
+        sqrt((squared(tilt_rad) - squared(known_rad)).max(0.0))
     }
 }
 

@@ -121,6 +121,9 @@ pub struct Tracks {
     gone: Local,
     /// A place has been known before.
     was_known: bool,
+    /// The last place that counted, and how far from it the newest match is, where that has overruled it.
+    led: Option<Local>,
+    overruled_m: Option<[f32; 2]>,
 }
 
 impl Tracks {
@@ -128,7 +131,7 @@ impl Tracks {
     pub const fn new() -> Self {
         let origin = Local { east_m: 0.0, north_m: 0.0 };
         let moment = Moment { at: Micros(0), velocity_m_per_s: [0.0; 2] };
-        Tracks { tracks: Vec::new(), moment, gone: origin, was_known: false }
+        Tracks { tracks: Vec::new(), moment, gone: origin, was_known: false, led: None, overruled_m: None }
     }
 
     /// Carries all of them on to a frame; those that may be further off than `reach_m` are forgotten. `sigma_m_per_s`: of the
@@ -139,13 +142,15 @@ impl Tracks {
         if !(0..=STEP_MAX_US).contains(&step_us) {
             // Whoever takes so few frames has the navigation alone.
             self.tracks.clear();
-            self.was_known = false;
+            (self.was_known, self.led) = (false, None);
         }
         let way = way_m(before, moment);
         let [east, north] = moment.velocity_m_per_s;
         let turned = hypot(east - before.velocity_m_per_s[0], north - before.velocity_m_per_s[1]);
         let drift_m = drift_m(sigma_m_per_s, step_us) + TURN_SHARE * turned * step_us as f32 * 1e-6;
         self.gone = self.gone.moved(way);
+        self.led = self.led.map(|led| led.moved(way));
+        self.overruled_m = None;
         self.tracks.retain_mut(|track| {
             track.nadir = track.nadir.moved(way);
             track.drift_m += drift_m;
@@ -182,9 +187,15 @@ impl Tracks {
         }
     }
 
+    /// How far east and north the match of the newest frame is from the place that counted before, where it has overruled that: both were
+    /// carried on the same way.
+    pub fn overruled_m(&self) -> Option<[f32; 2]> {
+        self.overruled_m
+    }
+
     /// Begins anew where the vehicle has been found twice, or where the navigation expected it.
     pub fn begin(&mut self, sighting: &Sighting) {
-        self.was_known = true;
+        (self.was_known, self.led) = (true, Some(sighting.nadir));
         self.tracks.clear();
         // There is room.
         let _ = self.tracks.push(Track::new(sighting, self.gone, VOTES_MIN));
@@ -208,7 +219,9 @@ impl Tracks {
         // The most likely one: of two at the same distance in sigmas that with the smaller ones.
         let likely = offs.enumerate().filter(|(_, (squared, _))| *squared <= GATE);
         let nearest = likely.min_by(|(_, one), (_, other)| (one.0 + one.1).total_cmp(&(other.0 + other.1)));
+        let counted = self.place();
         let own = nearest.and_then(|(index, _)| self.taken(index));
+        let is_news = own.is_none_or(|own| counted != Some(own.nadir));
         let counted_at = own.map(|own| own.counted_at);
         let is_fresh = counted_at.is_none_or(|at| at.off_m(gone) >= fresh_m);
         let own = own.unwrap_or(Track::new(sighting, gone, 0));
@@ -226,7 +239,13 @@ impl Tracks {
         }
         // There is room.
         let _ = self.tracks.push(own);
-        self.place() == Some(sighting.nadir)
+        let counts = self.place() == Some(sighting.nadir);
+        if counts {
+            let Local { east_m, north_m } = sighting.nadir;
+            let aside = |led: Local| [east_m - led.east_m, north_m - led.north_m];
+            self.overruled_m = self.led.replace(sighting.nadir).filter(|_| is_news).map(aside);
+        }
+        counts
     }
 }
 

@@ -159,6 +159,7 @@ impl Pipeline<'_> {
             transient_rad: sqrt((squared(situation.sigma_tilt_drift_rad) - squared(known_rad)).max(0.0)),
             height_m: situation.height_m,
             heading_rad: situation.attitude.heading.0,
+            overruled_m: navigation.tracks.overruled_m(),
         };
         navigation.filter.matched(&found, &unknown)
     }

@@ -16,8 +16,13 @@ struct After {
     unexpected_rad: f32,
 }
 
-/// A flight of 24 m/s, four frames a second, whose heading and errors of pitch and roll are what they are at a second.
-fn flown(seconds: f32, heading: impl Fn(f32) -> f32, tilt: impl Fn(f32) -> [f32; 2]) -> std::vec::Vec<After> {
+/// A flight of such a speed, m/s, four frames a second, whose heading and errors of pitch and roll are what they are at a second.
+fn flown(
+    seconds: f32,
+    speed: f32,
+    heading: impl Fn(f32) -> f32,
+    tilt: impl Fn(f32) -> [f32; 2],
+) -> std::vec::Vec<After> {
     let mut filter = Filter::new();
     let (mut position, mut state) = ([0.0f32; 2], 1u32);
     let mut noise = || {
@@ -35,7 +40,7 @@ fn flown(seconds: f32, heading: impl Fn(f32) -> f32, tilt: impl Fn(f32) -> [f32;
         let at_s = 0.25 * frame as f32;
         let (sin, cos) = (libm::sinf(heading(at_s)), libm::cosf(heading(at_s)));
         let moment =
-            Moment { at: Micros(1_000_000 + 250_000 * u64::from(frame)), velocity_m_per_s: [24.0 * sin, 24.0 * cos] };
+            Moment { at: Micros(1_000_000 + 250_000 * u64::from(frame)), velocity_m_per_s: [speed * sin, speed * cos] };
         filter.carry(moment, &UNKNOWN);
         let known = filter.tilt_rad();
         let left = [tilt(at_s)[0] - known[0], tilt(at_s)[1] - known[1]];
@@ -51,13 +56,14 @@ fn flown(seconds: f32, heading: impl Fn(f32) -> f32, tilt: impl Fn(f32) -> [f32;
             transient_rad: 0.0,
             height_m: HEIGHT_M,
             heading_rad: heading(at_s),
+            overruled_m: None,
         };
         let unexpected_rad = filter.matched(&found, &UNKNOWN);
         after.push(After { tilt_rad: filter.tilt_rad(), sigma_rad: filter.tilt_sigma_rad(0.02), unexpected_rad });
         // As the filter reckons it: by the mean of both velocities.
         let next = heading(at_s + 0.25);
-        position[0] += 0.125 * 24.0 * (sin + libm::sinf(next));
-        position[1] += 0.125 * 24.0 * (cos + libm::cosf(next));
+        position[0] += 0.125 * speed * (sin + libm::sinf(next));
+        position[1] += 0.125 * speed * (cos + libm::cosf(next));
     }
     after
 }
@@ -65,22 +71,25 @@ fn flown(seconds: f32, heading: impl Fn(f32) -> f32, tilt: impl Fn(f32) -> [f32;
 #[test]
 fn a_turn_tells_the_tilt_and_a_straight_leg_does_not() {
     let tilt = [0.017, -0.012];
-    let straight = flown(60.0, |_| 0.5, |_| tilt);
+    let straight = flown(60.0, 5.0, |_| 0.5, |_| tilt);
     let end = straight[straight.len() - 1];
     assert!(end.sigma_rad > 0.018, "{end:?}");
     assert!(end.tilt_rad[0].abs() < 0.008 && end.tilt_rad[1].abs() < 0.008, "{end:?}");
-    let turning = flown(60.0, |at_s| if at_s < 20.0 { 0.5 } else { 0.5 + 0.15 * (at_s - 20.0) }, |_| tilt);
+    let turning = flown(60.0, 5.0, |at_s| if at_s < 20.0 { 0.5 } else { 0.5 + 0.15 * (at_s - 20.0) }, |_| tilt);
     let end = turning[turning.len() - 1];
     assert!(end.sigma_rad < 0.010, "{end:?}");
     for axis in 0..2 {
         assert!((end.tilt_rad[axis] - tilt[axis]).abs() < 3.0 * end.sigma_rad, "{end:?}");
     }
-    assert!(turning.iter().chain(&straight).all(|after| after.unexpected_rad == 0.0));
+    // At five times the speed a velocity that is late is off by more than the tilt moves the nadir.
+    let fast = flown(60.0, 24.0, |at_s| 0.15 * at_s, |_| tilt);
+    assert!(fast[fast.len() - 1].sigma_rad > 0.017);
+    assert!(turning.iter().chain(&straight).chain(&fast).all(|after| after.unexpected_rad == 0.0));
 }
 
 #[test]
 fn a_tilt_that_jumps_is_told_and_stays_in_what_is_not_known() {
-    let after = flown(40.0, |_| 1.0, |at_s| if at_s < 20.0 { [0.0; 2] } else { [0.05, 0.05] });
+    let after = flown(40.0, 24.0, |_| 1.0, |at_s| if at_s < 20.0 { [0.0; 2] } else { [0.05, 0.05] });
     let first = after[80];
     assert!(first.unexpected_rad > 0.03, "{first:?}");
     assert!(after[81..].iter().all(|after| after.unexpected_rad < 0.02 && after.sigma_rad > 0.035), "{:?}", after[100]);
@@ -89,7 +98,7 @@ fn a_tilt_that_jumps_is_told_and_stays_in_what_is_not_known() {
 #[test]
 fn a_tilt_that_swings_is_seen_in_what_is_not_known() {
     // As of an attitude that is late: 0.02 at 0.2 Hz.
-    let after = flown(60.0, |_| 1.0, |at_s| [0.02 * libm::sinf(1.26 * at_s), 0.0]);
+    let after = flown(60.0, 24.0, |_| 1.0, |at_s| [0.02 * libm::sinf(1.26 * at_s), 0.0]);
     let late: f32 = after[80..].iter().map(|after| after.sigma_rad).fold(f32::MAX, f32::min);
     assert!(late > 0.012, "{late}");
 }
@@ -102,7 +111,7 @@ fn a_filter_that_begins_knows_as_much_as_was_said() {
 
 #[test]
 fn a_tilt_that_jumps_back_is_known_as_well_as_before() {
-    let after = flown(60.0, |_| 1.0, |at_s| if (20.0..30.0).contains(&at_s) { [0.05, 0.05] } else { [0.0; 2] });
+    let after = flown(60.0, 24.0, |_| 1.0, |at_s| if (20.0..30.0).contains(&at_s) { [0.05, 0.05] } else { [0.0; 2] });
     let [before, during, end] = [79, 110, 130].map(|frame| after[frame].sigma_rad);
     assert!(during > 2.0 * before && end < 1.1 * before, "{before} {during} {end}");
 }

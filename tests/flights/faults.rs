@@ -1,0 +1,99 @@
+//! Flights in which something fails for a time: no fix is wrong, and fixes come again behind it.
+
+use plumbline_sim::link::Link;
+use plumbline_sim::link::inproc::InProcess;
+use plumbline_sim::run::{Keep, fly};
+use plumbline_sim::scenario::{Camera, Scenario};
+use plumbline_sim::score::unrectified::Unrectified;
+use plumbline_sim::score::{Linked, Scored, score, summarise};
+use plumbline_sim::setup::Setup;
+
+/// Frames of a flight, four a second, and those during which something fails. The first is taken at 3 s.
+const FRAMES: u32 = 200;
+const FAILING: std::ops::Range<usize> = 68..128;
+const FAILING_S: &str = "20..35";
+/// Frames within which fixes come again: two seconds.
+const AGAIN: usize = 8;
+
+/// What became of a flight.
+struct Flown {
+    wrong: usize,
+    scored: Vec<Scored>,
+}
+
+impl Flown {
+    fn accepted(&self, frames: std::ops::Range<usize>) -> usize {
+        self.scored[frames].iter().filter(|scored| scored.accepted).count()
+    }
+}
+
+/// A vehicle with a small camera, fixed to it or followed, and with such a fault.
+fn flown(fault: Option<&str>, keys: &str) -> Flown {
+    let text = format!("seed = 5\nframes = {FRAMES}\nsend_patches = false\n{keys}\n");
+    let mut scenario = Scenario::parse(&text, "faults", std::path::Path::new(""), None).expect("sound");
+    scenario.camera = Camera::of_size(128, 128);
+    scenario.vehicle.attitude.drift_deg = 0.2;
+    scenario.vehicle.attitude.heading_drift_deg = Some(0.5);
+    if let Some(fault) = fault {
+        scenario.faults.timed.push(format!("{fault}@{FAILING_S}").parse().expect("a fault"));
+    }
+    let setup = Setup::prepare(scenario).expect("it can be flown");
+    let (mut link, mut unrectified) = (InProcess::new(&setup.flash).expect("it boots"), Unrectified::default());
+    let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut unrectified).expect("it flies");
+    let scored = score(&setup, &flight, &unrectified);
+    let linked = Linked { name: "inproc".into(), firmware_sha256: None, account: link.account() };
+    let wrong = summarise(&setup, &flight, &scored, &linked).wrong_fixes;
+    Flown { wrong, scored }
+}
+
+/// No fix is wrong, at least this share of the frames is fixed while it fails, and those behind it from two seconds on as ever.
+fn holds(fault: &str, keys: &str, during: f64) {
+    let flown = flown(Some(fault), keys);
+    assert_eq!(flown.wrong, 0, "{fault}");
+    let fixed = flown.accepted(FAILING) as f64 / FAILING.len() as f64;
+    assert!(fixed >= during, "{fault}: {fixed} of the frames");
+    let behind = FAILING.end + AGAIN..FRAMES as usize;
+    assert!(flown.accepted(behind.clone()) * 100 >= 95 * behind.len(), "{fault}: {}", flown.accepted(behind));
+}
+
+#[test]
+fn a_laser_that_fails_costs_no_fixes() {
+    for fault in ["range.off", "range.stuck", "range.scale=1.1", "range.scale=1.3", "range.bias=-10"] {
+        holds(fault, "", 0.95);
+    }
+    // Little enough to be ground that rises.
+    holds("range.scale=1.05", "", 0.9);
+}
+
+#[test]
+fn an_attitude_that_fails_makes_no_wrong_fix() {
+    holds("attitude.bias=3", "", 0.0);
+    holds("attitude.bias=1", "", 0.95);
+    holds("attitude.scale=1.1", "", 0.95);
+}
+
+#[test]
+fn a_heading_that_fails_makes_no_wrong_fix() {
+    let fixed = "[follow_up]\nmode = \"fixed\"";
+    holds("heading.bias=3", fixed, 0.5);
+    holds("heading.bias=10", fixed, 0.0);
+    holds("heading.stuck", fixed, 0.0);
+}
+
+#[test]
+fn a_compass_that_is_known_to_be_poor_is_corrected_by_the_turn_of_the_picture() {
+    // Beside a drift of its own of 4 degrees, which the board is told; the fault begins before the first frame.
+    let keys = "[follow_up]\nmode = \"fixed\"\n[[fault]]\nunit = \"heading\"\ntype = \"bias\"\nvalue = 5.0";
+    let mut poor = keys.to_owned();
+    poor.insert_str(0, "[attitude]\nheading_drift_deg = 4.0\n");
+    let flown = flown(None, &poor);
+    assert_eq!(flown.wrong, 0);
+    assert!(flown.accepted(8..FRAMES as usize) >= 180, "{}", flown.accepted(8..FRAMES as usize));
+}
+
+#[test]
+fn a_camera_that_hangs_makes_no_fix() {
+    let hung = flown(Some("camera.repeated"), "");
+    assert_eq!((hung.wrong, hung.accepted(FAILING.start + 1..FAILING.end - 1)), (0, 0));
+    holds("camera.repeated", "", 0.0);
+}
