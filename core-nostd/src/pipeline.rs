@@ -178,20 +178,25 @@ impl<'t> Pipeline<'t> {
     /// The next [`Pipeline::rows_wanted`] rows of the frame, one behind the other, or several times that.
     ///
     /// # Errors
-    /// [`Refusal::BadFrame`] for another number of pixels, rows too many, or without [`Pipeline::begin_frame`].
+    /// [`Refusal::BadFrame`] for another number of pixels, rows too many, or without [`Pipeline::begin_frame`];
+    /// [`Refusal::Repeated`] behind the last row of the frame before.
     pub fn rows(&mut self, rows: &[u8]) -> Result<(), Refusal> {
         let reducer = self.reducer.as_mut().ok_or(Refusal::BadFrame)?;
         if let Some(histogram) = &mut self.histogram {
             histogram.count(rows, self.settings.camera.cols(), reducer.rows_taken());
         }
-        Ok(reducer.take(rows, self.frame_memory)?)
+        reducer.take(rows, self.frame_memory)?;
+        let sample = reducer.is_complete().then(|| sampled(self.frame_memory, reducer.reduction().bytes()));
+        if sample.is_some() && core::mem::replace(&mut self.sample, sample) == sample {
+            return Err(Refusal::Repeated);
+        }
+        Ok(())
     }
 
     /// Rectifies the frame that has arrived for `situation`.
     ///
     /// # Errors
-    /// [`Refusal::BadFrame`] while rows are missing, [`Refusal::Repeated`] for the frame before, [`Refusal::NoFootprint`] where
-    /// nothing of the patch is seen.
+    /// [`Refusal::BadFrame`] while rows are missing, [`Refusal::NoFootprint`] where nothing of the patch is seen.
     #[inline(never)]
     pub fn rectify(&mut self, situation: &Situation) -> Result<(), Refusal> {
         let reducer = self.reducer.as_ref().filter(|r| r.is_complete()).ok_or(Refusal::BadFrame)?;
@@ -200,10 +205,6 @@ impl<'t> Pipeline<'t> {
         let resolution = self.tile.ground_resolution().0;
         let Buffers { patch, runs, nodes, .. } = &mut *self.buffers;
         let kept = self.frame_memory.get(..reduction.bytes()).ok_or(Refusal::BadFrame)?;
-        let sample = sampled(kept);
-        if core::mem::replace(&mut self.sample, Some(sample)) == Some(sample) {
-            return Err(Refusal::Repeated);
-        }
         let source = Source::new(kept, reduction)?;
         let placement = situation.placement(camera, resolution).ok_or(Refusal::NoFootprint)?;
         let Placement { size, aside } = placement;
@@ -238,9 +239,9 @@ impl<'t> Pipeline<'t> {
 
 const _: () = assert!(size_of::<Streams>() + size_of::<Smoothers>() <= POSE_MAX_BYTES);
 /// A number that two frames have in common where they are the same, and by their noise alone hardly ever otherwise: of four pixels of
-/// each [`SAMPLED_EVERY`].
-fn sampled(kept: &[u8]) -> u32 {
-    let fours = kept.chunks(SAMPLED_EVERY).filter_map(|chunk| chunk.first_chunk::<4>());
+/// each [`SAMPLED_EVERY`] in the first so many bytes.
+fn sampled(memory: &[u8], bytes: usize) -> u32 {
+    let fours = memory.get(..bytes).unwrap_or(&[]).chunks(SAMPLED_EVERY).filter_map(|chunk| chunk.first_chunk::<4>());
     // The multiplier is Knuth's, 2^32 over the golden ratio.
     fours.fold(0, |sum, four| (sum.rotate_left(5) ^ u32::from_le_bytes(*four)).wrapping_mul(0x9e37_79b9))
 }

@@ -106,11 +106,12 @@ fn a_parameter_that_would_do_harm_keeps_the_sources_where_they_are() {
 
 #[test]
 fn lost_fixes_are_told_with_their_reason_and_that_they_come_again() {
-    // As on the ground: a range finder that measures nothing.
+    // A range finder that measures nothing is lived with; an attitude that does not come is not.
     let mut scenario = scenario(60);
     scenario.faults.range.zero_s = Some([4.0, 15.5]);
+    scenario.faults.attitude_faults.gap_s = Some([4.0, 15.5]);
     let flight = flown(scenario);
-    assert_eq!(flight.count("no fixes for 10 s: no_range"), 1, "{:?}", flight.lines);
+    assert_eq!(flight.count("no fixes for 10 s: no_attitude"), 1, "{:?}", flight.lines);
     assert_eq!(flight.count("fixes again"), 1, "{:?}", flight.lines);
     assert!(flight.health.invalid > 0);
 }

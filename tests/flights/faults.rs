@@ -33,7 +33,8 @@ fn flown(fault: Option<&str>, keys: &str) -> Flown {
     let mut scenario = Scenario::parse(&text, "faults", std::path::Path::new(""), None).expect("sound");
     scenario.camera = Camera::of_size(128, 128);
     scenario.vehicle.attitude.drift_deg = 0.2;
-    scenario.vehicle.attitude.heading_drift_deg = Some(0.5);
+    let heading_deg = &mut scenario.vehicle.attitude.heading_drift_deg;
+    *heading_deg = heading_deg.or(Some(0.5));
     if let Some(fault) = fault {
         scenario.faults.timed.push(format!("{fault}@{FAILING_S}").parse().expect("a fault"));
     }

@@ -156,9 +156,9 @@ fn faults_are_in_what_is_reported() {
         setup.scenario.faults.timed = faults.into_iter().collect();
         in_process(&setup)
     };
-    let (sound, off) = (flown(None), flown(Some("range.off@20..30")));
+    let (sound, off) = (flown(None), flown(Some("attitude.off@20..30")));
     // Ten seconds at two frames a second.
-    assert_eq!((off.summary.refused.get("no_range"), sound.summary.refused.get("no_range")), (Some(&20), None));
+    assert_eq!((off.summary.refused.get("no_attitude"), sound.summary.refused.get("no_attitude")), (Some(&20), None));
     assert!(off.kept().fixes.fused + 10 <= sound.kept().fixes.fused && off.summary.wrong_fixes == 0);
     // After ten seconds without a fix that passes its gate the filter jumps to the next one.
     assert_eq!((off.kept().fixes.resets, sound.kept().fixes.resets), (1, 0));

@@ -275,12 +275,15 @@ pub struct TapeFrontEnd {
     tape: &'static Tape,
     cols: u16,
     pixels: Vec<u8>,
+    /// Grey of this frame's pixels, and of the last one that was whole: only the same picture again has the same.
+    grey: u8,
+    whole: u8,
 }
 
 impl TapeFrontEnd {
     /// The one front end.
     pub fn new(tape: &'static Tape) -> Self {
-        TapeFrontEnd { tape, cols: 0, pixels: Vec::new() }
+        TapeFrontEnd { tape, cols: 0, pixels: Vec::new(), grey: 0, whole: 0 }
     }
 }
 
@@ -292,6 +295,7 @@ impl FrontEnd for TapeFrontEnd {
         });
         let start = start.await;
         self.cols = start.size.0;
+        self.grey = self.grey.wrapping_add(1);
         start
     }
 
@@ -299,8 +303,10 @@ impl FrontEnd for TapeFrontEnd {
     async fn rows(&mut self, count: u16) -> Rows<'_> {
         let code = self.tape.wait(|record| if let Record::Rows(code) = record { Some(code) } else { None }).await;
         match Refusal::from_code(code) {
-            None => {
-                self.pixels.resize(usize::from(count) * usize::from(self.cols), 0);
+            None | Some(Refusal::Repeated) => {
+                self.whole = if code == 0 { self.grey } else { self.whole };
+                self.pixels.clear();
+                self.pixels.resize(usize::from(count) * usize::from(self.cols), self.whole);
                 Rows::Pixels(&self.pixels)
             }
             Some(Refusal::Overrun) => Rows::Overrun,
