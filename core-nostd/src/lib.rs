@@ -56,8 +56,8 @@
 //!     accept: AcceptRule::default(),
 //! };
 //! let tile = Tile::new(&reference, (100, 100), Metres(3.0), georeference).unwrap();
-//! let (mut buffers, mut navigation, mut frame) = (Buffers::new(), Navigation::new(), vec![0; FRAME_MEMORY_BYTES]);
-//! let memory = Memory { buffers: &mut buffers, navigation: &mut navigation, frame: &mut frame };
+//! let (mut buffers, mut navigation, mut rows) = (Buffers::new(), Navigation::new(), vec![0; FRAME_MEMORY_BYTES]);
+//! let memory = Memory { buffers: &mut buffers, navigation: &mut navigation, frame: &mut rows };
 //! let mut pipeline = Pipeline::new(settings, tile, memory).unwrap();
 //!
 //! let mid_exposure = Micros(1_000_000);

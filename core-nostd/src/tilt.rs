@@ -42,6 +42,16 @@ impl Attitude {
         math::sin_cos(self.pitch.0).1 * math::sin_cos(self.roll.0).1
     }
 
+    /// Without what its heading, pitch and roll are known to be off, radians.
+    #[must_use]
+    pub fn less(self, [heading, pitch, roll]: [f32; 3]) -> Self {
+        Attitude {
+            heading: Radians(self.heading.0 - heading).wrapped(),
+            pitch: Radians(self.pitch.0 - pitch),
+            roll: Radians(self.roll.0 - roll),
+        }
+    }
+
     /// Where the optical axis points, whatever the follow-up: the parts of its unit vector to the east and to the north, −a23 and
     /// −a21. The third, downwards, is [`Attitude::cos_tilt`].
     pub fn axis(&self) -> [f32; 2] {

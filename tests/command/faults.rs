@@ -42,13 +42,13 @@ fn bad_keys_and_faults_are_refused() {
     refusals.done();
 }
 
-/// Ten seconds, of which two have a laser that measures twice the range.
+/// Ten seconds, of which two have no attitude.
 #[test]
 fn the_report_says_what_a_fault_did() {
     let folder = Folder::new("fly-fault-report");
     let fly = "fly --set seed=9 --seed 3 --set frames=40 --set range.sigma_m=0.05 --set name=evening";
     folder.run(&format!("{fly} --out good")).done();
-    let run = folder.run(&format!("{fly} --fault range.scale=2@6..8 --fault position.jump=5@12.. --out bad"));
+    let run = folder.run(&format!("{fly} --fault attitude.off@6..8 --fault position.jump=5@12.. --out bad"));
     run.done();
     let report = |name: &str| -> Value { serde_json::from_str(&folder.text(name)).expect("JSON") };
     let (good, bad) = (report("good/report.json"), report("bad/report.json"));
@@ -56,20 +56,20 @@ fn the_report_says_what_a_fault_did() {
     assert_eq!((&bad["seed"], &bad["frames"]), (&3.into(), &40.into()));
     assert_eq!((&bad["scenario"]["name"], &bad["scenario"]["seed"]), (&"evening".into(), &3.into()));
     assert_eq!(bad["scenario"]["range"]["sigma_m"], 0.05);
-    assert_eq!(bad["scenario"]["fault"][0]["type"], "scale");
-    let [scaled, jumped] = [&bad["faults"][0], &bad["faults"][1]];
-    assert_eq!((&scaled["spec"], &scaled["frames"]), (&"range.scale=2@6..8".into(), &8.into()));
+    assert_eq!(bad["scenario"]["fault"][0]["type"], "off");
+    let [silent, jumped] = [&bad["faults"][0], &bad["faults"][1]];
+    assert_eq!((&silent["spec"], &silent["frames"]), (&"attitude.off@6..8".into(), &8.into()));
     assert_eq!((&jumped["spec"], &jumped["to_s"]), (&"position.jump=5@12..".into(), &Value::Null));
-    assert!(scaled["recovery_s"].as_f64().is_some_and(|after_s| after_s < 5.0), "{scaled}");
-    // Twice the height matches nowhere.
-    assert!(scaled["accepted"].as_u64() < scaled["frames"].as_u64(), "{scaled}");
-    assert_eq!(scaled["wrong"], 0, "{scaled}");
+    assert!(silent["recovery_s"].as_f64().is_some_and(|after_s| after_s < 5.0), "{silent}");
+    // The rates bridge a gap for a while only.
+    assert!(silent["accepted"].as_u64() < silent["frames"].as_u64(), "{silent}");
+    assert_eq!(silent["wrong"], 0, "{silent}");
     // Before the fault the flights are one: the first frame is taken in second 3, four a second.
     let rows = |name: &str| -> Vec<String> { folder.text(name).lines().map(str::to_owned).collect() };
     let (good, bad) = (rows("good/fixes.csv"), rows("bad/fixes.csv"));
     assert_eq!(good[..12], bad[..12]);
     assert_ne!(good, bad);
-    assert!(folder.text("bad/report.html").contains("range.scale=2@6..8"));
+    assert!(folder.text("bad/report.html").contains("attitude.off@6..8"));
 }
 
 /// What stops the fixes altogether, and gives them back: the board without power, an autopilot that boots, a link that is gone.

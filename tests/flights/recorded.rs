@@ -119,7 +119,7 @@ fn flash() -> Flash {
 fn play(file: &[u8], shift_ms: u64) -> (Played, u32) {
     let flash = flash();
     let size = flash.configuration.frame;
-    let pixels = vec![90; usize::from(size.0) * usize::from(size.1)];
+    let pixels = usize::from(size.0) * usize::from(size.1);
     let mut link = InProcess::new(&flash).expect("it boots");
     let (arrivals, empty) = recording(file, shift_ms);
     let mut random = Random::new(112);
@@ -141,6 +141,8 @@ fn play(file: &[u8], shift_ms: u64) -> (Played, u32) {
             let sequence = played.mids_us.len() as u32;
             played.mids_us.push(open_us + EXPOSURE_US / 2);
             next_frame_us += FRAME_US;
+            // Each frame of another grey: two that are the same are a camera that hangs.
+            let pixels = vec![sequence as u8; pixels];
             let frame = FrameEvent { sequence, arrival: tick(now_us), size, pixels: &pixels };
             link.step(tick(now_us), Event::Frame(frame))
         } else if now_us == answer_us {

@@ -51,7 +51,7 @@ fn uses_are_found() {
     let uses = core.uses();
     let is_found =
         |from: &str, to: &str| uses.iter().any(|found| found.from.join("::") == from && found.to.join("::") == to);
-    assert!(is_found("pipeline", "fix"));
+    assert!(is_found("pipeline::register", "fix"));
     assert!(is_found("pipeline::settings", "pose::smooth"), "pipeline::settings uses pose::Smoother");
     assert!(!is_found("fix", "pipeline"));
 }

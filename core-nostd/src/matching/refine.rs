@@ -25,7 +25,7 @@ use crate::math::squared;
 use core::ops::AddAssign;
 use estimate::Estimate;
 use heapless::Vec;
-use nalgebra::{Matrix2, Matrix4};
+use nalgebra::{Matrix2, Matrix4, Matrix6};
 use normal_equations::{Sums, prior_px};
 use segment::{Radiometry, Segment};
 use smooth::{inner, smooth_into};
@@ -179,14 +179,7 @@ pub fn refine(
     let floor = Matrix2::identity() * (SYSTEMATIC_PX * SYSTEMATIC_PX);
     // Turn and scale are displacements at the patch's edge in here.
     let per_px = Matrix4::from_diagonal(&[1.0, 1.0, 1.0 / estimate.half, 1.0 / estimate.half].into());
-    let (turn_px, scale_px) = prior_px(prior, estimate.half);
-    let alone = |axis: usize, off_px: f32, prior_px: f32| {
-        // What has become less of the prior's variance is the picture's, before residuals are found to be alike.
-        let share = 1.0 - covariance[(axis, axis)] / squared(prior_px);
-        let (off, variance) = (off_px / estimate.half, inflation * covariance[(axis, axis)] / squared(estimate.half));
-        (share > SHARE_MIN).then_some((off / share, variance / share))
-    };
-    let alone = Alone { turn: alone(2, estimate.turn, turn_px), scale: alone(3, estimate.scale, scale_px) };
+    let alone = alone(&covariance, prior, &estimate, inflation);
     let mut joint = per_px * covariance.fixed_view::<4, 4>(0, 0) * per_px * inflation;
     joint.fixed_view_mut::<2, 2>(0, 0).add_assign(&floor);
     Ok(SubPixel {
@@ -197,6 +190,18 @@ pub fn refine(
         agreement: sums.weight() / sums.count as f32,
         alone,
     })
+}
+
+/// Turn and scale of the picture alone, out of a covariance in which the prior has its share.
+fn alone(covariance: &Matrix6<f32>, prior: Prior, estimate: &Estimate, inflation: f32) -> Alone {
+    let (turn_px, scale_px) = prior_px(prior, estimate.half);
+    let of = |axis: usize, off_px: f32, prior_px: f32| {
+        // What has become less of the prior's variance is the picture's, before residuals are found to be alike.
+        let share = 1.0 - covariance[(axis, axis)] / squared(prior_px);
+        let (off, variance) = (off_px / estimate.half, inflation * covariance[(axis, axis)] / squared(estimate.half));
+        (share > SHARE_MIN).then_some((off / share, variance / share))
+    };
+    Alone { turn: of(2, estimate.turn, turn_px), scale: of(3, estimate.scale, scale_px) }
 }
 
 /// The pixels of each run whose surroundings are valid: the same in every pass. Kept for patches of the size that fly.

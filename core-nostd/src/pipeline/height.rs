@@ -1,6 +1,7 @@
 //! The height above ground of a frame: by a range, by the autopilot's altitude, or by both.
 
-use super::Pipeline;
+use super::{Pipeline, Prediction};
+use crate::math::hypot;
 use crate::navigation::heights::{Expected, Height};
 use crate::pose::{Interpolated, PoseError, Wait};
 use crate::tile::Local;
@@ -56,5 +57,16 @@ impl Pipeline<'_> {
         let comes = range.filter(|(newest, _)| at.since(*newest) < SILENT_US).map(|(_, slant_m)| slant_m);
         let local = Local { east_m: position.east_m, north_m: position.north_m };
         comes.or_else(|| self.known(at, local).map(|height| height.metres)).or(range.map(|(_, slant_m)| slant_m))
+    }
+
+    /// The height at an instant, which the heights that are kept then learn of; `None` where nothing says how high.
+    pub(super) fn height(&mut self, at: Micros, range: Option<Height>, prediction: &Prediction) -> Option<Height> {
+        let ground_m = self.elevation_m(prediction.local).unwrap_or_default();
+        let [v_east, v_north] = prediction.velocity_m_per_s;
+        let expected = self.expected();
+        let heights = &mut self.navigation.heights;
+        let best = heights.best(at, range, ground_m, &expected)?;
+        heights.frame(at, range, (ground_m, hypot(v_east, v_north)), &expected);
+        Some(best)
     }
 }

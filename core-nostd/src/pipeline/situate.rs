@@ -75,17 +75,8 @@ impl Pipeline<'_> {
         (mid_exposure_at, sigma_us): (Micros, f32),
         wait: Wait,
     ) -> Result<Option<Situation>, SituateError> {
-        let settings = &self.settings;
-        let history = self.streams.attitude.history();
-        let attitude = match self.smoothers.attitude.at(history, mid_exposure_at, settings.gap_us, wait) {
-            Err(PoseError::NotYet) => return Ok(None),
-            other => other.map_err(SituateError::Attitude)?,
-        };
-        let cos_tilt = attitude.value.cos_tilt();
-        if !attitude.value.looks_down() || cos_tilt < COS_TILT_MIN {
-            return Err(SituateError::Tilt);
-        }
-        let [offset_north_m, _, offset_east_m] = settings.mount.camera_offset(attitude.value);
+        let Some(attitude) = self.attitude_at(mid_exposure_at, wait)? else { return Ok(None) };
+        let [offset_north_m, _, offset_east_m] = self.settings.mount.camera_offset(attitude.value);
         let camera_offset_m = [offset_east_m, offset_north_m];
         let (prediction, position_method) = self.predict(mid_exposure_at, camera_offset_m)?;
         let slant = match self.slant_at(mid_exposure_at, prediction.local, wait) {
@@ -94,30 +85,20 @@ impl Pipeline<'_> {
         };
         let Some(follow_up) = self.follow_up(mid_exposure_at, &attitude)? else { return Ok(None) };
         let sigma_s = sigma_us * 1e-6;
-        let moment = Moment { at: mid_exposure_at, velocity_m_per_s: prediction.velocity_m_per_s };
         let unknown = self.unknown();
+        let moment = Moment { at: mid_exposure_at, velocity_m_per_s: prediction.velocity_m_per_s };
         self.navigation.filter.carry(moment, &unknown);
         let sigmas = self.uncertainty(&attitude, &follow_up, sigma_s);
         let range = slant.map(|slant| self.range(&slant, attitude.value, prediction.local, sigmas.tilt_rad));
         let azimuth = self.navigation.azimuth.at(mid_exposure_at, attitude.value.heading, sigmas.heading_drift_rad);
-        let ground_m = self.elevation_m(prediction.local).unwrap_or_default();
-        let expected = self.expected();
-        let height = self.navigation.heights.best(mid_exposure_at, range, ground_m, &expected);
+        let height = self.height(mid_exposure_at, range, &prediction);
         let height = height.ok_or(SituateError::Range(PoseError::TooOld))?;
-        let [v_east, v_north] = prediction.velocity_m_per_s;
-        let speed_m_per_s = hypot(v_east, v_north);
-        self.navigation.heights.frame(mid_exposure_at, range, (ground_m, speed_m_per_s), &expected);
         self.navigation.azimuth = azimuth;
         let [pitch_off, roll_off] = self.navigation.filter.tilt_rad();
         let settings = &self.settings;
-        let candidate = self.candidate(height, hypot(sqrt(azimuth.variance()), sigmas.heading_rad));
-        let ([turn, scale], is_candidate) = candidate;
-        let azimuth_rad = Radians(attitude.value.heading.0 - azimuth.off_rad() + turn.off).wrapped();
-        let used = Attitude {
-            heading: azimuth_rad,
-            pitch: Radians(attitude.value.pitch.0 - pitch_off),
-            roll: Radians(attitude.value.roll.0 - roll_off),
-        };
+        let heading_rad = hypot(sqrt(azimuth.variance()), sigmas.heading_rad);
+        let ([turn, scale], is_candidate) = self.candidate(height, heading_rad);
+        let used = attitude.value.less([azimuth.off_rad() - turn.off, pitch_off, roll_off]);
         let height_m = height.metres * (1.0 + scale.off);
         let ([heading, pitch, roll], [_, pitch_sigma, roll_sigma]) = (attitude.rate, attitude.rate_sigma);
         Ok(Some(Situation {
@@ -142,6 +123,17 @@ impl Pipeline<'_> {
             attitude_method: attitude.method,
             position_method,
         }))
+    }
+
+    /// The attitude at an instant, of a camera that sees the ground below; `Ok(None)` while its next samples have not arrived.
+    fn attitude_at(&self, at: Micros, wait: Wait) -> Result<Option<Estimate<Attitude, 3>>, SituateError> {
+        let history = self.streams.attitude.history();
+        let attitude = match self.smoothers.attitude.at(history, at, self.settings.gap_us, wait) {
+            Err(PoseError::NotYet) => return Ok(None),
+            other => other.map_err(SituateError::Attitude)?,
+        };
+        let sees = attitude.value.looks_down() && attitude.value.cos_tilt() >= COS_TILT_MIN;
+        if sees { Ok(Some(attitude)) } else { Err(SituateError::Tilt) }
     }
 
     /// What an attitude is worth at an instant known to `sigma_s`: what turns is uncertain by its rate times that.
