@@ -194,7 +194,7 @@ impl Filter {
         let inverse = all.try_inverse();
         let squares = inverse.map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
         let beyond_rad = sqrt((0.5 * (off.norm_squared() - all.trace())).max(0.0)) / found.height_m;
-        if !(squares <= JUMP) {
+        if squares.is_nan() || squares > JUMP {
             return self.jumped(off, (found, white, moved), unknown);
         }
         if squares > TRANSIENT && beyond_rad > self.transient_rad {

@@ -126,6 +126,12 @@ pub struct Tracks {
     overruled_m: Option<[f32; 2]>,
 }
 
+impl Default for Tracks {
+    fn default() -> Self {
+        Tracks::new()
+    }
+}
+
 impl Tracks {
     /// None.
     pub const fn new() -> Self {

@@ -78,9 +78,7 @@ fn a_turn_tells_the_tilt_and_a_straight_leg_does_not() {
     let turning = flown(60.0, 5.0, |at_s| if at_s < 20.0 { 0.5 } else { 0.5 + 0.15 * (at_s - 20.0) }, |_| tilt);
     let end = turning[turning.len() - 1];
     assert!(end.sigma_rad < 0.6 * UNKNOWN.tilt_rad, "{end:?}");
-    for axis in 0..2 {
-        assert!((end.tilt_rad[axis] - tilt[axis]).abs() < 3.0 * end.sigma_rad, "{end:?}");
-    }
+    assert!(tilt.iter().zip(end.tilt_rad).all(|(is, said)| (said - is).abs() < 3.0 * end.sigma_rad), "{end:?}");
     // At five times the speed a velocity that is late is off by more than the tilt moves the nadir.
     let fast = flown(60.0, 24.0, |at_s| 0.15 * at_s, |_| tilt);
     assert!(fast[fast.len() - 1].sigma_rad > 0.017);
