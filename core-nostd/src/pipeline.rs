@@ -23,6 +23,7 @@ use crate::image::Run;
 use crate::matching::{Matcher, OnBoard};
 use crate::navigation::Navigation;
 use crate::navigation::heights::Altitude;
+use crate::navigation::reckoning::Moment;
 use crate::pose::position::PositionState;
 use crate::rectify::{Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
@@ -145,6 +146,11 @@ impl<'t> Pipeline<'t> {
         let at = at.into();
         self.streams.position(at, state)?;
         self.is_off_the_map = false;
+        if let Some((at, state)) = self.streams.position.history().newest() {
+            let unknown = self.unknown();
+            let velocity_m_per_s = [state.east_m_per_s, state.north_m_per_s];
+            self.navigation.filter.reported(Moment { at, velocity_m_per_s }, &unknown);
+        }
         if let Some(metres) = sample.altitude_m {
             let climb_m_per_s = sample.climb_m_per_s;
             self.navigation.heights.reported(Altitude { at: at.sampled_at, metres, climb_m_per_s });

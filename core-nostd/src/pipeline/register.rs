@@ -157,11 +157,12 @@ impl Pipeline<'_> {
             nadir: sighting.nadir,
             covariance: sighting.white,
             transient_rad: sqrt((squared(situation.sigma_tilt_drift_rad) - squared(known_rad)).max(0.0)),
+            less_tilt_rad: navigation.filter.tilt_rad(),
             height_m: situation.height_m,
             heading_rad: situation.attitude.heading.0,
-            overruled_m: navigation.tracks.overruled_m(),
         };
-        navigation.filter.matched(&found, &unknown)
+        let overruled_m = navigation.tracks.overruled_m();
+        navigation.filter.matched(&found, overruled_m, &unknown)
     }
 
     /// Where a match puts the nadir, and how certain that is.

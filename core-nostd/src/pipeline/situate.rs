@@ -7,7 +7,6 @@ use crate::motion::Rates;
 use crate::navigation::candidates::{Candidate, candidates};
 use crate::navigation::filter::Unknown;
 use crate::navigation::heights::Height;
-use crate::navigation::reckoning::Moment;
 use crate::pose::position::PositionState;
 use crate::pose::{Estimate, Interpolated, Method, PoseError, Wait};
 use crate::tile::Local;
@@ -86,8 +85,7 @@ impl Pipeline<'_> {
         let Some(follow_up) = self.follow_up(mid_exposure_at, &attitude)? else { return Ok(None) };
         let sigma_s = sigma_us * 1e-6;
         let unknown = self.unknown();
-        let moment = Moment { at: mid_exposure_at, velocity_m_per_s: prediction.velocity_m_per_s };
-        self.navigation.filter.carry(moment, &unknown);
+        self.navigation.filter.carry(mid_exposure_at, &unknown);
         let sigmas = self.uncertainty(&attitude, &follow_up, sigma_s);
         let range = slant.map(|slant| self.range(&slant, attitude.value, prediction.local, sigmas.tilt_rad));
         let azimuth = self.navigation.azimuth.at(mid_exposure_at, attitude.value.heading, sigmas.heading_drift_rad);

@@ -1,0 +1,157 @@
+//! Position, error of the velocity and error of pitch and roll, and how well they are known.
+
+use super::{Found, Unknown};
+use crate::math::{hypot, sin_cos, sqrt, squared};
+use crate::navigation::reckoning::{Moment, way_m};
+use crate::tile::Local;
+use nalgebra::{Matrix2, SMatrix, Vector2};
+
+type Covariance = SMatrix<f32, 6, 6>;
+type State = SMatrix<f32, 6, 1>;
+/// Where the states begin: position, velocity, tilt.
+const VELOCITY: usize = 2;
+const TILT: usize = 4;
+
+/// Time constants by which velocity and attitude forget their errors, seconds. Chosen: an estimator with fixes mends its velocity within
+/// half a minute; the bias of an attitude is that of its accelerometers and lasts minutes.
+const VELOCITY_S: f32 = 30.0;
+pub(super) const TILT_S: f32 = 100.0;
+/// What the mean of two velocities is off as a share of their difference, of a turn by a radian: the way along an arc is by a twelfth of
+/// the angle's square longer than its chord's velocities say, and no more than this up to half a circle.
+const TURN_SHARE: f32 = 0.11;
+/// One sigma of a way of one second beside that of the velocities' errors, metres; it grows with the root of the time. Velocities come in
+/// whole centimetres a second.
+const WAY_M: f32 = 0.1;
+
+/// What is estimated.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Estimate {
+    state: State,
+    covariance: Covariance,
+}
+
+/// A match against what was expected of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Innovation {
+    /// How far east and north of that, metres.
+    pub off: Vector2<f32>,
+    /// That squared, in sigmas; infinite where nothing is known of these.
+    pub squares: f32,
+    /// Tilt that would explain what is beyond one sigma, radians.
+    pub beyond_rad: f32,
+    seen: SMatrix<f32, 6, 2>,
+    inverse: Matrix2<f32>,
+}
+
+/// How an error of pitch and roll moves the nadir that is found, (east, north) metres for each radian: nose up too far by so much, it
+/// is found as far behind; right wing down too far, to the right.
+pub(super) fn moved_by_tilt(found: &Found) -> Matrix2<f32> {
+    let (sin, cos) = sin_cos(found.heading_rad);
+    Matrix2::new(-sin, cos, -cos, -sin) * found.height_m
+}
+
+/// Single precision leaves halves that differ, and what differs grows.
+fn symmetric(covariance: &Covariance) -> Covariance {
+    (covariance + covariance.transpose()) * 0.5
+}
+
+impl Estimate {
+    /// From a match on. `white`: its covariance without the tilt that lasts.
+    pub(super) fn begun(found: &Found, white: Matrix2<f32>, unknown: &Unknown) -> Estimate {
+        let moved = moved_by_tilt(found);
+        let tilt = squared(unknown.tilt_rad);
+        let mut covariance = Covariance::zeros();
+        covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&(white + moved * moved.transpose() * tilt));
+        covariance.fixed_view_mut::<2, 2>(0, TILT).copy_from(&(moved * -tilt));
+        covariance.fixed_view_mut::<2, 2>(TILT, 0).copy_from(&(moved.transpose() * -tilt));
+        for axis in 0..2 {
+            covariance[(VELOCITY + axis, VELOCITY + axis)] = squared(unknown.velocity_m_per_s);
+            covariance[(TILT + axis, TILT + axis)] = tilt;
+        }
+        let Local { east_m, north_m } = found.nadir;
+        let [pitch, roll] = found.less_tilt_rad;
+        Estimate { state: State::from([east_m, north_m, 0.0, 0.0, pitch, roll]), covariance }
+    }
+
+    /// Where the camera is, and the covariance of that, square metres.
+    pub(super) fn position(&self) -> (Local, Matrix2<f32>) {
+        let local = Local { east_m: self.state[0], north_m: self.state[1] };
+        (local, self.covariance.fixed_view::<2, 2>(0, 0).into_owned())
+    }
+
+    /// Error of pitch and roll that is known, radians.
+    pub(super) fn tilt_rad(&self) -> [f32; 2] {
+        [self.state[TILT], self.state[TILT + 1]]
+    }
+
+    /// One sigma of what is left of it, the larger one, radians.
+    pub(super) fn tilt_sigma_rad(&self) -> f32 {
+        let [pitch, roll] = [TILT, TILT + 1].map(|axis| self.covariance[(axis, axis)]);
+        sqrt(pitch.max(roll).max(0.0))
+    }
+
+    /// On from one moment to a later one. `late_m_per_s`: one sigma of its velocity that was not reported but reckoned.
+    pub(super) fn carry(&mut self, before: Moment, moment: Moment, late_m_per_s: f32, unknown: &Unknown) {
+        let Estimate { state, covariance } = self;
+        let seconds = moment.at.since(before.at) as f32 * 1e-6;
+        let [east, north] = way_m(before, moment);
+        let keeps = [1.0 / (1.0 + seconds / VELOCITY_S), 1.0 / (1.0 + seconds / TILT_S)];
+        for axis in 0..2 {
+            // True is the reported velocity less its error.
+            state[axis] -= state[VELOCITY + axis] * seconds;
+            state[VELOCITY + axis] *= keeps[0];
+            state[TILT + axis] *= keeps[1];
+        }
+        state[0] += east;
+        state[1] += north;
+        let mut by = Covariance::identity();
+        for axis in 0..2 {
+            by[(axis, VELOCITY + axis)] = -seconds;
+            by[(VELOCITY + axis, VELOCITY + axis)] = keeps[0];
+            by[(TILT + axis, TILT + axis)] = keeps[1];
+        }
+        *covariance = symmetric(&(by * *covariance * by.transpose()));
+        let change = |axis: usize| moment.velocity_m_per_s[axis] - before.velocity_m_per_s[axis];
+        let turned = hypot(change(0), change(1));
+        let speed = hypot(moment.velocity_m_per_s[0], moment.velocity_m_per_s[1]).max(1.0);
+        let bent_m = TURN_SHARE * (turned / speed).min(core::f32::consts::PI) * turned * seconds;
+        let way = squared(WAY_M) * seconds + squared(bent_m) + squared(late_m_per_s * seconds);
+        let fresh = |keep: f32, sigma: f32| (1.0 - squared(keep)) * squared(sigma);
+        for axis in 0..2 {
+            covariance[(axis, axis)] += way;
+            covariance[(VELOCITY + axis, VELOCITY + axis)] += fresh(keeps[0], unknown.velocity_m_per_s);
+            covariance[(TILT + axis, TILT + axis)] += fresh(keeps[1], unknown.tilt_rad);
+        }
+    }
+
+    /// Back by a way that is too short for more to change.
+    pub(super) fn back(&mut self, [east, north]: [f32; 2]) {
+        self.state[0] -= east;
+        self.state[1] -= north;
+    }
+
+    /// A match against it. `white`: its covariance without the tilt that lasts.
+    pub(super) fn innovation(&self, found: &Found, white: Matrix2<f32>) -> Innovation {
+        let moved = moved_by_tilt(found);
+        let off = Vector2::new(found.nadir.east_m - self.state[0], found.nadir.north_m - self.state[1])
+            - moved * Vector2::from(self.tilt_rad())
+            + moved * Vector2::from(found.less_tilt_rad);
+        let seen =
+            self.covariance.fixed_view::<6, 2>(0, 0) + self.covariance.fixed_view::<6, 2>(0, TILT) * moved.transpose();
+        let all = seen.fixed_view::<2, 2>(0, 0) + moved * seen.fixed_view::<2, 2>(TILT, 0) + white;
+        let inverse = all.try_inverse();
+        let squares = inverse.map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
+        let beyond_rad = sqrt((0.5 * (off.norm_squared() - all.trace())).max(0.0)) / found.height_m;
+        let squares = if squares.is_nan() { f32::INFINITY } else { squares };
+        Innovation { off, squares, beyond_rad, seen, inverse: inverse.unwrap_or_default() }
+    }
+
+    /// With a match.
+    pub(super) fn with(&self, innovation: &Innovation) -> Estimate {
+        let gain = innovation.seen * innovation.inverse;
+        Estimate {
+            state: self.state + gain * innovation.off,
+            covariance: symmetric(&(self.covariance - gain * innovation.seen.transpose())),
+        }
+    }
+}
