@@ -35,6 +35,9 @@ const STEP_MAX_US: i32 = 9_000_000;
 /// One sigma of how fast an acceleration changes, m/s³: beyond the newest velocity that was reported the last acceleration goes on.
 /// Chosen: a vehicle that banks by 45 degrees within two seconds.
 const JERK_M_PER_S3: f32 = 5.0;
+/// Beyond so much a change of the velocity is no motion: the estimator has thrown its velocity over, m/s². Chosen: a turn banked by
+/// 57 degrees.
+const ACCELERATION_MAX_M_PER_S2: f32 = 15.0;
 /// Matches that wait for the velocity at their instant. Chosen: frames ten times a second, and a velocity that comes 0.4 s late.
 const WAITING: usize = 4;
 /// Innovations squared, in sigmas, of two degrees of freedom: beyond the first once in a hundred the tilt comes and goes, beyond the
@@ -148,11 +151,15 @@ impl Filter {
             return;
         }
         let seconds = step_us as f32 * 1e-6;
-        self.acceleration =
-            core::array::from_fn(|axis| (moment.velocity_m_per_s[axis] - before.velocity_m_per_s[axis]) / seconds);
+        let change = core::array::from_fn(|axis| moment.velocity_m_per_s[axis] - before.velocity_m_per_s[axis]);
+        let is_thrown = hypot(change[0], change[1]) > ACCELERATION_MAX_M_PER_S2 * seconds;
+        self.acceleration = if is_thrown { [0.0; 2] } else { change.map(|change| change / seconds) };
         self.transient_rad /= 1.0 + seconds / TRANSIENT_S;
         self.jumped_rad /= 1.0 + seconds / TILT_S;
         if let Some(settled) = &mut self.settled {
+            if is_thrown {
+                settled.doubt_velocity(change);
+            }
             settled.carry(before, moment, 0.0, unknown);
         }
         while self.waiting.front().is_some_and(|(at, _)| *at <= moment.at) {

@@ -117,10 +117,20 @@ impl<const C: usize> Samples<C> {
 
     /// Whether so many samples in a row, at least, are the same in every channel.
     pub fn repeats(&self, least: usize) -> bool {
+        self.repeat(least, |i| self.values.iter().all(|column| column.get(i) == column.get(i - 1)))
+    }
+
+    /// Whether so many samples in a row, at least, are no further apart than `by` in one channel.
+    pub fn stays_in(&self, channel: usize, least: usize, by: f32) -> bool {
+        let Some(column) = self.values.get(channel) else { return false };
+        let step = |i: usize| column.get(i).zip(column.get(i - 1)).map(|(one, before)| (one - before).abs());
+        self.repeat(least, |i| step(i).is_some_and(|step| step <= by))
+    }
+
+    fn repeat(&self, least: usize, is_same: impl Fn(usize) -> bool) -> bool {
         let mut run = 1;
         (1..self.count).any(|i| {
-            let is_same = self.values.iter().all(|column| column.get(i) == column.get(i - 1));
-            run = if is_same { run + 1 } else { 1 };
+            run = if is_same(i) { run + 1 } else { 1 };
             run >= least
         })
     }

@@ -169,12 +169,30 @@ fn a_sensor_that_hangs_has_no_value() {
         let mut history = History::<Attitude, 3, 40>::new();
         for i in 0..30 {
             let moved = if (from..to).contains(&i) { from } else { i } as f64;
-            history.push(Micros(i * INTERVAL_US), attitude([0.1 * moved, 2.0, 3.0])).expect("forwards");
+            history
+                .push(Micros(i * INTERVAL_US), attitude([0.1, 0.2, 0.3].map(|step| step * moved)))
+                .expect("forwards");
         }
         smoother.at(&history, Micros(15 * INTERVAL_US + 2500), 30_000, Wait::No).map(|_| ())
     };
     assert_eq!([hung(15, 20), hung(11, 16), hung(8, 13)], [Err(PoseError::Frozen); 3]);
     assert_eq!([hung(15, 19), hung(12, 16), hung(0, 5)], [Ok(()); 3]);
+    // One angle alone, which rounding moves a little.
+    for channel in 0..3 {
+        let hung = |from: u64, to: u64| {
+            let mut history = History::<Attitude, 3, 40>::new();
+            for i in 0..30 {
+                let mut angles = [0.1, 0.2, 0.3].map(|step| step * i as f64);
+                if (from..to).contains(&i) {
+                    angles[channel] = 1.0 + 1e-6 * (i % 2) as f64;
+                }
+                history.push(Micros(i * INTERVAL_US), attitude(angles)).expect("forwards");
+            }
+            smoother.at(&history, Micros(15 * INTERVAL_US + 2500), 30_000, Wait::No).map(|_| ())
+        };
+        assert_eq!([hung(12, 20), hung(8, 16)], [Err(PoseError::Frozen); 2]);
+        assert_eq!([hung(13, 20), hung(8, 15)], [Ok(()); 2]);
+    }
     // Without noise a sensor may say the same.
     let model = NoiseModel { interval_us: 5_000, white: 0.0, waves: [Wave::default(); 2] };
     let still = Smoother::new(&model, [0.0; 3]).at(&history, Micros(70_000), 30_000, Wait::No).expect("an estimate");

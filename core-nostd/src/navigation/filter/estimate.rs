@@ -90,6 +90,13 @@ impl Estimate {
         sqrt(pitch.max(roll).max(0.0))
     }
 
+    /// The reported velocity has changed by what is no motion.
+    pub(super) fn doubt_velocity(&mut self, change_m_per_s: [f32; 2]) {
+        for (axis, change) in change_m_per_s.iter().enumerate() {
+            self.covariance[(VELOCITY + axis, VELOCITY + axis)] += squared(*change);
+        }
+    }
+
     /// On from one moment to a later one. `late_m_per_s`: one sigma of its velocity that was not reported but reckoned.
     pub(super) fn carry(&mut self, before: Moment, moment: Moment, late_m_per_s: f32, unknown: &Unknown) {
         let Estimate { state, covariance } = self;
