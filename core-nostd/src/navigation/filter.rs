@@ -45,6 +45,13 @@ const WAITING: usize = 4;
 const TRANSIENT: f32 = 9.2;
 const JUMP: f32 = 23.0;
 
+/// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: a tenth of a bank of 30 degrees.
+const TRANSIENT_MAX_RAD: f32 = 0.05;
+/// Without a match for so long an estimator's velocity may be off by more than was said, seconds.
+const UNAIDED_S: f32 = 2.0;
+/// One sigma of that, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn, 5 m/s on both axes.
+const UNAIDED_M_PER_S: f32 = 1.5;
+
 /// One sigma of what the filter does not know when it begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unknown {
@@ -78,6 +85,16 @@ impl Found {
     }
 }
 
+/// What a way of the last `seconds` may be off beside what the velocity's sigma says, metres, since the newest match is older than that:
+/// an error v that lasts for t grows v² t² by v² (t² − (t − s)²) in a step s.
+fn unaided_m(matched_at: Micros, at: Micros, seconds: f32) -> f32 {
+    let unaided_s = at.since(matched_at) as f32 * 1e-6;
+    if unaided_s < UNAIDED_S {
+        return 0.0;
+    }
+    UNAIDED_M_PER_S * sqrt(squared(unaided_s) - squared(unaided_s - seconds))
+}
+
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct Filter {
@@ -91,6 +108,8 @@ pub struct Filter {
     /// The newest frame, and the estimate there with all matches.
     moment: Moment,
     newest: Option<Estimate>,
+    /// The newest frame with a match.
+    matched_at: Micros,
     /// One sigma of a tilt that comes and goes, and that matches have shown, radians.
     transient_rad: f32,
     /// By how much pitch and roll have jumped since all agreed, where it was they that have, radians.
@@ -116,6 +135,7 @@ impl Filter {
             waiting: Deque::new(),
             moment,
             newest: None,
+            matched_at: moment.at,
             transient_rad: 0.0,
             jumped_rad: Vector2::new(0.0, 0.0),
         }
@@ -160,7 +180,7 @@ impl Filter {
             if is_thrown {
                 settled.doubt_velocity(change);
             }
-            settled.carry(before, moment, 0.0, unknown);
+            settled.carry(before, moment, unaided_m(self.matched_at, moment.at, seconds), unknown);
         }
         while self.waiting.front().is_some_and(|(at, _)| *at <= moment.at) {
             self.settle_oldest(unknown);
@@ -186,7 +206,9 @@ impl Filter {
         if at.since(before.at) < 0 {
             newest.back(way_m(moment, before));
         } else {
-            newest.carry(before, moment, 0.5 * JERK_M_PER_S3 * squared(late_us.max(0) as f32 * 1e-6), unknown);
+            let seconds = at.since(before.at) as f32 * 1e-6;
+            let late_m = 0.5 * JERK_M_PER_S3 * squared(late_us.max(0) as f32 * 1e-6) * seconds;
+            newest.carry(before, moment, hypot(late_m, unaided_m(self.matched_at, at, seconds)), unknown);
         }
     }
 
@@ -194,6 +216,7 @@ impl Filter {
     /// counted before, where it has overruled that. One sigma of a tilt, radians, by which its fix is more uncertain than was known
     /// before: 0 for a match that was expected.
     pub fn matched(&mut self, found: &Found, overruled_m: Option<[f32; 2]>, unknown: &Unknown) -> f32 {
+        self.matched_at = self.moment.at;
         let judged = match (overruled_m, self.newest) {
             (Some(aside), _) => Judged::Jumped(aside.into()),
             (None, None) => return self.begin(found, unknown),
@@ -233,10 +256,11 @@ impl Filter {
     /// What becomes of an estimate by a match; a tilt that comes and goes is as large from now on.
     fn judged(&mut self, estimate: &Estimate, found: &Found) -> Judged {
         let innovation = estimate.innovation(found, self.white(found));
-        if innovation.squares > JUMP {
+        let is_swing = innovation.squares > TRANSIENT && innovation.beyond_rad > self.transient_rad;
+        if innovation.squares > JUMP || is_swing && innovation.beyond_rad > TRANSIENT_MAX_RAD {
             return Judged::Jumped(innovation.off);
         }
-        if innovation.squares <= TRANSIENT || innovation.beyond_rad <= self.transient_rad {
+        if !is_swing {
             return Judged::Expected(estimate.with(&innovation), 0.0);
         }
         let more_rad = sqrt(squared(innovation.beyond_rad) - squared(self.transient_rad));

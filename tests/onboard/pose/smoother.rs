@@ -184,7 +184,7 @@ fn a_sensor_that_hangs_has_no_value() {
             for i in 0..30 {
                 let mut angles = [0.1, 0.2, 0.3].map(|step| step * i as f64);
                 if (from..to).contains(&i) {
-                    angles[channel] = 1.0 + 1e-6 * (i % 2) as f64;
+                    angles[channel] = 1.0 + 8e-7 * (i % 2) as f64;
                 }
                 history.push(Micros(i * INTERVAL_US), attitude(angles)).expect("forwards");
             }

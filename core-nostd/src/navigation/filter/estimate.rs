@@ -97,8 +97,8 @@ impl Estimate {
         }
     }
 
-    /// On from one moment to a later one. `late_m_per_s`: one sigma of its velocity that was not reported but reckoned.
-    pub(super) fn carry(&mut self, before: Moment, moment: Moment, late_m_per_s: f32, unknown: &Unknown) {
+    /// On from one moment to a later one. `beside_m`: one sigma of the way beside what the velocity's error makes.
+    pub(super) fn carry(&mut self, before: Moment, moment: Moment, beside_m: f32, unknown: &Unknown) {
         let Estimate { state, covariance } = self;
         let seconds = moment.at.since(before.at) as f32 * 1e-6;
         let [east, north] = way_m(before, moment);
@@ -122,7 +122,7 @@ impl Estimate {
         let turned = hypot(change(0), change(1));
         let speed = hypot(moment.velocity_m_per_s[0], moment.velocity_m_per_s[1]).max(1.0);
         let bent_m = TURN_SHARE * (turned / speed).min(core::f32::consts::PI) * turned * seconds;
-        let way = squared(WAY_M) * seconds + squared(bent_m) + squared(late_m_per_s * seconds);
+        let way = squared(WAY_M) * seconds + squared(bent_m) + squared(beside_m);
         let fresh = |keep: f32, sigma: f32| (1.0 - squared(keep)) * squared(sigma);
         for axis in 0..2 {
             covariance[(axis, axis)] += way;
