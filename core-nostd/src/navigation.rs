@@ -10,6 +10,7 @@ pub mod heights;
 pub mod candidates;
 pub mod reckoning;
 pub mod filter;
+pub mod protection;
 pub mod tracks;
 pub mod velocity;
 

@@ -108,12 +108,22 @@ pub struct Filter {
     /// The newest frame, and the estimate there with all matches.
     moment: Moment,
     newest: Option<Estimate>,
-    /// The newest frame with a match.
+    /// The newest frame with a match, and what was expected there.
     matched_at: Micros,
+    without: Option<Without>,
     /// One sigma of a tilt that comes and goes, and that matches have shown, radians.
     transient_rad: f32,
     /// By how much pitch and roll have jumped since all agreed, where it was they that have, radians.
     jumped_rad: Vector2<f32>,
+}
+
+/// What there would be without the newest match.
+#[derive(Clone, Copy, Debug)]
+struct Without {
+    /// How far east and north of the estimate, metres.
+    off_m: Vector2<f32>,
+    /// By how much the covariance would be larger, square metres.
+    larger: Matrix2<f32>,
 }
 
 /// What becomes of an estimate by a match.
@@ -136,6 +146,7 @@ impl Filter {
             moment,
             newest: None,
             matched_at: moment.at,
+            without: None,
             transient_rad: 0.0,
             jumped_rad: Vector2::new(0.0, 0.0),
         }
@@ -160,6 +171,13 @@ impl Filter {
     /// Where the camera is at the newest frame, and the covariance of that, square metres; nothing before the first match.
     pub fn position(&self) -> Option<(Local, Matrix2<f32>)> {
         self.newest.map(|estimate| estimate.position())
+    }
+
+    /// How far east and north of that it would be without the newest match, and the covariance there; nothing where that match began
+    /// the estimate.
+    pub fn without(&self) -> Option<(Vector2<f32>, Matrix2<f32>)> {
+        let (_, covariance) = self.position()?;
+        self.without.map(|without| (without.off_m, covariance + without.larger))
     }
 
     /// A velocity was reported: what was reckoned beyond the one before is reckoned anew.
@@ -230,6 +248,7 @@ impl Filter {
                 sqrt((squared(tilt_rad) - squared(known_rad)).max(0.0))
             }
             Judged::Expected(newest, more_rad) => {
+                self.without = self.newest.map(|expected| Without::new(&expected, &newest));
                 self.newest = Some(newest);
                 if self.waiting.is_full() {
                     self.settle_oldest(unknown);
@@ -280,6 +299,7 @@ impl Filter {
         let back = way_m(self.moment, self.reported);
         self.newest = Some(Estimate::begun(found, white, unknown));
         self.settled = Some(Estimate::begun(&found.moved(back), white, unknown));
+        self.without = None;
         self.waiting.clear();
         0.0
     }
@@ -296,6 +316,13 @@ impl Filter {
                 Estimate::begun(&found, self.white(&found), &Unknown { tilt_rad, ..*unknown })
             }
         });
+    }
+}
+
+impl Without {
+    fn new(expected: &Estimate, matched: &Estimate) -> Self {
+        let ((was, large), (is, small)) = (expected.position(), matched.position());
+        Without { off_m: Vector2::new(was.east_m - is.east_m, was.north_m - is.north_m), larger: large - small }
     }
 }
 

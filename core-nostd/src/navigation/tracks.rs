@@ -10,6 +10,7 @@
 //! Vehicles that stand over one piece of ground gather no votes: where the first place was wrong, they have no fix until it is
 //! forgotten.
 
+use super::protection::larger_sigma_m;
 use super::reckoning::{Moment, way_m};
 use crate::math::{hypot, ln, sqrt};
 use crate::tile::Local;
@@ -174,6 +175,13 @@ impl Tracks {
         let is_beaten = |(other, track): (usize, &Track)| other != index && track.votes >= leader.votes;
         let counts = leader.votes >= VOTES_MIN && !self.tracks.iter().enumerate().any(is_beaten);
         counts.then_some(leader)
+    }
+
+    /// The other places where the vehicle may be, with the larger sigma of each, metres.
+    pub fn others(&self) -> impl Iterator<Item = (Local, f32)> + '_ {
+        let counts = self.place();
+        let others = self.tracks.iter().filter(move |track| counts != Some(track.nadir));
+        others.map(|track| (track.nadir, hypot(larger_sigma_m(&track.covariance), track.drift_m)))
     }
 
     /// Whether no place is known.

@@ -1,7 +1,7 @@
 //! From the rectified patch to the fix: where it is searched, whether what is found is to be believed, and what it says.
 
 use super::whereabouts::{Search, Usual};
-use super::{Buffers, Pipeline, Refusal, Situation};
+use super::{Buffers, Pipeline, Prediction, Refusal, Situation};
 use crate::budget::REACQUIRE_PX;
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::Placement;
@@ -10,7 +10,9 @@ use crate::matching::{Match, Matcher, Prior, Request, Shift};
 use crate::math::{hypot, sqrt, squared};
 use crate::navigation::filter::Found;
 use crate::navigation::observed::Observed;
+use crate::navigation::protection::{Place, Protection, larger_sigma_m};
 use crate::navigation::tracks::Sighting;
+use nalgebra::{Matrix2, Vector2};
 
 /// What a frame's match says, accepted or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,6 +177,30 @@ impl Pipeline<'_> {
             white: covariance - correlated,
             side_m: self.placement.size.0.min(self.placement.size.1) as f32 * self.tile.ground_resolution().0,
         }
+    }
+
+    /// Where the point is that positions refer to, as far as the filter knows, and how far off that may be, behind a frame that came to
+    /// `fix`. `map_sigma_m`: of the map, each axis. Without a match yet it is the navigation's position; nothing where that is as good
+    /// as anything.
+    pub fn place(&self, situation: &Situation, fix: Option<&Fix>, map_sigma_m: f32) -> Option<Place> {
+        let Prediction { local: predicted, sigma_m: prior_m, .. } = situation.prediction;
+        let prior = (prior_m > 0.0).then(|| Matrix2::identity() * squared(prior_m));
+        let filter = &self.navigation.filter;
+        let protection = match (filter.position(), filter.without()) {
+            (None, _) => Protection::around(predicted, prior?),
+            (Some((local, covariance)), Some((off_m, without))) => {
+                Protection::around(local, covariance).without(off_m, larger_sigma_m(&without))
+            }
+            (Some((local, covariance)), None) => {
+                let off_m = Vector2::new(predicted.east_m - local.east_m, predicted.north_m - local.north_m);
+                Protection::around(local, covariance).without(off_m, prior_m)
+            }
+        };
+        let others = self.navigation.tracks.others();
+        let protection = others.fold(protection, |protection, (other, sigma_m)| protection.or_at(other, sigma_m));
+        let protection = fix.map_or(protection, |fix| protection.fixed(&fix.covariance));
+        let place = protection.over_map(map_sigma_m);
+        Some(Place { local: place.local.moved(situation.camera_offset_m.map(|offset| -offset)), ..place })
     }
 
     fn locate(&mut self, situation: &Situation, search: Search) -> Result<Matched, Refusal> {

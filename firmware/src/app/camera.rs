@@ -5,7 +5,7 @@ use super::{App, FrameOut, Out};
 use crate::board::{FrameStart, FrontEnd, PerformanceCounters, Rows, Timer};
 use crate::journal::{Event, Gate};
 use crate::wire::telemetry::{
-    FixReport, FrameReport, MatchReport, PoseReport, PositionReport, SituationReport, StampReport,
+    FixReport, FrameReport, MatchReport, PlaceReport, PoseReport, PositionReport, SituationReport, StampReport,
 };
 use plumbline_core::pipeline::{Outcome, Pipeline, Refusal, Situation};
 use plumbline_core::pose::Wait;
@@ -51,6 +51,7 @@ pub async fn camera(
         if let Err(refusal) = work.frame(app, start, front_end, timer, performance).await {
             work.out.report.refusal = refusal.code();
         }
+        work.out.instant.place = work.place(app);
         if work.out.fix.is_some() {
             app.count(|c| c.fixes += 1);
         }
@@ -80,6 +81,14 @@ struct Work {
 }
 
 impl Work {
+    /// Where the vehicle is by now.
+    fn place(&self, app: &App<'_>) -> Option<PlaceReport> {
+        let situation = self.out.situation.as_ref()?;
+        let map_sigma_m = app.autopilot.with(|autopilot| autopilot.fixes.map_sigma_m())?;
+        let place = |pipeline: &mut Pipeline<'_>| pipeline.place(situation, self.out.fix.as_ref(), map_sigma_m);
+        app.pipeline.with(place)?.as_ref().map(PlaceReport::new)
+    }
+
     async fn frame(
         &mut self,
         app: &App<'_>,

@@ -107,6 +107,11 @@ impl Fixes {
         self.settings.form.unwrap_or(Form::of(kind))
     }
 
+    /// One sigma of the map, each axis, metres.
+    pub fn map_sigma_m(&self) -> f32 {
+        self.settings.map_sigma_m
+    }
+
     /// GLOBAL_POSITION_SENSOR.id.
     pub fn sensor_id(&self) -> u8 {
         self.settings.sensor_id

@@ -22,7 +22,7 @@ pub const BLOCK: usize = 512;
 /// First bytes.
 pub const MAGIC: [u8; 4] = *b"PLBL";
 /// Of the format of blocks and records.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// Where the payload begins.
 pub const HEAD: usize = 20;
 /// Bytes of payload.

@@ -11,7 +11,7 @@ mod plan;
 use super::signing::Refused;
 pub use exposure::ExposureReport;
 pub use frame::{FixReport, FrameReport, MatchReport, PositionReport, STAGES, SituationReport};
-pub use instant::{InstantReport, MotionReport, PoseReport, StampHealth, StampReport};
+pub use instant::{InstantReport, MotionReport, PlaceReport, PoseReport, StampHealth, StampReport};
 pub use plan::{PhotoReport, PlanReport};
 use serde::{Deserialize, Serialize};
 

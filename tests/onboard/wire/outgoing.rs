@@ -9,8 +9,8 @@ use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Micros, Radians};
 use plumbline_firmware::wire::outgoing::{self, CHUNK, COMPONENT, Encoder, SYSTEM};
 use plumbline_firmware::wire::telemetry::{
-    FixReport, FrameReport, Health, InstantReport, MARK, MatchReport, MotionReport, PoseReport, PositionReport,
-    SituationReport, StampHealth, StampReport, TUNNEL_BYTES, Telemetry,
+    FixReport, FrameReport, Health, InstantReport, MARK, MatchReport, MotionReport, PlaceReport, PoseReport,
+    PositionReport, SituationReport, StampHealth, StampReport, TUNNEL_BYTES, Telemetry,
 };
 use plumbline_tests::seeded::{Random, config};
 use proptest::prelude::{any, prop_assert, prop_assert_eq, proptest};
@@ -240,7 +240,9 @@ fn longest_instant() -> InstantReport {
     };
     let motion =
         MotionReport { max_px: f32::MIN, centre_px: [f32::MIN; 2], exposure_max_us: u32::MAX, warnings: [true; 2] };
-    InstantReport { sequence: u32::MAX, stamp: Some(stamp), pose: Some(pose), motion: Some(motion) }
+    let [east_m, north_m, sigma_east_m, sigma_north_m, protection_m] = [f32::MIN; 5];
+    let place = PlaceReport { east_m, north_m, sigma_east_m, sigma_north_m, protection_m };
+    InstantReport { sequence: u32::MAX, stamp: Some(stamp), pose: Some(pose), motion: Some(motion), place: Some(place) }
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! What belongs to the instant of a frame's exposure, beside the frame's report, which fills its message.
 
+use plumbline_core::math::sqrt;
 use plumbline_core::motion::ImageMotion;
+use plumbline_core::navigation::protection::Place;
 use plumbline_core::pipeline::Situation;
 use plumbline_core::pose::Method;
 use plumbline_core::stamp::{ClockState, Stamp, StampCounters, StampSource};
@@ -17,12 +19,43 @@ pub struct InstantReport {
     pub pose: Option<PoseReport>,
     /// How far the picture moved while the shutter was open.
     pub motion: Option<MotionReport>,
+    /// Where the vehicle was then, by all that is known.
+    pub place: Option<PlaceReport>,
 }
 
 impl InstantReport {
     /// Nothing known yet.
     pub fn new(sequence: u32) -> Self {
-        InstantReport { sequence, stamp: None, pose: None, motion: None }
+        InstantReport { sequence, stamp: None, pose: None, motion: None, place: None }
+    }
+}
+
+/// Where the vehicle is by the filter on board: not a fix, since it rests on all of them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlaceReport {
+    /// Grid metres east of the tile's centre, of the point that positions refer to.
+    pub east_m: f32,
+    /// Grid metres north of the tile's centre.
+    pub north_m: f32,
+    /// One sigma of the east coordinate, metres.
+    pub sigma_east_m: f32,
+    /// One sigma of the north coordinate.
+    pub sigma_north_m: f32,
+    /// The position is within this but for the risk of [`plumbline_core::navigation::protection::RISK`].
+    pub protection_m: f32,
+}
+
+impl PlaceReport {
+    /// Of a place.
+    pub fn new(place: &Place) -> Self {
+        let sigma = |axis: usize| sqrt(place.covariance[(axis, axis)]);
+        PlaceReport {
+            east_m: place.local.east_m,
+            north_m: place.local.north_m,
+            sigma_east_m: sigma(0),
+            sigma_north_m: sigma(1),
+            protection_m: place.protection_m,
+        }
     }
 }
 
