@@ -82,6 +82,7 @@ impl Pipeline<'_> {
             reach_m,
             is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
             px_m,
+            tile_m: [self.tile.size().0, self.tile.size().1].map(|side| 0.5 * f32::from(side) * px_m),
             sigma_m_per_s: hypot(
                 hypot(
                     self.settings.sigmas.velocity_m_per_s,

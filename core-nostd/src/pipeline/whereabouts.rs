@@ -6,6 +6,7 @@
 
 use super::{Refusal, Situation};
 use crate::budget::REACQUIRE_PX;
+use crate::math::ceil;
 use crate::navigation::reckoning::Reckoning;
 use crate::navigation::tracks::{Sighting, Tracks, drift_m};
 use crate::tile::Local;
@@ -23,10 +24,34 @@ const CONFIRMED_WITHIN: u8 = 2;
 const AGE_MAX_US: i32 = 2_000_000;
 /// Share of the usual search within which the navigation counts as being where matches have found the vehicle. Chosen.
 const NEAR: f32 = 0.5;
-/// Centres of far searches, one after the other, (columns, rows) of [`SPACING_PX`]: around the prediction, then on all sides.
-const SWEEP: [(i8, i8); 9] = [(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
+/// Far searches are made around centres of a grid, ring by ring around the prediction, out to so many metres. Chosen: what a consumer
+/// inertial navigation drifts within some minutes.
+const SWEEP_M: f32 = 1000.0;
+/// Rings at most: over 1 m a pixel eight reach as far, and take two and a half minutes at four frames a second.
+const RINGS_MAX: f32 = 8.0;
 /// Between these centres, pixels: searches overlap by an eighth, so that what is found at a border lies within another.
 const SPACING_PX: f32 = 1.75 * REACQUIRE_PX as f32;
+
+/// Columns and rows of the place that a spiral out of the middle of a grid comes to after so many steps, ring by ring.
+fn on_spiral(step: u16) -> (i16, i16) {
+    let mut ring = 0;
+    while (2 * ring + 1) * (2 * ring + 1) <= i32::from(step) {
+        ring += 1;
+    }
+    if ring == 0 {
+        return (0, 0);
+    }
+    // Each ring has four sides of twice its number.
+    let along = i32::from(step) - (2 * ring - 1) * (2 * ring - 1);
+    let (side, along) = (along / (2 * ring), along % (2 * ring));
+    let (col, row) = match side {
+        0 => (ring, along - ring + 1),
+        1 => (ring - 1 - along, ring),
+        2 => (-ring, ring - 1 - along),
+        _ => (along - ring + 1, -ring),
+    };
+    (col as i16, row as i16)
+}
 
 /// A match that another one has to confirm before it counts.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +91,8 @@ pub(super) struct Usual {
     pub is_in_doubt: bool,
     /// Metres a pixel.
     pub px_m: f32,
+    /// The tile reaches as far from its centre, east and north, metres.
+    pub tile_m: [f32; 2],
     /// Of the velocity, each axis, m/s.
     pub sigma_m_per_s: f32,
     /// One sigma of the navigation's position, each axis: nearer a first match is where it was expected.
@@ -78,14 +105,14 @@ pub(super) struct Whereabouts {
     /// Frames since the last accepted one that were not accepted, [`LOST_AFTER`] at most.
     missed: u8,
     /// Which centre the next far search has.
-    sweep: u8,
+    sweep: u16,
     found: Option<Found>,
 }
 
 impl Whereabouts {
     /// The search for the next frame.
     pub(super) fn search(&mut self, tracks: &mut Tracks, situation: &Situation, usual: &Usual) -> Search {
-        let Usual { reach_m, is_in_doubt, px_m, sigma_m_per_s, .. } = *usual;
+        let Usual { reach_m, is_in_doubt, sigma_m_per_s, .. } = *usual;
         let predicted = situation.prediction.local;
         tracks.carry(situation.moment(), sigma_m_per_s, reach_m);
         let carried =
@@ -100,9 +127,26 @@ impl Whereabouts {
         if self.missed < LOST_AFTER && (place.is_some() || !is_in_doubt) {
             return Search { at: centre, is_far: false };
         }
-        let (cols, rows) = SWEEP.get(self.sweep as usize).copied().unwrap_or_default();
-        let (east_m, north_m) = (cols as f32 * SPACING_PX * px_m, rows as f32 * SPACING_PX * px_m);
-        Search { at: Local { east_m: centre.east_m + east_m, north_m: centre.north_m + north_m }, is_far: true }
+        Search { at: self.far_from(centre, usual), is_far: true }
+    }
+
+    /// The next centre of a far search around another one that is on the tile.
+    fn far_from(&mut self, centre: Local, usual: &Usual) -> Local {
+        let spacing_m = SPACING_PX * usual.px_m;
+        let reach_m = REACQUIRE_PX as f32 * usual.px_m;
+        let rings = ceil((SWEEP_M - reach_m) / spacing_m).max(1.0).min(RINGS_MAX) as u16;
+        let count = (2 * rings + 1) * (2 * rings + 1);
+        for _ in 0..count {
+            self.sweep %= count;
+            let (cols, rows) = on_spiral(self.sweep);
+            let at = centre.moved([f32::from(cols) * spacing_m, f32::from(rows) * spacing_m]);
+            let [east_m, north_m] = usual.tile_m.map(|half_m| half_m + 0.5 * reach_m);
+            if at.east_m.abs() <= east_m && at.north_m.abs() <= north_m {
+                return at;
+            }
+            self.sweep += 1;
+        }
+        centre
     }
 
     /// A search has ended: with a match, or why not.
@@ -185,7 +229,7 @@ impl Whereabouts {
     /// The next far search is made elsewhere, after one frame near the prediction.
     fn next_far(&mut self) {
         self.missed = LOST_AFTER - 1;
-        self.sweep = (self.sweep + 1) % SWEEP.len() as u8;
+        self.sweep = self.sweep.wrapping_add(1);
     }
 
     fn missed_near(&mut self) {
@@ -195,6 +239,23 @@ impl Whereabouts {
         if found.missed >= CONFIRMED_WITHIN {
             self.found = None;
             self.next_far();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::on_spiral;
+    extern crate std;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn a_spiral_comes_to_each_place_of_a_ring_before_the_next() {
+        let mut seen = BTreeSet::new();
+        for (ring, count) in [(0i16, 1u16), (1, 9), (2, 25), (8, 289)] {
+            seen.extend((0..count).map(on_spiral));
+            assert_eq!(seen.len(), usize::from(count));
+            assert!(seen.iter().all(|(col, row)| col.abs() <= ring && row.abs() <= ring));
         }
     }
 }
