@@ -45,8 +45,9 @@ const WAITING: usize = 4;
 const TRANSIENT: f32 = 9.2;
 const JUMP: f32 = 23.0;
 
-/// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: a tenth of a bank of 30 degrees.
-const TRANSIENT_MAX_RAD: f32 = 0.05;
+/// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: that of an attitude 0.3 s late of a vehicle that
+/// rocks by 20 degrees a second.
+const TRANSIENT_MAX_RAD: f32 = 0.1;
 /// Without a match for so long an estimator's velocity may be off by more than was said, seconds.
 const UNAIDED_S: f32 = 2.0;
 /// One sigma of that, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn, 5 m/s on both axes.
@@ -113,8 +114,10 @@ pub struct Filter {
     without: Option<Without>,
     /// One sigma of a tilt that comes and goes, and that matches have shown, radians.
     transient_rad: f32,
-    /// By how much pitch and roll have jumped since all agreed, where it was they that have, radians.
+    /// By how much pitch and roll have jumped since all agreed, where it was they that have, and what they were taken to be off at the
+    /// last jump, radians.
     jumped_rad: Vector2<f32>,
+    known_rad: Vector2<f32>,
 }
 
 /// What there would be without the newest match.
@@ -149,6 +152,7 @@ impl Filter {
             without: None,
             transient_rad: 0.0,
             jumped_rad: Vector2::new(0.0, 0.0),
+            known_rad: Vector2::new(0.0, 0.0),
         }
     }
 
@@ -289,7 +293,11 @@ impl Filter {
 
     /// One sigma of a tilt from now on, radians, by a match that is so far off: it may be the tilt that has jumped.
     fn jumped(&mut self, off: Vector2<f32>, found: &Found, unknown: &Unknown) -> f32 {
-        self.jumped_rad += moved_by_tilt(found).transpose() * off / squared(found.height_m);
+        let known_rad = Vector2::from(self.tilt_rad());
+        // What a turn has told since is not open any more.
+        let told_rad = known_rad - core::mem::replace(&mut self.known_rad, known_rad);
+        let open_rad = if self.jumped_rad.norm_squared() > 0.0 { self.jumped_rad - told_rad } else { self.jumped_rad };
+        self.jumped_rad = open_rad + moved_by_tilt(found).transpose() * off / squared(found.height_m);
         hypot(unknown.tilt_rad, sqrt(0.5 * self.jumped_rad.norm_squared()))
     }
 

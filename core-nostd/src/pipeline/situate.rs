@@ -147,7 +147,12 @@ impl Pipeline<'_> {
         let late = |sigma: f32, rate: f32| hypot(sigma, rate * apart_s);
         let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
         let by_velocity = self.tilt_by_velocity(heading);
-        let tilt_drift_rad = beside(self.navigation.filter.tilt_sigma_rad(sigmas.tilt_drift_rad), by_velocity);
+        let left_rad = beside(self.navigation.filter.tilt_sigma_rad(sigmas.tilt_drift_rad), by_velocity);
+        // What is taken out as pitch and roll may sit in the camera's mount, which leans with the vehicle: turned by its own lean that is
+        // off by their product.
+        let [pitch_off, roll_off] = self.navigation.filter.tilt_rad();
+        let lean = hypot(attitude.value.pitch.0, attitude.value.roll.0);
+        let tilt_drift_rad = beside(left_rad, hypot(pitch_off, roll_off) * lean);
         let tilt_rad = hypot(tilt, tilt_drift_rad);
         let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
         let heading_drift = beside(sigmas.heading_drift_rad, self.doubt.heading_rad);

@@ -106,8 +106,8 @@ impl Estimate {
         for axis in 0..2 {
             // True is the reported velocity less its error.
             state[axis] -= state[VELOCITY + axis] * seconds;
+            // A velocity's error goes away; a camera that leans in its mount does so for good.
             state[VELOCITY + axis] *= keeps[0];
-            state[TILT + axis] *= keeps[1];
         }
         state[0] += east;
         state[1] += north;
