@@ -79,13 +79,6 @@ pub struct Found {
     pub heading_rad: f32,
 }
 
-impl Found {
-    /// As if it had been found so much later on the way.
-    fn moved(self, way_m: [f32; 2]) -> Self {
-        Found { nadir: self.nadir.moved(way_m), ..self }
-    }
-}
-
 /// What a way of the last `seconds` may be off beside what the velocity's sigma says, metres, since the newest match is older than that:
 /// an error v that lasts for t grows v² t² by v² (t² − (t − s)²) in a step s.
 fn unaided_m(matched_at: Micros, at: Micros, seconds: f32) -> f32 {
@@ -120,6 +113,19 @@ pub struct Filter {
     known_rad: Vector2<f32>,
 }
 
+impl Found {
+    /// As if its frame had been rectified with the attitude as it was reported.
+    fn with_attitude_as_reported(self) -> Self {
+        let aside = moved_by_tilt(&self) * Vector2::from(self.less_tilt_rad);
+        Found { less_tilt_rad: [0.0; 2], ..self.moved(aside.into()) }
+    }
+
+    /// As if it had been found so much later on the way.
+    fn moved(self, way_m: [f32; 2]) -> Self {
+        Found { nadir: self.nadir.moved(way_m), ..self }
+    }
+}
+
 /// What there would be without the newest match.
 #[derive(Clone, Copy, Debug)]
 struct Without {
@@ -133,6 +139,8 @@ struct Without {
 enum Judged {
     /// It was expected, but for a tilt of so many radians that comes and goes.
     Expected(Estimate, f32),
+    /// It is where it would be if nothing of what was learnt of the tilt held any more.
+    Unlearnt,
     /// It is so far off that something has jumped.
     Jumped(Vector2<f32>),
 }
@@ -242,7 +250,7 @@ impl Filter {
         let judged = match (overruled_m, self.newest) {
             (Some(aside), _) => Judged::Jumped(aside.into()),
             (None, None) => return self.begin(found, unknown),
-            (None, Some(newest)) => self.judged(&newest, found),
+            (None, Some(newest)) => self.judged(&newest, found, unknown),
         };
         match judged {
             Judged::Jumped(off) => {
@@ -250,6 +258,12 @@ impl Filter {
                 let tilt_rad = self.jumped(off, found, unknown);
                 self.begin(found, &Unknown { tilt_rad, ..*unknown });
                 sqrt((squared(tilt_rad) - squared(known_rad)).max(0.0))
+            }
+            Judged::Unlearnt => {
+                let [pitch, roll] = found.less_tilt_rad;
+                self.jumped_rad = Vector2::zeros();
+                self.begin(&found.with_attitude_as_reported(), unknown);
+                hypot(pitch, roll)
             }
             Judged::Expected(newest, more_rad) => {
                 self.without = self.newest.map(|expected| Without::new(&expected, &newest));
@@ -272,22 +286,26 @@ impl Filter {
     }
 
     fn white(&self, found: &Found) -> Matrix2<f32> {
-        let moved = moved_by_tilt(found);
-        found.covariance + moved * moved.transpose() * squared(hypot(found.transient_rad, self.transient_rad))
+        white(found, self.transient_rad)
     }
 
     /// What becomes of an estimate by a match; a tilt that comes and goes is as large from now on.
-    fn judged(&mut self, estimate: &Estimate, found: &Found) -> Judged {
+    fn judged(&mut self, estimate: &Estimate, found: &Found, unknown: &Unknown) -> Judged {
+        // As if none were known, so that one that lasts is seen in each match.
+        let plain = estimate.innovation(found, white(found, 0.0));
+        let swings = plain.squares > TRANSIENT && plain.beyond_rad > self.transient_rad;
+        if swings && estimate.without_tilt(unknown).innovation(found, white(found, 0.0)).squares <= TRANSIENT {
+            return Judged::Unlearnt;
+        }
         let innovation = estimate.innovation(found, self.white(found));
-        let is_swing = innovation.squares > TRANSIENT && innovation.beyond_rad > self.transient_rad;
-        if innovation.squares > JUMP || is_swing && innovation.beyond_rad > TRANSIENT_MAX_RAD {
+        if innovation.squares > JUMP || swings && plain.beyond_rad > TRANSIENT_MAX_RAD {
             return Judged::Jumped(innovation.off);
         }
-        if !is_swing {
+        if !swings {
             return Judged::Expected(estimate.with(&innovation), 0.0);
         }
-        let more_rad = sqrt(squared(innovation.beyond_rad) - squared(self.transient_rad));
-        self.transient_rad = innovation.beyond_rad;
+        let more_rad = sqrt(squared(plain.beyond_rad) - squared(self.transient_rad));
+        self.transient_rad = plain.beyond_rad;
         Judged::Expected(estimate.with(&estimate.innovation(found, self.white(found))), more_rad)
     }
 
@@ -317,14 +335,24 @@ impl Filter {
         let Some((at, found)) = self.waiting.pop_front() else { return };
         let Some(settled) = self.settled else { return };
         let found = found.moved(way_m(self.reckoned(at), self.reported));
-        self.settled = Some(match self.judged(&settled, &found) {
+        self.settled = Some(match self.judged(&settled, &found, unknown) {
             Judged::Expected(settled, _) => settled,
+            Judged::Unlearnt => {
+                let found = found.with_attitude_as_reported();
+                Estimate::begun(&found, self.white(&found), unknown)
+            }
             Judged::Jumped(off) => {
                 let tilt_rad = self.jumped(off, &found, unknown);
                 Estimate::begun(&found, self.white(&found), &Unknown { tilt_rad, ..*unknown })
             }
         });
     }
+}
+
+/// Covariance of a match without the tilt that lasts.
+fn white(found: &Found, transient_rad: f32) -> Matrix2<f32> {
+    let moved = moved_by_tilt(found);
+    found.covariance + moved * moved.transpose() * squared(hypot(found.transient_rad, transient_rad))
 }
 
 impl Without {

@@ -122,3 +122,40 @@ fn a_tilt_that_jumps_back_is_known_as_well_as_before() {
     let [before, during, end] = [77, 108, 128].map(|frame| after[frame].sigma_rad);
     assert!(during > 2.0 * before && end < 1.1 * before, "{before} {during} {end}");
 }
+
+#[test]
+fn a_tilt_that_was_learnt_and_is_gone_is_not_taken_out_any_more() {
+    let tilt = |at_s: f32| if (10.0..50.0).contains(&at_s) { [0.08, 0.05] } else { [0.0; 2] };
+    let after = flown(60.0, 24.0, |at_s| 0.15 * at_s, tilt);
+    let [learnt, first, end] = [190, 198, 199].map(|frame| after[frame]);
+    assert!((learnt.tilt_rad[0] - 0.08).abs() < 0.01 && (learnt.tilt_rad[1] - 0.05).abs() < 0.01, "{learnt:?}");
+    // The first frame without it was rectified as if it were there.
+    assert!(first.unexpected_rad > 0.08, "{first:?}");
+    assert!(end.tilt_rad.iter().all(|tilt| tilt.abs() < 0.01) && end.sigma_rad < 0.025, "{end:?}");
+}
+
+#[test]
+fn a_velocity_that_is_thrown_over_is_not_taken_for_an_acceleration() {
+    let mut filter = Filter::new();
+    let at = |ms: u64| Micros(1_000_000 + 1000 * ms);
+    for (ms, east) in [(0, 20.0), (200, 20.0), (400, 28.0)] {
+        filter.reported(Moment { at: at(ms), velocity_m_per_s: [east, 0.0] }, &UNKNOWN);
+        if ms == 0 {
+            let found = Found {
+                nadir: Local { east_m: 0.0, north_m: 0.0 },
+                covariance: Matrix2::identity() * 0.01,
+                transient_rad: 0.0,
+                less_tilt_rad: [0.0; 2],
+                height_m: HEIGHT_M,
+                heading_rad: 0.0,
+            };
+            assert_eq!(filter.matched(&found, None, &UNKNOWN), 0.0);
+        }
+    }
+    filter.carry(at(900), &UNKNOWN);
+    let (place, covariance) = filter.position().expect("it was found");
+    // By the mean over the step and the newest velocity; by an acceleration of 40 m/s2 it would be 5 m more.
+    assert!((place.east_m - (4.0 + 4.8 + 14.0)).abs() < 0.1, "{place:?}");
+    // It may be as far off as the velocity was thrown.
+    assert!(covariance[(0, 0)].sqrt() > 3.0, "{covariance}");
+}
