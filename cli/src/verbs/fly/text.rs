@@ -79,7 +79,8 @@ fn add_rows(summary: &Summary, rows: &mut Vec<(&'static str, String)>) {
         let at = rows.len() - 1;
         rows.splice(at..at, live_rows(live, summary.navigation.as_ref().and_then(Navigated::live)));
     } else if let Some(kept) = summary.navigation.as_ref().and_then(Navigated::kept) {
-        rows.insert(rows.len() - 1, ("autopilot", kept_row(kept)));
+        let at = rows.len() - 1;
+        rows.splice(at..at, [("board", board_row(kept)), ("autopilot", kept_row(kept))]);
     }
     let at = rows.len() - 1;
     rows.splice(at..at, summary.faults.iter().map(fault_row));
@@ -118,19 +119,31 @@ fn live_rows(live: &Live, navigation: Option<&Navigation>) -> [(&'static str, St
     [("live", flown), ("times", times), ("autopilot", navigation)]
 }
 
+/// What the board's own position is worth, and its protection level.
+fn board_row(kept: &Kept) -> String {
+    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share));
+    let nees = kept.nees.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
+    format!(
+        "{} RMS; NEES {nees} (1 expected); {} of frames within a protection level of {} median",
+        number(kept.rms_m, "m"),
+        percent(kept.protection_held),
+        number(kept.protection_median_m, "m")
+    )
+}
+
 /// What the position of an autopilot is worth that fixes keep.
 fn kept_row(kept: &Kept) -> String {
-    let Kept { fixes, .. } = kept;
+    let Kept { fixes, autopilot, .. } = kept;
     let since =
         kept.gnss_lost_s.map_or_else(String::new, |lost_s| format!(" since satellites were lost at {lost_s} s"));
     let free =
         kept.without_fixes.map_or_else(String::new, |free| format!(", {} without fixes", number(free.rms_m, "m")));
-    let nees = kept.nees.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
+    let nees = autopilot.nees.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
     let across = number(kept.across_rms_m, "m");
     let taken = format!("{} taken, {} rejected, {} jumped to", fixes.fused, fixes.rejected, fixes.resets);
     format!(
         "{} RMS{since}{free}; NEES {nees} (1 expected); {across} RMS beside its legs; fixes: {taken}",
-        number(kept.rms_m, "m")
+        number(autopilot.rms_m, "m")
     )
 }
 
@@ -269,6 +282,7 @@ mod tests {
             servo_rms_deg: 0.0,
             plan: None,
             navigation: None,
+            protection: None,
             live: None,
             faults: Vec::new(),
             aborted: None,
