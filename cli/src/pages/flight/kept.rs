@@ -124,6 +124,7 @@ fn errors(kept: &Kept, moments: &[&Moment], has_free: bool) -> Result<Markup, Pl
         x_text: "time (s)",
         y_text: "error (m)",
         x_label: &|seconds| plain(*seconds),
+        y_label: &|value| plain(*value),
     };
     let label = if has_free { "with fixes and without" } else { "with fixes" };
     plot(&format!("Horizontal error of the autopilot's position {label} over time, metres"), &axes, |chart| {

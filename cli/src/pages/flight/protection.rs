@@ -5,10 +5,14 @@ use maud::{Markup, html};
 use plotters::element::Circle;
 use plotters::series::LineSeries;
 use plotters::style::Color;
-use plumbline_charts::format::{maybe, number, percent, whole};
+use plumbline_charts::format::{maybe, number, whole};
 use plumbline_charts::plot::{Axes, INK, PAPER, PlotError, RECTIFIED, REFUSED, from_zero, plain, plot};
 use plumbline_sim::score::kept::{Kept, Navigated};
 use plumbline_sim::score::protection::{Placed, Protection};
+use std::ops::Range;
+
+/// Decades of the diagram; what is smaller is drawn at its edge. Chosen: from decimetres to a lost vehicle's hundred metres.
+const DECADES: f64 = 3.0;
 
 impl Report<'_> {
     /// Nothing of a flight without places.
@@ -31,7 +35,7 @@ impl Report<'_> {
                         "Horizontal error over protection level: "
                         span class="key dot" style="--c:#1f5a8c" {} "frames whose error was within it, "
                         span class="key dot" style="--c:#b3261e" {} "those beyond it, above the "
-                        span class="key line" style="--c:#282826" {} "diagonal."
+                        span class="key line" style="--c:#282826" {} "diagonal. Logarithmic; what is smaller lies on the edge."
                     } }
                     @if let Some(timeline) = timeline {
                         figure { (timeline) figcaption {
@@ -44,13 +48,13 @@ impl Report<'_> {
                             "Seconds of the simulated time."
                         } }
                     } @else {
-                        (figures(all))
+                        div { (figures(all)) }
                     }
                 }
                 @if self.step() > 1 {
                     p class="note" { "Of each " (self.step()) " frames the one with the least left between error and protection level." }
                 }
-                @if let Some(kept) = kept { div class="two" { (figures(all)) (figures_kept(kept)) } }
+                @if let Some(kept) = kept { div class="two" { div { (figures(all)) } div { (figures_kept(kept)) } } }
             }
         })
     }
@@ -68,26 +72,34 @@ fn shown(places: impl Iterator<Item = Option<Placed>>, step: usize) -> Vec<Optio
     places.chunks(step.max(1)).map(drawn).collect()
 }
 
-/// Error over protection level, on equal axes.
+/// Error over protection level, both logarithmic: some levels are tens of metres and most are few.
 fn stanford(places: &[Placed]) -> Result<Markup, PlotError> {
     let (held, beyond): (Vec<&Placed>, Vec<&Placed>) = places.iter().partition(|place| place.is_held());
-    let side = from_zero(places.iter().flat_map(|place| [place.protection_m, place.error_m()]));
+    let side = decades(places.iter().flat_map(|place| [place.protection_m, place.error_m()]));
+    let power = |metres: f64| metres.log10().max(side.start);
     let axes = Axes {
         x: side.clone(),
         y: side.clone(),
         x_text: "protection level (m)",
         y_text: "error (m)",
-        x_label: &|metres| plain(*metres),
+        x_label: &|power| plain(10f64.powf(*power)),
+        y_label: &|power| plain(10f64.powf(*power)),
     };
     plot("Horizontal error of the board's position over its protection level, metres", &axes, |chart| {
         let diagonal = [(side.start, side.start), (side.end, side.end)];
         chart.draw_series(LineSeries::new(diagonal, INK.stroke_width(3)))?;
         for (places, colour) in [(&held, RECTIFIED), (&beyond, REFUSED)] {
-            let dots = places.iter().map(|place| (place.protection_m, place.error_m()));
+            let dots = places.iter().map(|place| (power(place.protection_m), power(place.error_m())));
             chart.draw_series(dots.map(|at| Circle::new(at, 7, colour.filled())))?;
         }
         Ok(())
     })
+}
+
+/// Powers of ten from three decades below the one that holds all values.
+fn decades(values: impl Iterator<Item = f64>) -> Range<f64> {
+    let highest = values.filter(|value| value.is_normal()).fold(1.0, f64::max).log10().ceil();
+    highest - DECADES..highest
 }
 
 /// Error and protection level over time; frames without a place interrupt both lines.
@@ -99,6 +111,7 @@ fn timeline(kept: &Kept, drawn: &[Option<Placed>]) -> Result<Markup, PlotError> 
         x_text: "time (s)",
         y_text: "error, protection level (m)",
         x_label: &|seconds| plain(*seconds),
+        y_label: &|value| plain(*value),
     };
     plot("Horizontal error of the board's position and its protection level over time, metres", &axes, |chart| {
         if let Some(lost_s) = kept.gnss_lost_s {
@@ -123,7 +136,7 @@ fn figures(all: &Protection) -> Markup {
             thead { tr { th { "The whole flight" } th class="r" { "Value" } } }
             tbody {
                 (row("Frames with a place", "", &whole(all.frames as u64)))
-                (row("Within the protection level", "All but one in 100,000 expected.", &percent(all.held)))
+                (row("Within the protection level", "All but one in 100,000 expected.", &number(100.0 * all.held, 3, "%")))
                 (row("Protection level, median", "", &number(all.median_m, 2, "m")))
                 (row("Error, RMS", "Horizontal.", &number(all.rms_m, 2, "m")))
                 (row("NEES a degree of freedom", "1 expected; above, the filter is surer than it may be.", &number(all.nees, 2, "")))
@@ -133,7 +146,7 @@ fn figures(all: &Protection) -> Markup {
 }
 
 fn figures_kept(kept: &Kept) -> Markup {
-    let share = |share: Option<f64>| maybe(share.map(|share| 100.0 * share), 1, "%");
+    let share = |share: Option<f64>, digits| maybe(share.map(|share| 100.0 * share), digits, "%");
     let span = match kept.gnss_lost_s {
         Some(_) => "From 20 s after satellite navigation was lost",
         None => "From 20 s on",
@@ -142,9 +155,9 @@ fn figures_kept(kept: &Kept) -> Markup {
         table {
             thead { tr { th { (span) } th class="r" { "Value" } } }
             tbody {
-                (row("Within the protection level", "", &share(kept.protection_held)))
+                (row("Within the protection level", "", &share(kept.protection_held, 3)))
                 (row("Protection level, median", "", &maybe(kept.protection_median_m, 2, "m")))
-                (row("Within 95, 99 and 99.9 % of normal errors", "By the stated sigmas.", &format!("{}, {}, {}", share(kept.protection_95_held), share(kept.protection_99_held), share(kept.protection_999_held))))
+                (row("Within 95, 99 and 99.9 % of normal errors", "By the stated sigmas.", &format!("{}, {}, {}", share(kept.protection_95_held, 1), share(kept.protection_99_held, 1), share(kept.protection_999_held, 1))))
                 (row("Radius of 95 %, median", "", &maybe(kept.protection_95_median_m, 2, "m")))
                 (row("Error, RMS", "Horizontal.", &maybe(kept.rms_m, 2, "m")))
                 (row("Error, largest", "", &maybe(kept.max_m, 2, "m")))
@@ -171,8 +184,15 @@ mod tests {
                 .filter(|dot| dot.split('>').next().is_some_and(|dot| dot.contains(colour)))
                 .count()
         };
-        let page = page(&[place(1.0, 5.0), place(4.9, 5.0), place(5.1, 5.0)]);
-        assert_eq!((dots(&page, "#1F5A8C"), dots(&page, "#B3261E")), (2, 1));
+        // A place without an error is on no logarithmic axis, and drawn at the edge.
+        let page = page(&[place(1.0, 5.0), place(0.0, 5.0), place(4.9, 5.0), place(5.1, 5.0)]);
+        assert_eq!((dots(&page, "#1F5A8C"), dots(&page, "#B3261E")), (3, 1));
+    }
+
+    #[test]
+    fn the_axes_end_at_powers_of_ten() {
+        let of = |values: &[f64]| decades(values.iter().copied());
+        assert_eq!((of(&[0.3, 38.0, f64::NAN]), of(&[0.2]), of(&[])), (-1.0..2.0, -3.0..0.0, -3.0..0.0));
     }
 
     #[test]
