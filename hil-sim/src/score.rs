@@ -85,6 +85,7 @@ fn score_frame(setup: &Setup, record: &FrameRecord, raw_px: Option<[f64; 2]>) ->
     let matched = report.and_then(|r| r.matched);
     let fix = report.and_then(|r| r.fix);
     let [east_m, north_m, _] = antenna(truth, &setup.payload.mount);
+    let antenna_m = [east_m - setup.tile_centre[0], north_m - setup.tile_centre[1]];
     let error_m = fix.map(|fix| {
         [f64::from(fix.east_m) + setup.tile_centre[0] - east_m, f64::from(fix.north_m) + setup.tile_centre[1] - north_m]
     });
@@ -103,7 +104,7 @@ fn score_frame(setup: &Setup, record: &FrameRecord, raw_px: Option<[f64; 2]>) ->
         error_m,
         nees,
         attitude_px: report.and_then(|r| r.situation).map(|s| attitude_part(setup, truth, &s)),
-        place: protection::placed(setup, record),
+        place: protection::placed(record, antenna_m),
         cost,
     }
 }

@@ -4,8 +4,6 @@
 use super::matching::length;
 use super::statistics::{mean, percentile};
 use crate::run::FrameRecord;
-use crate::setup::Setup;
-use crate::vehicle::mount::antenna;
 use plumbline_firmware::wire::telemetry::PlaceReport;
 use serde::Serialize;
 
@@ -59,11 +57,9 @@ impl Placed {
     }
 }
 
-/// The place of a frame, where the board stated one.
-pub(super) fn placed(setup: &Setup, record: &FrameRecord) -> Option<Placed> {
+/// The place of a frame, where the board stated one. `true_m`: the antenna, east and north of the tile's centre.
+pub(super) fn placed(record: &FrameRecord, true_m: [f64; 2]) -> Option<Placed> {
     let place = record.instant?.place?;
-    let [east_m, north_m, _] = antenna(&record.truth, &setup.payload.mount);
-    let true_m = [east_m - setup.tile_centre[0], north_m - setup.tile_centre[1]];
     Some(Placed::new(1e-6 * record.exposure.mid_us() as f64, &place, true_m))
 }
 
