@@ -100,7 +100,7 @@ pub struct Radii {
     pub median_m: f64,
 }
 
-/// The same by the sigmas alone; nothing without a place.
+/// Errors against the sigmas alone; nothing without a place.
 #[must_use]
 pub fn radii(places: &[Placed]) -> Option<Radii> {
     let of_95: Vec<f64> = places.iter().map(|place| place.radius_m(0.95)).collect();
