@@ -71,6 +71,7 @@ impl Map {
             x_text: "east (m)",
             y_text: "north (m)",
             x_label: &|value| plain(*value),
+            y_label: &|value| plain(*value),
         };
         plot_over(label, picture, &axes, draw)
     }

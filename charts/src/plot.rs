@@ -55,6 +55,8 @@ pub struct Axes<'a> {
     pub y_text: &'a str,
     /// How a tick of the abscissa is written.
     pub x_label: &'a dyn Fn(&f64) -> String,
+    /// How one of the ordinate is.
+    pub y_label: &'a dyn Fn(&f64) -> String,
 }
 
 /// A plot that could not be drawn: its label, and what the drawing library says.
@@ -125,7 +127,7 @@ fn draw_into(text: &mut String, axes: &Axes<'_>, draw: impl FnOnce(&mut Chart<'_
         .label_style(font())
         .axis_desc_style(font())
         .x_label_formatter(axes.x_label)
-        .y_label_formatter(&|value| plain(*value))
+        .y_label_formatter(axes.y_label)
         .draw()?;
     draw(&mut chart)?;
     drop(chart);

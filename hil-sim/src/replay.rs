@@ -17,6 +17,7 @@ use plumbline_firmware::boot;
 use plumbline_firmware::log::record::Record;
 use plumbline_firmware::run::{self, Pending};
 use plumbline_firmware::stores::framing::checksum;
+use plumbline_firmware::wire::telemetry::{FrameReport, InstantReport};
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
 use read::{Item, Log};
@@ -66,7 +67,10 @@ pub struct Replayed {
     pub end: End,
     /// The frames' reports.
     #[serde(skip)]
-    pub reports: Vec<plumbline_firmware::wire::telemetry::FrameReport>,
+    pub reports: Vec<FrameReport>,
+    /// What was said of the instants of their exposures, in the same order.
+    #[serde(skip)]
+    pub instants: Vec<InstantReport>,
 }
 
 /// Runs the application on `log`. `tiles`: the tile store, for a log that was cut before it held it.
@@ -81,12 +85,13 @@ pub fn replay(log: &Log, tiles: Option<&[u8]>) -> Result<Replayed, InputError> {
     tasks::spawn(executor, app, Part(tape), TapeFrontEnd::new(tape));
     run::until_idle(executor, pending);
     let Verdict { frames, same, different, first_difference, .. } = tape.finish();
+    let (reports, instants): (Vec<FrameReport>, Vec<InstantReport>) = frames.into_iter().unzip();
     Ok(Replayed {
         records: log.items.iter().filter(|item| **item != Item::Hole).count(),
         replayed: tape.position(),
         frames_logged: log.items.iter().filter(|item| is_frame(item)).count(),
-        frames: frames.len(),
-        accepted: frames.iter().filter(|report| report.fix.is_some()).count(),
+        frames: reports.len(),
+        accepted: reports.iter().filter(|report| report.fix.is_some()).count(),
         same,
         different,
         first_difference,
@@ -94,7 +99,8 @@ pub fn replay(log: &Log, tiles: Option<&[u8]>) -> Result<Replayed, InputError> {
         lost_records: log.lost_records,
         damaged_blocks: log.damaged_blocks,
         end: if log.is_closed { End::Closed } else { End::Cut },
-        reports: frames,
+        reports,
+        instants,
     })
 }
 
@@ -127,7 +133,8 @@ fn application(log: &Log, tiles: Option<&[u8]>, tape: &'static Tape) -> Result<A
 /// # Errors
 /// A tile whose place cannot be converted.
 pub fn fixes_csv(log: &Log, tiles: Option<&[u8]>, replayed: &Replayed) -> Result<String, InputError> {
-    let reports: BTreeMap<u32, _> = replayed.reports.iter().map(|report| (report.sequence, *report)).collect();
+    let said = replayed.reports.iter().zip(&replayed.instants);
+    let reports: BTreeMap<u32, _> = said.map(|(report, instant)| (report.sequence, (*report, *instant))).collect();
     let truths: BTreeMap<u32, [f64; 2]> = log
         .annotations
         .iter()
@@ -138,7 +145,12 @@ pub fn fixes_csv(log: &Log, tiles: Option<&[u8]>, replayed: &Replayed) -> Result
         Annotation::Frame(..) => None,
     });
     let Some((centre, resolution_m)) = scene else {
-        let rows = reports.iter().map(|(&frame, report)| fixes::Row { frame, report: Some(*report), truth_px: None });
+        let rows = reports.iter().map(|(&frame, &(report, instant))| fixes::Row {
+            frame,
+            report: Some(report),
+            instant: Some(instant),
+            truth_px: None,
+        });
         return Ok(fixes::csv(tile_centre(log, tiles)?, rows));
     };
     // Of a log that ends early the frames that it knows of.
@@ -146,9 +158,9 @@ pub fn fixes_csv(log: &Log, tiles: Option<&[u8]>, replayed: &Replayed) -> Result
     let last = reports.keys().next_back().copied();
     let is_reported = |frame: u32| is_whole || last.is_some_and(|last| frame <= last);
     let rows = truths.iter().filter(|(frame, _)| is_reported(**frame)).map(|(&frame, place)| {
-        let report = reports.get(&frame).copied();
+        let (report, instant) = reports.get(&frame).copied().unzip();
         let true_m = [place[0] - centre[0], place[1] - centre[1]];
-        fixes::Row { frame, report, truth_px: report.and_then(|r| fixes::truth_px(&r, true_m, resolution_m)) }
+        fixes::Row { frame, report, instant, truth_px: report.and_then(|r| fixes::truth_px(&r, true_m, resolution_m)) }
     });
     Ok(fixes::csv(centre, rows))
 }

@@ -10,6 +10,7 @@ mod matching;
 pub mod navigation;
 pub mod plan;
 pub mod pose;
+pub mod protection;
 pub mod signing;
 pub mod stamps;
 mod statistics;
@@ -29,6 +30,7 @@ use plan::{Flown, flown};
 use plumbline_firmware::serial::message::Counts;
 use plumbline_firmware::wire::telemetry::{SituationReport, StampHealth};
 use plumbline_survey::error::InputError;
+use protection::{Placed, Protection, protection};
 use serde::Serialize;
 use statistics::{mean, percentile};
 use std::collections::BTreeMap;
@@ -60,6 +62,8 @@ pub struct Scored {
     pub nees: Option<f64>,
     /// Error of the pose the firmware used: what the attitude alone does to the nadir, (columns, rows) pixels.
     pub attitude_px: Option<[f64; 2]>,
+    /// Where the board believed to be by its filter.
+    pub place: Option<Placed>,
     /// Instructions or cycles from edge to fix; `None` where the link cannot tell.
     pub cost: Option<u64>,
 }
@@ -81,6 +85,7 @@ fn score_frame(setup: &Setup, record: &FrameRecord, raw_px: Option<[f64; 2]>) ->
     let matched = report.and_then(|r| r.matched);
     let fix = report.and_then(|r| r.fix);
     let [east_m, north_m, _] = antenna(truth, &setup.payload.mount);
+    let antenna_m = [east_m - setup.tile_centre[0], north_m - setup.tile_centre[1]];
     let error_m = fix.map(|fix| {
         [f64::from(fix.east_m) + setup.tile_centre[0] - east_m, f64::from(fix.north_m) + setup.tile_centre[1] - north_m]
     });
@@ -99,6 +104,7 @@ fn score_frame(setup: &Setup, record: &FrameRecord, raw_px: Option<[f64; 2]>) ->
         error_m,
         nees,
         attitude_px: report.and_then(|r| r.situation).map(|s| attitude_part(setup, truth, &s)),
+        place: protection::placed(record, antenna_m),
         cost,
     }
 }
@@ -196,9 +202,12 @@ pub struct Summary {
     pub servo_rms_deg: f64,
     /// Results of the plan; null without one.
     pub plan: Option<Flown>,
-    /// The autopilot's own position against the truth; left out but of live flights and of those that fixes keep.
+    /// Positions against the truth; left out but of live flights and of those that fixes keep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub navigation: Option<Navigated>,
+    /// What the board's own filter is worth over all frames with a place; left out where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub protection: Option<Protection>,
     /// What is told of a live flight beside; left out of others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub live: Option<Live>,
@@ -263,6 +272,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
     let counted = |counts| if linked.account.counts == counts { costs } else { Costs::default() };
     let [instructions, cycles] = [counted(Counts::Instructions), counted(Counts::Cycles)];
     let health = &flight.health;
+    let places: Vec<Placed> = scored.iter().filter_map(|scored| scored.place).collect();
     let ram = u64::from(health.memory.0) + u64::from(health.memory.1);
     Summary {
         schema: 1,
@@ -304,7 +314,8 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
         stamp_health: health.stamps,
         servo_rms_deg: flight.servo.1.to_degrees(),
         plan: flown(setup, flight),
-        navigation: flight.track.as_ref().map(|track| Navigated::Kept(Box::new(kept::kept(track)))),
+        navigation: flight.track.as_ref().map(|track| Navigated::Kept(Box::new(kept::kept(track, &places)))),
+        protection: protection(&places),
         live: None,
         faults: faults::faults(setup, flight, scored),
         aborted: None,
@@ -336,6 +347,7 @@ pub fn fixes_csv(setup: &Setup, flight: &Flight, scored: &[Scored]) -> String {
     let rows = flight.frames.iter().zip(scored).map(|(record, scored)| fixes::Row {
         frame: scored.frame,
         report: record.report,
+        instant: record.instant,
         truth_px: scored.truth_px,
     });
     fixes::csv(setup.tile_centre, rows)

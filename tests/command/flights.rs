@@ -10,10 +10,10 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 const HEADER: &str = "frame,mid_exposure_us,accepted,reason,d_col,d_row,true_col,true_row,east_m,north_m,sigma_east_m,\
-     sigma_north_m,score,second_peak";
+     sigma_north_m,score,second_peak,risk,protection_m";
 
 /// What the contract promises of `report.json`; a dot leads into a table.
-const REPORT: [&str; 39] = [
+const REPORT: [&str; 44] = [
     "schema",
     "seed",
     "link",
@@ -53,6 +53,11 @@ const REPORT: [&str; 39] = [
     "instructions_per_frame.mean",
     "instructions_per_frame.max",
     "ram_bytes",
+    "protection.held",
+    "protection.median_m",
+    "protection.rms_m",
+    "protection.nees",
+    "protection.frames",
 ];
 
 /// The rows of `fixes.csv` by field. Each has its frame's number, and either a fix and no reason or a reason and no fix.
@@ -62,11 +67,14 @@ fn fixes(folder: &Folder, name: &str) -> Vec<Vec<String>> {
     assert_eq!(lines.next(), Some(HEADER), "{name}");
     let rows: Vec<Vec<String>> = lines.map(|line| line.split(',').map(str::to_owned).collect()).collect();
     for (index, row) in rows.iter().enumerate() {
-        assert_eq!(row.len(), 14, "{name}: {row:?}");
+        assert_eq!(row.len(), 16, "{name}: {row:?}");
         assert_eq!(row[0], index.to_string(), "{name}: {row:?}");
+        assert!(row[14].is_empty(), "{name}: no risk is stated yet: {row:?}");
         let is_number = |field: &String| field.parse::<f64>().is_ok_and(f64::is_finite);
         match row[2].as_str() {
-            "1" => assert!(row[3].is_empty() && row[4..].iter().all(is_number), "{name}: {row:?}"),
+            "1" => {
+                assert!(row[3].is_empty() && row[4..14].iter().all(is_number) && is_number(&row[15]), "{name}: {row:?}")
+            }
             "0" => assert!(!row[3].is_empty() && row[8..12].iter().all(String::is_empty), "{name}: {row:?}"),
             other => panic!("{name}: accepted is {other}: {row:?}"),
         }

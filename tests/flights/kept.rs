@@ -87,7 +87,9 @@ fn fixes_keep_the_vehicle_and_the_same_seed_is_the_same_flight() {
     let flown = in_process(&setup);
     let kept = flown.kept();
     println!("{kept:?}", kept = Kept { track: Default::default(), ..kept.clone() });
-    assert!(kept.rms_m.expect("a span") < RIGHT_M, "{:?}", kept.rms_m);
+    for rms_m in [kept.rms_m, kept.autopilot.rms_m] {
+        assert!(rms_m.expect("a span") < RIGHT_M, "{rms_m:?}");
+    }
     assert_eq!((flown.summary.wrong_fixes, kept.fixes.resets, flown.flight.source_set), (0, 0, 2));
     assert!(kept.fixes.fused > 30 && flown.summary.accepted > 65, "{:?} {}", kept.fixes, flown.summary.accepted);
     assert_eq!(flown.bytes(), in_process(&setup).bytes());
@@ -144,7 +146,7 @@ fn fixes_that_nobody_uses_keep_nothing() {
     let kept = flown.kept();
     let free = kept.without_fixes.expect("it was lost");
     assert_eq!((kept.fixes.fused, flown.flight.source_set), (0, 1));
-    assert_eq!((kept.rms_m, kept.max_m), (free.rms_m, free.max_m));
+    assert_eq!((kept.autopilot.rms_m, kept.autopilot.max_m), (free.rms_m, free.max_m));
 }
 
 /// A fault of what the autopilot reports is in its messages, not in its navigation, but for the fixes that come of it.
@@ -171,9 +173,9 @@ fn two_minutes_are_kept_on_every_link() {
     let setup = Setup::prepare(scenario(&[])).expect("it can be flown");
     let flown = in_process(&setup);
     let kept = flown.kept();
-    let (rms_m, free) = (kept.rms_m.expect("a span"), kept.without_fixes.expect("it was lost"));
+    let (rms_m, free) = (kept.autopilot.rms_m.expect("a span"), kept.without_fixes.expect("it was lost"));
     println!("{rms_m} m with fixes, {free:?} without");
-    assert!(rms_m < RIGHT_M && flown.summary.wrong_fixes == 0);
+    assert!(rms_m < RIGHT_M && kept.rms_m.expect("a span") < RIGHT_M && flown.summary.wrong_fixes == 0);
     assert!(free.max_m.expect("a span") > 10.0 * RIGHT_M && free.rms_m.expect("a span") > 10.0 * rms_m);
     assert_eq!(flown.bytes(), in_process(&setup).bytes());
     if let Some(emulated) = emulated(&setup) {

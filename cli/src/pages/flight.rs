@@ -16,6 +16,7 @@ mod paper;
 mod parameters;
 mod plan;
 mod plots;
+mod protection;
 mod provenance;
 mod strip;
 #[cfg(test)]
@@ -60,12 +61,14 @@ impl Report<'_> {
         let plan = self.plan()?;
         let live = self.live()?;
         let kept = self.kept()?;
+        let protection = self.protection()?;
         let body = html! {
             (self.head())
             (self.against_the_paper())
             (self.faults())
             (live)
             (kept)
+            (protection)
             (plots)
             (self.error_parts())
             (self.instants())

@@ -14,7 +14,7 @@ use plumbline_firmware::journal::{Event, Gate, Journal};
 use plumbline_firmware::log::journal::{RUNS_BYTES, record, runs_in};
 use plumbline_firmware::log::record::Record;
 use plumbline_firmware::wire::signing::Verdict as PacketVerdict;
-use plumbline_firmware::wire::telemetry::{FrameReport, STAGES};
+use plumbline_firmware::wire::telemetry::{FrameReport, InstantReport, STAGES};
 use std::cell::{Cell, RefCell};
 use std::future::poll_fn;
 use std::task::{Poll, Waker};
@@ -36,7 +36,7 @@ pub struct Tape {
 #[derive(Clone, Debug, Default)]
 pub struct Verdict {
     /// What each frame came to, this time.
-    pub frames: Vec<FrameReport>,
+    pub frames: Vec<(FrameReport, InstantReport)>,
     /// Frames that came to the same.
     pub same: usize,
     /// Frames or records that did not.
@@ -120,8 +120,8 @@ impl Tape {
             None => return self.end(),
         };
         match (record, logged) {
-            (Record::Frame(report, ..), Record::Frame(..)) => {
-                self.verdict.borrow_mut().frames.push(*report);
+            (Record::Frame(report, instant, _), Record::Frame(..)) => {
+                self.verdict.borrow_mut().frames.push((*report, *instant));
                 if encoded(&without_cost(record)) == encoded(&without_cost(&logged)) {
                     self.verdict.borrow_mut().same += 1;
                 } else {

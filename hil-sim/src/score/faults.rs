@@ -81,6 +81,7 @@ mod tests {
             error_m: accepted.then_some([off_m, 0.0]),
             nees: accepted.then_some(1.0),
             attitude_px: None,
+            place: None,
             cost: None,
         }
     }

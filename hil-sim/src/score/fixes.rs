@@ -1,6 +1,6 @@
 //! `fixes.csv`: a row a frame, nothing in it that depends on the link.
 
-use plumbline_firmware::wire::telemetry::{FrameReport, PositionReport};
+use plumbline_firmware::wire::telemetry::{FrameReport, InstantReport, PositionReport};
 use std::fmt::Write;
 
 /// What a row is made of.
@@ -10,6 +10,8 @@ pub struct Row {
     pub frame: u32,
     /// What the firmware said of it.
     pub report: Option<FrameReport>,
+    /// What it said of the instant of its exposure.
+    pub instant: Option<InstantReport>,
     /// True nadir relative to the predicted position, (columns, rows), where the truth is known.
     pub truth_px: Option<[f64; 2]>,
 }
@@ -29,22 +31,23 @@ pub fn truth_px(report: &FrameReport, true_m: [f64; 2], resolution_m: f64) -> Op
     Some([(true_m[0] - east) / resolution_m, -(true_m[1] - north) / resolution_m])
 }
 
-/// The table; `tile_centre` is what fixes are relative to.
+/// The table; `tile_centre` is what fixes are relative to. The column `risk` is for a figure that the firmware does not state yet.
 pub fn csv(tile_centre: [f64; 2], rows: impl Iterator<Item = Row>) -> String {
     let mut csv = String::from(
-        "frame,mid_exposure_us,accepted,reason,d_col,d_row,true_col,true_row,east_m,north_m,sigma_east_m,sigma_north_m,score,second_peak\n",
+        "frame,mid_exposure_us,accepted,reason,d_col,d_row,true_col,true_row,east_m,north_m,sigma_east_m,sigma_north_m,score,second_peak,risk,protection_m\n",
     );
     for row in rows {
         let report = row.report.as_ref();
         let mid = report.map_or(0, |r| r.mid_exposure_us);
         let matched = report.and_then(|r| r.matched);
         let fix = report.and_then(|r| r.fix);
+        let place = row.instant.and_then(|instant| instant.place);
         let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
         let single = |value: Option<f32>| value.map_or_else(String::new, |v| v.to_string());
         // Writing to a string cannot fail.
         let _ = writeln!(
             csv,
-            "{},{mid},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{mid},{},{},{},{},{},{},{},{},{},{},{},{},,{}",
             row.frame,
             u8::from(fix.is_some()),
             reason(report).unwrap_or(""),
@@ -58,6 +61,8 @@ pub fn csv(tile_centre: [f64; 2], rows: impl Iterator<Item = Row>) -> String {
             number(fix.map(|f| f64::from(f.variance_north_m2).sqrt())),
             single(matched.map(|m| m.correlation)),
             single(matched.map(|m| m.second_correlation)),
+            // A radius that is not finite says nothing.
+            single(place.map(|place| place.protection_m).filter(|radius_m| radius_m.is_finite())),
         );
     }
     csv

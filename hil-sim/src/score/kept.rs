@@ -1,5 +1,7 @@
-//! What a flight's navigation is worth: where the simulated autopilot believed to be against where it was, with fixes and without.
+//! What a flight's navigation is worth: where the board and the simulated autopilot believed to be against where the vehicle was, with
+//! fixes and without.
 
+use super::protection::{Placed, protection, radii};
 use super::statistics::mean;
 use crate::live::navigation::Navigation;
 use crate::vehicle::aloft::moment::{Moment, Track};
@@ -45,21 +47,33 @@ impl Navigated {
 /// was not lost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Kept {
-    /// Root mean square horizontal error of the autopilot's position in the span.
+    /// Root mean square horizontal error of the board's position in the span, of its own filter, frame by frame.
     pub rms_m: Option<f64>,
     /// Largest.
     pub max_m: Option<f64>,
-    /// Share of the span in which the error was within what was promised; not yet known.
-    pub protection_held: Option<f64>,
-    /// Normalised error squared of its filter's position, a degree of freedom: 1 where the filter knows how wrong it is.
+    /// Normalised error squared of it, a degree of freedom: 1 where the filter knows how wrong it is.
     pub nees: Option<f64>,
+    /// Share of these frames in which the error was within the protection level.
+    pub protection_held: Option<f64>,
+    /// Median of the protection levels.
+    pub protection_median_m: Option<f64>,
+    /// Share within the radius that holds 95 % of normal errors of the stated sigmas.
+    pub protection_95_held: Option<f64>,
+    /// Likewise 99 %.
+    pub protection_99_held: Option<f64>,
+    /// Likewise 99.9 %.
+    pub protection_999_held: Option<f64>,
+    /// Median of the radii of 95 %.
+    pub protection_95_median_m: Option<f64>,
+    /// The autopilot's own position.
+    pub autopilot: Autopilot,
     /// When satellite navigation was lost, seconds of the simulated time; null where it was not.
     pub gnss_lost_s: Option<f64>,
-    /// What the error grew by from the span's first 10 s to its last, metres a minute.
+    /// What the autopilot's error grew by from the span's first 10 s to its last, metres a minute.
     pub drift_m_min: Option<f64>,
-    /// Root mean square of the horizontal velocity's error in the span.
+    /// Root mean square of the autopilot's horizontal velocity's error in the span.
     pub velocity_rms_m_s: Option<f64>,
-    /// Root mean square of the heading's error in the span.
+    /// Root mean square of its heading's error in the span.
     pub heading_rms_deg: Option<f64>,
     /// How far beside its legs it truly flew in the span, turns onto them left out: root mean square.
     pub across_rms_m: Option<f64>,
@@ -74,21 +88,34 @@ pub struct Kept {
     pub track: Track,
 }
 
+/// Where the simulated autopilot believed to be, over the same span.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Autopilot {
+    /// Root mean square horizontal error.
+    pub rms_m: Option<f64>,
+    /// Largest.
+    pub max_m: Option<f64>,
+    /// Normalised error squared of its filter's position, a degree of freedom.
+    pub nees: Option<f64>,
+}
+
 /// A filter that gets no fixes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Free {
-    /// As [`Kept::rms_m`].
+    /// As [`Autopilot::rms_m`].
     pub rms_m: Option<f64>,
-    /// As [`Kept::max_m`].
+    /// As [`Autopilot::max_m`].
     pub max_m: Option<f64>,
     /// As [`Kept::drift_m_min`].
     pub drift_m_min: Option<f64>,
 }
 
-/// The figures of a track.
+/// The figures of a track, and of the board's places along it.
 #[must_use]
-pub fn kept(track: &Track) -> Kept {
+pub fn kept(track: &Track, places: &[Placed]) -> Kept {
     let from_s = track.gnss_lost_s.unwrap_or(0.0) + SETTLED_S;
+    let places: Vec<Placed> = places.iter().filter(|place| place.at_s >= from_s).copied().collect();
+    let (board, radii) = (protection(&places), radii(&places));
     let span: Vec<&Moment> = track.moments.iter().filter(|moment| moment.at_s >= from_s).collect();
     let errors: Vec<(f64, f64)> = span.iter().map(|moment| (moment.at_s, moment.error_m())).collect();
     let free: Vec<(f64, f64)> = span.iter().filter_map(|moment| Some((moment.at_s, moment.free_error_m()?))).collect();
@@ -96,10 +123,20 @@ pub fn kept(track: &Track) -> Kept {
     let of = |pick: fn(&Moment) -> f64| rms(span.iter().map(|moment| pick(moment)));
     let nees: Vec<f64> = span.iter().filter_map(|moment| moment.nees).map(|nees| 0.5 * nees).collect();
     Kept {
-        rms_m: rms(errors.iter().map(|(_, error)| *error)),
-        max_m: largest(errors.iter().map(|(_, error)| *error)),
-        protection_held: None,
-        nees: mean(&nees),
+        rms_m: board.map(|board| board.rms_m),
+        max_m: largest(places.iter().map(Placed::error_m)),
+        nees: board.map(|board| board.nees),
+        protection_held: board.map(|board| board.held),
+        protection_median_m: board.map(|board| board.median_m),
+        protection_95_held: radii.map(|radii| radii.held[0]),
+        protection_99_held: radii.map(|radii| radii.held[1]),
+        protection_999_held: radii.map(|radii| radii.held[2]),
+        protection_95_median_m: radii.map(|radii| radii.median_m),
+        autopilot: Autopilot {
+            rms_m: rms(errors.iter().map(|(_, error)| *error)),
+            max_m: largest(errors.iter().map(|(_, error)| *error)),
+            nees: mean(&nees),
+        },
         gnss_lost_s: track.gnss_lost_s,
         drift_m_min: drift(&errors),
         velocity_rms_m_s: of(|moment| moment.velocity_error_m_s),
@@ -141,7 +178,8 @@ fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Lost at 20 s; off by 3 m east and 4 m north ever after, without fixes by 0.5 m a second more.
+    /// Lost at 20 s; off by 3 m east and 4 m north ever after, without fixes by 0.5 m a second more. The board is off by 6 m and 8 m until
+    /// the span begins, then by 1.5 m, and once by 6 m beyond a protection level of 5 m.
     #[test]
     fn figures_count_from_twenty_seconds_after_the_loss() {
         let moment = |index: u32| {
@@ -160,11 +198,28 @@ mod tests {
             }
         };
         let moments = (0..=1200).map(moment).collect();
-        let kept = kept(&Track { gnss_lost_s: Some(20.0), moments, ..Track::default() });
+        let place = |second: u32| {
+            let off_m = match second {
+                0..40 => [6.0, 8.0],
+                100 => [6.0, 0.0],
+                _ => [0.0, 1.5],
+            };
+            Placed { at_s: f64::from(second), off_m, sigma_m: [2.0, 1.0], protection_m: 5.0 }
+        };
+        let places: Vec<Placed> = (0..120).map(place).collect();
+        let kept = kept(&Track { gnss_lost_s: Some(20.0), moments, ..Track::default() }, &places);
+        let autopilot = kept.autopilot;
         assert_eq!(
-            (kept.rms_m, kept.max_m, kept.nees, kept.across_max_m),
+            (autopilot.rms_m, autopilot.max_m, autopilot.nees, kept.across_max_m),
             (Some(5.0), Some(5.0), Some(1.5), Some(2.0))
         );
+        // Of 80 places 79 off by 1.5 sigmas north and one by 3 sigmas east, beyond the radius of 95 % and within that of 99 %.
+        let mean = |of_79: f64, of_one: f64| (79.0 * of_79 + of_one) / 80.0;
+        assert_eq!((kept.rms_m, kept.max_m), (Some(mean(2.25, 36.0).sqrt()), Some(6.0)));
+        assert_eq!((kept.nees, kept.protection_held), (Some(mean(1.125, 4.5)), Some(79.0 / 80.0)));
+        assert_eq!((kept.protection_95_held, kept.protection_99_held), (Some(79.0 / 80.0), Some(1.0)));
+        assert_eq!((kept.protection_999_held, kept.protection_median_m), (Some(1.0), Some(5.0)));
+        assert!((kept.protection_95_median_m.unwrap() - 4.8955).abs() < 1e-3);
         assert_eq!(kept.drift_m_min, Some(0.0));
         let free = kept.without_fixes.unwrap();
         assert!(

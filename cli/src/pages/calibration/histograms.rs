@@ -42,6 +42,7 @@ impl Histogram {
             x_text,
             y_text: "image coordinates",
             x_label: &|value| plain(*value),
+            y_label: &|value| plain(*value),
         };
         let drawn = plot(label, &axes, |chart| {
             let filled = self.counts.iter().enumerate().filter(|(_, count)| **count > 0);

@@ -124,6 +124,7 @@ fn errors(kept: &Kept, moments: &[&Moment], has_free: bool) -> Result<Markup, Pl
         x_text: "time (s)",
         y_text: "error (m)",
         x_label: &|seconds| plain(*seconds),
+        y_label: &|value| plain(*value),
     };
     let label = if has_free { "with fixes and without" } else { "with fixes" };
     plot(&format!("Horizontal error of the autopilot's position {label} over time, metres"), &axes, |chart| {
@@ -140,7 +141,7 @@ fn figures(kept: &Kept) -> Markup {
     let row = |name: &str, what: &str, value: String| {
         html! { tr { th { (name) small { (what) } } td class="n" { (value) } } }
     };
-    let Kept { fixes, .. } = kept;
+    let Kept { fixes, autopilot, .. } = kept;
     let span = match kept.gnss_lost_s {
         Some(lost_s) => format!("Horizontal, from 20 s after satellite navigation was lost at {lost_s} s."),
         None => "Horizontal, from 20 s on; satellite navigation was not lost.".to_owned(),
@@ -150,9 +151,9 @@ fn figures(kept: &Kept) -> Markup {
             table {
                 thead { tr { th { "The autopilot’s own position" } th class="r" { "Value" } } }
                 tbody {
-                    (row("Error, RMS", &span, maybe(kept.rms_m, 2, "m")))
-                    (row("Error, largest", "", maybe(kept.max_m, 2, "m")))
-                    (row("NEES a degree of freedom", "1 expected; below, its filter is more careful than it has to be.", maybe(kept.nees, 2, "")))
+                    (row("Error, RMS", &span, maybe(autopilot.rms_m, 2, "m")))
+                    (row("Error, largest", "", maybe(autopilot.max_m, 2, "m")))
+                    (row("NEES a degree of freedom", "1 expected; below, its filter is more careful than it has to be.", maybe(autopilot.nees, 2, "")))
                     (row("Drift", "What the error grew by.", maybe(kept.drift_m_min, 2, "m/min")))
                     (row("Velocity error, RMS", "", maybe(kept.velocity_rms_m_s, 2, "m/s")))
                     (row("Heading error, RMS", "", maybe(kept.heading_rms_deg, 2, "°")))

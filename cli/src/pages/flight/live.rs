@@ -50,6 +50,7 @@ fn curve(navigation: &Navigation) -> Result<Markup, PlotError> {
         x_text: "time (s)",
         y_text: "error (m)",
         x_label: &|seconds| plain(*seconds),
+        y_label: &|value| plain(*value),
     };
     plot("The autopilot's horizontal error over time, metres", &axes, |chart| {
         if let Some(lost_s) = navigation.gnss_lost_at_s {

@@ -58,7 +58,7 @@ impl Report<'_> {
     }
 
     /// Of so many frames one is drawn.
-    fn step(&self) -> usize {
+    pub(super) fn step(&self) -> usize {
         self.scored.len().div_ceil(FRAMES_MAX).max(1)
     }
 }

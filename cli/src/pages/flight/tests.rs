@@ -64,8 +64,8 @@ fn the_page_needs_nothing_but_itself_and_no_number_is_missing() {
     let sources = contents(&page, "src=\"");
     assert_eq!(sources.len(), 24, "six frames of four pictures");
     assert!(sources.iter().all(|source| source.starts_with("data:image/png;base64,")));
-    assert_eq!(page.matches("<svg ").count(), 3);
-    assert_eq!(page.matches("</svg>").count(), 3);
+    assert_eq!(page.matches("<svg ").count(), 4);
+    assert_eq!(page.matches("</svg>").count(), 4);
 
     let cells = number_cells(&page);
     assert!(cells.len() > 30, "{}", cells.len());

@@ -1,5 +1,5 @@
-//! The flight in thirteen lines, for a person at a terminal; three more of a plan or with a real autopilot, one more where a
-//! serial line was in between or the exposure changed, and one of each timed fault.
+//! The flight in thirteen lines, for a person at a terminal; three more of a plan or with a real autopilot, two more where fixes keep
+//! the vehicle, one more where a serial line was in between or the exposure changed, and one of each timed fault.
 
 use plumbline_charts::format::NOT_MEASURED;
 use plumbline_sim::live::navigation::Navigation;
@@ -79,7 +79,8 @@ fn add_rows(summary: &Summary, rows: &mut Vec<(&'static str, String)>) {
         let at = rows.len() - 1;
         rows.splice(at..at, live_rows(live, summary.navigation.as_ref().and_then(Navigated::live)));
     } else if let Some(kept) = summary.navigation.as_ref().and_then(Navigated::kept) {
-        rows.insert(rows.len() - 1, ("autopilot", kept_row(kept)));
+        let at = rows.len() - 1;
+        rows.splice(at..at, [("board", board_row(kept)), ("autopilot", kept_row(kept))]);
     }
     let at = rows.len() - 1;
     rows.splice(at..at, summary.faults.iter().map(fault_row));
@@ -118,19 +119,31 @@ fn live_rows(live: &Live, navigation: Option<&Navigation>) -> [(&'static str, St
     [("live", flown), ("times", times), ("autopilot", navigation)]
 }
 
+/// What the board's own position is worth, and its protection level.
+fn board_row(kept: &Kept) -> String {
+    let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.2} %", 100.0 * share));
+    let nees = kept.nees.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
+    format!(
+        "{} RMS; NEES {nees} (1 expected); {} of frames within a protection level of {} median",
+        number(kept.rms_m, "m"),
+        percent(kept.protection_held),
+        number(kept.protection_median_m, "m")
+    )
+}
+
 /// What the position of an autopilot is worth that fixes keep.
 fn kept_row(kept: &Kept) -> String {
-    let Kept { fixes, .. } = kept;
+    let Kept { fixes, autopilot, .. } = kept;
     let since =
         kept.gnss_lost_s.map_or_else(String::new, |lost_s| format!(" since satellites were lost at {lost_s} s"));
     let free =
         kept.without_fixes.map_or_else(String::new, |free| format!(", {} without fixes", number(free.rms_m, "m")));
-    let nees = kept.nees.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
+    let nees = autopilot.nees.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
     let across = number(kept.across_rms_m, "m");
     let taken = format!("{} taken, {} rejected, {} jumped to", fixes.fused, fixes.rejected, fixes.resets);
     format!(
         "{} RMS{since}{free}; NEES {nees} (1 expected); {across} RMS beside its legs; fixes: {taken}",
-        number(kept.rms_m, "m")
+        number(autopilot.rms_m, "m")
     )
 }
 
@@ -213,9 +226,12 @@ mod tests {
     use plumbline_sim::link::LinkTrouble;
     use plumbline_sim::score::blur::blur;
     use plumbline_sim::score::exposure::exposures;
+    use plumbline_sim::score::kept::kept;
     use plumbline_sim::score::pose::poses;
+    use plumbline_sim::score::protection::Placed;
     use plumbline_sim::score::stamps::stamps;
     use plumbline_sim::score::{Cost, LinkHealth, MatchRate, MatchingError, Spread, Stages};
+    use plumbline_sim::vehicle::aloft::moment::Track;
 
     /// A flight of which nothing was measured.
     fn nothing_measured() -> Summary {
@@ -269,10 +285,23 @@ mod tests {
             servo_rms_deg: 0.0,
             plan: None,
             navigation: None,
+            protection: None,
             live: None,
             faults: Vec::new(),
             aborted: None,
         }
+    }
+
+    /// Four frames 3 sigmas off, one of them beyond its protection level.
+    #[test]
+    fn a_flight_kept_by_its_fixes_tells_of_both_positions() {
+        let place = |protection_m| Placed { at_s: 30.0, off_m: [3.0, 0.0], sigma_m: [1.0; 2], protection_m };
+        let kept = kept(&Track::default(), &[6.0, 7.0, 2.0, 8.0].map(place));
+        let summary = Summary { navigation: Some(Navigated::Kept(Box::new(kept))), ..nothing_measured() };
+        let text = table(&summary, None);
+        assert_eq!(text.lines().count(), 15, "{text}");
+        let board = "3.00 m RMS; NEES 4.50 (1 expected); 75.00 % of frames within a protection level of 6.00 m median";
+        assert!(text.contains(board) && text.contains("- RMS; NEES - (1 expected); - RMS beside its legs"), "{text}");
     }
 
     #[test]

@@ -32,6 +32,7 @@ impl Report<'_> {
             x_text: "frame",
             y_text: "exposure (ms)",
             x_label: &|value| plain(*value),
+            y_label: &|value| plain(*value),
         };
         plot("Exposure of each frame, milliseconds", &axes, |chart| {
             chart.draw_series(LineSeries::new(sharp.iter().copied(), PAPER.stroke_width(3)))?;

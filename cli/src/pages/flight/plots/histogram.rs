@@ -36,6 +36,7 @@ impl Report<'_> {
             x_text: "matching error (px of the reference)",
             y_text: "frames",
             x_label: &|power| plain(10f64.powf(*power)),
+            y_label: &|value| plain(*value),
         };
         plot("Histogram of the matching errors, pixels, logarithmic", &axes, |chart| {
             for (counts, colour) in [(raw, UNRECTIFIED), (rectified, RECTIFIED)] {

@@ -33,6 +33,7 @@ impl Report<'_> {
             x_text: "frame",
             y_text: "ground error (m)",
             x_label: &|value| plain(*value),
+            y_label: &|value| plain(*value),
         };
         plot("Ground error of each fix over the frames, metres", &axes, |chart| {
             // A refused frame interrupts the line.
