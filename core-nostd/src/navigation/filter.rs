@@ -23,7 +23,7 @@ use super::reckoning::{Moment, way_m};
 use crate::math::{hypot, sqrt, squared};
 use crate::tile::Local;
 use crate::units::Micros;
-use estimate::{Estimate, TILT_S, moved_by_tilt};
+use estimate::{Estimate, moved_by_tilt};
 use heapless::Deque;
 use nalgebra::{Matrix2, Vector2};
 
@@ -38,8 +38,8 @@ const JERK_M_PER_S3: f32 = 5.0;
 /// Beyond so much a change of the velocity is no motion: the estimator has thrown its velocity over, m/s². Chosen: a turn banked by
 /// 57 degrees.
 const ACCELERATION_MAX_M_PER_S2: f32 = 15.0;
-/// Matches that wait for the velocity at their instant. Chosen: frames ten times a second, and a velocity that comes 0.4 s late.
-const WAITING: usize = 4;
+/// Matches that wait for the velocity at their instant. Chosen: frames ten times a second, and a velocity that comes up to 0.6 s late.
+const WAITING: usize = 8;
 /// Innovations squared, in sigmas, of two degrees of freedom: beyond the first once in a hundred the tilt comes and goes, beyond the
 /// second once in a hundred thousand something has jumped.
 const TRANSIENT: f32 = 9.2;
@@ -48,6 +48,11 @@ const JUMP: f32 = 23.0;
 /// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: that of an attitude 0.3 s late of a vehicle that
 /// rocks by 20 degrees a second.
 const TRANSIENT_MAX_RAD: f32 = 0.1;
+/// Largest tilt that may have jumped, radians: further off it was the place. Chosen: turn and scale of a picture that was taken with such
+/// an error are ten per cent off, which no match survives.
+const JUMP_MAX_RAD: f32 = 0.3;
+/// A jump is told when the tilt is known to so many times what is not known beforehand.
+const TOLD: f32 = 1.2;
 /// Without a match for so long an estimator's velocity may be off by more than was said, seconds.
 const UNAIDED_S: f32 = 2.0;
 /// One sigma of that, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn, 5 m/s on both axes.
@@ -86,7 +91,7 @@ fn unaided_m(matched_at: Micros, at: Micros, seconds: f32) -> f32 {
     if unaided_s < UNAIDED_S {
         return 0.0;
     }
-    UNAIDED_M_PER_S * sqrt(squared(unaided_s) - squared(unaided_s - seconds))
+    UNAIDED_M_PER_S * sqrt(squared(unaided_s) - squared((unaided_s - seconds).max(0.0)))
 }
 
 /// The filter.
@@ -107,10 +112,12 @@ pub struct Filter {
     without: Option<Without>,
     /// One sigma of a tilt that comes and goes, and that matches have shown, radians.
     transient_rad: f32,
-    /// By how much pitch and roll have jumped since all agreed, where it was they that have, and what they were taken to be off at the
-    /// last jump, radians.
-    jumped_rad: Vector2<f32>,
+    /// By how much pitch and roll have jumped, where it was they that have, and what they were taken to be off at the last jump, radians;
+    /// until a turn has told.
+    jumped_rad: Option<Vector2<f32>>,
     known_rad: Vector2<f32>,
+    /// The tilt that matches have told at last, and that the estimate goes back to, radians.
+    anchor_rad: [f32; 2],
 }
 
 impl Found {
@@ -118,6 +125,10 @@ impl Found {
     fn with_attitude_as_reported(self) -> Self {
         let aside = moved_by_tilt(&self) * Vector2::from(self.less_tilt_rad);
         Found { less_tilt_rad: [0.0; 2], ..self.moved(aside.into()) }
+    }
+
+    fn less_certain(self, by: Matrix2<f32>) -> Self {
+        Found { covariance: self.covariance + by, ..self }
     }
 
     /// As if it had been found so much later on the way.
@@ -159,8 +170,9 @@ impl Filter {
             matched_at: moment.at,
             without: None,
             transient_rad: 0.0,
-            jumped_rad: Vector2::new(0.0, 0.0),
+            jumped_rad: None,
             known_rad: Vector2::new(0.0, 0.0),
+            anchor_rad: [0.0; 2],
         }
     }
 
@@ -205,15 +217,22 @@ impl Filter {
         let is_thrown = hypot(change[0], change[1]) > ACCELERATION_MAX_M_PER_S2 * seconds;
         self.acceleration = if is_thrown { [0.0; 2] } else { change.map(|change| change / seconds) };
         self.transient_rad /= 1.0 + seconds / TRANSIENT_S;
-        self.jumped_rad /= 1.0 + seconds / TILT_S;
+        let anchor_rad = self.anchor_rad();
         if let Some(settled) = &mut self.settled {
             if is_thrown {
                 settled.doubt_velocity(change);
             }
-            settled.carry(before, moment, unaided_m(self.matched_at, moment.at, seconds), unknown);
+            settled.carry((before, moment), unaided_m(self.matched_at, moment.at, seconds), anchor_rad, unknown);
         }
         while self.waiting.front().is_some_and(|(at, _)| *at <= moment.at) {
             self.settle_oldest(unknown);
+        }
+        let told = |settled: &Estimate| settled.tilt_sigma_rad() <= TOLD * unknown.tilt_rad;
+        if let (Some(_), Some(settled)) = (self.jumped_rad, self.settled.filter(told)) {
+            (self.jumped_rad, self.anchor_rad) = (None, settled.tilt_rad());
+        }
+        if self.settled.is_some_and(|settled| !settled.is_sound()) {
+            *self = Filter { reported: moment, moment, ..Filter::new() };
         }
         (self.moment, self.newest) = (moment, self.settled);
         for index in 0..self.waiting.len() {
@@ -232,13 +251,15 @@ impl Filter {
         if late_us > STEP_MAX_US {
             *self = Filter { reported: self.reported, moment, ..Filter::new() };
         }
+        let anchor_rad = self.anchor_rad();
         let Some(newest) = &mut self.newest else { return };
-        if at.since(before.at) < 0 {
-            newest.back(way_m(moment, before));
+        let seconds = at.since(before.at) as f32 * 1e-6;
+        if seconds < 0.0 {
+            newest.back(way_m(moment, before), -seconds);
         } else {
-            let seconds = at.since(before.at) as f32 * 1e-6;
             let late_m = 0.5 * JERK_M_PER_S3 * squared(late_us.max(0) as f32 * 1e-6) * seconds;
-            newest.carry(before, moment, hypot(late_m, unaided_m(self.matched_at, at, seconds)), unknown);
+            let beside_m = hypot(late_m, unaided_m(self.matched_at, at, seconds));
+            newest.carry((before, moment), beside_m, anchor_rad, unknown);
         }
     }
 
@@ -261,7 +282,7 @@ impl Filter {
             }
             Judged::Unlearnt => {
                 let [pitch, roll] = found.less_tilt_rad;
-                self.jumped_rad = Vector2::zeros();
+                (self.jumped_rad, self.anchor_rad) = (None, [0.0; 2]);
                 self.begin(&found.with_attitude_as_reported(), unknown);
                 hypot(pitch, roll)
             }
@@ -309,22 +330,33 @@ impl Filter {
         Judged::Expected(estimate.with(&estimate.innovation(found, self.white(found))), more_rad)
     }
 
+    /// What the tilt goes back to; nothing while a jump is open.
+    fn anchor_rad(&self) -> Option<[f32; 2]> {
+        self.jumped_rad.is_none().then_some(self.anchor_rad)
+    }
+
     /// One sigma of a tilt from now on, radians, by a match that is so far off: it may be the tilt that has jumped.
     fn jumped(&mut self, off: Vector2<f32>, found: &Found, unknown: &Unknown) -> f32 {
         let known_rad = Vector2::from(self.tilt_rad());
         // What a turn has told since is not open any more.
         let told_rad = known_rad - core::mem::replace(&mut self.known_rad, known_rad);
-        let open_rad = if self.jumped_rad.norm_squared() > 0.0 { self.jumped_rad - told_rad } else { self.jumped_rad };
-        self.jumped_rad = open_rad + moved_by_tilt(found).transpose() * off / squared(found.height_m);
-        hypot(unknown.tilt_rad, sqrt(0.5 * self.jumped_rad.norm_squared()))
+        let open_rad = self.jumped_rad.map_or(Vector2::zeros(), |jumped_rad| jumped_rad - told_rad);
+        let jumped_rad = open_rad + moved_by_tilt(found).transpose() * off / squared(found.height_m);
+        let by_tilt = jumped_rad.norm() <= JUMP_MAX_RAD;
+        let jumped_rad = if by_tilt { jumped_rad } else { open_rad };
+        let tilt_rad = hypot(unknown.tilt_rad, sqrt(0.5 * jumped_rad.norm_squared()));
+        self.jumped_rad = (tilt_rad > TOLD * unknown.tilt_rad).then_some(jumped_rad);
+        tilt_rad
     }
 
     /// From a match on; nothing of it was expected.
     fn begin(&mut self, found: &Found, unknown: &Unknown) -> f32 {
         let white = self.white(found);
         let back = way_m(self.moment, self.reported);
+        let apart_s = self.moment.at.since(self.reported.at) as f32 * 1e-6;
+        let less = Matrix2::identity() * squared(unknown.velocity_m_per_s * apart_s);
         self.newest = Some(Estimate::begun(found, white, unknown));
-        self.settled = Some(Estimate::begun(&found.moved(back), white, unknown));
+        self.settled = Some(Estimate::begun(&found.moved(back), white + less, unknown));
         self.without = None;
         self.waiting.clear();
         0.0
@@ -334,10 +366,18 @@ impl Filter {
     fn settle_oldest(&mut self, unknown: &Unknown) {
         let Some((at, found)) = self.waiting.pop_front() else { return };
         let Some(settled) = self.settled else { return };
-        let found = found.moved(way_m(self.reckoned(at), self.reported));
+        let (apart_s, [east, north]) = (self.reported.at.since(at) as f32 * 1e-6, settled.velocity());
+        // Beyond the newest velocity its jerk is not known, and within it not all of its error.
+        let late_m = JERK_M_PER_S3 / 6.0 * squared(apart_s.min(0.0)) * apart_s;
+        let variance = |(_, variance): (f32, f32)| squared(apart_s) * variance + squared(late_m);
+        let found = found
+            .moved(way_m(self.reckoned(at), self.reported))
+            .moved([-east.0 * apart_s, -north.0 * apart_s])
+            .less_certain(Matrix2::new(variance(east), 0.0, 0.0, variance(north)));
         self.settled = Some(match self.judged(&settled, &found, unknown) {
             Judged::Expected(settled, _) => settled,
             Judged::Unlearnt => {
+                (self.jumped_rad, self.anchor_rad) = (None, [0.0; 2]);
                 let found = found.with_attitude_as_reported();
                 Estimate::begun(&found, self.white(&found), unknown)
             }

@@ -32,10 +32,12 @@ pub struct Place {
     pub protection_m: f32,
 }
 
-/// The larger sigma of a covariance, metres.
+/// The larger sigma of a covariance, metres; infinite where that is no number.
 pub fn larger_sigma_m(covariance: &Matrix2<f32>) -> f32 {
     let (east, cross, north) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
-    sqrt((0.5 * (east + north) + hypot(0.5 * (east - north), cross)).max(0.0))
+    let larger = 0.5 * (east + north) + hypot(0.5 * (east - north), cross);
+    // Nothing is known where it is no number.
+    if larger >= 0.0 { sqrt(larger) } else { f32::INFINITY }
 }
 
 /// Collects the radii.
@@ -52,8 +54,8 @@ impl Protection {
     }
 
     fn at_least(self, radius_m: f32) -> Self {
-        // False for a NaN as well: then nothing is known.
-        let protection_m = if radius_m <= self.place.protection_m { self.place.protection_m } else { radius_m };
+        let radius_m = if radius_m.is_nan() { f32::INFINITY } else { radius_m };
+        let protection_m = self.place.protection_m.max(radius_m);
         Protection { place: Place { protection_m, ..self.place } }
     }
 
@@ -96,7 +98,7 @@ mod tests {
     #[test]
     fn the_larger_sigma_is_that_of_the_long_axis() {
         // 3 m along 30 degrees, 1 m across.
-        let (sin, cos) = 0.523_598_8f32.sin_cos();
+        let (sin, cos) = core::f32::consts::FRAC_PI_6.sin_cos();
         let turn = Matrix2::new(cos, -sin, sin, cos);
         let covariance = turn * Matrix2::new(9.0, 0.0, 0.0, 1.0) * turn.transpose();
         assert!((larger_sigma_m(&covariance) - 3.0).abs() < 1e-5);
@@ -134,6 +136,8 @@ mod tests {
         assert!((own.fixed(&(Matrix2::identity() * 9.0)).over_map(0.0).protection_m - 14.4).abs() < 0.01);
         let place = own.over_map(2.0);
         assert!((place.protection_m - 4.8 * 5f32.sqrt()).abs() < 0.01 && place.covariance[(0, 0)] == 5.0);
-        assert!(own.or_at(HERE, f32::NAN).over_map(0.0).protection_m.is_nan());
+        let nothing = own.or_at(HERE, f32::NAN).or_at(HERE, 1.0).over_map(0.0);
+        assert!(nothing.protection_m.is_infinite());
+        assert!(Protection::around(HERE, Matrix2::identity() * f32::NAN).over_map(0.0).protection_m.is_infinite());
     }
 }

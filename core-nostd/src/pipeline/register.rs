@@ -77,7 +77,6 @@ impl Pipeline<'_> {
     pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
         let px_m = self.tile.ground_resolution().0;
         let reach_m = f32::from(self.settings.search_px) * px_m;
-        let sigma_m = situation.prediction.sigma_m;
         let usual = Usual {
             reach_m,
             is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
@@ -90,8 +89,7 @@ impl Pipeline<'_> {
                 ),
                 self.doubt.velocity_m_per_s,
             ),
-            // Who says nothing of the position's error and has it searched so far takes it to be as far off.
-            prior_m: if sigma_m > 0.0 { sigma_m } else { 0.5 * reach_m },
+            prior_m: self.prior_m(situation),
         };
         let search = self.whereabouts.search(&mut self.navigation.tracks, situation, &usual);
         let tried = self.locate(situation, search);
@@ -123,6 +121,13 @@ impl Pipeline<'_> {
         tried.map(|matched| Matched { counts, doubt_rad, ..matched })
     }
 
+    /// One sigma of the navigation's position, each axis. Who says nothing of its error and has it searched so far takes it to be half as far off.
+    fn prior_m(&self, situation: &Situation) -> f32 {
+        let reach_m = f32::from(self.settings.search_px) * self.tile.ground_resolution().0;
+        let sigma_m = situation.prediction.sigma_m;
+        if sigma_m > 0.0 { sigma_m } else { 0.5 * reach_m }
+    }
+
     /// Whether turn and scale of a match are what heading and height may be off.
     #[inline(never)]
     fn may_be(&mut self, situation: &Situation, shift: &Shift) -> bool {
@@ -139,6 +144,7 @@ impl Pipeline<'_> {
     }
 
     /// What a match that counts says of velocity, heading and height.
+    ///
     /// One sigma of a tilt by which it was not expected, radians.
     #[inline(never)]
     fn learn(&mut self, situation: &Situation, shift: &Shift, sighting: &Sighting) -> f32 {
@@ -181,8 +187,8 @@ impl Pipeline<'_> {
     }
 
     /// Where the point is that positions refer to, as far as the filter knows, and how far off that may be, behind a frame that came to
-    /// `fix`. `map_sigma_m`: of the map, each axis. Without a match yet it is the navigation's position; nothing where that is as good
-    /// as anything.
+    /// `fix`. `map_sigma_m`: of the map, each axis. Without a match yet it is the navigation's position; nothing where the error of that
+    /// is not known.
     pub fn place(&self, situation: &Situation, fix: Option<&Fix>, map_sigma_m: f32) -> Option<Place> {
         let Prediction { local: predicted, sigma_m: prior_m, .. } = situation.prediction;
         let prior = (prior_m > 0.0).then(|| Matrix2::identity() * squared(prior_m));
@@ -194,13 +200,16 @@ impl Pipeline<'_> {
             }
             (Some((local, covariance)), None) => {
                 let off_m = Vector2::new(predicted.east_m - local.east_m, predicted.north_m - local.north_m);
-                Protection::around(local, covariance).without(off_m, prior_m)
+                Protection::around(local, covariance).without(off_m, self.prior_m(situation))
             }
         };
         let others = self.navigation.tracks.others();
         let protection = others.fold(protection, |protection, (other, sigma_m)| protection.or_at(other, sigma_m));
         let protection = fix.map_or(protection, |fix| protection.fixed(&fix.covariance));
         let place = protection.over_map(map_sigma_m);
+        if !place.protection_m.is_finite() {
+            return None;
+        }
         Some(Place { local: place.local.moved(situation.camera_offset_m.map(|offset| -offset)), ..place })
     }
 

@@ -29,8 +29,28 @@ const NEAR: f32 = 0.5;
 const SWEEP_M: f32 = 1000.0;
 /// Rings at most: over 1 m a pixel eight reach as far, and take two and a half minutes at four frames a second.
 const RINGS_MAX: f32 = 8.0;
+/// Rings of each lap, and centres of all of them and once more the first one's.
+const LAPS: [u16; 4] = [1, 2, 4, 8];
+const STEPS_MAX: u16 = 9 + 25 + 81 + 289 + 9;
 /// Between these centres, pixels: searches overlap by an eighth, so that what is found at a border lies within another.
 const SPACING_PX: f32 = 1.75 * REACQUIRE_PX as f32;
+
+/// Columns and rows of the centre of a far search after so many: all of one ring, then from the middle on all of two, of four, of eight,
+/// since most are lost nearby. Nothing beyond the last.
+fn swept(step: u16, rings: u16) -> Option<(i16, i16)> {
+    let mut left = step;
+    for lap in LAPS.map(|lap| lap.min(rings)) {
+        let count = (2 * lap + 1) * (2 * lap + 1);
+        if left < count {
+            return Some(on_spiral(left));
+        }
+        left -= count;
+        if lap == rings {
+            break;
+        }
+    }
+    None
+}
 
 /// Columns and rows of the place that a spiral out of the middle of a grid comes to after so many steps, ring by ring.
 fn on_spiral(step: u16) -> (i16, i16) {
@@ -135,10 +155,11 @@ impl Whereabouts {
         let spacing_m = SPACING_PX * usual.px_m;
         let reach_m = REACQUIRE_PX as f32 * usual.px_m;
         let rings = ceil((SWEEP_M - reach_m) / spacing_m).max(1.0).min(RINGS_MAX) as u16;
-        let count = (2 * rings + 1) * (2 * rings + 1);
-        for _ in 0..count {
-            self.sweep %= count;
-            let (cols, rows) = on_spiral(self.sweep);
+        for _ in 0..STEPS_MAX {
+            let (cols, rows) = swept(self.sweep, rings).unwrap_or_else(|| {
+                self.sweep = 0;
+                (0, 0)
+            });
             let at = centre.moved([f32::from(cols) * spacing_m, f32::from(rows) * spacing_m]);
             let [east_m, north_m] = usual.tile_m.map(|half_m| half_m + 0.5 * reach_m);
             if at.east_m.abs() <= east_m && at.north_m.abs() <= north_m {
@@ -245,7 +266,7 @@ impl Whereabouts {
 
 #[cfg(test)]
 mod tests {
-    use super::on_spiral;
+    use super::{on_spiral, swept};
     extern crate std;
     use std::collections::BTreeSet;
 
@@ -257,5 +278,15 @@ mod tests {
             assert_eq!(seen.len(), usize::from(count));
             assert!(seen.iter().all(|(col, row)| col.abs() <= ring && row.abs() <= ring));
         }
+    }
+
+    #[test]
+    fn the_middle_comes_again_before_the_outer_rings() {
+        let middle =
+            |rings| (0..500).filter(move |step| swept(*step, rings) == Some((0, 0))).collect::<std::vec::Vec<u16>>();
+        assert_eq!(middle(8), [0, 9, 34, 115]);
+        assert_eq!(middle(3), [0, 9, 34]);
+        assert_eq!((swept(403, 8).is_some(), swept(404, 8)), (true, None));
+        assert_eq!((swept(82, 3).is_some(), swept(83, 3)), (true, None));
     }
 }

@@ -58,7 +58,7 @@ fn power_lost_after_any_block() {
 fn damaged_blocks_end_what_is_claimed() {
     let (fixes, whole) = flight();
     let blocks = whole.len() / BLOCK;
-    for at in [blocks / 2, blocks - 3] {
+    for at in [blocks / 2, blocks - 5] {
         let mut bytes = whole.clone();
         bytes[at * BLOCK + 100] ^= 1;
         // Not even its beginning is left of the other.

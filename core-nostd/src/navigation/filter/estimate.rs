@@ -15,7 +15,7 @@ const TILT: usize = 4;
 /// Time constants by which velocity and attitude forget their errors, seconds. Chosen: an estimator with fixes mends its velocity within
 /// half a minute; the bias of an attitude is that of its accelerometers and lasts minutes.
 const VELOCITY_S: f32 = 30.0;
-pub(super) const TILT_S: f32 = 100.0;
+const TILT_S: f32 = 100.0;
 /// What the mean of two velocities is off as a share of their difference, of a turn by a radian: the way along an arc is by a twelfth of
 /// the angle's square longer than its chord's velocities say, and no more than this up to half a circle.
 const TURN_SHARE: f32 = 0.11;
@@ -94,6 +94,17 @@ impl Estimate {
         sqrt(pitch.max(roll).max(0.0))
     }
 
+    /// Whether every number is one, and every variance may be.
+    pub(super) fn is_sound(&self) -> bool {
+        let variances = (0..6).all(|axis| self.covariance[(axis, axis)] >= 0.0);
+        variances && self.state.iter().chain(&self.covariance).all(|number| number.is_finite())
+    }
+
+    /// Error of the velocity, east and north, m/s, and the variance of each.
+    pub(super) fn velocity(&self) -> [(f32, f32); 2] {
+        [VELOCITY, VELOCITY + 1].map(|axis| (self.state[axis], self.covariance[(axis, axis)]))
+    }
+
     /// The reported velocity has changed by what is no motion.
     pub(super) fn doubt_velocity(&mut self, change_m_per_s: [f32; 2]) {
         for (axis, change) in change_m_per_s.iter().enumerate() {
@@ -101,17 +112,27 @@ impl Estimate {
         }
     }
 
-    /// On from one moment to a later one. `beside_m`: one sigma of the way beside what the velocity's error makes.
-    pub(super) fn carry(&mut self, before: Moment, moment: Moment, beside_m: f32, unknown: &Unknown) {
+    /// On from one moment to a later one. `beside_m`: one sigma of the way beside what the velocity's error makes. `anchor_rad`: the
+    /// tilt that it forgets its own for; nothing while nobody knows, when it forgets nothing and knows less and less.
+    pub(super) fn carry(
+        &mut self,
+        (before, moment): (Moment, Moment),
+        beside_m: f32,
+        anchor_rad: Option<[f32; 2]>,
+        unknown: &Unknown,
+    ) {
         let Estimate { state, covariance } = self;
         let seconds = moment.at.since(before.at) as f32 * 1e-6;
         let [east, north] = way_m(before, moment);
         let keeps = [1.0 / (1.0 + seconds / VELOCITY_S), 1.0 / (1.0 + seconds / TILT_S)];
+        let keeps_tilt = if anchor_rad.is_some() { keeps[1] } else { 1.0 };
         for axis in 0..2 {
             // True is the reported velocity less its error.
             state[axis] -= state[VELOCITY + axis] * seconds;
-            // A velocity's error goes away; a camera that leans in its mount does so for good.
             state[VELOCITY + axis] *= keeps[0];
+            if let Some(anchor) = anchor_rad.and_then(|anchor| anchor.get(axis).copied()) {
+                state[TILT + axis] = anchor + (state[TILT + axis] - anchor) * keeps_tilt;
+            }
         }
         state[0] += east;
         state[1] += north;
@@ -119,7 +140,7 @@ impl Estimate {
         for axis in 0..2 {
             by[(axis, VELOCITY + axis)] = -seconds;
             by[(VELOCITY + axis, VELOCITY + axis)] = keeps[0];
-            by[(TILT + axis, TILT + axis)] = keeps[1];
+            by[(TILT + axis, TILT + axis)] = keeps_tilt;
         }
         *covariance = symmetric(&(by * *covariance * by.transpose()));
         let change = |axis: usize| moment.velocity_m_per_s[axis] - before.velocity_m_per_s[axis];
@@ -135,10 +156,10 @@ impl Estimate {
         }
     }
 
-    /// Back by a way that is too short for more to change.
-    pub(super) fn back(&mut self, [east, north]: [f32; 2]) {
-        self.state[0] -= east;
-        self.state[1] -= north;
+    /// Back by a way of so many seconds, which are too few for more to change.
+    pub(super) fn back(&mut self, [east, north]: [f32; 2], seconds: f32) {
+        self.state[0] -= east - self.state[VELOCITY] * seconds;
+        self.state[1] -= north - self.state[VELOCITY + 1] * seconds;
     }
 
     /// As it would be had nothing been learnt of the tilt, where that is more than is known beforehand; as it is otherwise.
@@ -170,7 +191,8 @@ impl Estimate {
         let inverse = all.try_inverse();
         let squares = inverse.map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
         let beyond_rad = sqrt((0.5 * (off.norm_squared() - all.trace())).max(0.0)) / found.height_m;
-        let squares = if squares.is_nan() { f32::INFINITY } else { squares };
+        // Less than none is a covariance that rounding has spoilt.
+        let squares = if squares >= 0.0 { squares } else { f32::INFINITY };
         Innovation { off, squares, beyond_rad, seen, inverse: inverse.unwrap_or_default() }
     }
 

@@ -159,3 +159,18 @@ fn a_velocity_that_is_thrown_over_is_not_taken_for_an_acceleration() {
     // It may be as far off as the velocity was thrown.
     assert!(covariance[(0, 0)].sqrt() > 3.0, "{covariance}");
 }
+
+#[test]
+fn time_alone_tells_no_jump() {
+    let after = flown(300.0, 24.0, |_| 1.0, |at_s| if at_s < 20.0 { [0.0; 2] } else { [0.08, 0.0] });
+    let end = after[after.len() - 1];
+    assert!(after[79..].iter().all(|after| after.sigma_rad > 0.05), "{end:?}");
+}
+
+#[test]
+fn on_one_heading_the_tilt_does_not_walk_away() {
+    let after = flown(1200.0, 24.0, |_| 1.0, |_| [0.0; 2]);
+    let norm = |after: &After| libm::hypotf(after.tilt_rad[0], after.tilt_rad[1]);
+    let largest = after.iter().map(norm).fold(0.0f32, f32::max);
+    assert!(largest < 2.0 * UNKNOWN.tilt_rad, "{largest}");
+}
