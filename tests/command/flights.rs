@@ -200,15 +200,15 @@ fn a_good_link_counts_no_faults() {
     }
 }
 
-/// A worse one: a tenth of the messages cut, as many unknown, most echoes missing. Some frames have no fix, and each
-/// says why.
+/// A worse one: a tenth of the messages cut, as many unknown, most echoes and a third of the frames missing. Some frames have no fix,
+/// and each says why.
 #[test]
 fn a_flight_that_loses_frames() {
     let folder = Folder::with_ground("fly-losses");
     folder.write(
         "losses.toml",
-        "frames = 12\n[range]\ndropout_percent = 60.0\n[link_faults]\nbit_error_percent = 0.2\ncut_percent = 10.0\n\
-         unknown_percent = 10.0\n",
+        "frames = 12\n[shutter]\nlost_frame_percent = 30.0\n[range]\ndropout_percent = 60.0\n[link_faults]\n\
+         bit_error_percent = 0.2\ncut_percent = 10.0\nunknown_percent = 10.0\n",
     );
     folder.run(&format!("{FLY} --scenario losses.toml --out out")).done();
     let (rows, report) = (fixes(&folder, "out/fixes.csv"), report(&folder, "out/report.json"));

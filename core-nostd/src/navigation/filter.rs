@@ -18,12 +18,15 @@
 //! Cost: some 900 instructions a frame and a reported velocity, and 1,200 a match.
 
 mod estimate;
+mod found;
 
 use super::reckoning::{Moment, way_m};
 use crate::math::{hypot, sqrt, squared};
 use crate::tile::Local;
 use crate::units::Micros;
-use estimate::{Estimate, moved_by_tilt};
+use estimate::Estimate;
+pub use found::{Found, Unknown};
+use found::{moved_by_tilt, white};
 use heapless::Deque;
 use nalgebra::{Matrix2, Vector2};
 
@@ -53,36 +56,13 @@ const TRANSIENT_MAX_RAD: f32 = 0.1;
 const JUMP_MAX_RAD: f32 = 0.3;
 /// A jump is told when the tilt is known to so many times what is not known beforehand.
 const TOLD: f32 = 1.2;
+/// What is known less well than to so many times what is not known beforehand was not learnt, and cannot be gone again. Chosen: half of
+/// what a turn leaves of a jump of 3 degrees, a third of what it begins with.
+const LEARNT: f32 = 5.0;
 /// Without a match for so long an estimator's velocity may be off by more than was said, seconds.
 const UNAIDED_S: f32 = 2.0;
 /// One sigma of that, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn, 5 m/s on both axes.
 const UNAIDED_M_PER_S: f32 = 1.5;
-
-/// One sigma of what the filter does not know when it begins.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unknown {
-    /// Of the velocity, each axis, m/s.
-    pub velocity_m_per_s: f32,
-    /// Of pitch and roll, each, that lasts, radians.
-    pub tilt_rad: f32,
-}
-
-/// A match, as far as it concerns the filter.
-#[derive(Clone, Copy, Debug)]
-pub struct Found {
-    /// Where it puts the nadir.
-    pub nadir: Local,
-    /// Covariance of that without the tilt's error, (east, north), square metres.
-    pub covariance: Matrix2<f32>,
-    /// One sigma of a tilt that comes and goes, radians.
-    pub transient_rad: f32,
-    /// What pitch and roll were taken to be off when its frame was rectified, radians.
-    pub less_tilt_rad: [f32; 2],
-    /// Height above ground, metres.
-    pub height_m: f32,
-    /// Heading, clockwise from grid north, radians.
-    pub heading_rad: f32,
-}
 
 /// What a way of the last `seconds` may be off beside what the velocity's sigma says, metres, since the newest match is older than that:
 /// an error v that lasts for t grows v² t² by v² (t² − (t − s)²) in a step s.
@@ -118,23 +98,6 @@ pub struct Filter {
     known_rad: Vector2<f32>,
     /// The tilt that matches have told at last, and that the estimate goes back to, radians.
     anchor_rad: [f32; 2],
-}
-
-impl Found {
-    /// As if its frame had been rectified with the attitude as it was reported.
-    fn with_attitude_as_reported(self) -> Self {
-        let aside = moved_by_tilt(&self) * Vector2::from(self.less_tilt_rad);
-        Found { less_tilt_rad: [0.0; 2], ..self.moved(aside.into()) }
-    }
-
-    fn less_certain(self, by: Matrix2<f32>) -> Self {
-        Found { covariance: self.covariance + by, ..self }
-    }
-
-    /// As if it had been found so much later on the way.
-    fn moved(self, way_m: [f32; 2]) -> Self {
-        Found { nadir: self.nadir.moved(way_m), ..self }
-    }
 }
 
 /// What there would be without the newest match.
@@ -315,7 +278,9 @@ impl Filter {
         // As if none were known, so that one that lasts is seen in each match.
         let plain = estimate.innovation(found, white(found, 0.0));
         let swings = plain.squares > TRANSIENT && plain.beyond_rad > self.transient_rad;
-        if swings && estimate.without_tilt(unknown).innovation(found, white(found, 0.0)).squares <= TRANSIENT {
+        let was_told = estimate.tilt_sigma_rad() <= LEARNT * unknown.tilt_rad;
+        let back = || estimate.without_tilt(unknown).innovation(found, white(found, 0.0));
+        if swings && was_told && back().squares <= TRANSIENT {
             return Judged::Unlearnt;
         }
         let innovation = estimate.innovation(found, self.white(found));
@@ -387,12 +352,6 @@ impl Filter {
             }
         });
     }
-}
-
-/// Covariance of a match without the tilt that lasts.
-fn white(found: &Found, transient_rad: f32) -> Matrix2<f32> {
-    let moved = moved_by_tilt(found);
-    found.covariance + moved * moved.transpose() * squared(hypot(found.transient_rad, transient_rad))
 }
 
 impl Without {

@@ -1,7 +1,7 @@
 //! Position, error of the velocity and error of pitch and roll, and how well they are known.
 
-use super::{Found, Unknown};
-use crate::math::{hypot, sin_cos, sqrt, squared};
+use super::found::{Found, Unknown, moved_by_tilt};
+use crate::math::{hypot, sqrt, squared};
 use crate::navigation::reckoning::{Moment, way_m};
 use crate::tile::Local;
 use nalgebra::{Matrix2, SMatrix, Vector2};
@@ -45,13 +45,6 @@ pub(super) struct Innovation {
     pub beyond_rad: f32,
     seen: SMatrix<f32, 6, 2>,
     inverse: Matrix2<f32>,
-}
-
-/// How an error of pitch and roll moves the nadir that is found, (east, north) metres for each radian: nose up too far by so much, it
-/// is found as far behind; right wing down too far, to the right.
-pub(super) fn moved_by_tilt(found: &Found) -> Matrix2<f32> {
-    let (sin, cos) = sin_cos(found.heading_rad);
-    Matrix2::new(-sin, cos, -cos, -sin) * found.height_m
 }
 
 /// Single precision leaves halves that differ, and what differs grows.
