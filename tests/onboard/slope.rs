@@ -129,9 +129,10 @@ fn situation(settings: Settings, posts: Option<&(Posts, Vec<u8>)>, attitude: Att
     let mut pipeline = Pipeline::new(settings, tile, memory).expect("a pipeline");
     let mid = Micros(1_000_000);
     for us in (960_000..1_050_000).step_by(5_000) {
-        // A sensor that says the same again and again counts as frozen.
-        let trembling =
-            Attitude { heading: Radians(attitude.heading.0 + 1e-6 * (us % 15_000) as f32 * 1e-3), ..attitude };
+        // A sensor one of whose angles stays counts as frozen.
+        let trembles = |angle: Radians| Radians(angle.0 + 1e-6 * (us % 15_000) as f32 * 1e-3);
+        let Attitude { heading, pitch, roll } = attitude;
+        let trembling = Attitude { heading: trembles(heading), pitch: trembles(pitch), roll: trembles(roll) };
         pipeline.streams.attitude(Micros(us), trembling).expect("in order");
         pipeline.streams.slant(Micros(us), Metres(slant_m)).expect("in order");
     }

@@ -17,8 +17,8 @@
 //!
 //! Cost: some 900 instructions a frame and a reported velocity, and 1,200 a match.
 
-mod estimate;
 mod found;
+mod estimate;
 
 use super::reckoning::{Moment, way_m};
 use crate::math::{hypot, sqrt, squared};
