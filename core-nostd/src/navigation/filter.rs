@@ -19,16 +19,21 @@
 
 mod found;
 mod estimate;
+mod judged;
+mod satellites;
 
 use super::reckoning::{Moment, way_m};
 use crate::math::{hypot, sqrt, squared};
 use crate::tile::Local;
 use crate::units::Micros;
-use estimate::Estimate;
+use estimate::{Estimate, unaided_m};
 pub use found::{Found, Unknown};
 use found::{moved_by_tilt, white};
 use heapless::Deque;
+use judged::{Judged, Without};
 use nalgebra::{Matrix2, Vector2};
+pub use satellites::SatellitePosition;
+use satellites::{Moved, Satellites};
 
 /// Time constant by which a tilt is forgotten that comes and goes, seconds. Chosen: a swing of an attitude that is late or scaled has
 /// gone on to the other side within that.
@@ -59,21 +64,6 @@ const TOLD: f32 = 1.2;
 /// What is known less well than to so many times what is not known beforehand was not learnt, and cannot be gone again. Chosen: half of
 /// what a turn leaves of a jump of 3 degrees, a third of what it begins with.
 const LEARNT: f32 = 5.0;
-/// Without a match for so long an estimator's velocity may be off by more than was said, seconds.
-const UNAIDED_S: f32 = 2.0;
-/// One sigma of that, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn, 5 m/s on both axes.
-const UNAIDED_M_PER_S: f32 = 1.5;
-
-/// What a way of the last `seconds` may be off beside what the velocity's sigma says, metres, since the newest match is older than that:
-/// an error v that lasts for t grows v² t² by v² (t² − (t − s)²) in a step s.
-fn unaided_m(matched_at: Micros, at: Micros, seconds: f32) -> f32 {
-    let unaided_s = at.since(matched_at) as f32 * 1e-6;
-    if unaided_s < UNAIDED_S {
-        return 0.0;
-    }
-    UNAIDED_M_PER_S * sqrt(squared(unaided_s) - squared((unaided_s - seconds).max(0.0)))
-}
-
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct Filter {
@@ -98,25 +88,9 @@ pub struct Filter {
     known_rad: Vector2<f32>,
     /// The tilt that matches have told at last, and that the estimate goes back to, radians.
     anchor_rad: [f32; 2],
-}
-
-/// What there would be without the newest match.
-#[derive(Clone, Copy, Debug)]
-struct Without {
-    /// How far east and north of the estimate, metres.
-    off_m: Vector2<f32>,
-    /// By how much the covariance would be larger, square metres.
-    larger: Matrix2<f32>,
-}
-
-/// What becomes of an estimate by a match.
-enum Judged {
-    /// It was expected, but for a tilt of so many radians that comes and goes.
-    Expected(Estimate, f32),
-    /// It is where it would be if nothing of what was learnt of the tilt held any more.
-    Unlearnt,
-    /// It is so far off that something has jumped.
-    Jumped(Vector2<f32>),
+    /// What satellite navigation says beside the matches, and by how much pitch and roll are off by that at the newest frame, radians.
+    satellites: Satellites,
+    by_satellites_rad: Option<[f32; 2]>,
 }
 
 impl Filter {
@@ -136,12 +110,30 @@ impl Filter {
             jumped_rad: None,
             known_rad: Vector2::new(0.0, 0.0),
             anchor_rad: [0.0; 2],
+            satellites: Satellites::new(),
+            by_satellites_rad: None,
         }
     }
 
     /// Error of pitch and roll that is known, radians: what is reported less what is true.
     pub fn tilt_rad(&self) -> [f32; 2] {
+        let [pitch, roll] = self.matched_tilt_rad();
+        self.by_satellites_rad.map_or([pitch, roll], |[more, aside]| [pitch + more, roll + aside])
+    }
+
+    /// What matches alone know of it.
+    fn matched_tilt_rad(&self) -> [f32; 2] {
         self.newest.map_or([0.0; 2], |estimate| estimate.tilt_rad())
+    }
+
+    /// By how far satellite navigation disagrees with the map, metres, where it does.
+    pub fn disagreement_m(&self) -> Option<f32> {
+        self.satellites.disagreement_m()
+    }
+
+    /// A position of satellite navigation: it counts with the next reported velocity.
+    pub fn satellites(&mut self, position: SatellitePosition) {
+        self.satellites.heard(position);
     }
 
     /// One sigma of each of the tilts that matches have shown lately and nothing explains, radians: one that comes and goes, or what
@@ -150,7 +142,8 @@ impl Filter {
         sqrt((squared(self.tilt_sigma_rad(unknown_rad)) - squared(unknown_rad)).max(0.0))
     }
 
-    /// One sigma of pitch's and roll's error that is left of it, the larger one, radians. `unknown_rad`: where nothing is known.
+    /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians. `unknown_rad`: where nothing
+    /// is known.
     pub fn tilt_sigma_rad(&self, unknown_rad: f32) -> f32 {
         hypot(self.newest.map_or(unknown_rad, |estimate| estimate.tilt_sigma_rad()), self.transient_rad)
     }
@@ -172,8 +165,7 @@ impl Filter {
         let before = core::mem::replace(&mut self.reported, moment);
         let step_us = moment.at.since(before.at);
         if !(1..=STEP_MAX_US).contains(&step_us) {
-            *self = Filter { reported: moment, moment, ..Filter::new() };
-            return;
+            return self.begin_anew(moment);
         }
         let seconds = step_us as f32 * 1e-6;
         let change = core::array::from_fn(|axis| moment.velocity_m_per_s[axis] - before.velocity_m_per_s[axis]);
@@ -184,8 +176,11 @@ impl Filter {
         if let Some(settled) = &mut self.settled {
             if is_thrown {
                 settled.doubt_velocity(change);
+                self.satellites.doubt_velocity(change);
             }
-            settled.carry((before, moment), unaided_m(self.matched_at, moment.at, seconds), anchor_rad, unknown);
+            let beside_m = unaided_m(self.matched_at, moment.at, seconds);
+            settled.carry((before, moment), beside_m, anchor_rad, unknown);
+            self.satellites.carry((before, moment), beside_m, anchor_rad, unknown);
         }
         while self.waiting.front().is_some_and(|(at, _)| *at <= moment.at) {
             self.settle_oldest(unknown);
@@ -195,24 +190,50 @@ impl Filter {
             (self.jumped_rad, self.anchor_rad) = (None, settled.tilt_rad());
         }
         if self.settled.is_some_and(|settled| !settled.is_sound()) {
-            *self = Filter { reported: moment, moment, ..Filter::new() };
+            self.begin_anew(moment);
         }
+        self.take_satellites();
         (self.moment, self.newest) = (moment, self.settled);
         for index in 0..self.waiting.len() {
             let Some((at, found)) = self.waiting.iter().nth(index).copied() else { break };
-            self.carry(at, unknown);
+            self.carry_on(at, unknown);
             let white = self.white(&found);
             self.newest = self.newest.map(|newest| newest.with(&newest.innovation(&found, white)));
         }
     }
 
-    /// Carries it on to a frame.
+    /// Nothing is known but the newest velocity, and what satellites say of the map.
+    fn begin_anew(&mut self, moment: Moment) {
+        *self = Filter { reported: self.reported, moment, satellites: self.satellites.ended(), ..Filter::new() };
+    }
+
+    /// The position of satellites that waits, where the newest velocity is not before it, moved there by what is known of the way.
+    fn take_satellites(&mut self) {
+        if let (Some(settled), Some(position)) = (self.settled, self.satellites.due(self.reported.at)) {
+            let (apart_s, [east, north]) = (self.reported.at.since(position.at) as f32 * 1e-6, settled.velocity());
+            let local = position
+                .local
+                .moved(way_m(self.reckoned(position.at), self.reported))
+                .moved([-east.0 * apart_s, -north.0 * apart_s]);
+            let position = SatellitePosition { local, ..position };
+            let variance = squared(apart_s) * east.1.max(north.1);
+            self.satellites.take(&Moved { position, moment: self.reported, variance }, &settled);
+        }
+        self.satellites.settle(self.settled.as_ref());
+    }
+
+    /// Carries it on to a frame, whose attitude is corrected by what is known of the tilt from here on.
     pub fn carry(&mut self, at: Micros, unknown: &Unknown) {
+        self.by_satellites_rad = self.satellites.tilt_rad();
+        self.carry_on(at, unknown);
+    }
+
+    fn carry_on(&mut self, at: Micros, unknown: &Unknown) {
         let moment = self.reckoned(at);
         let before = core::mem::replace(&mut self.moment, moment);
         let late_us = at.since(self.reported.at);
         if late_us > STEP_MAX_US {
-            *self = Filter { reported: self.reported, moment, ..Filter::new() };
+            self.begin_anew(moment);
         }
         let anchor_rad = self.anchor_rad();
         let Some(newest) = &mut self.newest else { return };
@@ -302,7 +323,7 @@ impl Filter {
 
     /// One sigma of a tilt from now on, radians, by a match that is so far off: it may be the tilt that has jumped.
     fn jumped(&mut self, off: Vector2<f32>, found: &Found, unknown: &Unknown) -> f32 {
-        let known_rad = Vector2::from(self.tilt_rad());
+        let known_rad = Vector2::from(self.matched_tilt_rad());
         // What a turn has told since is not open any more.
         let told_rad = known_rad - core::mem::replace(&mut self.known_rad, known_rad);
         let open_rad = self.jumped_rad.map_or(Vector2::zeros(), |jumped_rad| jumped_rad - told_rad);
@@ -321,7 +342,9 @@ impl Filter {
         let apart_s = self.moment.at.since(self.reported.at) as f32 * 1e-6;
         let less = Matrix2::identity() * squared(unknown.velocity_m_per_s * apart_s);
         self.newest = Some(Estimate::begun(found, white, unknown));
-        self.settled = Some(Estimate::begun(&found.moved(back), white + less, unknown));
+        let settled = Estimate::begun(&found.moved(back), white + less, unknown);
+        self.satellites.begun(&settled);
+        self.settled = Some(settled);
         self.without = None;
         self.waiting.clear();
         0.0
@@ -339,8 +362,12 @@ impl Filter {
             .moved(way_m(self.reckoned(at), self.reported))
             .moved([-east.0 * apart_s, -north.0 * apart_s])
             .less_certain(Matrix2::new(variance(east), 0.0, 0.0, variance(north)));
-        self.settled = Some(match self.judged(&settled, &found, unknown) {
-            Judged::Expected(settled, _) => settled,
+        let begun = match self.judged(&settled, &found, unknown) {
+            Judged::Expected(settled, _) => {
+                self.satellites.matched(&found, self.white(&found));
+                self.settled = Some(settled);
+                return;
+            }
             Judged::Unlearnt => {
                 (self.jumped_rad, self.anchor_rad) = (None, [0.0; 2]);
                 let found = found.with_attitude_as_reported();
@@ -350,14 +377,9 @@ impl Filter {
                 let tilt_rad = self.jumped(off, &found, unknown);
                 Estimate::begun(&found, self.white(&found), &Unknown { tilt_rad, ..*unknown })
             }
-        });
-    }
-}
-
-impl Without {
-    fn new(expected: &Estimate, matched: &Estimate) -> Self {
-        let ((was, large), (is, small)) = (expected.position(), matched.position());
-        Without { off_m: Vector2::new(was.east_m - is.east_m, was.north_m - is.north_m), larger: large - small }
+        };
+        self.satellites.begun(&begun);
+        self.settled = Some(begun);
     }
 }
 

@@ -4,18 +4,19 @@ use super::found::{Found, Unknown, moved_by_tilt};
 use crate::math::{hypot, sqrt, squared};
 use crate::navigation::reckoning::{Moment, way_m};
 use crate::tile::Local;
+use crate::units::Micros;
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
 type Covariance = SMatrix<f32, 6, 6>;
 type State = SMatrix<f32, 6, 1>;
 /// Where the states begin: position, velocity, tilt.
-const VELOCITY: usize = 2;
-const TILT: usize = 4;
+pub(super) const VELOCITY: usize = 2;
+pub(super) const TILT: usize = 4;
 
 /// Time constants by which velocity and attitude forget their errors, seconds. Chosen: an estimator with fixes mends its velocity within
 /// half a minute; the bias of an attitude is that of its accelerometers and lasts minutes.
-const VELOCITY_S: f32 = 30.0;
-const TILT_S: f32 = 100.0;
+pub(super) const VELOCITY_S: f32 = 30.0;
+pub(super) const TILT_S: f32 = 100.0;
 /// What the mean of two velocities is off as a share of their difference, of a turn by a radian: the way along an arc is by a twelfth of
 /// the angle's square longer than its chord's velocities say, and no more than this up to half a circle.
 const TURN_SHARE: f32 = 0.11;
@@ -27,11 +28,26 @@ const WAY_M: f32 = 0.1;
 /// normal error is once in a hundred.
 const LEARNT_SIGMAS: f32 = 3.0;
 
+/// Without a match for so long an estimator's velocity may be off by more than was said, seconds.
+const UNAIDED_S: f32 = 2.0;
+/// One sigma of that, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn, 5 m/s on both axes.
+const UNAIDED_M_PER_S: f32 = 1.5;
+
+/// What a way of the last `seconds` may be off beside what the velocity's sigma says, metres, since the newest match is older than that:
+/// an error v that lasts for t grows v² t² by v² (t² − (t − s)²) in a step s.
+pub(super) fn unaided_m(matched_at: Micros, at: Micros, seconds: f32) -> f32 {
+    let unaided_s = at.since(matched_at) as f32 * 1e-6;
+    if unaided_s < UNAIDED_S {
+        return 0.0;
+    }
+    UNAIDED_M_PER_S * sqrt(squared(unaided_s) - squared((unaided_s - seconds).max(0.0)))
+}
+
 /// What is estimated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Estimate {
-    state: State,
-    covariance: Covariance,
+    pub(super) state: State,
+    pub(super) covariance: Covariance,
 }
 
 /// A match against what was expected of it.
@@ -43,12 +59,12 @@ pub(super) struct Innovation {
     pub squares: f32,
     /// Tilt that would explain what is beyond one sigma, radians.
     pub beyond_rad: f32,
-    seen: SMatrix<f32, 6, 2>,
-    inverse: Matrix2<f32>,
+    pub(super) seen: SMatrix<f32, 6, 2>,
+    pub(super) inverse: Matrix2<f32>,
 }
 
 /// Single precision leaves halves that differ, and what differs grows.
-fn symmetric(covariance: &Covariance) -> Covariance {
+pub(super) fn symmetric<const N: usize>(covariance: &SMatrix<f32, N, N>) -> SMatrix<f32, N, N> {
     (covariance + covariance.transpose()) * 0.5
 }
 
@@ -85,6 +101,11 @@ impl Estimate {
     pub(super) fn tilt_sigma_rad(&self) -> f32 {
         let [pitch, roll] = [TILT, TILT + 1].map(|axis| self.covariance[(axis, axis)]);
         sqrt(pitch.max(roll).max(0.0))
+    }
+
+    /// How well it is known of pitch and roll, square radians.
+    pub(super) fn tilt_covariance(&self) -> Matrix2<f32> {
+        self.covariance.fixed_view::<2, 2>(TILT, TILT).into_owned()
     }
 
     /// Whether every number is one, and every variance may be.
