@@ -22,12 +22,13 @@ use crate::homography::{FrameFromPatch, Placement};
 use crate::image::Run;
 use crate::matching::{Matcher, OnBoard};
 use crate::navigation::Navigation;
+use crate::navigation::filter::SatellitePosition;
 use crate::navigation::heights::Altitude;
 use crate::navigation::reckoning::Moment;
 use crate::pose::position::PositionState;
 use crate::rectify::{Source, rectify_into};
 use crate::reduce::{Reducer, Reduction};
-use crate::tile::Tile;
+use crate::tile::{Geographic, Tile};
 pub use buffers::{Buffers, Memory};
 pub use refusal::Refusal;
 pub use register::{Matched, Outcome};
@@ -158,6 +159,31 @@ impl<'t> Pipeline<'t> {
         Ok(())
     }
 
+    /// Takes a position of satellite navigation, stamped with an instant of its receiver's, with one sigma of each axis and that of the
+    /// map, metres. It is held against the matches, and is no position to search at.
+    ///
+    /// # Errors
+    /// [`SampleError`].
+    pub fn satellites(&mut self, at: Instants, place: Geographic, sigmas_m: [f32; 2]) -> Result<(), SampleError> {
+        if !place.is_possible() {
+            return Err(SampleError::Invalid);
+        }
+        let at = at.recent(SATELLITES_AGE_US)?;
+        let newest = self.streams.attitude.history().newest();
+        if let (Some(local), Some((_, attitude))) = (self.tile.georeference().local(place), newest) {
+            let [north_m, _, east_m] = self.settings.mount.camera_offset(attitude);
+            let [sigma_m, map_sigma_m] = sigmas_m;
+            let local = local.moved([east_m, north_m]);
+            self.navigation.filter.satellites(SatellitePosition { at, local, sigma_m, map_sigma_m });
+        }
+        Ok(())
+    }
+
+    /// By how far satellite navigation disagrees with the map, metres, where it does.
+    pub fn disagreement_m(&self) -> Option<f32> {
+        self.navigation.filter.disagreement_m()
+    }
+
     /// A frame's rows are about to arrive. The reduction follows from the newest range, or from the height where there is none: it
     /// needs no pose, and being off by a tilt's cosine does not matter to it.
     ///
@@ -252,6 +278,8 @@ fn sampled(memory: &[u8], bytes: usize) -> u32 {
     fours.fold(0, |sum, four| (sum.rotate_left(5) ^ u32::from_le_bytes(*four)).wrapping_mul(0x9e37_79b9))
 }
 
+/// Oldest position of satellite navigation, microseconds: beyond its stamp is of another clock. Chosen: ten of five a second.
+const SATELLITES_AGE_US: i32 = 2_000_000;
 /// Bytes. Chosen: some 180 words of the largest frame, and 60 of one of 128 x 128 that is not reduced.
 const SAMPLED_EVERY: usize = 256;
 /// Ratio of a patch pixel to a frame pixel beyond which boxes grow no further: 16 rows are the most that a front end's ring

@@ -39,6 +39,20 @@ pub struct Instants {
     pub arrival: Option<Arrival>,
 }
 
+impl Instants {
+    /// The instant, where it is neither later than its arrival nor `age_us` before it.
+    ///
+    /// # Errors
+    /// [`SampleError::Future`], [`SampleError::Backwards`].
+    pub(super) fn recent(&self, age_us: i32) -> Result<Micros, SampleError> {
+        let late_us = self.arrival.map_or(0, |arrival| arrival.at.since(self.sampled_at));
+        if late_us < -FUTURE_US {
+            return Err(SampleError::Future);
+        }
+        if late_us > age_us { Err(SampleError::Backwards) } else { Ok(self.sampled_at) }
+    }
+}
+
 /// When the board had a sample, on the clock of the samples' stamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {

@@ -106,8 +106,8 @@ impl Autopilot {
             }
             Incoming::Slant(..) => Stream::Range,
             Incoming::Down(..) => Stream::Local,
-            Incoming::Gnss(is_good) => {
-                self.sources.gnss(*is_good);
+            Incoming::Gnss(gnss) => {
+                self.sources.gnss(gnss.is_good);
                 Stream::Gnss
             }
             Incoming::Heartbeat(heartbeat) => return self.presence.heard(*heartbeat, now),
@@ -268,7 +268,9 @@ impl App<'_> {
         if !is_tied || beat == 0 {
             self.outbox.put(Out::TimesyncRequest);
         }
+        let disagreement_m = self.pipeline.with(|pipeline| pipeline.disagreement_m()).flatten();
         let both = |autopilot: &mut Autopilot| {
+            autopilot.watch.disagreement(disagreement_m);
             let due = autopilot.due(now, is_tied, is_armed);
             (due, autopilot.line(beat, is_armed))
         };

@@ -6,7 +6,7 @@ use crate::board::{Reader, Timer};
 use crate::journal::Event;
 use crate::wire::boot_time::BootTime;
 use crate::wire::decoder::{Decoder, Packet};
-use crate::wire::incoming::{Incoming, Unusable, incoming};
+use crate::wire::incoming::{Gnss, Incoming, Unusable, incoming};
 use crate::wire::signing::Verdict;
 use plumbline_core::pipeline::{Arrival, FollowUpMode, Instants, SampleError};
 use plumbline_core::tilt::{Attitude, approximate_follow_up_command, follow_up_command};
@@ -49,6 +49,19 @@ pub async fn receive(app: &App<'_>, reader: &mut impl Reader, timer: &impl Timer
     }
 }
 
+/// A position of satellite navigation, which frames do not wait for.
+fn satellites(app: &App<'_>, gnss: &Gnss, now: Ticks) {
+    let map_sigma_m = app.autopilot.with(|autopilot| autopilot.fixes.map_sigma_m());
+    let (Some((place, sigma_m)), Some(map_sigma_m), Some(arrival)) = (gnss.place, map_sigma_m, app.arrival(now)) else {
+        return;
+    };
+    let sampled_at = gnss.at.unwrapped(arrival.at);
+    let at = Instants { sampled_at, stamp_sigma_us: gnss.at.sigma_us(), arrival: Some(arrival) };
+    if let Some(Err(why)) = app.pipeline.with(|pipeline| pipeline.satellites(at, place, [sigma_m, map_sigma_m])) {
+        app.not_taken(why);
+    }
+}
+
 /// What is to be done with the packet that is this one, from 0, of those that a read completed. Without a key all are taken; a
 /// replay, which has none, is told by its log.
 fn judge(app: &App<'_>, packet: &Packet<'_>, number: u8) -> Verdict {
@@ -58,6 +71,17 @@ fn judge(app: &App<'_>, packet: &Packet<'_>, number: u8) -> Verdict {
         None => Verdict::Taken,
     };
     app.journal.verdict(number, own)
+}
+
+impl App<'_> {
+    /// Counts a sample that was not taken.
+    fn not_taken(&self, why: SampleError) {
+        self.count(|c| match why {
+            SampleError::Backwards => c.backwards += 1,
+            SampleError::Invalid => c.invalid += 1,
+            SampleError::Future => c.future += 1,
+        });
+    }
 }
 
 /// When the last of each was.
@@ -79,7 +103,8 @@ impl State {
                 app.armed.set(Some(Armed { is_armed, is_signed: app.signing.is_some() }));
                 app.was_armed.set(app.was_armed.get() || is_armed);
             }
-            Incoming::Origin(_) | Incoming::Gnss(_) | Incoming::Acknowledged(..) | Incoming::Parameter(_) => {}
+            Incoming::Gnss(gnss) => satellites(app, &gnss, now),
+            Incoming::Origin(_) | Incoming::Acknowledged(..) | Incoming::Parameter(_) => {}
             Incoming::Ordered(order, by) => app.ordered(order, by),
             sample => {
                 // Without a clock nobody knows which wrap of its counter a stamp belongs to, and no frame has a stamp.
@@ -89,9 +114,7 @@ impl State {
                         app.look_for_exposure(now);
                         app.fresh.signal(());
                     }
-                    Err(SampleError::Backwards) => app.count(|c| c.backwards += 1),
-                    Err(SampleError::Invalid) => app.count(|c| c.invalid += 1),
-                    Err(SampleError::Future) => app.count(|c| c.future += 1),
+                    Err(why) => app.not_taken(why),
                 }
             }
         }

@@ -38,6 +38,11 @@ pub(super) fn fixes(news: watch::News) -> Line {
             Line::of(["no fixes for ", whole(seconds.into(), &mut digits), " s: ", reason])
         }
         watch::News::Back => Line::new("fixes again"),
+        watch::News::Disagrees(metres) => {
+            let mut digits = [0; DIGITS];
+            Line::of(["satellites disagree with the map by ", whole(metres.into(), &mut digits), " m"])
+        }
+        watch::News::Agrees => Line::new("satellites agree with the map again"),
         watch::News::Moved => Line::new("the EKF's origin has moved: fixes follow it"),
     }
 }
@@ -152,6 +157,9 @@ mod tests {
         assert_eq!(text(fixes(lost)), "no fixes for 10 s: low_score");
         assert_eq!(text(fixes(watch::News::Lost(65_530, None))), "no fixes for 65530 s: no_frames");
         assert_eq!(text(fixes(watch::News::Back)), "fixes again");
+        assert_eq!(text(fixes(watch::News::Disagrees(14))), "satellites disagree with the map by 14 m");
+        assert_eq!(text(fixes(watch::News::Disagrees(u16::MAX))), "satellites disagree with the map by 65535 m");
+        assert_eq!(text(fixes(watch::News::Agrees)), "satellites agree with the map again");
         assert_eq!(text(source_set(sources::News::Taken(2))), "source set 2 of the EKF is in use");
         assert_eq!(text(source_set(sources::News::Denied(2))), "source set 2 is denied by the autopilot");
         let denied = text(complaint(Complaint::Denied(Stream::Attitude, 5_000)));

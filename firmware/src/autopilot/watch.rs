@@ -1,4 +1,4 @@
-//! Whether fixes come, and why not: what the pilot of an armed vehicle is told.
+//! Whether fixes come, and why not, and whether satellite navigation is where they are: what the pilot of an armed vehicle is told.
 
 use plumbline_core::pipeline::Refusal;
 use plumbline_core::tile::Geographic;
@@ -20,6 +20,10 @@ pub enum News {
     Back,
     /// The frame that they are sent in begins elsewhere now.
     Moved,
+    /// Satellite navigation is so many metres off where the map has the vehicle: it is forged, or the map lies beside the ground.
+    Disagrees(u16),
+    /// It is not any more.
+    Agrees,
 }
 
 /// What came of the last frames.
@@ -33,6 +37,9 @@ pub struct Watch {
     is_told: bool,
     origin: Option<Geographic>,
     is_moved: bool,
+    /// Metres by which satellite navigation disagrees, and whether that was told.
+    disagreement_m: Option<u16>,
+    has_disagreed: bool,
 }
 
 impl Default for Watch {
@@ -44,6 +51,8 @@ impl Default for Watch {
             is_told: false,
             origin: None,
             is_moved: false,
+            disagreement_m: None,
+            has_disagreed: false,
         }
     }
 }
@@ -70,15 +79,31 @@ impl Watch {
         self.origin = origin;
     }
 
+    /// By how many metres satellite navigation disagrees with the map, where it does.
+    pub fn disagreement(&mut self, metres: Option<f32>) {
+        self.disagreement_m = metres.map(|metres| metres as u16);
+    }
+
+    /// A disagreement that has begun or ended, armed or not: it is seen in the air alone.
+    fn disagreed(&mut self) -> Option<News> {
+        let disagrees = self.disagreement_m.is_some();
+        if core::mem::replace(&mut self.has_disagreed, disagrees) == disagrees {
+            return None;
+        }
+        Some(self.disagreement_m.map_or(News::Agrees, News::Disagrees))
+    }
+
     /// To be called once a second: what is to be told. Lost fixes after ten seconds, and every ten from then.
     pub fn second(&mut self, is_armed: bool) -> Option<News> {
         self.ages.iter_mut().for_each(|age| *age = age.saturating_add(1));
         let moved = core::mem::take(&mut self.is_moved).then_some(News::Moved);
         if !is_armed {
-            *self = Watch { ages: self.ages, origin: self.origin, ..Watch::default() };
-            return moved;
+            let Watch { ages, origin, disagreement_m, has_disagreed, .. } = *self;
+            *self = Watch { ages, origin, disagreement_m, has_disagreed, ..Watch::default() };
+            return moved.or_else(|| self.disagreed());
         }
-        self.armed_second().or(moved)
+        // What is not told in this second is told in the next.
+        self.armed_second().or(moved).or_else(|| self.disagreed())
     }
 
     fn armed_second(&mut self) -> Option<News> {
@@ -182,6 +207,30 @@ mod tests {
         );
         // After a reboot any other is the first.
         assert_eq!((told(None), told(origin(7))), (None, None));
+    }
+
+    #[test]
+    fn a_disagreement_is_told_once_and_so_is_its_end() {
+        let mut watch = Watch::default();
+        let mut told = |metres: &[Option<f32>], is_armed| -> Vec<News> {
+            let second = |metres: &Option<f32>| {
+                watch.disagreement(*metres);
+                watch.frame(0);
+                watch.second(is_armed)
+            };
+            metres.iter().filter_map(second).collect()
+        };
+        assert_eq!(told(&[None, None, Some(13.7), Some(14.0), Some(200.0)], true), [News::Disagrees(13)]);
+        assert_eq!(told(&[Some(9.0), Some(9.0)], false), []);
+        assert_eq!(told(&[None, None, Some(f32::MAX)], true), [News::Agrees, News::Disagrees(u16::MAX)]);
+    }
+
+    #[test]
+    fn a_disagreement_waits_for_what_else_is_told() {
+        let mut watch = Watch::default();
+        assert!((0..10).all(|_| watch.second(true).is_none()));
+        watch.disagreement(Some(20.0));
+        assert_eq!((watch.second(true), watch.second(true)), (Some(News::Lost(10, None)), Some(News::Disagrees(20))));
     }
 
     #[test]

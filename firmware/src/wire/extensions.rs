@@ -1,11 +1,11 @@
 //! MAVLink 2 extension fields that we need.
 //!
-//! The `mavlink` crate leaves extensions out unless a feature is on that drags the standard library into the image. Two
-//! are needed: TIMESYNC's target, without which answers meant for others would be taken, and DISTANCE_SENSOR's signal
-//! quality, one value of which means "invalid". Extensions follow the base fields in the order of the definition;
+//! The `mavlink` crate leaves extensions out unless a feature is on that drags the standard library into the image. Three
+//! are needed: TIMESYNC's target, without which answers meant for others would be taken, DISTANCE_SENSOR's signal
+//! quality, one value of which means "invalid", and GPS_RAW_INT's horizontal accuracy. Extensions follow the base fields in the order of the definition;
 //! missing bytes are zeros.
 
-use mavlink::dialects::common::{MavMessage, TIMESYNC_DATA};
+use mavlink::dialects::common::{GPS_RAW_INT_DATA, MavMessage, TIMESYNC_DATA};
 use mavlink::error::ParserError;
 use mavlink::{MavlinkVersion, MessageData};
 
@@ -58,5 +58,38 @@ impl MessageData for Timesync {
         let base = TIMESYNC_DATA::deser(version, payload)?;
         let byte = |at: usize| payload.get(TIMESYNC_DATA::ENCODED_LEN + at).copied().unwrap_or(0);
         Ok(Timesync { tc1: base.tc1, ts1: base.ts1, target: (byte(0), byte(1)) })
+    }
+}
+
+/// GPS_RAW_INT with its horizontal accuracy.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GpsRaw {
+    /// The base fields.
+    pub base: GPS_RAW_INT_DATA,
+    /// h_acc: one sigma of the position, millimetres; 0 from those who do not say.
+    pub h_acc_mm: u32,
+}
+
+/// Its first extension is the height above the ellipsoid, of four bytes.
+const H_ACC_OFFSET: usize = GPS_RAW_INT_DATA::ENCODED_LEN + 4;
+
+impl MessageData for GpsRaw {
+    type Message = MavMessage;
+
+    const ID: u32 = GPS_RAW_INT_DATA::ID;
+    const NAME: &'static str = GPS_RAW_INT_DATA::NAME;
+    const EXTRA_CRC: u8 = GPS_RAW_INT_DATA::EXTRA_CRC;
+    const ENCODED_LEN: usize = GPS_RAW_INT_DATA::ENCODED_LEN + 8;
+
+    fn ser(&self, version: MavlinkVersion, payload: &mut [u8]) -> usize {
+        let used = self.base.ser(version, payload);
+        let [a, b, c, d] = self.h_acc_mm.to_le_bytes();
+        extended(payload, used, GPS_RAW_INT_DATA::ENCODED_LEN, [0, 0, 0, 0, a, b, c, d])
+    }
+
+    fn deser(version: MavlinkVersion, payload: &[u8]) -> Result<Self, ParserError> {
+        let base = GPS_RAW_INT_DATA::deser(version, payload)?;
+        let byte = |at: usize| payload.get(H_ACC_OFFSET + at).copied().unwrap_or(0);
+        Ok(GpsRaw { base, h_acc_mm: u32::from_le_bytes(core::array::from_fn(byte)) })
     }
 }

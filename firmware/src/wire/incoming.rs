@@ -8,7 +8,7 @@
 use super::boot_time::BootTime;
 use super::command::{Acknowledgement, Command};
 use super::decoder::Packet;
-use super::extensions::{Timesync, signal_quality};
+use super::extensions::{GpsRaw, Timesync, signal_quality};
 use super::order::{Order, order};
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, COMMAND_INT_DATA, DISTANCE_SENSOR_DATA,
@@ -52,14 +52,25 @@ pub enum Incoming {
     Heartbeat(Heartbeat),
     /// Where the autopilot's local frame begins.
     Origin(Geographic),
-    /// Whether satellite navigation has a position in three dimensions.
-    Gnss(bool),
+    /// What satellite navigation says.
+    Gnss(Gnss),
     /// The result of a command: its number and MAV_RESULT.
     Acknowledged(u16, u8),
     /// A parameter of the autopilot.
     Parameter(Parameter),
     /// What a ground station has ordered, and who it is.
     Ordered(Order, (u8, u8)),
+}
+
+/// Satellite navigation as the autopilot has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gnss {
+    /// When its receiver handed the position over.
+    pub at: BootTime,
+    /// It has a position in three dimensions.
+    pub is_good: bool,
+    /// Where that is, and one sigma of each axis, metres; nothing where it is not said.
+    pub place: Option<(Geographic, f32)>,
 }
 
 /// What a heartbeat of the autopilot says.
@@ -217,11 +228,7 @@ fn of_the_autopilot(packet: &Packet<'_>) -> Result<Incoming, Unusable> {
             let origin: GPS_GLOBAL_ORIGIN_DATA = payload(packet)?;
             Ok(Incoming::Origin(geographic(origin.latitude, origin.longitude)?))
         }
-        GPS_RAW_INT_DATA::ID => {
-            let gnss: GPS_RAW_INT_DATA = payload(packet)?;
-            // GPS_FIX_TYPE: 3 is a position in three dimensions, more are better ones.
-            Ok(Incoming::Gnss(gnss.fix_type as u8 >= 3))
-        }
+        GPS_RAW_INT_DATA::ID => Ok(Incoming::Gnss(gnss(&payload(packet)?))),
         PARAM_VALUE_DATA::ID => {
             let parameter: PARAM_VALUE_DATA = payload(packet)?;
             let (name, kind) = (parameter.param_id.into(), parameter.param_type as u8);
@@ -247,6 +254,18 @@ fn payload<D: MessageData>(packet: &Packet<'_>) -> Result<D, Unusable> {
 /// A place; latitude and longitude 0 are what autopilots send for one that they do not know.
 fn geographic(lat_e7: i32, lon_e7: i32) -> Result<Geographic, Unusable> {
     if (lat_e7, lon_e7) == (0, 0) { Err(Unusable::Invalid) } else { Ok(Geographic { lat_e7, lon_e7 }) }
+}
+
+/// One sigma of each axis of a receiver that does not say it, metres. Chosen: a single-frequency receiver with an open sky has 2 to 3,
+/// and who does not say it may have less of a sky. PX4's and ArduPilot's `eph` is a dilution, which says nothing of the receiver.
+const GNSS_SIGMA_M: f32 = 5.0;
+
+fn gnss(GpsRaw { base, h_acc_mm }: &GpsRaw) -> Gnss {
+    // GPS_FIX_TYPE: 3 is a position in three dimensions, more are better ones.
+    let is_good = base.fix_type as u8 >= 3;
+    let sigma_m = if *h_acc_mm == 0 { GNSS_SIGMA_M } else { *h_acc_mm as f32 * 1e-3 };
+    let place = geographic(base.lat, base.lon).ok().filter(|_| is_good);
+    Gnss { at: BootTime::Micros(base.time_usec), is_good, place: place.map(|place| (place, sigma_m)) }
 }
 
 fn position(position: &GLOBAL_POSITION_INT_DATA) -> Result<Incoming, Unusable> {

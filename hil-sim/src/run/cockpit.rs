@@ -1,6 +1,7 @@
 //! The simulator at its end of the link: what reaches the board when, and what comes back.
 
 mod strange;
+mod told;
 
 use super::truth::Truth;
 use super::{Flight, FrameRecord, Observer};
@@ -11,6 +12,7 @@ use crate::link::{Event, FrameEvent, Link, LinkError};
 use crate::noise::White;
 use crate::scenario::What;
 use crate::setup::Setup;
+use crate::vehicle::aloft::moment::Track;
 use crate::vehicle::autopilot::Autopilot;
 use crate::vehicle::motion::TrueState;
 use crate::vehicle::sensors::{
@@ -21,6 +23,7 @@ use crate::vehicle::signing::Signatory;
 use plumbline_firmware::wire::telemetry::PhotoReport;
 use std::collections::VecDeque;
 use strange::strange;
+use told::Told;
 
 /// From one heartbeat of the autopilot to the next, microseconds.
 const HEARTBEAT_US: u64 = 1_000_000;
@@ -48,6 +51,7 @@ pub(super) struct Cockpit<'s> {
     injector: FaultInjector,
     passage: Passage,
     station: GroundStation,
+    told: Told,
     /// The autopilot's answers under way, in the order in which they arrive: when, and their bytes.
     answers: Vec<(u64, Vec<u8>)>,
     next_heartbeat_us: u64,
@@ -81,6 +85,7 @@ impl<'s> Cockpit<'s> {
             injector: FaultInjector::new(setup.scenario.faults.link_faults, setup.scenario.run.seed, "to_firmware"),
             passage: Passage::new(setup.scenario.faults.timed.clone(), setup.scenario.run.seed),
             station: GroundStation::signing(setup.signing.map(Signatory::new)),
+            told: Told::default(),
             answers: Vec::new(),
             next_heartbeat_us: 0,
             now_us: 0,
@@ -172,6 +177,10 @@ impl<'s> Cockpit<'s> {
         if !self.autopilot.is_awake(sample.arrived_at_us) {
             return Ok(());
         }
+        if let (Reading::Position { .. }, Some(received)) = (&sample.reading, self.truth.received(sample.sampled_at_us))
+        {
+            self.autopilot.receive(received);
+        }
         let faults = &self.setup.scenario.faults.timed;
         let stranger = faults.is(What::LinkSecondSender, sample.sampled_at_us).then(|| self.autopilot.stranger());
         let messages = self.autopilot.messages(sample, &self.setup.crs)?;
@@ -226,6 +235,7 @@ impl<'s> Cockpit<'s> {
         self.steps += 1;
         let sent = self.link.step(self.timer.ticks(self.now_us), event)?;
         self.station.take(&sent);
+        self.told.read(&self.station.lines, self.now_us);
         let mut asked = std::mem::take(&mut self.station.timesync);
         let is_awake = self.autopilot.is_awake(self.now_us);
         asked.retain(|_| is_awake && self.setup.scenario.world.timer.timesync);
@@ -326,7 +336,7 @@ impl<'s> Cockpit<'s> {
             lines: self.station.lines,
             source_set: self.autopilot.source_set(),
             motion,
-            track,
+            track: track.map(|track| Track { gnss: self.told.gnss, ..track }),
         }
     }
 }

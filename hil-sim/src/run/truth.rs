@@ -3,6 +3,7 @@
 use crate::setup::Setup;
 use crate::vehicle::aloft::Aloft;
 use crate::vehicle::aloft::moment::Track;
+use crate::vehicle::autopilot::Received;
 use crate::vehicle::inertial::vision::Vision;
 use crate::vehicle::motion::{Motion, Recorded, TrueState};
 use crate::vehicle::sensors::{Exposure, Sensed};
@@ -71,6 +72,14 @@ impl<'s> Truth<'s> {
     pub(super) fn hear(&mut self, at_us: u64, message: Vision, place_m: Option<[f64; 2]>) {
         if let Truth::Aloft(aloft) = self {
             aloft.get_mut().hear(at_us, message, place_m);
+        }
+    }
+
+    /// What the autopilot's receiver of satellite navigation has handed over by an instant, where one is simulated.
+    pub(super) fn received(&self, t_us: u64) -> Option<Option<Received>> {
+        match self {
+            Truth::Given(_) | Truth::Driven(..) => None,
+            Truth::Aloft(aloft) => Some(aloft.borrow_mut().received(t_us)),
         }
     }
 

@@ -152,6 +152,9 @@ impl Scenario {
                 What::ClockOffset | What::ClockAsymmetry | What::ClockJitter if !timer.timesync => {
                     "TIMESYNC: timer.timesync = true"
                 }
+                What::GnssOff | What::GnssJump | What::GnssDrag if self.world.navigation.is_none() => {
+                    "[navigation]: elsewhere no satellite navigation is simulated"
+                }
                 What::ClockPhase if !timer.pps => "pulses: timer.pps = true",
                 What::PowerOff if self.run.link.signing_key_path.is_some() => {
                     "a link without link.signing_key_path: the simulated board does not keep the time of signatures over a boot"

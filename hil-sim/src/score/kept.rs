@@ -4,7 +4,7 @@
 use super::protection::{Placed, protection, radii};
 use super::statistics::mean;
 use crate::live::navigation::Navigation;
-use crate::vehicle::aloft::moment::{Moment, Track};
+use crate::vehicle::aloft::moment::{Moment, ToldOfGnss, Track};
 use crate::vehicle::inertial::estimator::FixCounts;
 use serde::Serialize;
 
@@ -79,6 +79,8 @@ pub struct Kept {
     pub across_rms_m: Option<f64>,
     /// Likewise: largest.
     pub across_max_m: Option<f64>,
+    /// What the board told the pilot of satellite navigation, in the whole flight.
+    pub gnss: ToldOfGnss,
     /// What the autopilot's filter did with the fixes.
     pub fixes: FixCounts,
     /// What would have been of this very flight without a fix since the loss; null without a loss.
@@ -143,6 +145,7 @@ pub fn kept(track: &Track, places: &[Placed]) -> Kept {
         heading_rms_deg: of(|moment| moment.heading_error_rad.to_degrees()),
         across_rms_m: rms(across.iter().copied()),
         across_max_m: largest(across.iter().map(|across| across.abs())),
+        gnss: track.gnss,
         fixes: track.fixes,
         without_fixes: track.gnss_lost_s.map(|_| Free {
             rms_m: rms(free.iter().map(|(_, error)| *error)),

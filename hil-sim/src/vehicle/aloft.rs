@@ -6,9 +6,11 @@
 
 mod instruments;
 pub mod moment;
+mod receiver;
 #[cfg(test)]
 mod tests;
 
+use super::autopilot::Received;
 use super::inertial::estimator::{Estimator, Measurement, Settings};
 use super::inertial::filter::Begin;
 use super::inertial::imu::Imu;
@@ -24,8 +26,9 @@ use super::servo::wrapped;
 use crate::noise::White;
 use crate::scenario::{FollowUpMode, Mounting, Navigation, Scenario, WrongParameters};
 use instruments::{Instruments, is_due};
-use moment::{Moment, Track};
+use moment::{Moment, ToldOfGnss, Track};
 use nalgebra::Vector3;
+use receiver::Receiver;
 use std::collections::VecDeque;
 
 /// A step of aeroplane and inertial sensors.
@@ -67,6 +70,7 @@ pub struct Aloft {
     guidance: Guidance,
     imu: Imu,
     instruments: Instruments,
+    receiver: Receiver,
     estimator: Estimator,
     /// Its twin, which has had no fix since satellite navigation was lost.
     free: Option<Estimator>,
@@ -119,6 +123,7 @@ impl Aloft {
             guidance,
             imu: Imu::new(&figures, seed),
             instruments,
+            receiver: Receiver::new(scenario.faults.timed.clone(), navigation.gnss_sigma_m),
             estimator,
             free: None,
             driver: driver(parameters),
@@ -148,6 +153,12 @@ impl Aloft {
     pub fn believed(&mut self, t_us: u64) -> TrueState {
         self.advance_to(t_us);
         recorded(&self.believed, t_us as f64).unwrap_or_default()
+    }
+
+    /// What the receiver of satellite navigation has handed over by `t_us`.
+    pub fn received(&mut self, t_us: u64) -> Option<Received> {
+        self.advance_to(t_us);
+        self.receiver.received(t_us)
     }
 
     /// The camera's truth from `from_us` to `to_us`.
@@ -182,6 +193,7 @@ impl Aloft {
         let track = Track {
             gnss_lost_s: self.navigation.gnss_lost_s,
             waypoints: self.course.waypoints,
+            gnss: ToldOfGnss::default(),
             fixes: self.estimator.counts,
             moments: self.moments,
         };
@@ -231,8 +243,8 @@ impl Aloft {
             self.free = Some(self.estimator.clone());
         }
         if self.at_us < lost_us && is_due(instruments::GNSS_US, self.at_us) {
-            let gnss = self.instruments.gnss(now);
-            if self.source_set == 1 {
+            let measured = self.instruments.gnss(now);
+            if let Some(gnss) = self.receiver.pass(self.at_us, measured).filter(|_| self.source_set == 1) {
                 self.estimator.take(self.at_us, gnss);
             }
         }

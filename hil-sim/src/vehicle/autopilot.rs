@@ -6,6 +6,7 @@
 //! parameters are answered by name where it has them. Where it knows no place it sends (0, 0), and neither origin nor height.
 
 mod clock;
+mod gnss;
 mod heard;
 mod parameters;
 #[cfg(test)]
@@ -15,11 +16,12 @@ use crate::noise::stream;
 use crate::scenario::{AutopilotFaults, FaultList, is_during};
 use crate::vehicle::sensors::{Reading, Sample};
 use clock::Clock;
+pub use gnss::Received;
 use heard::way_us;
 use mavlink::dialects::common::{
     ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA, EstimatorStatusFlags,
     GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GPS_GLOBAL_ORIGIN_DATA, GPS_RAW_INT_DATA,
-    GimbalDeviceErrorFlags, GimbalDeviceFlags, GpsFixType, HEARTBEAT_DATA, LOCAL_POSITION_NED_DATA, MavAutopilot,
+    GimbalDeviceErrorFlags, GimbalDeviceFlags, HEARTBEAT_DATA, LOCAL_POSITION_NED_DATA, MavAutopilot,
     MavDistanceSensor, MavLandedState, MavModeFlag, MavSensorOrientation, MavState, MavType, TIMESYNC_DATA,
 };
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
@@ -73,6 +75,8 @@ pub struct Autopilot {
     ways: ChaCha12Rng,
     /// Height of where it was armed.
     home_up_m: f64,
+    /// What its receiver of satellite navigation has last, where one is simulated.
+    receiver: Option<Option<Received>>,
 }
 
 impl Autopilot {
@@ -93,7 +97,13 @@ impl Autopilot {
             waits: stream(seed, "autopilot"),
             ways: stream(seed, "autopilot.heard"),
             home_up_m: 0.0,
+            receiver: None,
         }
+    }
+
+    /// What its receiver of satellite navigation has now.
+    pub fn receive(&mut self, received: Option<Received>) {
+        self.receiver = Some(received);
     }
 
     /// With what the scenario has wrong with it.
@@ -168,7 +178,8 @@ impl Autopilot {
             Reading::Range { slant_m } => vec![self.due(sample, &range(sample, slant_m))],
             Reading::Position { east_m, north_m, up_m, velocity_ned_m_s } => {
                 let degrees = crs.to_wgs84(east_m, north_m)?;
-                let gnss = self.due(sample, &gnss(sample, has_gnss));
+                let gnss = gnss::gnss(sample, has_gnss, self.receiver, crs)?;
+                let gnss = self.due(sample, &gnss);
                 if self.is_placed {
                     let message = position(sample, degrees, [up_m, up_m - self.home_up_m], velocity_ned_m_s);
                     let (_, _, origin_up_m) = *self.origin.get_or_insert((message.lat, message.lon, up_m));
@@ -281,12 +292,6 @@ const SOURCE_SETS: [f64; 3] = [1.0, 2.0, 3.0];
 /// What it sends unasked, and how often.
 fn unasked() -> BTreeMap<u32, (u64, u64)> {
     UNASKED.iter().map(|message| (*message, (UNASKED_US, 0))).collect()
-}
-
-/// GPS_RAW_INT of a receiver with or without a fix.
-fn gnss(sample: &Sample, is_good: bool) -> GPS_RAW_INT_DATA {
-    let fix_type = if is_good { GpsFixType::GPS_FIX_TYPE_3D_FIX } else { GpsFixType::GPS_FIX_TYPE_NO_FIX };
-    GPS_RAW_INT_DATA { time_usec: sample.sampled_at_us, fix_type, ..GPS_RAW_INT_DATA::DEFAULT }
 }
 
 fn time_boot_ms(sample: &Sample) -> u32 {

@@ -17,6 +17,12 @@ pub enum What {
     PositionDrag,
     /// The velocity alone is off to the east.
     PositionWrongVelocity,
+    /// The receiver has no position.
+    GnssOff,
+    /// The receiver's position is off to the east at once.
+    GnssJump,
+    /// The receiver's position moves off to the east, and its velocity says so.
+    GnssDrag,
     /// No range messages.
     RangeOff,
     /// The range stays.
@@ -136,6 +142,9 @@ pub const KINDS: &[Kind] = &[
     valued("position", "jump", What::PositionJump, ("m", -1e5, 1e5)),
     valued("position", "drag", What::PositionDrag, ("m/s", -300.0, 300.0)),
     valued("position", "wrong_velocity", What::PositionWrongVelocity, ("m/s", -300.0, 300.0)),
+    plain("gnss", "off", What::GnssOff),
+    valued("gnss", "jump", What::GnssJump, ("m", -1e5, 1e5)),
+    valued("gnss", "drag", What::GnssDrag, ("m/s", -300.0, 300.0)),
     plain("range", "off", What::RangeOff),
     plain("range", "stuck", What::RangeStuck),
     valued("range", "bias", What::RangeBias, ("m", -1000.0, 1000.0)),

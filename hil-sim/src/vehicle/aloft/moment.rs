@@ -43,6 +43,17 @@ fn beside(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
+/// What the board has told the pilot of satellite navigation, seconds of the simulated time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct ToldOfGnss {
+    /// When first that it disagrees with the map.
+    pub disagreed_at_s: Option<f64>,
+    /// By how many metres then.
+    pub offset_m: Option<f64>,
+    /// When last that it agrees again.
+    pub agreed_at_s: Option<f64>,
+}
+
 /// A flight's navigation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Track {
@@ -50,6 +61,8 @@ pub struct Track {
     pub gnss_lost_s: Option<f64>,
     /// What was to be flown: grid east and north.
     pub waypoints: Vec<[f64; 2]>,
+    /// What the board has told of satellite navigation.
+    pub gnss: ToldOfGnss,
     /// What the estimator did with the fixes.
     pub fixes: FixCounts,
     /// Ten a second.

@@ -236,8 +236,8 @@ fn satellites_that_are_right_are_never_said_to_disagree() {
             let flight = Flight { seconds: 300.0, heading: &|at_s| 0.1 * at_s, late_s, ..STRAIGHT };
             let after = flight.flown(seed);
             assert_eq!(first_told(&after), None, "{seed}");
-            // Nor is their lateness taken for a pitch: 0.1 s are 2.2 m or 0.018.
-            assert!(after.iter().all(|after| after.tilt_rad[0].abs() < 0.035), "{seed} {late_s}");
+            // Nor is a lateness that is 0.1 s off taken for the pitch that it looks like, 2.2 m or 0.018.
+            assert!(after[400..].iter().all(|after| after.tilt_rad[0].abs() < 0.018), "{seed} {late_s}");
         }
     }
 }
