@@ -1,6 +1,8 @@
 //! Flights that are kept by their fixes: the vehicle flies where its autopilot believes to be, and what it believes is what the
 //! firmware's fixes leave of its inertial sensors' drift.
 
+mod satellites;
+
 use plumbline_sim::link::Link;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::link::qemu::{Qemu, default_image};

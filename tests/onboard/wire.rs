@@ -2,6 +2,7 @@
 
 mod axes;
 mod fix_message;
+mod gnss;
 mod incoming;
 mod outgoing;
 mod signing;

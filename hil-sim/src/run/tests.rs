@@ -3,7 +3,7 @@
 use super::{Keep, fly};
 use crate::link::inproc::InProcess;
 use crate::link::{Event, Flash, Link, LinkError};
-use crate::scenario::{Camera, Fault, FollowUpMode, KINDS, Scenario};
+use crate::scenario::{Camera, Fault, FollowUpMode, KINDS, Navigation, Scenario};
 use crate::setup::Setup;
 
 /// A firmware and all that it got: when, microseconds of its timer since the start, and what.
@@ -27,9 +27,14 @@ impl Link for Recorder {
 
 /// 4.5 s, of which the last two and a half may be faulty.
 fn flown(word: Option<&str>) -> Vec<(u32, String)> {
+    flown_by(word, None)
+}
+
+fn flown_by(word: Option<&str>, navigation: Option<Navigation>) -> Vec<(u32, String)> {
     let mut scenario = Scenario { camera: Camera::of_size(96, 96), ..Scenario::of_frames(14) };
     scenario.vehicle.follow_up.mode = FollowUpMode::Measured;
     scenario.world.timer.pps = true;
+    scenario.world.navigation = navigation;
     scenario.faults.timed = word.map(|word| word.parse::<Fault>().expect(word)).into_iter().collect();
     scenario.check().expect("sound");
     let setup = Setup::prepare(scenario).expect("it can be flown");
@@ -41,19 +46,22 @@ fn flown(word: Option<&str>) -> Vec<(u32, String)> {
 
 #[test]
 fn no_fault_changes_a_byte_before_it_begins_and_each_changes_some_after() {
-    let good = flown(None);
+    let navigates = || Some(Navigation { bank_max_deg: 10.0, ..Navigation::default() });
+    let (given, kept) = (flown(None), flown_by(None, navigates()));
     for kind in KINDS {
         let value = kind.value.map(|value| match value.unit {
             "times" | "s" => "=0.5".to_owned(),
             _ => format!("={}", value.high.min(50.0)),
         });
         let word = format!("{}.{}{}@4..5.5", kind.unit, kind.name, value.unwrap_or_default());
-        let bad = flown(Some(&word));
+        let is_kept = kind.unit == "gnss";
+        let good = if is_kept { &kept } else { &given };
+        let bad = flown_by(Some(&word), navigates().filter(|_| is_kept));
         // The timer is 20 ppm fast.
         let before = |events: &[(u32, String)]| events.iter().take_while(|(at, _)| *at < 4_000_000).count();
-        let count = before(&good);
+        let count = before(good);
         assert_eq!((before(&bad), &bad[..count]), (count, &good[..count]), "{word}");
-        assert!(bad != good, "{word} did nothing");
+        assert!(bad != *good, "{word} did nothing");
     }
 }
 

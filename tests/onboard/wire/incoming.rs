@@ -22,7 +22,7 @@ use proptest::prelude::{any, prop_assert, proptest};
 const US: (u8, u8) = (1, 154);
 const AUTOPILOT: (u8, u8) = (1, 1);
 /// All from one sender.
-const SPEAKERS: Speakers =
+pub(super) const SPEAKERS: Speakers =
     Speakers { us: US, autopilot: AUTOPILOT, range: (AUTOPILOT, None), encoder: AUTOPILOT, ground_station: Some(255) };
 
 /// What the sample of a message with this payload is; trailing zeros are cut off, as on the wire.

@@ -43,7 +43,7 @@ fn the_end_is_excluded() {
 #[test]
 fn what_is_wrong_is_named_in_one_sentence() {
     for (word, names) in [
-        ("rnge.scale=1", ["\"rnge\"", "position, range, attitude"].as_slice()),
+        ("rnge.scale=1", ["\"rnge\"", "position, gnss, range, attitude"].as_slice()),
         ("range.slow=1", &["range", "\"slow\"", "off, stuck, bias [m], scale [times], steps [m]"]),
         ("range.scale", &["range.scale", "times", "0", "100"]),
         ("range.scale=101", &["range.scale = 101", "0 and 100"]),
@@ -64,6 +64,7 @@ fn what_is_wrong_is_named_in_one_sentence() {
         ("[[fault]]\nunit = \"range\"", ["missing field `type`"].as_slice()),
         ("\n[[fault]]\nunit = \"range\"\ntype = \"loud\"", &["a.toml, line", "\"loud\"", "stuck"]),
         ("[[fault]]\nunit = \"range\"\ntype = \"off\"\nsince_s = 3", &["line 4", "since_s"]),
+        ("[[fault]]\nunit = \"gnss\"\ntype = \"off\"", &["gnss.off@0..", "needs [navigation]"]),
         ("[[fault]]\nunit = \"encoder\"\ntype = \"off\"", &["encoder.off@0..", "follow_up.mode"]),
     ] {
         let why = scenario(table).expect_err(table);
