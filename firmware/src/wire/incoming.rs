@@ -263,7 +263,7 @@ const GNSS_SIGMA_M: f32 = 5.0;
 fn gnss(GpsRaw { base, h_acc_mm }: &GpsRaw) -> Gnss {
     // GPS_FIX_TYPE: 3 is a position in three dimensions, more are better ones.
     let is_good = base.fix_type as u8 >= 3;
-    let sigma_m = if *h_acc_mm == 0 { GNSS_SIGMA_M } else { *h_acc_mm as f32 * 1e-3 };
+    let sigma_m = if *h_acc_mm == 0 { GNSS_SIGMA_M } else { *h_acc_mm as f32 / 1000.0 };
     let place = geographic(base.lat, base.lon).ok().filter(|_| is_good);
     Gnss { at: BootTime::Micros(base.time_usec), is_good, place: place.map(|place| (place, sigma_m)) }
 }

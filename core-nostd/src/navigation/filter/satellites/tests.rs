@@ -59,6 +59,25 @@ struct After {
     sigma_m: f32,
 }
 
+impl After {
+    fn of(filter: &Filter, at_s: f32, position: [f32; 2], tilt_sigma_rad: f32) -> Self {
+        let (place, covariance) = filter.position().expect("it was found");
+        let sigma_rad = filter.tilt_sigma_rad(tilt_sigma_rad);
+        let alone = [place.east_m, place.north_m, covariance[(0, 0)], covariance[(1, 1)], sigma_rad];
+        let (offset_m, offset_sigma_m) = filter.satellites.offset();
+        After {
+            at_s,
+            tilt_rad: filter.tilt_rad(),
+            disagreement_m: filter.disagreement_m(),
+            offset_m,
+            offset_sigma_m,
+            alone: alone.map(f32::to_bits),
+            error_m: libm::hypotf(place.east_m - position[0], place.north_m - position[1]),
+            sigma_m: libm::sqrtf(covariance[(0, 0)].max(covariance[(1, 1)])),
+        }
+    }
+}
+
 fn noise(state: &mut u32, sigma: f32) -> f32 {
     let uniform = |_| {
         *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -114,20 +133,7 @@ impl Flight<'_> {
                     heading_rad: (self.heading)(at_s),
                 };
                 filter.matched(&found, None, &unknown);
-                let (place, covariance) = filter.position().expect("it was found");
-                let sigma_rad = filter.tilt_sigma_rad(self.tilt_sigma_rad);
-                let alone = [place.east_m, place.north_m, covariance[(0, 0)], covariance[(1, 1)], sigma_rad];
-                let (offset_m, offset_sigma_m) = filter.satellites.offset();
-                after.push(After {
-                    at_s,
-                    tilt_rad: filter.tilt_rad(),
-                    disagreement_m: filter.disagreement_m(),
-                    offset_m,
-                    offset_sigma_m,
-                    alone: alone.map(f32::to_bits),
-                    error_m: libm::hypotf(place.east_m - position[0], place.north_m - position[1]),
-                    sigma_m: libm::sqrtf(covariance[(0, 0)].max(covariance[(1, 1)])),
-                });
+                after.push(After::of(&filter, at_s, position, self.tilt_sigma_rad));
             }
             let [before, next] = [velocity(ms), velocity(ms + STEP_MS)];
             (0..2).for_each(|axis| position[axis] += 0.5e-3 * STEP_MS as f32 * (before[axis] + next[axis]));
