@@ -262,3 +262,20 @@ impl Streams {
         self.position.push(at.into(), state)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Arrival, Instants, SampleError};
+    use crate::units::Micros;
+
+    #[test]
+    fn a_stamp_of_another_clock_is_not_recent() {
+        let arrival = Some(Arrival { at: Micros(10_000_000), sigma_us: 0.0 });
+        let recent = |us| Instants { sampled_at: Micros(us), stamp_sigma_us: 0.0, arrival }.recent(2_000_000);
+        assert_eq!((recent(10_050_000), recent(8_000_000)), (Ok(Micros(10_050_000)), Ok(Micros(8_000_000))));
+        assert_eq!((recent(10_050_001), recent(7_999_999)), (Err(SampleError::Future), Err(SampleError::Backwards)));
+        // Microseconds since 1970.
+        assert_eq!((recent(1_790_000_000_000_000), recent(0)), (Err(SampleError::Future), Err(SampleError::Backwards)));
+        assert_eq!(Instants::from(Micros(5)).recent(0), Ok(Micros(5)));
+    }
+}

@@ -141,7 +141,7 @@ fn figures(kept: &Kept) -> Markup {
     let row = |name: &str, what: &str, value: String| {
         html! { tr { th { (name) small { (what) } } td class="n" { (value) } } }
     };
-    let Kept { fixes, autopilot, .. } = kept;
+    let Kept { fixes, autopilot, gnss, .. } = kept;
     let span = match kept.gnss_lost_s {
         Some(lost_s) => format!("Horizontal, from 20 s after satellite navigation was lost at {lost_s} s."),
         None => "Horizontal, from 20 s on; satellite navigation was not lost.".to_owned(),
@@ -167,6 +167,10 @@ fn figures(kept: &Kept) -> Markup {
                     (row("Fixes taken", "By the autopilot’s filter.", whole(fixes.fused.into())))
                     (row("Fixes rejected", "Beyond its gate.", whole(fixes.rejected.into())))
                     (row("Jumps to a fix", "", whole(fixes.resets.into())))
+                    @if let Some(at_s) = gnss.disagreed_at_s {
+                        (row("Satellites disagree with the map", "Told first, seconds of the simulated time.", maybe(Some(at_s), 1, "s")))
+                        (row("By", "Told then.", maybe(gnss.offset_m, 0, "m")))
+                    }
                     @if let Some(free) = kept.without_fixes {
                         (row("Without fixes: error, RMS", "", maybe(free.rms_m, 1, "m")))
                         (row("Without fixes: error, largest", "", maybe(free.max_m, 1, "m")))

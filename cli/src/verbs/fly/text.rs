@@ -133,7 +133,10 @@ fn board_row(kept: &Kept) -> String {
 
 /// What the position of an autopilot is worth that fixes keep.
 fn kept_row(kept: &Kept) -> String {
-    let Kept { fixes, autopilot, .. } = kept;
+    let Kept { fixes, autopilot, gnss, .. } = kept;
+    let told = gnss.disagreed_at_s.map_or_else(String::new, |at_s| {
+        format!("; told at {at_s:.1} s that satellites disagree with the map by {}", number(gnss.offset_m, "m"))
+    });
     let since =
         kept.gnss_lost_s.map_or_else(String::new, |lost_s| format!(" since satellites were lost at {lost_s} s"));
     let free =
@@ -142,7 +145,7 @@ fn kept_row(kept: &Kept) -> String {
     let across = number(kept.across_rms_m, "m");
     let taken = format!("{} taken, {} rejected, {} jumped to", fixes.fused, fixes.rejected, fixes.resets);
     format!(
-        "{} RMS{since}{free}; NEES {nees} (1 expected); {across} RMS beside its legs; fixes: {taken}",
+        "{} RMS{since}{free}; NEES {nees} (1 expected); {across} RMS beside its legs; fixes: {taken}{told}",
         number(autopilot.rms_m, "m")
     )
 }
@@ -231,7 +234,7 @@ mod tests {
     use plumbline_sim::score::protection::Placed;
     use plumbline_sim::score::stamps::stamps;
     use plumbline_sim::score::{Cost, LinkHealth, MatchRate, MatchingError, Spread, Stages};
-    use plumbline_sim::vehicle::aloft::moment::Track;
+    use plumbline_sim::vehicle::aloft::moment::{ToldOfGnss, Track};
 
     /// A flight of which nothing was measured.
     fn nothing_measured() -> Summary {
@@ -302,6 +305,11 @@ mod tests {
         assert_eq!(text.lines().count(), 15, "{text}");
         let board = "3.00 m RMS; NEES 4.50 (1 expected); 75.00 % of frames within a protection level of 6.00 m median";
         assert!(text.contains(board) && text.contains("- RMS; NEES - (1 expected); - RMS beside its legs"), "{text}");
+        assert!(!text.contains("satellites"), "{text}");
+        let gnss = ToldOfGnss { disagreed_at_s: Some(45.5), offset_m: Some(11.0), agreed_at_s: None };
+        let kept = Box::new(kept(&Track { gnss, ..Track::default() }, &[]));
+        let text = table(&Summary { navigation: Some(Navigated::Kept(kept)), ..nothing_measured() }, None);
+        assert!(text.contains("; told at 45.5 s that satellites disagree with the map by 11.00 m"), "{text}");
     }
 
     #[test]

@@ -30,6 +30,8 @@ const LATE_S: f32 = 0.1;
 const LATE_SIGMA_S: f32 = 0.06;
 /// Least sigma that a receiver is believed, metres. Chosen: what it states leaves reflections out.
 const SIGMA_MIN_M: f32 = 0.5;
+/// A position that is known less well is none, metres. Chosen: what disagreed with it would not fit on most tiles.
+const SIGMA_MAX_M: f32 = 100.0;
 /// Positions that are averaged before they are held against the matches: two seconds of five a second.
 const AVERAGED: f32 = 10.0;
 /// Longest time between two of these, and between a position and the newest velocity, microseconds. Chosen: ten of five a second.
@@ -98,19 +100,21 @@ impl Satellites {
         }
     }
 
-    /// A position was heard: it waits for the next reported velocity.
+    /// A position was heard: it waits for the next reported velocity. One that came late, behind a newer one, is left out.
     pub(super) fn heard(&mut self, position: SatellitePosition) {
         let Local { east_m, north_m } = position.local;
-        let is_sound = [east_m, north_m, position.sigma_m, position.map_sigma_m].iter().all(|n| n.is_finite());
+        let is_sound = [east_m, north_m, position.map_sigma_m].iter().all(|n| n.is_finite());
         let since_us = position.at.since(self.newest_at);
-        if since_us != 0 && is_sound {
-            self.newest_at = position.at;
-            if !(0..=GAP_US).contains(&since_us) {
-                self.averaged = 0.0;
-            }
-            let sigma_m = position.sigma_m.max(SIGMA_MIN_M);
-            self.waiting = Some(SatellitePosition { sigma_m, ..position });
+        // No number is no small one.
+        if !(is_sound && position.sigma_m <= SIGMA_MAX_M) || (-GAP_US..=0).contains(&since_us) {
+            return;
         }
+        self.newest_at = position.at;
+        if !(0..=GAP_US).contains(&since_us) {
+            self.averaged = 0.0;
+        }
+        let sigma_m = position.sigma_m.max(SIGMA_MIN_M);
+        self.waiting = Some(SatellitePosition { sigma_m, ..position });
     }
 
     /// The position that waits, where its instant has come.

@@ -271,6 +271,36 @@ fn satellites_change_nothing_of_what_matches_alone_know() {
     assert!(without.iter().all(|after| after.error_m < 4.8 * after.sigma_m));
 }
 
+/// Each position comes again a second later, behind a newer one, as of a link that repeats; one in two has no sigma that means anything.
+#[test]
+fn old_positions_and_those_without_a_sigma_are_left_out() {
+    let mut satellites = super::Satellites::new();
+    let at = |tenth: u64| Micros(10_000_000 + 100_000 * tenth);
+    let local = Local { east_m: 1.0, north_m: 2.0 };
+    let position = |tenth, sigma_m| SatellitePosition { at: at(tenth), local, sigma_m, map_sigma_m: 0.0 };
+    for tenth in 10..30 {
+        satellites.heard(position(tenth, 2.0));
+        for sigma_m in [f32::NAN, f32::INFINITY, 100.1] {
+            satellites.heard(position(tenth + 1, sigma_m));
+        }
+        satellites.heard(position(tenth - 10, 2.0));
+        assert_eq!(satellites.due(at(tenth)), Some(position(tenth, 2.0)), "{tenth}");
+        assert_eq!(satellites.due(at(tenth)), None);
+        satellites.averaged += 1.0;
+    }
+    // The first has nothing before it.
+    assert_eq!(satellites.averaged, 20.0);
+    // A clock that began anew, and a pause.
+    for tenth in [0, 21] {
+        satellites.averaged = 5.0;
+        satellites.heard(position(tenth, 2.0));
+        assert_eq!((satellites.due(at(tenth)), satellites.averaged), (Some(position(tenth, 2.0)), 0.0));
+    }
+    // What waited too long is not carried on.
+    satellites.heard(position(22, 2.0));
+    assert_eq!((satellites.due(at(21)), satellites.due(at(43))), (None, None));
+}
+
 /// A tilt that jumps: what was known of the offset is kept, so that satellites tell the tilt where matches alone do not know any more.
 #[test]
 fn an_estimate_that_begins_anew_keeps_the_offset() {
