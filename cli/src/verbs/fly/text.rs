@@ -299,6 +299,8 @@ mod tests {
     #[test]
     fn a_flight_kept_by_its_fixes_tells_of_both_positions() {
         let place = |protection_m| Placed { at_s: 30.0, off_m: [3.0, 0.0], sigma_m: [1.0; 2], protection_m };
+        let gnss = ToldOfGnss { disagreed_at_s: Some(45.5), offset_m: Some(11.0), agreed_at_s: None };
+        let misled = Box::new(kept(&Track { gnss, ..Track::default() }, &[]));
         let kept = kept(&Track::default(), &[6.0, 7.0, 2.0, 8.0].map(place));
         let summary = Summary { navigation: Some(Navigated::Kept(Box::new(kept))), ..nothing_measured() };
         let text = table(&summary, None);
@@ -306,9 +308,7 @@ mod tests {
         let board = "3.00 m RMS; NEES 4.50 (1 expected); 75.00 % of frames within a protection level of 6.00 m median";
         assert!(text.contains(board) && text.contains("- RMS; NEES - (1 expected); - RMS beside its legs"), "{text}");
         assert!(!text.contains("satellites"), "{text}");
-        let gnss = ToldOfGnss { disagreed_at_s: Some(45.5), offset_m: Some(11.0), agreed_at_s: None };
-        let kept = Box::new(kept(&Track { gnss, ..Track::default() }, &[]));
-        let text = table(&Summary { navigation: Some(Navigated::Kept(kept)), ..nothing_measured() }, None);
+        let text = table(&Summary { navigation: Some(Navigated::Kept(misled)), ..nothing_measured() }, None);
         assert!(text.contains("; told at 45.5 s that satellites disagree with the map by 11.00 m"), "{text}");
     }
 
