@@ -204,7 +204,13 @@ impl Filter {
 
     /// Nothing is known but the newest velocity, and what satellites say of the map.
     fn begin_anew(&mut self, moment: Moment) {
-        *self = Filter { reported: self.reported, moment, satellites: self.satellites.ended(), ..Filter::new() };
+        // In its place: built anew it would lie on the stack as well.
+        (self.acceleration, self.moment, self.matched_at) = ([0.0; 2], moment, Micros(0));
+        (self.settled, self.newest, self.without) = (None, None, None);
+        self.waiting.clear();
+        (self.transient_rad, self.jumped_rad, self.anchor_rad) = (0.0, None, [0.0; 2]);
+        (self.known_rad, self.by_satellites_rad) = (Vector2::zeros(), None);
+        self.satellites.end();
     }
 
     /// The position of satellites that waits, where the newest velocity is not before it, moved there by what is known of the way.

@@ -147,8 +147,8 @@ impl Satellites {
     }
 
     /// The estimate by matches has ended: what is known of the offset stays.
-    pub(super) fn ended(&self) -> Self {
-        Satellites { joint: None, tilt_rad: None, averaged: 0.0, ..self.clone() }
+    pub(super) fn end(&mut self) {
+        (self.joint, self.tilt_rad, self.averaged) = (None, None, 0.0);
     }
 
     /// The estimate by matches has begun anew: what is known of the offset stays.
