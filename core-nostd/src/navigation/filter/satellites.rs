@@ -9,6 +9,8 @@
 //! is used by how much its tilt differs, as long as that is within what matches alone say of the tilt, and as long as the two positions
 //! do not disagree. Their difference is tested with the estimate of matches alone, as an average of the last positions against
 //! both sigmas.
+//!
+//! Cost: while there are satellites as much again as the estimate by matches alone, and a position about what a match costs.
 
 use super::JUMP;
 use super::TRANSIENT;
