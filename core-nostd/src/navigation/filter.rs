@@ -8,7 +8,8 @@
 //!
 //! So the attitude that frames are rectified with is corrected by what turns have told, and the covariance of a fix holds what they
 //! have not. A match that the filter did not expect is not explained: where it is believed all the same, the attitude may have
-//! jumped as well as the position, and both are as uncertain as that from then on, until they jump back.
+//! jumped as well as the position, and both are as uncertain as that from then on, until a turn tells or the attitude has jumped back
+//! to what it was.
 //!
 //! A velocity is reported a few tenths of a second after its instant, and in a turn it is another one by then. So what is learnt of a
 //! match waits for the velocities around it; until they come the position is reckoned on with the last acceleration.
@@ -56,9 +57,12 @@ const TRANSIENT_MAX_RAD: f32 = 0.1;
 const JUMP_MAX_RAD: f32 = 0.3;
 /// A jump is told when the tilt is known to so many times what is not known beforehand.
 const TOLD: f32 = 1.2;
-/// What is known less well than to so many times what is not known beforehand was not learnt, and cannot be gone again. Chosen: half of
-/// what a turn leaves of a jump of 3 degrees, a third of what it begins with.
-const LEARNT: f32 = 5.0;
+/// A jump takes so long: an attitude is fitted over its samples around a frame's instant, so that the first frame sees a part of it,
+/// microseconds. Chosen: the fit's 21 samples at 50 Hz, and a frame's interval.
+const JUMPING_US: i32 = 600_000;
+/// A jump is one back where it leaves no larger share of itself. Chosen: a jump of the place comes so near to that once in sixteen
+/// times, where its direction and length are as they may be.
+const BACK_SHARE: f32 = 0.25;
 /// Without a match for so long an estimator's velocity may be off by more than was said, seconds.
 const UNAIDED_S: f32 = 2.0;
 /// One sigma of that, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn, 5 m/s on both axes.
@@ -92,10 +96,8 @@ pub struct Filter {
     without: Option<Without>,
     /// One sigma of a tilt that comes and goes, and that matches have shown, radians.
     transient_rad: f32,
-    /// By how much pitch and roll have jumped, where it was they that have, and what they were taken to be off at the last jump, radians;
-    /// until a turn has told.
-    jumped_rad: Option<Vector2<f32>>,
-    known_rad: Vector2<f32>,
+    /// The jumps that no turn has told yet.
+    jumped: Option<Jumped>,
     /// The tilt that matches have told at last, and that the estimate goes back to, radians.
     anchor_rad: [f32; 2],
 }
@@ -109,12 +111,20 @@ struct Without {
     larger: Matrix2<f32>,
 }
 
+/// Matches were elsewhere than expected, from one frame to the next ones.
+#[derive(Clone, Copy, Debug)]
+struct Jumped {
+    /// What pitch and roll are off where it was they that have jumped each time, radians.
+    to_rad: Vector2<f32>,
+    /// The last jump, and when it began.
+    by_rad: Vector2<f32>,
+    at: Micros,
+}
+
 /// What becomes of an estimate by a match.
 enum Judged {
     /// It was expected, but for a tilt of so many radians that comes and goes.
     Expected(Estimate, f32),
-    /// It is where it would be if nothing of what was learnt of the tilt held any more.
-    Unlearnt,
     /// It is so far off that something has jumped.
     Jumped(Vector2<f32>),
 }
@@ -133,8 +143,7 @@ impl Filter {
             matched_at: moment.at,
             without: None,
             transient_rad: 0.0,
-            jumped_rad: None,
-            known_rad: Vector2::new(0.0, 0.0),
+            jumped: None,
             anchor_rad: [0.0; 2],
         }
     }
@@ -191,8 +200,8 @@ impl Filter {
             self.settle_oldest(unknown);
         }
         let told = |settled: &Estimate| settled.tilt_sigma_rad() <= TOLD * unknown.tilt_rad;
-        if let (Some(_), Some(settled)) = (self.jumped_rad, self.settled.filter(told)) {
-            (self.jumped_rad, self.anchor_rad) = (None, settled.tilt_rad());
+        if let (Some(_), Some(settled)) = (self.jumped, self.settled.filter(told)) {
+            (self.jumped, self.anchor_rad) = (None, settled.tilt_rad());
         }
         if self.settled.is_some_and(|settled| !settled.is_sound()) {
             *self = Filter { reported: moment, moment, ..Filter::new() };
@@ -234,20 +243,19 @@ impl Filter {
         let judged = match (overruled_m, self.newest) {
             (Some(aside), _) => Judged::Jumped(aside.into()),
             (None, None) => return self.begin(found, unknown),
-            (None, Some(newest)) => self.judged(&newest, found, unknown),
+            (None, Some(newest)) if self.is_jumping() => {
+                Judged::Jumped(newest.innovation(found, self.white(found)).off)
+            }
+            (None, Some(newest)) => self.judged(&newest, found),
         };
         match judged {
             Judged::Jumped(off) => {
                 let known_rad = self.tilt_sigma_rad(unknown.tilt_rad);
-                let tilt_rad = self.jumped(off, found, unknown);
-                self.begin(found, &Unknown { tilt_rad, ..*unknown });
-                sqrt((squared(tilt_rad) - squared(known_rad)).max(0.0))
-            }
-            Judged::Unlearnt => {
-                let [pitch, roll] = found.less_tilt_rad;
-                (self.jumped_rad, self.anchor_rad) = (None, [0.0; 2]);
-                self.begin(&found.with_attitude_as_reported(), unknown);
-                hypot(pitch, roll)
+                let (begun, tilt_rad) = self.jumped(off, found, unknown);
+                self.begin(&begun, &Unknown { tilt_rad, ..*unknown });
+                let [pitch, roll] = core::array::from_fn(|axis| found.less_tilt_rad[axis] - begun.less_tilt_rad[axis]);
+                let more_rad = sqrt((squared(tilt_rad) - squared(known_rad)).max(0.0));
+                hypot(more_rad, hypot(pitch, roll))
             }
             Judged::Expected(newest, more_rad) => {
                 self.without = self.newest.map(|expected| Without::new(&expected, &newest));
@@ -274,15 +282,10 @@ impl Filter {
     }
 
     /// What becomes of an estimate by a match; a tilt that comes and goes is as large from now on.
-    fn judged(&mut self, estimate: &Estimate, found: &Found, unknown: &Unknown) -> Judged {
+    fn judged(&mut self, estimate: &Estimate, found: &Found) -> Judged {
         // As if none were known, so that one that lasts is seen in each match.
         let plain = estimate.innovation(found, white(found, 0.0));
         let swings = plain.squares > TRANSIENT && plain.beyond_rad > self.transient_rad;
-        let was_told = estimate.tilt_sigma_rad() <= LEARNT * unknown.tilt_rad;
-        let back = || estimate.without_tilt(unknown).innovation(found, white(found, 0.0));
-        if swings && was_told && back().squares <= TRANSIENT {
-            return Judged::Unlearnt;
-        }
         let innovation = estimate.innovation(found, self.white(found));
         if innovation.squares > JUMP || swings && plain.beyond_rad > TRANSIENT_MAX_RAD {
             return Judged::Jumped(innovation.off);
@@ -297,21 +300,38 @@ impl Filter {
 
     /// What the tilt goes back to; nothing while a jump is open.
     fn anchor_rad(&self) -> Option<[f32; 2]> {
-        self.jumped_rad.is_none().then_some(self.anchor_rad)
+        self.jumped.is_none().then_some(self.anchor_rad)
     }
 
-    /// One sigma of a tilt from now on, radians, by a match that is so far off: it may be the tilt that has jumped.
-    fn jumped(&mut self, off: Vector2<f32>, found: &Found, unknown: &Unknown) -> f32 {
+    /// Whether the frame that it was carried on to may have seen a part of a jump alone.
+    fn is_jumping(&self) -> bool {
+        self.jumped.is_some_and(|jumped| (0..JUMPING_US).contains(&self.moment.at.since(jumped.at)))
+    }
+
+    /// A match is so far off that something has jumped, tilt or place: as it is where the tilt is what it is more likely to be from now
+    /// on, and one sigma of that, radians.
+    fn jumped(&mut self, off: Vector2<f32>, found: &Found, unknown: &Unknown) -> (Found, f32) {
         let known_rad = Vector2::from(self.tilt_rad());
-        // What a turn has told since is not open any more.
-        let told_rad = known_rad - core::mem::replace(&mut self.known_rad, known_rad);
-        let open_rad = self.jumped_rad.map_or(Vector2::zeros(), |jumped_rad| jumped_rad - told_rad);
-        let jumped_rad = open_rad + moved_by_tilt(found).transpose() * off / squared(found.height_m);
-        let by_tilt = jumped_rad.norm() <= JUMP_MAX_RAD;
-        let jumped_rad = if by_tilt { jumped_rad } else { open_rad };
-        let tilt_rad = hypot(unknown.tilt_rad, sqrt(0.5 * jumped_rad.norm_squared()));
-        self.jumped_rad = (tilt_rad > TOLD * unknown.tilt_rad).then_some(jumped_rad);
-        tilt_rad
+        let before = self.jumped.unwrap_or(Jumped { to_rad: known_rad, by_rad: Vector2::zeros(), at: self.moment.at });
+        let by_rad = moved_by_tilt(found).transpose() * off / squared(found.height_m);
+        // Further off it is the place that has jumped.
+        let by_tilt = by_rad.norm() <= JUMP_MAX_RAD;
+        let to_rad = if by_tilt { before.to_rad + by_rad } else { before.to_rad };
+        let (by_rad, at) =
+            if self.is_jumping() { (before.by_rad + by_rad, before.at) } else { (by_rad, self.moment.at) };
+        // What it was before the jumps, and what is reported.
+        let usual = [Vector2::from(self.anchor_rad), Vector2::zeros()];
+        let is_back = |usual: &Vector2<f32>| by_tilt && (to_rad - usual).norm() <= BACK_SHARE * by_rad.norm();
+        let (begun, tilt_rad) = match usual.into_iter().find(is_back) {
+            Some(usual) => {
+                self.anchor_rad = usual.into();
+                (found.with_tilt(usual.into()), usual)
+            }
+            None => (*found, known_rad),
+        };
+        let sigma_rad = hypot(unknown.tilt_rad, sqrt(0.5 * (to_rad - tilt_rad).norm_squared()));
+        self.jumped = (sigma_rad > TOLD * unknown.tilt_rad).then_some(Jumped { to_rad, by_rad, at });
+        (begun, sigma_rad)
     }
 
     /// From a match on; nothing of it was expected.
@@ -339,16 +359,11 @@ impl Filter {
             .moved(way_m(self.reckoned(at), self.reported))
             .moved([-east.0 * apart_s, -north.0 * apart_s])
             .less_certain(Matrix2::new(variance(east), 0.0, 0.0, variance(north)));
-        self.settled = Some(match self.judged(&settled, &found, unknown) {
+        self.settled = Some(match self.judged(&settled, &found) {
             Judged::Expected(settled, _) => settled,
-            Judged::Unlearnt => {
-                (self.jumped_rad, self.anchor_rad) = (None, [0.0; 2]);
-                let found = found.with_attitude_as_reported();
-                Estimate::begun(&found, self.white(&found), unknown)
-            }
             Judged::Jumped(off) => {
-                let tilt_rad = self.jumped(off, &found, unknown);
-                Estimate::begun(&found, self.white(&found), &Unknown { tilt_rad, ..*unknown })
+                let (begun, tilt_rad) = self.jumped(off, &found, unknown);
+                Estimate::begun(&begun, self.white(&begun), &Unknown { tilt_rad, ..*unknown })
             }
         });
     }

@@ -23,10 +23,6 @@ const TURN_SHARE: f32 = 0.11;
 /// whole centimetres a second.
 const WAY_M: f32 = 0.1;
 
-/// A tilt that was learnt and is beyond so many sigmas of what was to be expected may be gone from one frame to the next. Chosen: a
-/// normal error is once in a hundred.
-const LEARNT_SIGMAS: f32 = 3.0;
-
 /// What is estimated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Estimate {
@@ -153,23 +149,6 @@ impl Estimate {
     pub(super) fn back(&mut self, [east, north]: [f32; 2], seconds: f32) {
         self.state[0] -= east - self.state[VELOCITY] * seconds;
         self.state[1] -= north - self.state[VELOCITY + 1] * seconds;
-    }
-
-    /// As it would be had nothing been learnt of the tilt, where that is more than is known beforehand; as it is otherwise.
-    pub(super) fn without_tilt(&self, unknown: &Unknown) -> Estimate {
-        let [pitch, roll] = self.tilt_rad();
-        if hypot(pitch, roll) <= LEARNT_SIGMAS * unknown.tilt_rad {
-            return *self;
-        }
-        let mut other = *self;
-        for axis in TILT..TILT + 2 {
-            other.state[axis] = 0.0;
-            for one in 0..6 {
-                (other.covariance[(axis, one)], other.covariance[(one, axis)]) = (0.0, 0.0);
-            }
-            other.covariance[(axis, axis)] = squared(unknown.tilt_rad);
-        }
-        other
     }
 
     /// A match against it. `white`: its covariance without the tilt that lasts.
