@@ -20,15 +20,17 @@
 
 mod found;
 mod estimate;
+mod jumps;
 
 use super::reckoning::{Moment, way_m};
 use crate::math::{hypot, sqrt, squared};
 use crate::tile::Local;
 use crate::units::Micros;
 use estimate::Estimate;
+use found::white;
 pub use found::{Found, Unknown};
-use found::{moved_by_tilt, white};
 use heapless::Deque;
+use jumps::Jumps;
 use nalgebra::{Matrix2, Vector2};
 
 /// Time constant by which a tilt is forgotten that comes and goes, seconds. Chosen: a swing of an attitude that is late or scaled has
@@ -52,17 +54,6 @@ const JUMP: f32 = 23.0;
 /// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: that of an attitude 0.3 s late of a vehicle that
 /// rocks by 20 degrees a second.
 const TRANSIENT_MAX_RAD: f32 = 0.1;
-/// Largest tilt that may have jumped, radians: further off it was the place. Chosen: turn and scale of a picture that was taken with such
-/// an error are ten per cent off, which no match survives.
-const JUMP_MAX_RAD: f32 = 0.3;
-/// A jump is told when the tilt is known to so many times what is not known beforehand.
-const TOLD: f32 = 1.2;
-/// A jump takes so long: an attitude is fitted over its samples around a frame's instant, so that the first frame sees a part of it,
-/// microseconds. Chosen: the fit's 21 samples at 50 Hz, and a frame's interval.
-const JUMPING_US: i32 = 600_000;
-/// A jump is one back where it leaves no larger share of itself. Chosen: a jump of the place comes so near to that once in sixteen
-/// times, where its direction and length are as they may be.
-const BACK_SHARE: f32 = 0.25;
 /// Without a match for so long an estimator's velocity may be off by more than was said, seconds.
 const UNAIDED_S: f32 = 2.0;
 /// One sigma of that, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn, 5 m/s on both axes.
@@ -96,10 +87,7 @@ pub struct Filter {
     without: Option<Without>,
     /// One sigma of a tilt that comes and goes, and that matches have shown, radians.
     transient_rad: f32,
-    /// The jumps that no turn has told yet.
-    jumped: Option<Jumped>,
-    /// The tilt that matches have told at last, and that the estimate goes back to, radians.
-    anchor_rad: [f32; 2],
+    jumps: Jumps,
 }
 
 /// What there would be without the newest match.
@@ -109,16 +97,6 @@ struct Without {
     off_m: Vector2<f32>,
     /// By how much the covariance would be larger, square metres.
     larger: Matrix2<f32>,
-}
-
-/// Matches were elsewhere than expected, from one frame to the next ones.
-#[derive(Clone, Copy, Debug)]
-struct Jumped {
-    /// What pitch and roll are off where it was they that have jumped each time, radians.
-    to_rad: Vector2<f32>,
-    /// The last jump, and when it began.
-    by_rad: Vector2<f32>,
-    at: Micros,
 }
 
 /// What becomes of an estimate by a match.
@@ -143,8 +121,7 @@ impl Filter {
             matched_at: moment.at,
             without: None,
             transient_rad: 0.0,
-            jumped: None,
-            anchor_rad: [0.0; 2],
+            jumps: Jumps::new(),
         }
     }
 
@@ -189,19 +166,18 @@ impl Filter {
         let is_thrown = hypot(change[0], change[1]) > ACCELERATION_MAX_M_PER_S2 * seconds;
         self.acceleration = if is_thrown { [0.0; 2] } else { change.map(|change| change / seconds) };
         self.transient_rad /= 1.0 + seconds / TRANSIENT_S;
-        let anchor_rad = self.anchor_rad();
+        let usual_rad = self.jumps.usual_rad();
         if let Some(settled) = &mut self.settled {
             if is_thrown {
                 settled.doubt_velocity(change);
             }
-            settled.carry((before, moment), unaided_m(self.matched_at, moment.at, seconds), anchor_rad, unknown);
+            settled.carry((before, moment), unaided_m(self.matched_at, moment.at, seconds), usual_rad, unknown);
         }
         while self.waiting.front().is_some_and(|(at, _)| *at <= moment.at) {
             self.settle_oldest(unknown);
         }
-        let told = |settled: &Estimate| settled.tilt_sigma_rad() <= TOLD * unknown.tilt_rad;
-        if let (Some(_), Some(settled)) = (self.jumped, self.settled.filter(told)) {
-            (self.jumped, self.anchor_rad) = (None, settled.tilt_rad());
+        if let Some(settled) = &self.settled {
+            self.jumps.known(settled, unknown);
         }
         if self.settled.is_some_and(|settled| !settled.is_sound()) {
             *self = Filter { reported: moment, moment, ..Filter::new() };
@@ -223,7 +199,7 @@ impl Filter {
         if late_us > STEP_MAX_US {
             *self = Filter { reported: self.reported, moment, ..Filter::new() };
         }
-        let anchor_rad = self.anchor_rad();
+        let usual_rad = self.jumps.usual_rad();
         let Some(newest) = &mut self.newest else { return };
         let seconds = at.since(before.at) as f32 * 1e-6;
         if seconds < 0.0 {
@@ -231,7 +207,7 @@ impl Filter {
         } else {
             let late_m = 0.5 * JERK_M_PER_S3 * squared(late_us.max(0) as f32 * 1e-6) * seconds;
             let beside_m = hypot(late_m, unaided_m(self.matched_at, at, seconds));
-            newest.carry((before, moment), beside_m, anchor_rad, unknown);
+            newest.carry((before, moment), beside_m, usual_rad, unknown);
         }
     }
 
@@ -243,7 +219,7 @@ impl Filter {
         let judged = match (overruled_m, self.newest) {
             (Some(aside), _) => Judged::Jumped(aside.into()),
             (None, None) => return self.begin(found, unknown),
-            (None, Some(newest)) if self.is_jumping() => {
+            (None, Some(newest)) if self.jumps.is_jumping(self.moment.at) => {
                 Judged::Jumped(newest.innovation(found, self.white(found)).off)
             }
             (None, Some(newest)) => self.judged(&newest, found),
@@ -251,11 +227,11 @@ impl Filter {
         match judged {
             Judged::Jumped(off) => {
                 let known_rad = self.tilt_sigma_rad(unknown.tilt_rad);
-                let (begun, tilt_rad) = self.jumped(off, found, unknown);
-                self.begin(&begun, &Unknown { tilt_rad, ..*unknown });
-                let [pitch, roll] = core::array::from_fn(|axis| found.less_tilt_rad[axis] - begun.less_tilt_rad[axis]);
-                let more_rad = sqrt((squared(tilt_rad) - squared(known_rad)).max(0.0));
-                hypot(more_rad, hypot(pitch, roll))
+                let jumped = (self.moment.at, off);
+                let begun = self.jumps.jumped(jumped, (self.tilt_rad(), self.newest), found, unknown);
+                self.begin(&begun.found, &Unknown { tilt_rad: begun.sigma_rad, ..*unknown });
+                let more_rad = sqrt((squared(begun.sigma_rad) - squared(known_rad)).max(0.0));
+                hypot(more_rad, begun.off_rad)
             }
             Judged::Expected(newest, more_rad) => {
                 self.without = self.newest.map(|expected| Without::new(&expected, &newest));
@@ -298,42 +274,6 @@ impl Filter {
         Judged::Expected(estimate.with(&estimate.innovation(found, self.white(found))), more_rad)
     }
 
-    /// What the tilt goes back to; nothing while a jump is open.
-    fn anchor_rad(&self) -> Option<[f32; 2]> {
-        self.jumped.is_none().then_some(self.anchor_rad)
-    }
-
-    /// Whether the frame that it was carried on to may have seen a part of a jump alone.
-    fn is_jumping(&self) -> bool {
-        self.jumped.is_some_and(|jumped| (0..JUMPING_US).contains(&self.moment.at.since(jumped.at)))
-    }
-
-    /// A match is so far off that something has jumped, tilt or place: as it is where the tilt is what it is more likely to be from now
-    /// on, and one sigma of that, radians.
-    fn jumped(&mut self, off: Vector2<f32>, found: &Found, unknown: &Unknown) -> (Found, f32) {
-        let known_rad = Vector2::from(self.tilt_rad());
-        let before = self.jumped.unwrap_or(Jumped { to_rad: known_rad, by_rad: Vector2::zeros(), at: self.moment.at });
-        let by_rad = moved_by_tilt(found).transpose() * off / squared(found.height_m);
-        // Further off it is the place that has jumped.
-        let by_tilt = by_rad.norm() <= JUMP_MAX_RAD;
-        let to_rad = if by_tilt { before.to_rad + by_rad } else { before.to_rad };
-        let (by_rad, at) =
-            if self.is_jumping() { (before.by_rad + by_rad, before.at) } else { (by_rad, self.moment.at) };
-        // What it was before the jumps, and what is reported.
-        let usual = [Vector2::from(self.anchor_rad), Vector2::zeros()];
-        let is_back = |usual: &Vector2<f32>| by_tilt && (to_rad - usual).norm() <= BACK_SHARE * by_rad.norm();
-        let (begun, tilt_rad) = match usual.into_iter().find(is_back) {
-            Some(usual) => {
-                self.anchor_rad = usual.into();
-                (found.with_tilt(usual.into()), usual)
-            }
-            None => (*found, known_rad),
-        };
-        let sigma_rad = hypot(unknown.tilt_rad, sqrt(0.5 * (to_rad - tilt_rad).norm_squared()));
-        self.jumped = (sigma_rad > TOLD * unknown.tilt_rad).then_some(Jumped { to_rad, by_rad, at });
-        (begun, sigma_rad)
-    }
-
     /// From a match on; nothing of it was expected.
     fn begin(&mut self, found: &Found, unknown: &Unknown) -> f32 {
         let white = self.white(found);
@@ -362,8 +302,10 @@ impl Filter {
         self.settled = Some(match self.judged(&settled, &found) {
             Judged::Expected(settled, _) => settled,
             Judged::Jumped(off) => {
-                let (begun, tilt_rad) = self.jumped(off, &found, unknown);
-                Estimate::begun(&begun, self.white(&begun), &Unknown { tilt_rad, ..*unknown })
+                let known = (settled.tilt_rad(), Some(settled));
+                let begun = self.jumps.jumped((at, off), known, &found, unknown);
+                let unknown = Unknown { tilt_rad: begun.sigma_rad, ..*unknown };
+                Estimate::begun(&begun.found, self.white(&begun.found), &unknown)
             }
         });
     }

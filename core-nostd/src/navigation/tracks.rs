@@ -40,6 +40,9 @@ const VELOCITY_SIGMA_M_PER_S: f32 = 1.5;
 const STEP_MAX_US: i32 = 9_000_000;
 /// What the mean of two velocities is off at most, as a share of their difference, in turns of up to half a circle.
 const TURN_SHARE: f32 = 0.35;
+/// What puts matches elsewhere is there as a whole after so long, microseconds: an attitude is fitted over its samples around a frame's
+/// instant. Chosen: the fit's 21 samples at 50 Hz, and a frame's interval.
+const BEGINNING_US: i32 = 600_000;
 /// A place is doubtful where the gate around it reaches over so much of the search: it would take in what is found by chance.
 const DOUBTFUL: f32 = 0.5;
 /// There a match counts all the same within this share of the search. Chosen: of what is found by chance one in twenty lies there.
@@ -71,12 +74,20 @@ struct Track {
     counted_at: Local,
     doubted_at: Local,
     votes: u8,
+    begun: Begun,
+}
+
+/// When a place was seen first, and how far east and north it was then of the one that counted, metres.
+#[derive(Clone, Copy, Debug)]
+struct Begun {
+    at: Micros,
+    aside_m: Option<[f32; 2]>,
 }
 
 impl Track {
-    fn new(sighting: &Sighting, gone: Local, votes: u8) -> Self {
+    fn new(sighting: &Sighting, gone: Local, votes: u8, begun: Begun) -> Self {
         let Sighting { nadir, covariance, .. } = *sighting;
-        Track { nadir, covariance, drift_m: 0.0, counted_at: gone, doubted_at: gone, votes }
+        Track { nadir, covariance, drift_m: 0.0, counted_at: gone, doubted_at: gone, votes, begun }
     }
 
     /// A piece of ground speaks against it, once.
@@ -85,6 +96,11 @@ impl Track {
             (self.votes, self.doubted_at) = (self.votes.saturating_sub(1), gone);
         }
     }
+}
+
+/// How far east and north of one place another one is, metres.
+fn aside_m(from: Local, to: Local) -> [f32; 2] {
+    [to.east_m - from.east_m, to.north_m - from.north_m]
 }
 
 /// How far a match is off a place, squared, in sigmas of both, and the logarithm of what these cover; as far as can be where they
@@ -122,7 +138,7 @@ pub struct Tracks {
     gone: Local,
     /// A place has been known before.
     was_known: bool,
-    /// The last place that counted, and how far from it the newest match is, where that has overruled it.
+    /// The last place that counted, and how far from it the place began that the newest match has made count in its stead.
     led: Option<Local>,
     overruled_m: Option<[f32; 2]>,
 }
@@ -201,8 +217,8 @@ impl Tracks {
         }
     }
 
-    /// How far east and north the match of the newest frame is from the place that counted before, where it has overruled that: both were
-    /// carried on the same way.
+    /// How far east and north of the place that counted before another one began that the match of the newest frame has made count in
+    /// its stead. Later they drift apart by what the velocity is off.
     pub fn overruled_m(&self) -> Option<[f32; 2]> {
         self.overruled_m
     }
@@ -212,7 +228,16 @@ impl Tracks {
         (self.was_known, self.led) = (true, Some(sighting.nadir));
         self.tracks.clear();
         // There is room.
-        let _ = self.tracks.push(Track::new(sighting, self.gone, VOTES_MIN));
+        let begun = Begun { at: self.moment.at, aside_m: None };
+        let _ = self.tracks.push(Track::new(sighting, self.gone, VOTES_MIN, begun));
+    }
+
+    /// How a place began that a match belongs to, or begins.
+    fn begun(&self, own: Option<&Track>, nadir: Local) -> Begun {
+        let at = own.map_or(self.moment.at, |own| own.begun.at);
+        let is_beginning = self.moment.at.since(at) < BEGINNING_US;
+        let known_m = own.and_then(|own| own.begun.aside_m).filter(|_| !is_beginning);
+        Begun { at, aside_m: known_m.or_else(|| self.led.map(|led| aside_m(led, nadir))) }
     }
 
     /// Takes one out.
@@ -238,9 +263,11 @@ impl Tracks {
         let is_news = own.is_none_or(|own| counted != Some(own.nadir));
         let counted_at = own.map(|own| own.counted_at);
         let is_fresh = counted_at.is_none_or(|at| at.off_m(gone) >= fresh_m);
-        let own = own.unwrap_or(Track::new(sighting, gone, 0));
+        let begun = self.begun(own.as_ref(), sighting.nadir);
+        let own = own.unwrap_or(Track::new(sighting, gone, 0, begun));
         let (counted_at, votes) = if is_fresh { (gone, own.votes + 1) } else { (own.counted_at, own.votes) };
-        let own = Track { counted_at, doubted_at: own.doubted_at, ..Track::new(sighting, gone, votes.min(VOTES_MAX)) };
+        let votes = votes.min(VOTES_MAX);
+        let own = Track { counted_at, doubted_at: own.doubted_at, ..Track::new(sighting, gone, votes, begun) };
         // Others at the same place are the same one.
         self.tracks.retain(|track| !sighting.agrees((track.nadir, track.covariance), 0.0));
         self.tracks.iter_mut().for_each(|track| track.doubt(gone, fresh_m));
@@ -255,9 +282,8 @@ impl Tracks {
         let _ = self.tracks.push(own);
         let counts = self.place() == Some(sighting.nadir);
         if counts {
-            let Local { east_m, north_m } = sighting.nadir;
-            let aside = |led: Local| [east_m - led.east_m, north_m - led.north_m];
-            self.overruled_m = self.led.replace(sighting.nadir).filter(|_| is_news).map(aside);
+            let led = self.led.replace(sighting.nadir).filter(|_| is_news);
+            self.overruled_m = led.map(|led| begun.aside_m.unwrap_or(aside_m(led, sighting.nadir)));
         }
         counts
     }

@@ -48,6 +48,14 @@ fn symmetric(covariance: &Covariance) -> Covariance {
     (covariance + covariance.transpose()) * 0.5
 }
 
+impl Innovation {
+    /// The product of its two sigmas, square metres; infinite where nothing is known of these.
+    pub(super) fn spread(&self) -> f32 {
+        let inverse = self.inverse.determinant();
+        if inverse > 0.0 { 1.0 / sqrt(inverse) } else { f32::INFINITY }
+    }
+}
+
 impl Estimate {
     /// From a match on. `white`: its covariance without the tilt that lasts.
     pub(super) fn begun(found: &Found, white: Matrix2<f32>, unknown: &Unknown) -> Estimate {
@@ -101,26 +109,26 @@ impl Estimate {
         }
     }
 
-    /// On from one moment to a later one. `beside_m`: one sigma of the way beside what the velocity's error makes. `anchor_rad`: the
+    /// On from one moment to a later one. `beside_m`: one sigma of the way beside what the velocity's error makes. `usual_rad`: the
     /// tilt that it forgets its own for; nothing while nobody knows, when it forgets nothing and knows less and less.
     pub(super) fn carry(
         &mut self,
         (before, moment): (Moment, Moment),
         beside_m: f32,
-        anchor_rad: Option<[f32; 2]>,
+        usual_rad: Option<[f32; 2]>,
         unknown: &Unknown,
     ) {
         let Estimate { state, covariance } = self;
         let seconds = moment.at.since(before.at) as f32 * 1e-6;
         let [east, north] = way_m(before, moment);
         let keeps = [1.0 / (1.0 + seconds / VELOCITY_S), 1.0 / (1.0 + seconds / TILT_S)];
-        let keeps_tilt = if anchor_rad.is_some() { keeps[1] } else { 1.0 };
+        let keeps_tilt = if usual_rad.is_some() { keeps[1] } else { 1.0 };
         for axis in 0..2 {
             // True is the reported velocity less its error.
             state[axis] -= state[VELOCITY + axis] * seconds;
             state[VELOCITY + axis] *= keeps[0];
-            if let Some(anchor) = anchor_rad.and_then(|anchor| anchor.get(axis).copied()) {
-                state[TILT + axis] = anchor + (state[TILT + axis] - anchor) * keeps_tilt;
+            if let Some(usual) = usual_rad.and_then(|usual| usual.get(axis).copied()) {
+                state[TILT + axis] = usual + (state[TILT + axis] - usual) * keeps_tilt;
             }
         }
         state[0] += east;
@@ -149,6 +157,19 @@ impl Estimate {
     pub(super) fn back(&mut self, [east, north]: [f32; 2], seconds: f32) {
         self.state[0] -= east - self.state[VELOCITY] * seconds;
         self.state[1] -= north - self.state[VELOCITY + 1] * seconds;
+    }
+
+    /// As it would be if the tilt were another one, known to `sigma_rad`, and nothing of what is known of it told the position any more.
+    pub(super) fn with_tilt(&self, tilt_rad: [f32; 2], sigma_rad: f32) -> Estimate {
+        let mut other = *self;
+        for (axis, tilt_rad) in (TILT..).zip(tilt_rad) {
+            other.state[axis] = tilt_rad;
+            for one in 0..6 {
+                (other.covariance[(axis, one)], other.covariance[(one, axis)]) = (0.0, 0.0);
+            }
+            other.covariance[(axis, axis)] = squared(sigma_rad);
+        }
+        other
     }
 
     /// A match against it. `white`: its covariance without the tilt that lasts.
