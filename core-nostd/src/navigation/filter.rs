@@ -211,9 +211,9 @@ impl Filter {
         }
     }
 
-    /// A match of the frame that it was carried on to, which is believed; `overruled_m`: how far east and north of the place that
-    /// counted before, where it has overruled that. One sigma of a tilt, radians, by which its fix is more uncertain than was known
-    /// before: 0 for a match that was expected.
+    /// A match of the frame that it was carried on to, which is believed; `overruled_m`: how far it is from the place that counted before,
+    /// where it has overruled that, as a tilt of the vehicle's would have it at this heading, east and north. One sigma of a tilt, radians,
+    /// by which its fix is more uncertain than was known before: 0 for a match that was expected.
     pub fn matched(&mut self, found: &Found, overruled_m: Option<[f32; 2]>, unknown: &Unknown) -> f32 {
         self.matched_at = self.moment.at;
         let judged = match (overruled_m, self.newest) {

@@ -12,7 +12,7 @@
 
 use super::protection::larger_sigma_m;
 use super::reckoning::{Moment, way_m};
-use crate::math::{hypot, ln, sqrt};
+use crate::math::{hypot, ln, sin_cos, sqrt};
 use crate::tile::Local;
 use crate::units::Micros;
 use core::cmp::Ordering;
@@ -59,6 +59,17 @@ pub struct Sighting {
     pub white: Matrix2<f32>,
     /// Smaller side of the footprint, metres.
     pub side_m: f32,
+    /// Heading, clockwise from grid north, radians.
+    pub heading_rad: f32,
+}
+
+impl Aside {
+    /// As it would be if it had turned with the vehicle to such a heading, metres east and north.
+    pub fn turned_to(&self, heading_rad: f32) -> [f32; 2] {
+        let (sin, cos) = sin_cos(heading_rad - self.heading_rad);
+        let [east, north] = self.by_m;
+        [east * cos + north * sin, north * cos - east * sin]
+    }
 }
 
 /// A place.
@@ -77,11 +88,20 @@ struct Track {
     begun: Begun,
 }
 
-/// When a place was seen first, and how far east and north it was then of the one that counted, metres.
+/// How far a place is from the one that counted before, as it began.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aside {
+    /// East and north, metres.
+    pub by_m: [f32; 2],
+    /// Heading of the vehicle then, clockwise from grid north, radians.
+    pub heading_rad: f32,
+}
+
+/// When a place was seen first.
 #[derive(Clone, Copy, Debug)]
 struct Begun {
     at: Micros,
-    aside_m: Option<[f32; 2]>,
+    aside: Option<Aside>,
 }
 
 impl Track {
@@ -98,11 +118,6 @@ impl Track {
     }
 }
 
-/// How far east and north of one place another one is, metres.
-fn aside_m(from: Local, to: Local) -> [f32; 2] {
-    [to.east_m - from.east_m, to.north_m - from.north_m]
-}
-
 /// How far a match is off a place, squared, in sigmas of both, and the logarithm of what these cover; as far as can be where they
 /// are no numbers.
 fn off(place: Local, covariance: Matrix2<f32>, drift_m: f32, sighting: &Sighting) -> (f32, f32) {
@@ -117,6 +132,11 @@ impl Sighting {
     /// Whether it lies at a place with its covariance, and one sigma beside, each axis, within [`GATE`].
     pub fn agrees(&self, (place, covariance): (Local, Matrix2<f32>), drift_m: f32) -> bool {
         off(place, covariance, drift_m, self).0 <= GATE
+    }
+
+    fn aside(&self, from: Local) -> Aside {
+        let by_m = [self.nadir.east_m - from.east_m, self.nadir.north_m - from.north_m];
+        Aside { by_m, heading_rad: self.heading_rad }
     }
 
     fn is_finite(&self) -> bool {
@@ -140,7 +160,7 @@ pub struct Tracks {
     was_known: bool,
     /// The last place that counted, and how far from it the place began that the newest match has made count in its stead.
     led: Option<Local>,
-    overruled_m: Option<[f32; 2]>,
+    overruled: Option<Aside>,
 }
 
 impl Default for Tracks {
@@ -154,7 +174,7 @@ impl Tracks {
     pub const fn new() -> Self {
         let origin = Local { east_m: 0.0, north_m: 0.0 };
         let moment = Moment { at: Micros(0), velocity_m_per_s: [0.0; 2] };
-        Tracks { tracks: Vec::new(), moment, gone: origin, was_known: false, led: None, overruled_m: None }
+        Tracks { tracks: Vec::new(), moment, gone: origin, was_known: false, led: None, overruled: None }
     }
 
     /// Carries all of them on to a frame; those that may be further off than `reach_m` are forgotten. `sigma_m_per_s`: of the
@@ -173,7 +193,7 @@ impl Tracks {
         let drift_m = drift_m(sigma_m_per_s, step_us) + TURN_SHARE * turned * step_us as f32 * 1e-6;
         self.gone = self.gone.moved(way);
         self.led = self.led.map(|led| led.moved(way));
-        self.overruled_m = None;
+        self.overruled = None;
         self.tracks.retain_mut(|track| {
             track.nadir = track.nadir.moved(way);
             track.drift_m += drift_m;
@@ -217,10 +237,10 @@ impl Tracks {
         }
     }
 
-    /// How far east and north of the place that counted before another one began that the match of the newest frame has made count in
-    /// its stead. Later they drift apart by what the velocity is off.
-    pub fn overruled_m(&self) -> Option<[f32; 2]> {
-        self.overruled_m
+    /// How far from the place that counted before another one began that the match of the newest frame has made count in its stead. Later
+    /// they drift apart by what the velocity is off.
+    pub fn overruled(&self) -> Option<Aside> {
+        self.overruled
     }
 
     /// Begins anew where the vehicle has been found twice, or where the navigation expected it.
@@ -228,16 +248,16 @@ impl Tracks {
         (self.was_known, self.led) = (true, Some(sighting.nadir));
         self.tracks.clear();
         // There is room.
-        let begun = Begun { at: self.moment.at, aside_m: None };
+        let begun = Begun { at: self.moment.at, aside: None };
         let _ = self.tracks.push(Track::new(sighting, self.gone, VOTES_MIN, begun));
     }
 
     /// How a place began that a match belongs to, or begins.
-    fn begun(&self, own: Option<&Track>, nadir: Local) -> Begun {
+    fn begun(&self, own: Option<&Track>, sighting: &Sighting) -> Begun {
         let at = own.map_or(self.moment.at, |own| own.begun.at);
         let is_beginning = self.moment.at.since(at) < BEGINNING_US;
-        let known_m = own.and_then(|own| own.begun.aside_m).filter(|_| !is_beginning);
-        Begun { at, aside_m: known_m.or_else(|| self.led.map(|led| aside_m(led, nadir))) }
+        let known = own.and_then(|own| own.begun.aside).filter(|_| !is_beginning);
+        Begun { at, aside: known.or_else(|| self.led.map(|led| sighting.aside(led))) }
     }
 
     /// Takes one out.
@@ -263,7 +283,7 @@ impl Tracks {
         let is_news = own.is_none_or(|own| counted != Some(own.nadir));
         let counted_at = own.map(|own| own.counted_at);
         let is_fresh = counted_at.is_none_or(|at| at.off_m(gone) >= fresh_m);
-        let begun = self.begun(own.as_ref(), sighting.nadir);
+        let begun = self.begun(own.as_ref(), sighting);
         let own = own.unwrap_or(Track::new(sighting, gone, 0, begun));
         let (counted_at, votes) = if is_fresh { (gone, own.votes + 1) } else { (own.counted_at, own.votes) };
         let votes = votes.min(VOTES_MAX);
@@ -283,7 +303,7 @@ impl Tracks {
         let counts = self.place() == Some(sighting.nadir);
         if counts {
             let led = self.led.replace(sighting.nadir).filter(|_| is_news);
-            self.overruled_m = led.map(|led| begun.aside_m.unwrap_or(aside_m(led, sighting.nadir)));
+            self.overruled = led.map(|led| begun.aside.unwrap_or(sighting.aside(led)));
         }
         counts
     }

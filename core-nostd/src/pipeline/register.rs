@@ -170,8 +170,8 @@ impl Pipeline<'_> {
             height_m: situation.height_m,
             heading_rad: situation.attitude.heading.0,
         };
-        let overruled_m = navigation.tracks.overruled_m();
-        navigation.filter.matched(&found, overruled_m, &unknown)
+        let overruled = navigation.tracks.overruled();
+        navigation.filter.matched(&found, overruled.map(|aside| aside.turned_to(found.heading_rad)), &unknown)
     }
 
     /// Where a match puts the nadir, and how certain that is.
@@ -183,6 +183,7 @@ impl Pipeline<'_> {
             covariance,
             white: covariance - correlated,
             side_m: self.placement.size.0.min(self.placement.size.1) as f32 * self.tile.ground_resolution().0,
+            heading_rad: situation.attitude.heading.0,
         }
     }
 
