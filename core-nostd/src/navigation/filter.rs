@@ -222,7 +222,7 @@ impl Filter {
             (None, Some(newest)) if self.jumps.is_jumping(self.moment.at) => {
                 Judged::Jumped(newest.innovation(found, self.white(found)).off)
             }
-            (None, Some(newest)) => self.judged(&newest, found),
+            (None, Some(newest)) => self.judged(self.moment.at, &newest, found, unknown),
         };
         match judged {
             Judged::Jumped(off) => {
@@ -258,10 +258,15 @@ impl Filter {
     }
 
     /// What becomes of an estimate by a match; a tilt that comes and goes is as large from now on.
-    fn judged(&mut self, estimate: &Estimate, found: &Found) -> Judged {
+    fn judged(&mut self, at: Micros, estimate: &Estimate, found: &Found, unknown: &Unknown) -> Judged {
         // As if none were known, so that one that lasts is seen in each match.
         let plain = estimate.innovation(found, white(found, 0.0));
         let swings = plain.squares > TRANSIENT && plain.beyond_rad > self.transient_rad;
+        // What has swung lately may swing on.
+        let was_calm = self.transient_rad <= unknown.tilt_rad;
+        if swings && was_calm && self.jumps.likely_back(at, estimate, found, unknown).is_some() {
+            return Judged::Jumped(plain.off);
+        }
         let innovation = estimate.innovation(found, self.white(found));
         if innovation.squares > JUMP || swings && plain.beyond_rad > TRANSIENT_MAX_RAD {
             return Judged::Jumped(innovation.off);
@@ -299,7 +304,7 @@ impl Filter {
             .moved(way_m(self.reckoned(at), self.reported))
             .moved([-east.0 * apart_s, -north.0 * apart_s])
             .less_certain(Matrix2::new(variance(east), 0.0, 0.0, variance(north)));
-        self.settled = Some(match self.judged(&settled, &found) {
+        self.settled = Some(match self.judged(at, &settled, &found, unknown) {
             Judged::Expected(settled, _) => settled,
             Judged::Jumped(off) => {
                 let known = (settled.tilt_rad(), Some(settled));
