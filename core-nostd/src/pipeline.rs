@@ -154,7 +154,8 @@ impl<'t> Pipeline<'t> {
         }
         if let Some(metres) = sample.altitude_m {
             let climb_m_per_s = sample.climb_m_per_s;
-            self.navigation.heights.reported(Altitude { at: at.sampled_at, metres, climb_m_per_s });
+            let altitude = Altitude { at: at.sampled_at, metres, climb_m_per_s, home_m: sample.home_m };
+            self.navigation.heights.reported(altitude);
         }
         Ok(())
     }

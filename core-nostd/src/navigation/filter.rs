@@ -8,7 +8,8 @@
 //!
 //! So the attitude that frames are rectified with is corrected by what turns have told, and the covariance of a fix holds what they
 //! have not. A match that the filter did not expect is not explained: where it is believed all the same, the attitude may have
-//! jumped as well as the position, and both are as uncertain as that from then on, until they jump back.
+//! jumped as well as the position, and both are as uncertain as that from then on, until a turn tells or the attitude has jumped back
+//! to what it was.
 //!
 //! A velocity is reported a few tenths of a second after its instant, and in a turn it is another one by then. So what is learnt of a
 //! match waits for the velocities around it; until they come the position is reckoned on with the last acceleration.
@@ -20,6 +21,7 @@
 mod found;
 mod estimate;
 mod judged;
+mod jumps;
 mod satellites;
 
 use super::reckoning::{Moment, way_m};
@@ -27,10 +29,11 @@ use crate::math::{hypot, sqrt, squared};
 use crate::tile::Local;
 use crate::units::Micros;
 use estimate::{Estimate, unaided_m};
+use found::white;
 pub use found::{Found, Unknown};
-use found::{moved_by_tilt, white};
 use heapless::Deque;
 use judged::{Judged, Without};
+use jumps::Jumps;
 use nalgebra::{Matrix2, Vector2};
 pub use satellites::SatellitePosition;
 use satellites::{Moved, Satellites};
@@ -56,14 +59,6 @@ const JUMP: f32 = 23.0;
 /// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: that of an attitude 0.3 s late of a vehicle that
 /// rocks by 20 degrees a second.
 const TRANSIENT_MAX_RAD: f32 = 0.1;
-/// Largest tilt that may have jumped, radians: further off it was the place. Chosen: turn and scale of a picture that was taken with such
-/// an error are ten per cent off, which no match survives.
-const JUMP_MAX_RAD: f32 = 0.3;
-/// A jump is told when the tilt is known to so many times what is not known beforehand.
-const TOLD: f32 = 1.2;
-/// What is known less well than to so many times what is not known beforehand was not learnt, and cannot be gone again. Chosen: half of
-/// what a turn leaves of a jump of 3 degrees, a third of what it begins with.
-const LEARNT: f32 = 5.0;
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct Filter {
@@ -82,12 +77,7 @@ pub struct Filter {
     without: Option<Without>,
     /// One sigma of a tilt that comes and goes, and that matches have shown, radians.
     transient_rad: f32,
-    /// By how much pitch and roll have jumped, where it was they that have, and what they were taken to be off at the last jump, radians;
-    /// until a turn has told.
-    jumped_rad: Option<Vector2<f32>>,
-    known_rad: Vector2<f32>,
-    /// The tilt that matches have told at last, and that the estimate goes back to, radians.
-    anchor_rad: [f32; 2],
+    jumps: Jumps,
     /// What satellite navigation says beside the matches, and by how much pitch and roll are off by that at the newest frame, radians.
     satellites: Satellites,
     by_satellites_rad: Option<[f32; 2]>,
@@ -107,9 +97,7 @@ impl Filter {
             matched_at: moment.at,
             without: None,
             transient_rad: 0.0,
-            jumped_rad: None,
-            known_rad: Vector2::new(0.0, 0.0),
-            anchor_rad: [0.0; 2],
+            jumps: Jumps::new(),
             satellites: Satellites::new(),
             by_satellites_rad: None,
         }
@@ -172,22 +160,21 @@ impl Filter {
         let is_thrown = hypot(change[0], change[1]) > ACCELERATION_MAX_M_PER_S2 * seconds;
         self.acceleration = if is_thrown { [0.0; 2] } else { change.map(|change| change / seconds) };
         self.transient_rad /= 1.0 + seconds / TRANSIENT_S;
-        let anchor_rad = self.anchor_rad();
+        let usual_rad = self.jumps.usual_rad();
         if let Some(settled) = &mut self.settled {
             if is_thrown {
                 settled.doubt_velocity(change);
                 self.satellites.doubt_velocity(change);
             }
             let beside_m = unaided_m(self.matched_at, moment.at, seconds);
-            settled.carry((before, moment), beside_m, anchor_rad, unknown);
-            self.satellites.carry((before, moment), beside_m, anchor_rad, unknown);
+            settled.carry((before, moment), beside_m, usual_rad, unknown);
+            self.satellites.carry((before, moment), beside_m, usual_rad, unknown);
         }
         while self.waiting.front().is_some_and(|(at, _)| *at <= moment.at) {
             self.settle_oldest(unknown);
         }
-        let told = |settled: &Estimate| settled.tilt_sigma_rad() <= TOLD * unknown.tilt_rad;
-        if let (Some(_), Some(settled)) = (self.jumped_rad, self.settled.filter(told)) {
-            (self.jumped_rad, self.anchor_rad) = (None, settled.tilt_rad());
+        if let Some(settled) = &self.settled {
+            self.jumps.known(settled, unknown);
         }
         if self.settled.is_some_and(|settled| !settled.is_sound()) {
             self.begin_anew(moment);
@@ -208,8 +195,7 @@ impl Filter {
         (self.acceleration, self.moment, self.matched_at) = ([0.0; 2], moment, Micros(0));
         (self.settled, self.newest, self.without) = (None, None, None);
         self.waiting.clear();
-        (self.transient_rad, self.jumped_rad, self.anchor_rad) = (0.0, None, [0.0; 2]);
-        (self.known_rad, self.by_satellites_rad) = (Vector2::zeros(), None);
+        (self.transient_rad, self.jumps, self.by_satellites_rad) = (0.0, Jumps::new(), None);
         self.satellites.end();
     }
 
@@ -241,7 +227,7 @@ impl Filter {
         if late_us > STEP_MAX_US {
             self.begin_anew(moment);
         }
-        let anchor_rad = self.anchor_rad();
+        let usual_rad = self.jumps.usual_rad();
         let Some(newest) = &mut self.newest else { return };
         let seconds = at.since(before.at) as f32 * 1e-6;
         if seconds < 0.0 {
@@ -249,32 +235,31 @@ impl Filter {
         } else {
             let late_m = 0.5 * JERK_M_PER_S3 * squared(late_us.max(0) as f32 * 1e-6) * seconds;
             let beside_m = hypot(late_m, unaided_m(self.matched_at, at, seconds));
-            newest.carry((before, moment), beside_m, anchor_rad, unknown);
+            newest.carry((before, moment), beside_m, usual_rad, unknown);
         }
     }
 
-    /// A match of the frame that it was carried on to, which is believed; `overruled_m`: how far east and north of the place that
-    /// counted before, where it has overruled that. One sigma of a tilt, radians, by which its fix is more uncertain than was known
-    /// before: 0 for a match that was expected.
+    /// A match of the frame that it was carried on to, which is believed; `overruled_m`: how far it is from the place that counted before,
+    /// where it has overruled that, as a tilt of the vehicle's would have it at this heading, east and north. One sigma of a tilt, radians,
+    /// by which its fix is more uncertain than was known before: 0 for a match that was expected.
     pub fn matched(&mut self, found: &Found, overruled_m: Option<[f32; 2]>, unknown: &Unknown) -> f32 {
         self.matched_at = self.moment.at;
         let judged = match (overruled_m, self.newest) {
             (Some(aside), _) => Judged::Jumped(aside.into()),
             (None, None) => return self.begin(found, unknown),
-            (None, Some(newest)) => self.judged(&newest, found, unknown),
+            (None, Some(newest)) if self.jumps.is_jumping(self.moment.at) => {
+                Judged::Jumped(newest.innovation(found, self.white(found)).off)
+            }
+            (None, Some(newest)) => self.judged(self.moment.at, &newest, found, unknown),
         };
         match judged {
             Judged::Jumped(off) => {
                 let known_rad = self.tilt_sigma_rad(unknown.tilt_rad);
-                let tilt_rad = self.jumped(off, found, unknown);
-                self.begin(found, &Unknown { tilt_rad, ..*unknown });
-                sqrt((squared(tilt_rad) - squared(known_rad)).max(0.0))
-            }
-            Judged::Unlearnt => {
-                let [pitch, roll] = found.less_tilt_rad;
-                (self.jumped_rad, self.anchor_rad) = (None, [0.0; 2]);
-                self.begin(&found.with_attitude_as_reported(), unknown);
-                hypot(pitch, roll)
+                let jumped = (self.moment.at, off);
+                let begun = self.jumps.jumped(jumped, (self.matched_tilt_rad(), self.newest), found, unknown);
+                self.begin(&begun.found, &Unknown { tilt_rad: begun.sigma_rad, ..*unknown });
+                let more_rad = sqrt((squared(begun.sigma_rad) - squared(known_rad)).max(0.0));
+                hypot(more_rad, begun.off_rad)
             }
             Judged::Expected(newest, more_rad) => {
                 self.without = self.newest.map(|expected| Without::new(&expected, &newest));
@@ -301,14 +286,14 @@ impl Filter {
     }
 
     /// What becomes of an estimate by a match; a tilt that comes and goes is as large from now on.
-    fn judged(&mut self, estimate: &Estimate, found: &Found, unknown: &Unknown) -> Judged {
+    fn judged(&mut self, at: Micros, estimate: &Estimate, found: &Found, unknown: &Unknown) -> Judged {
         // As if none were known, so that one that lasts is seen in each match.
         let plain = estimate.innovation(found, white(found, 0.0));
         let swings = plain.squares > TRANSIENT && plain.beyond_rad > self.transient_rad;
-        let was_told = estimate.tilt_sigma_rad() <= LEARNT * unknown.tilt_rad;
-        let back = || estimate.without_tilt(unknown).innovation(found, white(found, 0.0));
-        if swings && was_told && back().squares <= TRANSIENT {
-            return Judged::Unlearnt;
+        // What has swung lately may swing on.
+        let was_calm = self.transient_rad <= unknown.tilt_rad;
+        if swings && was_calm && self.jumps.likely_back(at, estimate, found, unknown).is_some() {
+            return Judged::Jumped(plain.off);
         }
         let innovation = estimate.innovation(found, self.white(found));
         if innovation.squares > JUMP || swings && plain.beyond_rad > TRANSIENT_MAX_RAD {
@@ -320,25 +305,6 @@ impl Filter {
         let more_rad = sqrt(squared(plain.beyond_rad) - squared(self.transient_rad));
         self.transient_rad = plain.beyond_rad;
         Judged::Expected(estimate.with(&estimate.innovation(found, self.white(found))), more_rad)
-    }
-
-    /// What the tilt goes back to; nothing while a jump is open.
-    fn anchor_rad(&self) -> Option<[f32; 2]> {
-        self.jumped_rad.is_none().then_some(self.anchor_rad)
-    }
-
-    /// One sigma of a tilt from now on, radians, by a match that is so far off: it may be the tilt that has jumped.
-    fn jumped(&mut self, off: Vector2<f32>, found: &Found, unknown: &Unknown) -> f32 {
-        let known_rad = Vector2::from(self.matched_tilt_rad());
-        // What a turn has told since is not open any more.
-        let told_rad = known_rad - core::mem::replace(&mut self.known_rad, known_rad);
-        let open_rad = self.jumped_rad.map_or(Vector2::zeros(), |jumped_rad| jumped_rad - told_rad);
-        let jumped_rad = open_rad + moved_by_tilt(found).transpose() * off / squared(found.height_m);
-        let by_tilt = jumped_rad.norm() <= JUMP_MAX_RAD;
-        let jumped_rad = if by_tilt { jumped_rad } else { open_rad };
-        let tilt_rad = hypot(unknown.tilt_rad, sqrt(0.5 * jumped_rad.norm_squared()));
-        self.jumped_rad = (tilt_rad > TOLD * unknown.tilt_rad).then_some(jumped_rad);
-        tilt_rad
     }
 
     /// From a match on; nothing of it was expected.
@@ -368,20 +334,17 @@ impl Filter {
             .moved(way_m(self.reckoned(at), self.reported))
             .moved([-east.0 * apart_s, -north.0 * apart_s])
             .less_certain(Matrix2::new(variance(east), 0.0, 0.0, variance(north)));
-        let begun = match self.judged(&settled, &found, unknown) {
+        let begun = match self.judged(at, &settled, &found, unknown) {
             Judged::Expected(settled, _) => {
                 self.satellites.matched(&found, self.white(&found));
                 self.settled = Some(settled);
                 return;
             }
-            Judged::Unlearnt => {
-                (self.jumped_rad, self.anchor_rad) = (None, [0.0; 2]);
-                let found = found.with_attitude_as_reported();
-                Estimate::begun(&found, self.white(&found), unknown)
-            }
             Judged::Jumped(off) => {
-                let tilt_rad = self.jumped(off, &found, unknown);
-                Estimate::begun(&found, self.white(&found), &Unknown { tilt_rad, ..*unknown })
+                let known = (settled.tilt_rad(), Some(settled));
+                let begun = self.jumps.jumped((at, off), known, &found, unknown);
+                let unknown = Unknown { tilt_rad: begun.sigma_rad, ..*unknown };
+                Estimate::begun(&begun.found, self.white(&begun.found), &unknown)
             }
         };
         self.satellites.begun(&begun);

@@ -7,8 +7,8 @@
 //! right. A laser serves where it does not contradict what matches have found lately: one that sees a roof, that hangs or is
 //! calibrated wrongly is found out by the picture's scale.
 //!
-//! Without an elevation model the ground is taken to be level, and b is the elevation as well: it begins with the first range, and
-//! drifts with the way flown.
+//! Without an elevation model the ground is taken to be level, and b is the elevation as well: it begins with the first range, or, where
+//! there has never been one, with the place that the vehicle took off from, and drifts with the way flown.
 //!
 //! Cost: some 200 instructions a frame.
 
@@ -25,6 +25,8 @@ pub struct Altitude {
     pub metres: f32,
     /// Upwards, m/s.
     pub climb_m_per_s: f32,
+    /// That of the place that it took off from, metres, where it is known.
+    pub home_m: Option<f32>,
 }
 
 /// Oldest altitude that is carried on, microseconds.
@@ -68,6 +70,8 @@ pub struct Expected {
     pub scale: f32,
     /// Whether the elevation of the ground is known.
     pub has_elevation: bool,
+    /// Whether there has been a range.
+    pub has_ranges: bool,
 }
 
 /// Bias and scale.
@@ -83,6 +87,13 @@ struct Offset {
 }
 
 impl Offset {
+    /// Of what is this much above the ground when it is `ground_m` above the datum, and beforehand.
+    fn above(self, ground_m: f32) -> Self {
+        // H = (1 + k) (a - ground) + b = (1 + k) a + (b - (1 + k) ground).
+        let both = -ground_m * self.scale_variance;
+        Offset { bias_m: self.bias_m - ground_m, bias_variance: self.bias_variance - ground_m * both, both, ..self }
+    }
+
     fn height(&self, above_m: f32) -> Height {
         let variance = self.bias_variance + above_m * (2.0 * self.both + above_m * self.scale_variance);
         let metres = above_m * (1.0 + self.scale) + self.bias_m;
@@ -137,11 +148,23 @@ impl Heights {
         (age_us.abs() <= AGE_MAX_US).then_some(above_m)
     }
 
+    /// Bias and scale as they are known, or as they are beforehand: nothing where neither the ground's elevation is known nor that of the
+    /// place that it took off from, which counts as long as no range has been there.
+    fn offset(&self, at: Micros, expected: &Expected) -> Option<Offset> {
+        let beforehand = || {
+            if expected.has_elevation {
+                return Some(expected.offset(at));
+            }
+            let home_m = self.altitude.filter(|_| !expected.has_ranges)?.home_m?;
+            Some(expected.offset(at).above(home_m))
+        };
+        self.offset.or_else(beforehand)
+    }
+
     /// The height without a range; nothing where it is not known at all, or hardly.
     pub fn known(&self, at: Micros, ground_m: f32, expected: &Expected) -> Option<Height> {
         let above_m = self.above_m(at, ground_m)?;
-        let offset = self.offset.or_else(|| expected.has_elevation.then(|| expected.offset(at)))?;
-        let height = offset.height(above_m);
+        let height = self.offset(at, expected)?.height(above_m);
         (height.sigma_m < SHARE_MAX * height.metres).then_some(height)
     }
 
@@ -174,6 +197,10 @@ impl Heights {
 
     /// A frame was taken, with this range, at so many m/s. To be called once for each.
     pub fn frame(&mut self, at: Micros, range: Option<Height>, (ground_m, m_per_s): (f32, f32), expected: &Expected) {
+        if !expected.has_elevation {
+            // From here on the ground is another one.
+            self.offset = self.offset(at, expected);
+        }
         if let Some(offset) = &mut self.offset {
             let seconds = at.since(offset.at).max(0) as f32 * 1e-6;
             let by_way = if expected.has_elevation { DRIFT_BY_WAY } else { DRIFT_BY_WAY_LEVEL };
@@ -215,8 +242,8 @@ impl Heights {
     /// A match that counts has found it larger by so much.
     pub fn scaled(&mut self, at: Micros, used: Height, scale: Observed, ground_m: f32, expected: &Expected) {
         let Some(above_m) = self.above_m(at, ground_m) else { return };
-        if self.offset.is_some() || expected.has_elevation {
-            let (mut offset, seen) = (self.offset.unwrap_or(expected.offset(at)), used.seen(scale));
+        if let Some(mut offset) = self.offset(at, expected) {
+            let seen = used.seen(scale);
             offset.measured(above_m, seen.metres, squared(seen.sigma_m));
             (self.offset, self.confirmed_at) = (Some(offset), Some(at));
         }

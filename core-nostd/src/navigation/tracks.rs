@@ -12,7 +12,7 @@
 
 use super::protection::larger_sigma_m;
 use super::reckoning::{Moment, way_m};
-use crate::math::{hypot, ln, sqrt};
+use crate::math::{hypot, ln, sin_cos, sqrt};
 use crate::tile::Local;
 use crate::units::Micros;
 use core::cmp::Ordering;
@@ -40,6 +40,9 @@ const VELOCITY_SIGMA_M_PER_S: f32 = 1.5;
 const STEP_MAX_US: i32 = 9_000_000;
 /// What the mean of two velocities is off at most, as a share of their difference, in turns of up to half a circle.
 const TURN_SHARE: f32 = 0.35;
+/// What puts matches elsewhere is there as a whole after so long, microseconds: an attitude is fitted over its samples around a frame's
+/// instant. Chosen: the fit's 21 samples at 50 Hz, and a frame's interval.
+const BEGINNING_US: i32 = 600_000;
 /// A place is doubtful where the gate around it reaches over so much of the search: it would take in what is found by chance.
 const DOUBTFUL: f32 = 0.5;
 /// There a match counts all the same within this share of the search. Chosen: of what is found by chance one in twenty lies there.
@@ -56,6 +59,17 @@ pub struct Sighting {
     pub white: Matrix2<f32>,
     /// Smaller side of the footprint, metres.
     pub side_m: f32,
+    /// Heading, clockwise from grid north, radians.
+    pub heading_rad: f32,
+}
+
+impl Aside {
+    /// As it would be if it had turned with the vehicle to such a heading, metres east and north.
+    pub fn turned_to(&self, heading_rad: f32) -> [f32; 2] {
+        let (sin, cos) = sin_cos(heading_rad - self.heading_rad);
+        let [east, north] = self.by_m;
+        [east * cos + north * sin, north * cos - east * sin]
+    }
 }
 
 /// A place.
@@ -71,12 +85,29 @@ struct Track {
     counted_at: Local,
     doubted_at: Local,
     votes: u8,
+    begun: Begun,
+}
+
+/// How far a place is from the one that counted before, as it began.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aside {
+    /// East and north, metres.
+    pub by_m: [f32; 2],
+    /// Heading of the vehicle then, clockwise from grid north, radians.
+    pub heading_rad: f32,
+}
+
+/// When a place was seen first.
+#[derive(Clone, Copy, Debug)]
+struct Begun {
+    at: Micros,
+    aside: Option<Aside>,
 }
 
 impl Track {
-    fn new(sighting: &Sighting, gone: Local, votes: u8) -> Self {
+    fn new(sighting: &Sighting, gone: Local, votes: u8, begun: Begun) -> Self {
         let Sighting { nadir, covariance, .. } = *sighting;
-        Track { nadir, covariance, drift_m: 0.0, counted_at: gone, doubted_at: gone, votes }
+        Track { nadir, covariance, drift_m: 0.0, counted_at: gone, doubted_at: gone, votes, begun }
     }
 
     /// A piece of ground speaks against it, once.
@@ -103,6 +134,11 @@ impl Sighting {
         off(place, covariance, drift_m, self).0 <= GATE
     }
 
+    fn aside(&self, from: Local) -> Aside {
+        let by_m = [self.nadir.east_m - from.east_m, self.nadir.north_m - from.north_m];
+        Aside { by_m, heading_rad: self.heading_rad }
+    }
+
     fn is_finite(&self) -> bool {
         self.nadir.east_m.is_finite() && self.nadir.north_m.is_finite() && self.covariance.iter().all(|c| c.is_finite())
     }
@@ -122,9 +158,9 @@ pub struct Tracks {
     gone: Local,
     /// A place has been known before.
     was_known: bool,
-    /// The last place that counted, and how far from it the newest match is, where that has overruled it.
+    /// The last place that counted, and how far from it the place began that the newest match has made count in its stead.
     led: Option<Local>,
-    overruled_m: Option<[f32; 2]>,
+    overruled: Option<Aside>,
 }
 
 impl Default for Tracks {
@@ -138,7 +174,7 @@ impl Tracks {
     pub const fn new() -> Self {
         let origin = Local { east_m: 0.0, north_m: 0.0 };
         let moment = Moment { at: Micros(0), velocity_m_per_s: [0.0; 2] };
-        Tracks { tracks: Vec::new(), moment, gone: origin, was_known: false, led: None, overruled_m: None }
+        Tracks { tracks: Vec::new(), moment, gone: origin, was_known: false, led: None, overruled: None }
     }
 
     /// Carries all of them on to a frame; those that may be further off than `reach_m` are forgotten. `sigma_m_per_s`: of the
@@ -157,7 +193,7 @@ impl Tracks {
         let drift_m = drift_m(sigma_m_per_s, step_us) + TURN_SHARE * turned * step_us as f32 * 1e-6;
         self.gone = self.gone.moved(way);
         self.led = self.led.map(|led| led.moved(way));
-        self.overruled_m = None;
+        self.overruled = None;
         self.tracks.retain_mut(|track| {
             track.nadir = track.nadir.moved(way);
             track.drift_m += drift_m;
@@ -201,10 +237,10 @@ impl Tracks {
         }
     }
 
-    /// How far east and north the match of the newest frame is from the place that counted before, where it has overruled that: both were
-    /// carried on the same way.
-    pub fn overruled_m(&self) -> Option<[f32; 2]> {
-        self.overruled_m
+    /// How far from the place that counted before another one began that the match of the newest frame has made count in its stead. Later
+    /// they drift apart by what the velocity is off.
+    pub fn overruled(&self) -> Option<Aside> {
+        self.overruled
     }
 
     /// Begins anew where the vehicle has been found twice, or where the navigation expected it.
@@ -212,7 +248,16 @@ impl Tracks {
         (self.was_known, self.led) = (true, Some(sighting.nadir));
         self.tracks.clear();
         // There is room.
-        let _ = self.tracks.push(Track::new(sighting, self.gone, VOTES_MIN));
+        let begun = Begun { at: self.moment.at, aside: None };
+        let _ = self.tracks.push(Track::new(sighting, self.gone, VOTES_MIN, begun));
+    }
+
+    /// How a place began that a match belongs to, or begins.
+    fn begun(&self, own: Option<&Track>, sighting: &Sighting) -> Begun {
+        let at = own.map_or(self.moment.at, |own| own.begun.at);
+        let is_beginning = self.moment.at.since(at) < BEGINNING_US;
+        let known = own.and_then(|own| own.begun.aside).filter(|_| !is_beginning);
+        Begun { at, aside: known.or_else(|| self.led.map(|led| sighting.aside(led))) }
     }
 
     /// Takes one out.
@@ -238,9 +283,11 @@ impl Tracks {
         let is_news = own.is_none_or(|own| counted != Some(own.nadir));
         let counted_at = own.map(|own| own.counted_at);
         let is_fresh = counted_at.is_none_or(|at| at.off_m(gone) >= fresh_m);
-        let own = own.unwrap_or(Track::new(sighting, gone, 0));
+        let begun = self.begun(own.as_ref(), sighting);
+        let own = own.unwrap_or(Track::new(sighting, gone, 0, begun));
         let (counted_at, votes) = if is_fresh { (gone, own.votes + 1) } else { (own.counted_at, own.votes) };
-        let own = Track { counted_at, doubted_at: own.doubted_at, ..Track::new(sighting, gone, votes.min(VOTES_MAX)) };
+        let votes = votes.min(VOTES_MAX);
+        let own = Track { counted_at, doubted_at: own.doubted_at, ..Track::new(sighting, gone, votes, begun) };
         // Others at the same place are the same one.
         self.tracks.retain(|track| !sighting.agrees((track.nadir, track.covariance), 0.0));
         self.tracks.iter_mut().for_each(|track| track.doubt(gone, fresh_m));
@@ -255,9 +302,8 @@ impl Tracks {
         let _ = self.tracks.push(own);
         let counts = self.place() == Some(sighting.nadir);
         if counts {
-            let Local { east_m, north_m } = sighting.nadir;
-            let aside = |led: Local| [east_m - led.east_m, north_m - led.north_m];
-            self.overruled_m = self.led.replace(sighting.nadir).filter(|_| is_news).map(aside);
+            let led = self.led.replace(sighting.nadir).filter(|_| is_news);
+            self.overruled = led.map(|led| begun.aside.unwrap_or(sighting.aside(led)));
         }
         counts
     }

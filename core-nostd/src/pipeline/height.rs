@@ -16,7 +16,8 @@ impl Pipeline<'_> {
     pub(super) fn expected(&self) -> Expected {
         let sigmas = &self.settings.sigmas;
         let has_elevation = self.tile.elevation().is_some();
-        Expected { bias_m: sigmas.altitude_m, scale: sigmas.altitude_scale, has_elevation }
+        let has_ranges = self.streams.slant.history().newest().is_some();
+        Expected { bias_m: sigmas.altitude_m, scale: sigmas.altitude_scale, has_elevation, has_ranges }
     }
 
     /// Elevation of the ground, 0 where it is taken to be level: of the plane under the frame, or the model's; nothing off that.

@@ -49,7 +49,7 @@ pub struct Matched {
 /// A position is searched for within so many sigmas of its doubt: of a hundred normal errors of an axis five lie beyond.
 const DOUBT_SIGMAS: f32 = 2.0;
 
-/// Beside the place that the filter expected matches may lie so far, one sigma, pixels, and count. Chosen: a third of what is a wrong fix.
+/// Beside the place that the filter expected matches may lie so far, one sigma, pixels, and count. Chosen: a sixth of what is a wrong fix.
 const SWING_MAX_PX: f32 = 1.0;
 
 /// What matches say of the velocity's error counts up to this where they are compared, m/s: more was not seen of an autopilot.
@@ -170,8 +170,8 @@ impl Pipeline<'_> {
             height_m: situation.height_m,
             heading_rad: situation.attitude.heading.0,
         };
-        let overruled_m = navigation.tracks.overruled_m();
-        navigation.filter.matched(&found, overruled_m, &unknown)
+        let overruled = navigation.tracks.overruled();
+        navigation.filter.matched(&found, overruled.map(|aside| aside.turned_to(found.heading_rad)), &unknown)
     }
 
     /// Where a match puts the nadir, and how certain that is.
@@ -183,6 +183,7 @@ impl Pipeline<'_> {
             covariance,
             white: covariance - correlated,
             side_m: self.placement.size.0.min(self.placement.size.1) as f32 * self.tile.ground_resolution().0,
+            heading_rad: situation.attitude.heading.0,
         }
     }
 

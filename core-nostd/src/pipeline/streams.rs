@@ -17,6 +17,8 @@ pub struct PositionSample {
     pub east_m_per_s: f32,
     /// Altitude above the datum of the tile's elevation model, as far as the autopilot knows, metres.
     pub altitude_m: Option<f32>,
+    /// That of the place that it took off from, metres, where it is known.
+    pub home_m: Option<f32>,
     /// Velocity upwards, m/s.
     pub climb_m_per_s: f32,
 }
@@ -24,7 +26,14 @@ pub struct PositionSample {
 impl PositionSample {
     /// A vehicle that stands there; its altitude is not known.
     pub fn standing(position: Geographic) -> Self {
-        PositionSample { position, north_m_per_s: 0.0, east_m_per_s: 0.0, altitude_m: None, climb_m_per_s: 0.0 }
+        PositionSample {
+            position,
+            north_m_per_s: 0.0,
+            east_m_per_s: 0.0,
+            altitude_m: None,
+            home_m: None,
+            climb_m_per_s: 0.0,
+        }
     }
 }
 

@@ -274,6 +274,7 @@ fn position(position: &GLOBAL_POSITION_INT_DATA) -> Result<Incoming, Unusable> {
         north_m_per_s: position.vx as f32 * 0.01,
         east_m_per_s: position.vy as f32 * 0.01,
         altitude_m: Some(position.alt as f32 * 0.001),
+        home_m: Some(position.alt.saturating_sub(position.relative_alt) as f32 * 0.001),
         climb_m_per_s: position.vz as f32 * -0.01,
     };
     Ok(Incoming::Position(BootTime::Millis(position.time_boot_ms), sample))

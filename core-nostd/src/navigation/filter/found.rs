@@ -31,10 +31,10 @@ pub struct Found {
 }
 
 impl Found {
-    /// As if its frame had been rectified with the attitude as it was reported.
-    pub(super) fn with_attitude_as_reported(self) -> Self {
-        let aside = moved_by_tilt(&self) * Vector2::from(self.less_tilt_rad);
-        Found { less_tilt_rad: [0.0; 2], ..self.moved(aside.into()) }
+    /// As if pitch and roll had been taken to be so much off, radians, when its frame was rectified.
+    pub(super) fn with_tilt(self, tilt_rad: [f32; 2]) -> Self {
+        let aside = moved_by_tilt(&self) * (Vector2::from(self.less_tilt_rad) - Vector2::from(tilt_rad));
+        Found { less_tilt_rad: tilt_rad, ..self.moved(aside.into()) }
     }
 
     /// With so much more covariance.

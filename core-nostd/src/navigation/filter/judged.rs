@@ -23,8 +23,6 @@ impl Without {
 pub(super) enum Judged {
     /// It was expected, but for a tilt of so many radians that comes and goes.
     Expected(Estimate, f32),
-    /// It is where it would be if nothing of what was learnt of the tilt held any more.
-    Unlearnt,
     /// It is so far off that something has jumped.
     Jumped(Vector2<f32>),
 }

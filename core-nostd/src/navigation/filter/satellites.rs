@@ -173,7 +173,7 @@ impl Satellites {
         &mut self,
         moments: (Moment, Moment),
         beside_m: f32,
-        anchor_rad: Option<[f32; 2]>,
+        usual_rad: Option<[f32; 2]>,
         unknown: &Unknown,
     ) {
         let Some(prior) = self.prior else { return };
@@ -186,9 +186,9 @@ impl Satellites {
             self.covariance[(axis, axis)] += (1.0 - squared(keeps)) * squared(*sigma);
         }
         let Some(Joint { estimate, cross }) = &mut self.joint else { return };
-        estimate.carry(moments, beside_m, anchor_rad, unknown);
+        estimate.carry(moments, beside_m, usual_rad, unknown);
         let keeps_velocity = 1.0 / (1.0 + seconds / VELOCITY_S);
-        let keeps_tilt = if anchor_rad.is_some() { 1.0 / (1.0 + seconds / TILT_S) } else { 1.0 };
+        let keeps_tilt = if usual_rad.is_some() { 1.0 / (1.0 + seconds / TILT_S) } else { 1.0 };
         for other in 0..3 {
             for axis in 0..2 {
                 cross[(axis, other)] -= seconds * cross[(VELOCITY + axis, other)];

@@ -84,12 +84,12 @@ fn a_turn_tells_the_tilt_and_a_straight_leg_does_not() {
     assert!(end.tilt_rad[0].abs() < 0.008 && end.tilt_rad[1].abs() < 0.008, "{end:?}");
     let turning = flown(60.0, 5.0, |at_s| if at_s < 20.0 { 0.5 } else { 0.5 + 0.15 * (at_s - 20.0) }, |_| tilt);
     let end = turning[turning.len() - 1];
-    assert!(end.sigma_rad < 0.6 * UNKNOWN.tilt_rad, "{end:?}");
+    assert!(end.sigma_rad < 0.7 * UNKNOWN.tilt_rad, "{end:?}");
     assert!(tilt.iter().zip(end.tilt_rad).all(|(is, said)| (said - is).abs() < 3.0 * end.sigma_rad), "{end:?}");
     // At five times the speed as well, though the velocities are late.
     let fast = flown(60.0, 24.0, |at_s| 0.15 * at_s, |_| tilt);
     let end = fast[fast.len() - 1];
-    assert!(end.sigma_rad < 0.6 * UNKNOWN.tilt_rad, "{end:?}");
+    assert!(end.sigma_rad < 0.7 * UNKNOWN.tilt_rad, "{end:?}");
     assert!(tilt.iter().zip(end.tilt_rad).all(|(is, said)| (said - is).abs() < 3.0 * end.sigma_rad), "{end:?}");
     assert!(turning.iter().chain(&straight).chain(&fast).all(|after| after.unexpected_rad == 0.0));
 }

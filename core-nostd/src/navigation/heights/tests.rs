@@ -2,7 +2,7 @@ use super::{Altitude, Expected, Height, Heights};
 use crate::navigation::observed::Observed;
 use crate::units::Micros;
 
-const EXPECTED: Expected = Expected { bias_m: 15.0, scale: 0.04, has_elevation: true };
+const EXPECTED: Expected = Expected { bias_m: 15.0, scale: 0.04, has_elevation: true, has_ranges: true };
 const GROUND_M: f32 = 400.0;
 
 /// A flight 120 m up whose altitude is off by a bias and a scale: the height that each of its frames is rectified with, less the
@@ -21,7 +21,7 @@ fn flown(
         // It climbs and sinks by 20 m.
         let true_m = 120.0 + 20.0 * libm::sinf(0.02 * frame as f32);
         let metres = GROUND_M + (true_m - bias_m) / (1.0 + scale);
-        heights.reported(Altitude { at, metres, climb_m_per_s: 0.0 });
+        heights.reported(Altitude { at, metres, climb_m_per_s: 0.0, home_m: None });
         let range = range(frame, true_m).map(|metres| Height { metres, sigma_m: 0.05 });
         let used = heights.best(at, range, GROUND_M, expected);
         heights.frame(at, range, (GROUND_M, 24.0), expected);
@@ -87,9 +87,33 @@ fn without_matches_a_laser_counts_again() {
 }
 
 #[test]
+fn the_place_that_it_took_off_from_serves_until_there_is_a_range() {
+    let level = Expected { has_elevation: false, has_ranges: false, ..EXPECTED };
+    let mut heights = Heights::new();
+    let at = Micros(0);
+    heights.reported(Altitude { at, metres: GROUND_M + 120.0, climb_m_per_s: 0.0, home_m: Some(GROUND_M) });
+    let known = heights.known(at, 0.0, &level).expect("it is");
+    // 15 m, and 4 % of 120 m.
+    assert!((known.metres - 120.0).abs() < 1e-3 && (known.sigma_m - 15.75).abs() < 0.1, "{known:?}");
+    assert_eq!(heights.known(at, 0.0, &Expected { has_ranges: true, ..level }), None);
+    // Of ground that nobody knows it is known less and less, until a match tells.
+    for frame in 1..40 {
+        heights.frame(Micros(250_000 * frame), None, (0.0, 24.0), &level);
+    }
+    heights.reported(Altitude { at: Micros(9_750_000), metres: 520.0, climb_m_per_s: 0.0, home_m: Some(GROUND_M) });
+    let later = heights.known(Micros(9_750_000), 0.0, &level).expect("it is");
+    assert!(later.sigma_m > known.sigma_m + 1.0, "{later:?}");
+    let scale = Observed { off: 0.1, variance: 1e-5 };
+    assert!(heights.may_be(Micros(9_750_000), later, scale, 0.0, &level));
+    heights.scaled(Micros(9_750_000), later, scale, 0.0, &level);
+    let told = heights.known(Micros(9_750_000), 0.0, &level).expect("it is");
+    assert!((told.metres - 1.1 * later.metres).abs() < 1.0 && told.sigma_m < 1.5, "{told:?}");
+}
+
+#[test]
 fn an_old_altitude_is_none() {
     let mut heights = Heights::new();
-    heights.reported(Altitude { at: Micros(0), metres: 520.0, climb_m_per_s: 1.0 });
+    heights.reported(Altitude { at: Micros(0), metres: 520.0, climb_m_per_s: 1.0, home_m: None });
     let known = |at| heights.known(Micros(at), GROUND_M, &EXPECTED).map(|height| height.metres);
     assert_eq!(known(1_000_000), Some(121.0));
     assert_eq!(known(3_000_000), None);

@@ -33,8 +33,13 @@ impl Flight {
         let Some([east_m, north_m]) = off else { return false };
         let truth = Local { east_m: self.speed_m_per_s * at_s, north_m: 0.0 };
         let nadir = Local { east_m: truth.east_m + east_m, north_m };
-        let sighting =
-            Sighting { nadir, covariance: Matrix2::identity() * 0.25, white: Matrix2::zeros(), side_m: 100.0 };
+        let sighting = Sighting {
+            nadir,
+            covariance: Matrix2::identity() * 0.25,
+            white: Matrix2::zeros(),
+            side_m: 100.0,
+            heading_rad: 0.0,
+        };
         if self.tracks.is_empty() {
             self.tracks.begin(&sighting);
             return true;
@@ -160,11 +165,24 @@ fn what_is_no_number_is_not_believed() {
         let mut flight = Flight::new();
         flight.all(8, RIGHT);
         let nadir = Local { east_m: nadir, north_m: 0.0 };
-        let sighting =
-            Sighting { nadir, covariance: Matrix2::identity() * sigma, white: Matrix2::zeros(), side_m: 100.0 };
+        let sighting = Sighting {
+            nadir,
+            covariance: Matrix2::identity() * sigma,
+            white: Matrix2::zeros(),
+            side_m: 100.0,
+            heading_rad: 0.0,
+        };
         for _ in 0..9 {
             assert!(!flight.tracks.matched(&sighting), "{nadir:?} {sigma}");
         }
         assert!(flight.seen(Some(RIGHT)));
     }
+}
+
+#[test]
+fn what_a_tilt_puts_aside_turns_with_the_vehicle() {
+    // 10 m ahead of a vehicle that flew north, and flies east now.
+    let aside = super::Aside { by_m: [0.0, 10.0], heading_rad: 0.0 };
+    let [east_m, north_m] = aside.turned_to(core::f32::consts::FRAC_PI_2);
+    assert!((east_m - 10.0).abs() < 1e-5 && north_m.abs() < 1e-5, "{east_m} {north_m}");
 }

@@ -177,9 +177,9 @@ fn one_heading_shares_by_the_sigmas_and_two_tell_apart() {
     assert!((roll * HEIGHT_M - 1.1 * by_tilt / all).abs() < 0.4, "{roll} {east}");
     assert!((east - 1.1 * (1.0 - by_tilt / all)).abs() < 0.4, "{roll} {east}");
     let [pitch, roll, east, north] = Flight { heading: &to_the_west, seconds: 90.0, ..flight }.means();
-    // What fades meanwhile is a tenth and a half of it.
-    assert!((roll - 0.03).abs() < 0.008 && pitch.abs() < 0.008, "{pitch} {roll} {east} {north}");
-    assert!((east + 2.5).abs() < 1.0 && north.abs() < 1.0, "{pitch} {roll} {east} {north}");
+    // A tilt is taken to last 25 s: of what two headings tell a third fades in the turn of 15 s between them.
+    assert!((roll - 0.03).abs() < 0.015 && pitch.abs() < 0.01, "{pitch} {roll} {east} {north}");
+    assert!((-3.5..-0.8).contains(&east) && north.abs() < 1.5, "{pitch} {roll} {east} {north}");
 }
 
 /// Without satellites a turn tells a tilt by the velocities alone, and less well.
@@ -188,7 +188,7 @@ fn satellites_tell_more_of_the_tilt_than_matches_alone() {
     let flight = Flight { tilt_rad: [0.0, 0.03], ..STRAIGHT };
     let off = |flight: &Flight<'_>| (flight.means()[1] - 0.03).abs();
     let (with, alone) = (off(&flight), off(&Flight { beside_m: &|_| None, ..flight }));
-    assert!(with < 0.6 * alone, "{with} {alone}");
+    assert!(with < 0.75 * alone, "{with} {alone}");
 }
 
 /// A camera that leans 9 degrees where 1.1 are expected is 18.9 m beside at 120 m, 5.7 sigmas.

@@ -1,0 +1,145 @@
+//! Jumps of the tilt: attitudes that are off from one frame to the next, and right again later.
+//!
+//! A match that lies far off what was expected is a jump of the tilt or of the place, and that match does not tell which. What it would
+//! be of the tilt is added up until a turn tells: where the sum is what the tilt was before, the attitude has jumped back.
+
+use super::estimate::{Estimate, Innovation};
+use super::found::{Found, Unknown, moved_by_tilt, white};
+use crate::math::{hypot, ln, sqrt, squared};
+use crate::units::Micros;
+use nalgebra::Vector2;
+
+/// Largest tilt that may have jumped, radians: further off it was the place. Chosen: turn and scale of a picture that was taken with such
+/// an error are ten per cent off, which no match survives.
+const JUMP_MAX_RAD: f32 = 0.3;
+/// A jump is told when the tilt is known to so many times what is not known beforehand.
+const TOLD: f32 = 1.2;
+/// A jump takes so long: an attitude is fitted over its samples around a frame's instant, so that the first frame sees a part of it,
+/// microseconds. Chosen: the fit's 21 samples at 50 Hz, and a frame's interval.
+const JUMPING_US: i32 = 600_000;
+/// A jump is one back where it leaves no larger share of itself, or where that explains the match so many times better than a jump of the
+/// place to anywhere within [`JUMP_MAX_RAD`]. Chosen: a jump of the place comes so near to that once in sixteen times, or in ten.
+const BACK_SHARE: f32 = 0.25;
+const BACK_ODDS: f32 = 10.0;
+/// What has jumped within so long is taken to swing, microseconds. Chosen: half of the period of 20 s with which a vehicle rocks slowly.
+const CALM_US: i32 = 10_000_000;
+/// A tilt that is further off what it was before than so many sigmas of that can jump back. Chosen: a normal error is once in a hundred.
+const LEARNT_SIGMAS: f32 = 3.0;
+
+/// The last jump.
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    at: Micros,
+    by_rad: Vector2<f32>,
+    is_back: bool,
+}
+
+/// What jumped, as far as nothing has told.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Jumps {
+    /// What pitch and roll are off where it was they that have jumped each time, radians; until a turn has told.
+    to_rad: Option<Vector2<f32>>,
+    last: Option<Last>,
+    /// The tilt that matches have told at last, and that the estimate goes back to, radians.
+    usual_rad: [f32; 2],
+}
+
+/// What there is from a jump on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Begun {
+    /// The match, as it is where the tilt is what it is more likely to be.
+    pub found: Found,
+    /// One sigma of that tilt, radians.
+    pub sigma_rad: f32,
+    /// By how much the tilt may be another one than the frame was rectified with, radians, beside that.
+    pub off_rad: f32,
+}
+
+impl Jumps {
+    pub(super) const fn new() -> Self {
+        Jumps { to_rad: None, last: None, usual_rad: [0.0; 2] }
+    }
+
+    /// What the tilt goes back to; nothing while a jump is open.
+    pub(super) fn usual_rad(&self) -> Option<[f32; 2]> {
+        self.to_rad.is_none().then_some(self.usual_rad)
+    }
+
+    /// Whether a frame may have seen a part of a jump alone.
+    pub(super) fn is_jumping(&self, at: Micros) -> bool {
+        self.last.is_some_and(|last| (0..JUMPING_US).contains(&at.since(last.at)))
+    }
+
+    /// What is known of the tilt from reported velocities on, which may tell a jump.
+    pub(super) fn known(&mut self, estimate: &Estimate, unknown: &Unknown) {
+        if self.to_rad.is_some() && estimate.tilt_sigma_rad() <= TOLD * unknown.tilt_rad {
+            (self.to_rad, self.usual_rad) = (None, estimate.tilt_rad());
+        }
+    }
+
+    /// The match of a frame at an instant is so far off, east and north in metres, from what was `expected`. `known_rad`: what the tilt
+    /// was taken to be.
+    pub(super) fn jumped(
+        &mut self,
+        (at, off): (Micros, Vector2<f32>),
+        (known_rad, expected): ([f32; 2], Option<Estimate>),
+        found: &Found,
+        unknown: &Unknown,
+    ) -> Begun {
+        let known_rad = Vector2::from(known_rad);
+        let by_rad = moved_by_tilt(found).transpose() * off / squared(found.height_m);
+        let by_tilt = by_rad.norm() <= JUMP_MAX_RAD;
+        let last = self.last.filter(|_| self.is_jumping(at));
+        if by_tilt && last.is_some_and(|last| last.is_back) {
+            let found = found.with_tilt(self.usual_rad);
+            return Begun { found, sigma_rad: unknown.tilt_rad, off_rad: by_rad.norm() };
+        }
+        let before_rad = self.to_rad.unwrap_or(known_rad);
+        let to_rad = if by_tilt { before_rad + by_rad } else { before_rad };
+        let by_rad = by_rad + last.map_or(Vector2::zeros(), |last| last.by_rad);
+        let likely = expected.filter(|_| by_tilt).and_then(|estimate| self.likely_back(at, &estimate, found, unknown));
+        let is_near = |usual: &Vector2<f32>| by_tilt && (to_rad - usual).norm() <= BACK_SHARE * by_rad.norm();
+        let back = likely.or_else(|| self.usual().find(is_near));
+        self.last = Some(Last { at: last.map_or(at, |last| last.at), by_rad, is_back: back.is_some() });
+        if let Some(back) = back {
+            self.usual_rad = back.into();
+        }
+        let tilt_rad = back.unwrap_or(known_rad);
+        let left_rad = likely.unwrap_or(to_rad) - tilt_rad;
+        let sigma_rad = hypot(unknown.tilt_rad, sqrt(0.5 * left_rad.norm_squared()));
+        self.to_rad = (sigma_rad > TOLD * unknown.tilt_rad).then_some(tilt_rad + left_rad);
+        Begun { found: found.with_tilt(tilt_rad.into()), sigma_rad, off_rad: (known_rad - tilt_rad).norm() }
+    }
+
+    /// The tilt that it was before a jump some time ago, where that explains a match best.
+    pub(super) fn likely_back(
+        &self,
+        at: Micros,
+        estimate: &Estimate,
+        found: &Found,
+        unknown: &Unknown,
+    ) -> Option<Vector2<f32>> {
+        if self.last.is_none_or(|last| at.since(last.at) < CALM_US) {
+            return None;
+        }
+        let known_rad = Vector2::from(estimate.tilt_rad());
+        let explains = |usual: &Vector2<f32>| {
+            let back = estimate.with_tilt((*usual).into(), unknown.tilt_rad);
+            let is_off = (known_rad - usual).norm() > LEARNT_SIGMAS * unknown.tilt_rad;
+            is_off && explains_best(&back.innovation(found, white(found, 0.0)), found)
+        };
+        self.usual().find(explains)
+    }
+
+    /// What it was before the jumps, and what is reported.
+    fn usual(&self) -> impl Iterator<Item = Vector2<f32>> + use<> {
+        [Vector2::from(self.usual_rad), Vector2::zeros()].into_iter()
+    }
+}
+
+/// Whether a tilt that was assumed explains a match [`BACK_ODDS`] times better than a jump of the place to anywhere within
+/// [`JUMP_MAX_RAD`]: the normal density there, e^(-x/2) / (2 pi s), against one over that circle's area.
+fn explains_best(innovation: &Innovation, found: &Found) -> bool {
+    let ratio = 0.5 * squared(JUMP_MAX_RAD * found.height_m) / (BACK_ODDS * innovation.spread());
+    ratio > 1.0 && 0.5 * innovation.squares <= ln(ratio)
+}
