@@ -392,7 +392,7 @@ def logged(blocks):
     wrong = [] if sorted(blocks) == list(range(len(blocks))) and blocks else ["blocks are missing"]
     for index, block in sorted(blocks.items()):
         magic, version, _, log, sequence = struct.unpack_from("<4sHHII", block)
-        if (magic, version, log, sequence) != (b"PLBL", 1, 0x12345678, index):
+        if (magic, version, log, sequence) != (b"PLBL", 2, 0x12345678, index):
             wrong.append(f"block {index}: head {block[:16].hex()}")
         if zlib.crc32(block[:508]) != struct.unpack_from("<I", block, 508)[0]:
             wrong.append(f"block {index}: checksum")

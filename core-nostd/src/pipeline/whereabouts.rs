@@ -62,13 +62,15 @@ fn on_spiral(step: u16) -> (i16, i16) {
         return (0, 0);
     }
     // Each ring has four sides of twice its number.
-    let along = i32::from(step) - (2 * ring - 1) * (2 * ring - 1);
-    let (side, along) = (along / (2 * ring), along % (2 * ring));
-    let (col, row) = match side {
-        0 => (ring, along - ring + 1),
-        1 => (ring - 1 - along, ring),
-        2 => (-ring, ring - 1 - along),
-        _ => (along - ring + 1, -ring),
+    let (side, along) = (2 * ring, i32::from(step) - (2 * ring - 1) * (2 * ring - 1));
+    let (col, row) = if along < side {
+        (ring, along - ring + 1)
+    } else if along < 2 * side {
+        (ring - 1 - (along - side), ring)
+    } else if along < 3 * side {
+        (-ring, ring - 1 - (along - 2 * side))
+    } else {
+        (along - 3 * side - ring + 1, -ring)
     };
     (col as i16, row as i16)
 }

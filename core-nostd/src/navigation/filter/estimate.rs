@@ -185,8 +185,9 @@ impl Estimate {
     /// As it would be if the tilt were another one, known to `sigma_rad`, and nothing of what is known of it told the position any more.
     pub(super) fn with_tilt(&self, tilt_rad: [f32; 2], sigma_rad: f32) -> Estimate {
         let mut other = *self;
-        for (axis, tilt_rad) in (TILT..).zip(tilt_rad) {
-            other.state[axis] = tilt_rad;
+        let [pitch, roll] = tilt_rad;
+        (other.state[TILT], other.state[TILT + 1]) = (pitch, roll);
+        for axis in TILT..TILT + 2 {
             for one in 0..6 {
                 (other.covariance[(axis, one)], other.covariance[(one, axis)]) = (0.0, 0.0);
             }

@@ -182,9 +182,7 @@ impl Satellites {
         let keeps = 1.0 / (1.0 + seconds / OFFSET_S);
         self.state *= keeps;
         self.covariance *= squared(keeps);
-        for (axis, sigma) in prior.iter().enumerate() {
-            self.covariance[(axis, axis)] += (1.0 - squared(keeps)) * squared(*sigma);
-        }
+        self.covariance += Matrix3::from_diagonal(&Vector3::from(prior.map(squared))) * (1.0 - squared(keeps));
         let Some(Joint { estimate, cross }) = &mut self.joint else { return };
         estimate.carry(moments, beside_m, usual_rad, unknown);
         let keeps_velocity = 1.0 / (1.0 + seconds / VELOCITY_S);
