@@ -22,7 +22,7 @@ fn bad_keys_and_faults_are_refused() {
         refusals.expect(&format!("fly --scenario good.toml --set {set} --out out"), names);
     }
     for (fault, names) in [
-        ("rnge.scale=1.1@30..60", &["--fault", "\"rnge\"", "position, range"][..]),
+        ("rnge.scale=1.1@30..60", &["--fault", "\"rnge\"", "position, gnss, range"][..]),
         ("range.loud", &["--fault", "\"loud\"", "scale [times]"]),
         ("range.scale@30..60", &["--fault", "needs a value"]),
         ("range.scale=1e9", &["--fault", "between 0 and 100"]),
