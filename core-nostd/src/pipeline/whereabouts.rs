@@ -156,7 +156,7 @@ impl Whereabouts {
     fn far_from(&mut self, centre: Local, usual: &Usual) -> Local {
         let spacing_m = SPACING_PX * usual.px_m;
         let reach_m = REACQUIRE_PX as f32 * usual.px_m;
-        let rings = ceil((SWEEP_M - reach_m) / spacing_m).max(1.0).min(RINGS_MAX) as u16;
+        let rings = ceil((SWEEP_M - reach_m) / spacing_m).clamp(1.0, RINGS_MAX) as u16;
         for _ in 0..STEPS_MAX {
             let (cols, rows) = swept(self.sweep, rings).unwrap_or_else(|| {
                 self.sweep = 0;
