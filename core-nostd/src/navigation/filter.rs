@@ -59,6 +59,7 @@ const JUMP: f32 = 23.0;
 /// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: that of an attitude 0.3 s late of a vehicle that
 /// rocks by 20 degrees a second.
 const TRANSIENT_MAX_RAD: f32 = 0.1;
+
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct Filter {

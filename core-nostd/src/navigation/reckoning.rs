@@ -3,6 +3,10 @@
 use crate::tile::Local;
 use crate::units::Micros;
 
+/// A jump of the attitude takes so long to be there as a whole: it is fitted over its samples around a frame's instant, so that the first
+/// frame sees a part of it, microseconds. Chosen: the fit's 21 samples at 50 Hz, and a frame's interval.
+pub const JUMPING_US: i32 = 600_000;
+
 /// What the navigation reports of the motion at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {

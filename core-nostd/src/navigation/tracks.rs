@@ -11,7 +11,7 @@
 //! forgotten.
 
 use super::protection::larger_sigma_m;
-use super::reckoning::{Moment, way_m};
+use super::reckoning::{JUMPING_US, Moment, way_m};
 use crate::math::{hypot, ln, sin_cos, sqrt};
 use crate::tile::Local;
 use crate::units::Micros;
@@ -40,9 +40,6 @@ const VELOCITY_SIGMA_M_PER_S: f32 = 1.5;
 const STEP_MAX_US: i32 = 9_000_000;
 /// What the mean of two velocities is off at most, as a share of their difference, in turns of up to half a circle.
 const TURN_SHARE: f32 = 0.35;
-/// What puts matches elsewhere is there as a whole after so long, microseconds: an attitude is fitted over its samples around a frame's
-/// instant. Chosen: the fit's 21 samples at 50 Hz, and a frame's interval.
-const BEGINNING_US: i32 = 600_000;
 /// A place is doubtful where the gate around it reaches over so much of the search: it would take in what is found by chance.
 const DOUBTFUL: f32 = 0.5;
 /// There a match counts all the same within this share of the search. Chosen: of what is found by chance one in twenty lies there.
@@ -61,15 +58,6 @@ pub struct Sighting {
     pub side_m: f32,
     /// Heading, clockwise from grid north, radians.
     pub heading_rad: f32,
-}
-
-impl Aside {
-    /// As it would be if it had turned with the vehicle to such a heading, metres east and north.
-    pub fn turned_to(&self, heading_rad: f32) -> [f32; 2] {
-        let (sin, cos) = sin_cos(heading_rad - self.heading_rad);
-        let [east, north] = self.by_m;
-        [east * cos + north * sin, north * cos - east * sin]
-    }
 }
 
 /// A place.
@@ -95,6 +83,15 @@ pub struct Aside {
     pub by_m: [f32; 2],
     /// Heading of the vehicle then, clockwise from grid north, radians.
     pub heading_rad: f32,
+}
+
+impl Aside {
+    /// As it would be if it had turned with the vehicle to such a heading, metres east and north.
+    pub fn turned_to(&self, heading_rad: f32) -> [f32; 2] {
+        let (sin, cos) = sin_cos(heading_rad - self.heading_rad);
+        let [east, north] = self.by_m;
+        [east * cos + north * sin, north * cos - east * sin]
+    }
 }
 
 /// When a place was seen first.
@@ -255,7 +252,7 @@ impl Tracks {
     /// How a place began that a match belongs to, or begins.
     fn begun(&self, own: Option<&Track>, sighting: &Sighting) -> Begun {
         let at = own.map_or(self.moment.at, |own| own.begun.at);
-        let is_beginning = self.moment.at.since(at) < BEGINNING_US;
+        let is_beginning = self.moment.at.since(at) < JUMPING_US;
         let known = own.and_then(|own| own.begun.aside).filter(|_| !is_beginning);
         Begun { at, aside: known.or_else(|| self.led.map(|led| sighting.aside(led))) }
     }

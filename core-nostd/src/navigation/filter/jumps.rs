@@ -6,6 +6,7 @@
 use super::estimate::{Estimate, Innovation};
 use super::found::{Found, Unknown, moved_by_tilt, white};
 use crate::math::{hypot, ln, sqrt, squared};
+use crate::navigation::reckoning::JUMPING_US;
 use crate::units::Micros;
 use nalgebra::Vector2;
 
@@ -14,9 +15,6 @@ use nalgebra::Vector2;
 const JUMP_MAX_RAD: f32 = 0.3;
 /// A jump is told when the tilt is known to so many times what is not known beforehand.
 const TOLD: f32 = 1.2;
-/// A jump takes so long: an attitude is fitted over its samples around a frame's instant, so that the first frame sees a part of it,
-/// microseconds. Chosen: the fit's 21 samples at 50 Hz, and a frame's interval.
-const JUMPING_US: i32 = 600_000;
 /// A jump is one back where it leaves no larger share of itself, or where that explains the match so many times better than a jump of the
 /// place to anywhere within [`JUMP_MAX_RAD`]. Chosen: a jump of the place comes so near to that once in sixteen times, or in ten.
 const BACK_SHARE: f32 = 0.25;
