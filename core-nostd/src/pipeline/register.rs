@@ -6,7 +6,7 @@ use crate::budget::REACQUIRE_PX;
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::Placement;
 use crate::image::View;
-use crate::matching::{Match, Matcher, Prior, Request, Shift};
+use crate::matching::{Match, Matcher, Prior, Rejection, Request, Shift};
 use crate::math::{hypot, sqrt, squared};
 use crate::navigation::filter::Found;
 use crate::navigation::observed::Observed;
@@ -91,17 +91,25 @@ impl Pipeline<'_> {
             ),
             prior_m: self.prior_m(situation),
         };
-        let search = self.whereabouts.search(&mut self.navigation.tracks, situation, &usual);
-        let tried = self.locate(situation, search);
-        let sighting = match &tried {
-            Err(refusal) => Err(*refusal),
-            Ok(Matched { found, centre, .. }) => match found.accepted {
-                Err(rejection) => Err(rejection.into()),
-                Ok(shift) if !self.may_be(situation, &shift) => Err(Refusal::Contradicted),
-                Ok(shift) => Ok(self.sighting(situation, *centre, &shift)),
-            },
-        };
+        let mut search = self.whereabouts.search(&mut self.navigation.tracks, situation, &usual);
+        let mut tried = self.locate(situation, search);
+        let mut sighting = self.seen(situation, &tried);
+        let is_blind = matches!(tried, Err(Refusal::Featureless));
+        if sighting.is_err()
+            && !is_blind
+            && let Some(far) = self.whereabouts.far(&self.navigation.tracks, situation, &usual)
+        {
+            search = far;
+            tried = self.locate(situation, search);
+            sighting = self.seen(situation, &tried);
+        }
         let counts = self.whereabouts.ended(&mut self.navigation.tracks, search, situation, &usual, sighting);
+        if let Ok(Matched { found: Match { accepted: Err(Rejection::OnBorder), shift, .. }, centre, .. }) = &tried
+            && !search.is_far
+            && self.navigation.tracks.is_empty()
+        {
+            self.whereabouts.leads_to(situation, self.tile.local(centre.0 + shift.0, centre.1 + shift.1));
+        }
         if !self.whereabouts.has_found() {
             self.navigation.candidate = self.navigation.candidate.wrapping_add(1);
         }
@@ -119,6 +127,16 @@ impl Pipeline<'_> {
         // What contradicts heading or height was never asked where it lies.
         let counts = sighting.map(|_| ()).and(counts);
         tried.map(|matched| Matched { counts, doubt_rad, ..matched })
+    }
+
+    /// Where what was tried puts the vehicle, or why nowhere.
+    fn seen(&mut self, situation: &Situation, tried: &Result<Matched, Refusal>) -> Result<Sighting, Refusal> {
+        let Matched { found, centre, .. } = tried.as_ref().map_err(|refusal| *refusal)?;
+        let shift = found.accepted?;
+        if !self.may_be(situation, &shift) {
+            return Err(Refusal::Contradicted);
+        }
+        Ok(self.sighting(situation, *centre, &shift))
     }
 
     /// One sigma of the navigation's position, each axis. Who says nothing of its error and has it searched so far takes it to be half as far off.

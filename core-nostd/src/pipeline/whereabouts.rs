@@ -12,10 +12,10 @@ use crate::navigation::tracks::{Sighting, Tracks, drift_m};
 use crate::tile::Local;
 use nalgebra::Matrix2;
 
-/// Consecutive frames that were matched and not accepted after which the position counts as lost: from then on every second
-/// frame is searched over ±[`REACQUIRE_PX`], until one is found. Over good ground one frame in fifty is not accepted; over a lake or
-/// changed ground many are in a row, and half of them cost a long search.
-pub const LOST_AFTER: u8 = 5;
+/// Consecutive frames that were matched and not accepted after which the position counts as lost: from then on each frame that is
+/// not found as usual is searched over ±[`REACQUIRE_PX`] as well, until one is found. Over good ground one frame in fifty is not
+/// accepted; over a lake or changed ground many are in a row, and each costs a long search.
+pub const LOST_AFTER: u8 = 3;
 /// Frames in which a match that is to be confirmed must be found again; it is no fix before. Two of a hundred good frames are
 /// not accepted, so of two in a row one is.
 const CONFIRMED_WITHIN: u8 = 2;
@@ -30,13 +30,13 @@ const SWEEP_M: f32 = 1000.0;
 /// Rings at most: over 1 m a pixel eight reach as far, and take two and a half minutes at four frames a second.
 const RINGS_MAX: f32 = 8.0;
 /// Rings of each lap, and centres of all of them and once more the first one's.
-const LAPS: [u16; 4] = [1, 2, 4, 8];
-const STEPS_MAX: u16 = 9 + 25 + 81 + 289 + 9;
+const LAPS: [u16; 6] = [0, 0, 1, 2, 4, 8];
+const STEPS_MAX: u16 = 2 + 9 + 25 + 81 + 289 + 1;
 /// Between these centres, pixels: searches overlap by an eighth, so that what is found at a border lies within another.
 const SPACING_PX: f32 = 1.75 * REACQUIRE_PX as f32;
 
-/// Columns and rows of the centre of a far search after so many: all of one ring, then from the middle on all of two, of four, of eight,
-/// since most are lost nearby. Nothing beyond the last.
+/// Columns and rows of the centre of a far search after so many: twice the middle, since a search of reduced pictures finds two of three
+/// that are there; all of one ring, then from the middle on all of two, of four, of eight, since most are lost nearby. Nothing beyond the last.
 fn swept(step: u16, rings: u16) -> Option<(i16, i16)> {
     let mut left = step;
     for lap in LAPS.map(|lap| lap.min(rings)) {
@@ -81,11 +81,13 @@ struct Found {
     reckoning: Reckoning,
     /// Frames that have not found it again.
     missed: u8,
+    /// Only the highest on a search's border: no match yet.
+    is_on_border: bool,
 }
 
 impl Found {
-    fn new(situation: &Situation, sighting: &Sighting) -> Self {
-        Found { reckoning: Reckoning::new(situation.moment(), sighting.nadir), missed: 0 }
+    fn new(situation: &Situation, nadir: Local, is_on_border: bool) -> Self {
+        Found { reckoning: Reckoning::new(situation.moment(), nadir), missed: 0, is_on_border }
     }
 
     /// Whether a match lies where this one has come to, which was as certain as that is: frames a moment apart are alike.
@@ -132,10 +134,9 @@ pub(super) struct Whereabouts {
 }
 
 impl Whereabouts {
-    /// The search for the next frame.
+    /// The search for the next frame. One that is far comes behind it, where it finds nothing: [`Whereabouts::far`].
     pub(super) fn search(&mut self, tracks: &mut Tracks, situation: &Situation, usual: &Usual) -> Search {
-        let Usual { reach_m, is_in_doubt, sigma_m_per_s, .. } = *usual;
-        let predicted = situation.prediction.local;
+        let Usual { reach_m, sigma_m_per_s, .. } = *usual;
         tracks.carry(situation.moment(), sigma_m_per_s, reach_m);
         let carried =
             |found: Found| Some(Found { reckoning: found.reckoning.to(situation.moment(), AGE_MAX_US)?, ..found });
@@ -143,13 +144,22 @@ impl Whereabouts {
         if let Some(found) = self.found {
             return Search { at: found.reckoning.local(), is_far: false };
         }
-        // While the navigation is there, and not in doubt, it is what is believed.
-        let place = tracks.place().filter(|place| is_in_doubt || place.off_m(predicted) > NEAR * reach_m);
-        let centre = place.unwrap_or(predicted);
-        if self.missed < LOST_AFTER && (place.is_some() || !is_in_doubt) {
-            return Search { at: centre, is_far: false };
-        }
-        Search { at: self.far_from(centre, usual), is_far: true }
+        Search { at: self.centre(tracks, situation, usual), is_far: false }
+    }
+
+    /// Where the vehicle is taken to be: while the navigation is there, and not in doubt, that is what is believed.
+    fn centre(&self, tracks: &Tracks, situation: &Situation, usual: &Usual) -> Local {
+        let predicted = situation.prediction.local;
+        let is_there = |place: &Local| !usual.is_in_doubt && place.off_m(predicted) <= NEAR * usual.reach_m;
+        tracks.place().filter(|place| !is_there(place)).unwrap_or(predicted)
+    }
+
+    /// The far search that is due behind a usual one that has come to nothing, where the position has been lost or may be anywhere.
+    pub(super) fn far(&mut self, tracks: &Tracks, situation: &Situation, usual: &Usual) -> Option<Search> {
+        let is_due = self.found.is_none()
+            && (self.missed >= LOST_AFTER || usual.is_in_doubt && tracks.place().is_none());
+        let centre = self.centre(tracks, situation, usual);
+        is_due.then(|| Search { at: self.far_from(centre, usual), is_far: true })
     }
 
     /// The next centre of a far search around another one that is on the tile.
@@ -186,25 +196,27 @@ impl Whereabouts {
         sighting: Result<Sighting, Refusal>,
     ) -> Result<(), Refusal> {
         match (sighting, search.is_far) {
-            (Ok(sighting), true) => {
-                self.missed = 0;
-                return self.unconfirmed(situation, &sighting);
-            }
+            (Ok(sighting), true) => return self.unconfirmed(situation, &sighting),
             (Ok(sighting), false) => {
                 self.seen(tracks, situation, usual, &sighting)?;
                 (self.missed, self.sweep) = (0, 0);
             }
-            // Nothing was seen: that search is still to come.
-            (Err(Refusal::Featureless), true) => {}
-            (Err(_), true) => self.next_far(),
+            (Err(_), true) => self.sweep = self.sweep.wrapping_add(1),
             (Err(_), false) => self.missed_near(),
         }
         Ok(())
     }
 
     fn unconfirmed(&mut self, situation: &Situation, sighting: &Sighting) -> Result<(), Refusal> {
-        self.found = Some(Found::new(situation, sighting));
+        self.found = Some(Found::new(situation, sighting.nadir, false));
         Err(Refusal::Unconfirmed)
+    }
+
+    /// The highest of a usual search lies on its border, and no place is known: the next one is made around it.
+    pub(super) fn leads_to(&mut self, situation: &Situation, nadir: Local) {
+        if self.missed < LOST_AFTER {
+            self.found = self.found.or(Some(Found::new(situation, nadir, true)));
+        }
     }
 
     /// A match where it was looked for.
@@ -217,7 +229,7 @@ impl Whereabouts {
     ) -> Result<(), Refusal> {
         let is_alone = tracks.is_empty();
         match self.found.take() {
-            Some(found) if !found.agrees(sighting, usual.sigma_m_per_s) => {
+            Some(found) if found.is_on_border || !found.agrees(sighting, usual.sigma_m_per_s) => {
                 return self.unconfirmed(situation, sighting);
             }
             Some(_) if is_alone => {
@@ -228,7 +240,7 @@ impl Whereabouts {
             // After so long, or so many in vain, what is found as well may be wrong.
             None if situation.is_candidate
                 || tracks.is_doubtful(sighting.nadir, usual.reach_m)
-                || is_alone && self.missed + 1 >= LOST_AFTER =>
+                || is_alone && (usual.is_in_doubt || self.missed + 1 >= LOST_AFTER) =>
             {
                 return self.unconfirmed(situation, sighting);
             }
@@ -249,19 +261,13 @@ impl Whereabouts {
         self.found.is_some()
     }
 
-    /// The next far search is made elsewhere, after one frame near the prediction.
-    fn next_far(&mut self) {
-        self.missed = LOST_AFTER - 1;
-        self.sweep = self.sweep.wrapping_add(1);
-    }
-
     fn missed_near(&mut self) {
         self.missed = (self.missed + 1).min(LOST_AFTER);
         let Some(found) = &mut self.found else { return };
         found.missed += 1;
         if found.missed >= CONFIRMED_WITHIN {
+            self.sweep = self.sweep.wrapping_add(u16::from(!found.is_on_border));
             self.found = None;
-            self.next_far();
         }
     }
 }
@@ -286,9 +292,9 @@ mod tests {
     fn the_middle_comes_again_before_the_outer_rings() {
         let middle =
             |rings| (0..500).filter(move |step| swept(*step, rings) == Some((0, 0))).collect::<std::vec::Vec<u16>>();
-        assert_eq!(middle(8), [0, 9, 34, 115]);
-        assert_eq!(middle(3), [0, 9, 34]);
-        assert_eq!((swept(403, 8).is_some(), swept(404, 8)), (true, None));
-        assert_eq!((swept(82, 3).is_some(), swept(83, 3)), (true, None));
+        assert_eq!(middle(8), [0, 1, 2, 11, 36, 117]);
+        assert_eq!(middle(3), [0, 1, 2, 11, 36]);
+        assert_eq!((swept(405, 8).is_some(), swept(406, 8)), (true, None));
+        assert_eq!((swept(84, 3).is_some(), swept(85, 3)), (true, None));
     }
 }
