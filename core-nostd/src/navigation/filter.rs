@@ -1,7 +1,7 @@
 //! How far attitude and velocity are off, by matches against the way flown between them.
 //!
-//! A Kalman filter of six states: the position of the camera, the error of the reported velocity, and the error of the attitude in
-//! the vehicle's own axes, pitch and roll. A match finds the nadir where the position is, less what the attitude's error moves it;
+//! A Kalman filter of eight states: the position of the camera, the error of the reported velocity, the error of the attitude in
+//! the vehicle's own axes, pitch and roll, and what of it wanders in the ground's. A match finds the nadir where the position is, less what the attitude's error moves it;
 //! the reported velocity carries the position on. On a straight leg position and tilt cannot be told apart: what the tilt moves the
 //! nadir by turns with the vehicle and the position does not, so that a turn tells them apart. An offset of the map does not turn
 //! either: it stays in the position, and no match finds it.
@@ -28,7 +28,7 @@ use super::reckoning::{Moment, way_m};
 use crate::math::{hypot, sqrt, squared};
 use crate::tile::Local;
 use crate::units::Micros;
-use estimate::{Estimate, unaided_m};
+use estimate::{Estimate, parts_rad, unaided_m};
 use found::white;
 pub use found::{Found, Unknown};
 use heapless::Deque;
@@ -131,10 +131,12 @@ impl Filter {
         sqrt((squared(self.tilt_sigma_rad(unknown_rad)) - squared(unknown_rad)).max(0.0))
     }
 
-    /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians. `unknown_rad`: where nothing
-    /// is known.
+    /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians: what wanders is in it as if
+    /// nothing were known of that, since no frame is rectified with it. `unknown_rad`: where nothing is known.
     pub fn tilt_sigma_rad(&self, unknown_rad: f32) -> f32 {
-        hypot(self.newest.map_or(unknown_rad, |estimate| estimate.tilt_sigma_rad()), self.transient_rad)
+        let [_, wander_rad] = parts_rad(unknown_rad);
+        let known_rad = self.newest.map_or(unknown_rad, |estimate| hypot(estimate.tilt_sigma_rad(), wander_rad));
+        hypot(known_rad, self.transient_rad)
     }
 
     /// Where the camera is at the newest frame, and the covariance of that, square metres; nothing before the first match.

@@ -1,4 +1,8 @@
-//! Position, error of the velocity and error of pitch and roll, and how well they are known.
+//! Position, error of the velocity and error of the attitude, and how well they are known.
+//!
+//! The attitude's error has two parts. What comes from an accelerometer's bias, or from how the camera was mounted, lasts, and turns
+//! with the vehicle: the *tilt*. What an estimator makes of its gyroscopes and of the positions that it is given comes and goes within
+//! ten seconds, and stays with the ground's axes: the *wander*.
 
 use super::found::{Found, Unknown, moved_by_tilt};
 use crate::math::{hypot, sqrt, squared};
@@ -7,18 +11,32 @@ use crate::tile::Local;
 use crate::units::Micros;
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
-type Covariance = SMatrix<f32, 6, 6>;
-type State = SMatrix<f32, 6, 1>;
-/// Where the states begin: position, velocity, tilt.
+/// One sigma of the tilt and of the wander that together are an attitude's error of such a sigma, each axis, radians.
+pub(super) fn parts_rad(sigma_rad: f32) -> [f32; 2] {
+    let wander = (WANDER_SHARE * sigma_rad).min(WANDER_MAX_RAD);
+    [sqrt((squared(sigma_rad) - squared(wander)).max(0.0)), wander]
+}
+
+type Covariance = SMatrix<f32, STATES, STATES>;
+type State = SMatrix<f32, STATES, 1>;
+/// Where the states begin: position, velocity, tilt, wander.
 pub(super) const VELOCITY: usize = 2;
 pub(super) const TILT: usize = 4;
+pub(super) const WANDER: usize = 6;
+pub(super) const STATES: usize = 8;
 
-/// Time constants by which velocity and attitude forget their errors, seconds. Chosen, by twelve flights of three minutes that were kept by
-/// their fixes (consumer inertial sensors, two fixes a second): an attitude's error is a third of itself after 10 s, and a fifth of it
-/// stays for a minute; a velocity's is that of the fixes that it comes from, and gone before. With 30 and 100 s the filter's errors were
-/// 1.4 times what it said.
+/// Time constants by which velocity, tilt and wander forget, seconds. Chosen, by 24 flights of three minutes that were kept by their
+/// fixes (consumer inertial sensors, two fixes a second): of an attitude's error in the ground's axes 0.95, 0.74, 0.45 and nothing
+/// are left after 2, 6, 10 and 17 s, in the vehicle's a fifth for a minute; a velocity's error is that of the fixes that it
+/// comes from. With half and twice as long the filter's errors are within a tenth of the same.
 pub(super) const VELOCITY_S: f32 = 8.0;
-pub(super) const TILT_S: f32 = 25.0;
+pub(super) const TILT_S: f32 = 100.0;
+pub(super) const WANDER_S: f32 = 10.0;
+/// Share of an attitude's sigma that wanders: three quarters of its variance, by the same flights.
+const WANDER_SHARE: f32 = 0.87;
+/// One sigma of it at most, radians: 0.3 degrees, a little more than in these flights. An attitude that is said to be worse than
+/// that has been fitted worse, or is a camera's that leans.
+const WANDER_MAX_RAD: f32 = 0.0052;
 /// What the mean of two velocities is off as a share of their difference, of a turn by a radian: the way along an arc is by a twelfth of
 /// the angle's square longer than its chord's velocities say, and no more than this up to half a circle.
 const TURN_SHARE: f32 = 0.11;
@@ -41,6 +59,12 @@ pub(super) fn unaided_m(matched_at: Micros, at: Micros, seconds: f32) -> f32 {
     UNAIDED_M_PER_S * sqrt(squared(unaided_s) - squared((unaided_s - seconds).max(0.0)))
 }
 
+/// What velocity, tilt and wander keep of themselves over so many seconds.
+pub(super) fn keeps(seconds: f32, forgets_tilt: bool) -> [f32; 3] {
+    let [velocity, tilt, wander] = [VELOCITY_S, TILT_S, WANDER_S].map(|constant_s| 1.0 / (1.0 + seconds / constant_s));
+    [velocity, if forgets_tilt { tilt } else { 1.0 }, wander]
+}
+
 /// What is estimated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Estimate {
@@ -57,7 +81,7 @@ pub(super) struct Innovation {
     pub squares: f32,
     /// Tilt that would explain what is beyond one sigma, radians.
     pub beyond_rad: f32,
-    pub(super) seen: SMatrix<f32, 6, 2>,
+    pub(super) seen: SMatrix<f32, STATES, 2>,
     pub(super) inverse: Matrix2<f32>,
 }
 
@@ -78,18 +102,22 @@ impl Estimate {
     /// From a match on. `white`: its covariance without the tilt that lasts.
     pub(super) fn begun(found: &Found, white: Matrix2<f32>, unknown: &Unknown) -> Estimate {
         let moved = moved_by_tilt(found);
-        let tilt = squared(unknown.tilt_rad);
+        let [tilt, wander] = parts_rad(unknown.tilt_rad).map(squared);
         let mut covariance = Covariance::zeros();
-        covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&(white + moved * moved.transpose() * tilt));
+        let wandered = Matrix2::identity() * (squared(found.height_m) * wander);
+        covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&(white + moved * moved.transpose() * tilt + wandered));
         covariance.fixed_view_mut::<2, 2>(0, TILT).copy_from(&(moved * -tilt));
         covariance.fixed_view_mut::<2, 2>(TILT, 0).copy_from(&(moved.transpose() * -tilt));
         for axis in 0..2 {
             covariance[(VELOCITY + axis, VELOCITY + axis)] = squared(unknown.velocity_m_per_s);
             covariance[(TILT + axis, TILT + axis)] = tilt;
+            covariance[(WANDER + axis, WANDER + axis)] = wander;
+            covariance[(axis, WANDER + axis)] = -found.height_m * wander;
+            covariance[(WANDER + axis, axis)] = -found.height_m * wander;
         }
         let Local { east_m, north_m } = found.nadir;
         let [pitch, roll] = found.less_tilt_rad;
-        Estimate { state: State::from([east_m, north_m, 0.0, 0.0, pitch, roll]), covariance }
+        Estimate { state: State::from([east_m, north_m, 0.0, 0.0, pitch, roll, 0.0, 0.0]), covariance }
     }
 
     /// Where the camera is, and the covariance of that, square metres.
@@ -116,7 +144,7 @@ impl Estimate {
 
     /// Whether every number is one, and every variance may be.
     pub(super) fn is_sound(&self) -> bool {
-        let variances = (0..6).all(|axis| self.covariance[(axis, axis)] >= 0.0);
+        let variances = (0..STATES).all(|axis| self.covariance[(axis, axis)] >= 0.0);
         variances && self.state.iter().chain(&self.covariance).all(|number| number.is_finite())
     }
 
@@ -144,12 +172,12 @@ impl Estimate {
         let Estimate { state, covariance } = self;
         let seconds = moment.at.since(before.at) as f32 * 1e-6;
         let [east, north] = way_m(before, moment);
-        let keeps = [1.0 / (1.0 + seconds / VELOCITY_S), 1.0 / (1.0 + seconds / TILT_S)];
-        let keeps_tilt = if usual_rad.is_some() { keeps[1] } else { 1.0 };
+        let [keeps_velocity, keeps_tilt, keeps_wander] = keeps(seconds, usual_rad.is_some());
         for axis in 0..2 {
             // True is the reported velocity less its error.
             state[axis] -= state[VELOCITY + axis] * seconds;
-            state[VELOCITY + axis] *= keeps[0];
+            state[VELOCITY + axis] *= keeps_velocity;
+            state[WANDER + axis] *= keeps_wander;
             if let Some(usual) = usual_rad.and_then(|usual| usual.get(axis).copied()) {
                 state[TILT + axis] = usual + (state[TILT + axis] - usual) * keeps_tilt;
             }
@@ -159,8 +187,9 @@ impl Estimate {
         let mut by = Covariance::identity();
         for axis in 0..2 {
             by[(axis, VELOCITY + axis)] = -seconds;
-            by[(VELOCITY + axis, VELOCITY + axis)] = keeps[0];
+            by[(VELOCITY + axis, VELOCITY + axis)] = keeps_velocity;
             by[(TILT + axis, TILT + axis)] = keeps_tilt;
+            by[(WANDER + axis, WANDER + axis)] = keeps_wander;
         }
         *covariance = symmetric(&(by * *covariance * by.transpose()));
         let change = |axis: usize| moment.velocity_m_per_s[axis] - before.velocity_m_per_s[axis];
@@ -169,10 +198,14 @@ impl Estimate {
         let bent_m = TURN_SHARE * (turned / speed).min(core::f32::consts::PI) * turned * seconds;
         let way = squared(WAY_M) * seconds + squared(bent_m) + squared(beside_m);
         let fresh = |keep: f32, sigma: f32| (1.0 - squared(keep)) * squared(sigma);
+        let [tilt, wander] = parts_rad(unknown.tilt_rad);
+        // What forgets nothing knows less and less all the same.
+        let keeps_known = 1.0 / (1.0 + seconds / TILT_S);
         for axis in 0..2 {
             covariance[(axis, axis)] += way;
-            covariance[(VELOCITY + axis, VELOCITY + axis)] += fresh(keeps[0], unknown.velocity_m_per_s);
-            covariance[(TILT + axis, TILT + axis)] += fresh(keeps[1], unknown.tilt_rad);
+            covariance[(VELOCITY + axis, VELOCITY + axis)] += fresh(keeps_velocity, unknown.velocity_m_per_s);
+            covariance[(TILT + axis, TILT + axis)] += fresh(keeps_known, tilt);
+            covariance[(WANDER + axis, WANDER + axis)] += fresh(keeps_wander, wander);
         }
     }
 
@@ -188,7 +221,7 @@ impl Estimate {
         let [pitch, roll] = tilt_rad;
         (other.state[TILT], other.state[TILT + 1]) = (pitch, roll);
         for axis in TILT..TILT + 2 {
-            for one in 0..6 {
+            for one in 0..STATES {
                 (other.covariance[(axis, one)], other.covariance[(one, axis)]) = (0.0, 0.0);
             }
             other.covariance[(axis, axis)] = squared(sigma_rad);
@@ -201,10 +234,12 @@ impl Estimate {
         let moved = moved_by_tilt(found);
         let off = Vector2::new(found.nadir.east_m - self.state[0], found.nadir.north_m - self.state[1])
             - moved * Vector2::from(self.tilt_rad())
+            - self.state.fixed_view::<2, 1>(WANDER, 0) * found.height_m
             + moved * Vector2::from(found.less_tilt_rad);
-        let seen =
-            self.covariance.fixed_view::<6, 2>(0, 0) + self.covariance.fixed_view::<6, 2>(0, TILT) * moved.transpose();
-        let all = seen.fixed_view::<2, 2>(0, 0) + moved * seen.fixed_view::<2, 2>(TILT, 0) + white;
+        let common = |states: usize| self.covariance.fixed_view::<STATES, 2>(0, states);
+        let seen = common(0) + common(TILT) * moved.transpose() + common(WANDER) * found.height_m;
+        let own = |states: usize| seen.fixed_view::<2, 2>(states, 0);
+        let all = own(0) + moved * own(TILT) + own(WANDER) * found.height_m + white;
         let inverse = all.try_inverse();
         let squares = inverse.map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
         let beyond_rad = sqrt((0.5 * (off.norm_squared() - all.trace())).max(0.0)) / found.height_m;

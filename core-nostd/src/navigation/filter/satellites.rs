@@ -1,6 +1,6 @@
 //! Satellite navigation beside the matches: how far the map is off it, what it says of the tilt, and whether the two disagree.
 //!
-//! Three more states beside the six of an estimate: the offset of the map, east and north (position by matches less position by
+//! Three more states beside those of an estimate: the offset of the map, east and north (position by matches less position by
 //! satellites), and by how much the receiver's positions are older than is usual. The offset is what both share for a whole flight: the
 //! receiver's own error (reflections, ionosphere, satellites' clocks), the map's, and that of their reference systems. It is a
 //! Gauss-Markov process, so that many positions a second do not average it away.
@@ -14,7 +14,7 @@
 
 use super::JUMP;
 use super::TRANSIENT;
-use super::estimate::{Estimate, TILT, TILT_S, VELOCITY, VELOCITY_S, symmetric};
+use super::estimate::{Estimate, STATES, TILT, VELOCITY, WANDER, keeps, symmetric};
 use super::found::{Found, Unknown, moved_by_tilt};
 use crate::math::{hypot, squared};
 use crate::navigation::reckoning::Moment;
@@ -60,11 +60,11 @@ pub(super) struct Moved {
     pub(super) variance: f32,
 }
 
-/// The six states with the positions of satellites, and their covariance with the three.
+/// The states of an estimate with the positions of satellites, and their covariance with the three.
 #[derive(Clone, Copy, Debug)]
 struct Joint {
     estimate: Estimate,
-    cross: SMatrix<f32, 6, 3>,
+    cross: SMatrix<f32, STATES, 3>,
 }
 
 /// What is known by satellites.
@@ -179,22 +179,22 @@ impl Satellites {
         let Some(prior) = self.prior else { return };
         let (before, moment) = moments;
         let seconds = moment.at.since(before.at) as f32 * 1e-6;
-        let keeps = 1.0 / (1.0 + seconds / OFFSET_S);
-        self.state *= keeps;
-        self.covariance *= squared(keeps);
-        self.covariance += Matrix3::from_diagonal(&Vector3::from(prior.map(squared))) * (1.0 - squared(keeps));
+        let keeps_offset = 1.0 / (1.0 + seconds / OFFSET_S);
+        self.state *= keeps_offset;
+        self.covariance *= squared(keeps_offset);
+        self.covariance += Matrix3::from_diagonal(&Vector3::from(prior.map(squared))) * (1.0 - squared(keeps_offset));
         let Some(Joint { estimate, cross }) = &mut self.joint else { return };
         estimate.carry(moments, beside_m, usual_rad, unknown);
-        let keeps_velocity = 1.0 / (1.0 + seconds / VELOCITY_S);
-        let keeps_tilt = if usual_rad.is_some() { 1.0 / (1.0 + seconds / TILT_S) } else { 1.0 };
+        let [keeps_velocity, keeps_tilt, keeps_wander] = keeps(seconds, usual_rad.is_some());
         for other in 0..3 {
             for axis in 0..2 {
                 cross[(axis, other)] -= seconds * cross[(VELOCITY + axis, other)];
                 cross[(VELOCITY + axis, other)] *= keeps_velocity;
                 cross[(TILT + axis, other)] *= keeps_tilt;
+                cross[(WANDER + axis, other)] *= keeps_wander;
             }
         }
-        *cross *= keeps;
+        *cross *= keeps_offset;
     }
 
     /// A match that the estimate by matches alone has taken. `white`: its covariance without the tilt that lasts.
@@ -205,24 +205,24 @@ impl Satellites {
             // By matches alone it was expected: the satellites are wrong.
             return self.forget_offset();
         }
-        let seen = cross.fixed_view::<2, 3>(0, 0).transpose()
-            + cross.fixed_view::<2, 3>(TILT, 0).transpose() * moved_by_tilt(found).transpose();
+        let common = |states: usize| cross.fixed_view::<2, 3>(states, 0).transpose();
+        let seen = common(0) + common(TILT) * moved_by_tilt(found).transpose() + common(WANDER) * found.height_m;
         self.learn(&seen, &innovation.seen, &innovation.inverse, innovation.off);
     }
 
-    /// What three and six states have in common with a measurement, that one's inverse covariance, and how far it is off.
+    /// What the three states and the others have in common with a measurement, that one's inverse covariance, and how far it is off.
     fn learn(
         &mut self,
         seen: &SMatrix<f32, 3, 2>,
-        seen_six: &SMatrix<f32, 6, 2>,
+        seen_others: &SMatrix<f32, STATES, 2>,
         inverse: &Matrix2<f32>,
         off: Vector2<f32>,
     ) {
         let Some(Joint { estimate, cross }) = &mut self.joint else { return };
-        let (gain, gain_six) = (seen * inverse, seen_six * inverse);
-        estimate.state += gain_six * off;
-        estimate.covariance = symmetric(&(estimate.covariance - gain_six * seen_six.transpose()));
-        *cross -= gain_six * seen.transpose();
+        let (gain, gain_others) = (seen * inverse, seen_others * inverse);
+        estimate.state += gain_others * off;
+        estimate.covariance = symmetric(&(estimate.covariance - gain_others * seen_others.transpose()));
+        *cross -= gain_others * seen.transpose();
         self.state += gain * off;
         self.covariance = symmetric(&(self.covariance - gain * seen.transpose()));
     }
@@ -246,19 +246,19 @@ impl Satellites {
             *self.joint.get_or_insert(Joint { estimate: *settled, cross: SMatrix::zeros() });
         let expected =
             estimate.state.fixed_view::<2, 1>(0, 0) - self.state.fixed_view::<2, 1>(0, 0) - velocity * self.state[2];
-        let seen_six = estimate.covariance.fixed_view::<6, 2>(0, 0)
-            - cross.fixed_view::<6, 2>(0, 0)
+        let seen_others = estimate.covariance.fixed_view::<STATES, 2>(0, 0)
+            - cross.fixed_view::<STATES, 2>(0, 0)
             - cross.column(2) * velocity.transpose();
         let seen = cross.fixed_view::<2, 3>(0, 0).transpose()
             - self.covariance.fixed_view::<3, 2>(0, 0)
             - self.covariance.column(2) * velocity.transpose();
-        let all = seen_six.fixed_view::<2, 2>(0, 0) - seen.fixed_view::<2, 2>(0, 0) - velocity * seen.row(2)
+        let all = seen_others.fixed_view::<2, 2>(0, 0) - seen.fixed_view::<2, 2>(0, 0) - velocity * seen.row(2)
             + Matrix2::identity() * white;
         let off = place - expected;
         let Some(inverse) = all.try_inverse() else { return };
         // No number is no small one.
         if (off.transpose() * inverse * off)[(0, 0)] <= JUMP {
-            self.learn(&seen, &seen_six, &inverse, off);
+            self.learn(&seen, &seen_others, &inverse, off);
         }
     }
 
