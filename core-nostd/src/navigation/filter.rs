@@ -24,7 +24,7 @@ mod judged;
 mod jumps;
 mod satellites;
 
-use super::reckoning::{Moment, way_m};
+use super::reckoning::{JUMPING_US, Moment, way_m};
 use crate::math::{hypot, sqrt, squared};
 use crate::tile::Local;
 use crate::units::Micros;
@@ -55,6 +55,11 @@ const WAITING: usize = 8;
 /// second once in a hundred thousand something has jumped.
 const TRANSIENT: f32 = 9.2;
 const JUMP: f32 = 23.0;
+/// Matches over which these are averaged, and beyond what, where two are expected, the tilt comes and goes as well: the mean of eight that
+/// count less and less has a deviation of a half, and this is three of them.
+const AVERAGED: f32 = 8.0;
+const EXPECTED: f32 = 2.0;
+const SWAYING: f32 = 3.5;
 
 /// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: that of an attitude 0.3 s late of a vehicle that
 /// rocks by 20 degrees a second.
@@ -76,8 +81,11 @@ pub struct Filter {
     /// The newest frame with a match, and what was expected there.
     matched_at: Micros,
     without: Option<Without>,
-    /// One sigma of a tilt that comes and goes, and that matches have shown, radians.
+    /// One sigma of a tilt that comes and goes, and that matches have shown, radians, and when it began to; innovations squared,
+    /// in sigmas, averaged.
     transient_rad: f32,
+    swung_at: Micros,
+    squares: f32,
     jumps: Jumps,
     /// What satellite navigation says beside the matches, and by how much pitch and roll are off by that at the newest frame, radians.
     satellites: Satellites,
@@ -98,6 +106,8 @@ impl Filter {
             matched_at: moment.at,
             without: None,
             transient_rad: 0.0,
+            swung_at: moment.at,
+            squares: EXPECTED,
             jumps: Jumps::new(),
             satellites: Satellites::new(),
             by_satellites_rad: None,
@@ -198,7 +208,8 @@ impl Filter {
         (self.acceleration, self.moment, self.matched_at) = ([0.0; 2], moment, Micros(0));
         (self.settled, self.newest, self.without) = (None, None, None);
         self.waiting.clear();
-        (self.transient_rad, self.jumps, self.by_satellites_rad) = (0.0, Jumps::new(), None);
+        (self.transient_rad, self.squares) = (0.0, EXPECTED);
+        (self.jumps, self.by_satellites_rad) = (Jumps::new(), None);
         self.satellites.end();
     }
 
@@ -292,9 +303,16 @@ impl Filter {
     fn judged(&mut self, at: Micros, estimate: &Estimate, found: &Found, unknown: &Unknown) -> Judged {
         // As if none were known, so that one that lasts is seen in each match.
         let plain = estimate.innovation(found, white(found, 0.0));
-        let swings = plain.squares > TRANSIENT && plain.beyond_rad > self.transient_rad;
+        let is_unexpected = plain.squares > TRANSIENT || self.squares > SWAYING;
+        let swings = is_unexpected && plain.beyond_rad > self.transient_rad;
         // What has swung lately may swing on.
         let was_calm = self.transient_rad <= unknown.tilt_rad;
+        if swings && was_calm {
+            self.swung_at = at;
+        }
+        // What begins to may as well last.
+        let begins = is_unexpected && (0..JUMPING_US).contains(&at.since(self.swung_at));
+        let doubted = if begins { estimate.doubted(plain.beyond_rad, found) } else { *estimate };
         if swings && was_calm && self.jumps.likely_back(at, estimate, found, unknown).is_some() {
             return Judged::Jumped(plain.off);
         }
@@ -302,12 +320,12 @@ impl Filter {
         if innovation.squares > JUMP || swings && plain.beyond_rad > TRANSIENT_MAX_RAD {
             return Judged::Jumped(innovation.off);
         }
-        if !swings {
-            return Judged::Expected(estimate.with(&innovation), 0.0);
+        let mut more_rad = 0.0;
+        if swings {
+            more_rad = sqrt(squared(plain.beyond_rad) - squared(self.transient_rad));
+            self.transient_rad = plain.beyond_rad;
         }
-        let more_rad = sqrt(squared(plain.beyond_rad) - squared(self.transient_rad));
-        self.transient_rad = plain.beyond_rad;
-        Judged::Expected(estimate.with(&estimate.innovation(found, self.white(found))), more_rad)
+        Judged::Expected(doubted.with(&doubted.innovation(found, self.white(found))), more_rad)
     }
 
     /// From a match on; nothing of it was expected.
@@ -338,9 +356,11 @@ impl Filter {
             .moved([-east.0 * apart_s, -north.0 * apart_s])
             .less_certain(Matrix2::new(variance(east), 0.0, 0.0, variance(north)));
         let begun = match self.judged(at, &settled, &found, unknown) {
-            Judged::Expected(settled, _) => {
+            Judged::Expected(expected, _) => {
+                let squares = settled.innovation(&found, white(&found, 0.0)).squares.min(JUMP);
+                self.squares += (squares - self.squares) / AVERAGED;
                 self.satellites.matched(&found, self.white(&found));
-                self.settled = Some(settled);
+                self.settled = Some(expected);
                 return;
             }
             Judged::Jumped(off) => {

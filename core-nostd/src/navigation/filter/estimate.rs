@@ -160,6 +160,16 @@ impl Estimate {
         }
     }
 
+    /// As it is where the tilt, or the place, may have changed by one sigma of a tilt, radians.
+    pub(super) fn doubted(&self, by_rad: f32, found: &Found) -> Estimate {
+        let mut doubted = *self;
+        for axis in 0..2 {
+            doubted.covariance[(axis, axis)] += squared(by_rad * found.height_m);
+            doubted.covariance[(TILT + axis, TILT + axis)] += squared(by_rad);
+        }
+        doubted
+    }
+
     /// On from one moment to a later one. `beside_m`: one sigma of the way beside what the velocity's error makes. `usual_rad`: the
     /// tilt that it forgets its own for; nothing while nobody knows, when it forgets nothing and knows less and less.
     pub(super) fn carry(
