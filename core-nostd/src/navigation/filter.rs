@@ -38,9 +38,9 @@ use nalgebra::{Matrix2, Vector2};
 pub use satellites::SatellitePosition;
 use satellites::{Moved, Satellites};
 
-/// Time constant by which a tilt is forgotten that comes and goes, seconds. Chosen: a swing of an attitude that is late or scaled has
-/// gone on to the other side within that.
-const TRANSIENT_S: f32 = 5.0;
+/// Time constant by which a tilt is forgotten that comes and goes, seconds. Chosen: half of the period of 20 s with which a vehicle rocks
+/// slowly, within which the swing of an attitude that is late or scaled has gone on to the other side.
+const TRANSIENT_S: f32 = 10.0;
 /// Longest way between two reported velocities, and beyond the newest, microseconds: beyond the filter begins anew.
 const STEP_MAX_US: i32 = 9_000_000;
 /// One sigma of how fast an acceleration changes, m/s³: beyond the newest velocity that was reported the last acceleration goes on.
@@ -55,11 +55,6 @@ const WAITING: usize = 8;
 /// second once in a hundred thousand something has jumped.
 const TRANSIENT: f32 = 9.2;
 const JUMP: f32 = 23.0;
-/// Matches over which these are averaged, and beyond what, where two are expected, the tilt comes and goes as well: the mean of eight that
-/// count less and less has a deviation of a half, and this is three of them.
-const AVERAGED: f32 = 8.0;
-const EXPECTED: f32 = 2.0;
-const SWAYING: f32 = 3.5;
 
 /// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: that of an attitude 0.3 s late of a vehicle that
 /// rocks by 20 degrees a second.
@@ -81,11 +76,9 @@ pub struct Filter {
     /// The newest frame with a match, and what was expected there.
     matched_at: Micros,
     without: Option<Without>,
-    /// One sigma of a tilt that comes and goes, and that matches have shown, radians, and when it began to; innovations squared,
-    /// in sigmas, averaged.
+    /// One sigma of a tilt that comes and goes, and that matches have shown, radians, and when it began to.
     transient_rad: f32,
     swung_at: Micros,
-    squares: f32,
     jumps: Jumps,
     /// What satellite navigation says beside the matches, and by how much pitch and roll are off by that at the newest frame, radians.
     satellites: Satellites,
@@ -107,7 +100,6 @@ impl Filter {
             without: None,
             transient_rad: 0.0,
             swung_at: moment.at,
-            squares: EXPECTED,
             jumps: Jumps::new(),
             satellites: Satellites::new(),
             by_satellites_rad: None,
@@ -208,8 +200,7 @@ impl Filter {
         (self.acceleration, self.moment, self.matched_at) = ([0.0; 2], moment, Micros(0));
         (self.settled, self.newest, self.without) = (None, None, None);
         self.waiting.clear();
-        (self.transient_rad, self.squares) = (0.0, EXPECTED);
-        (self.jumps, self.by_satellites_rad) = (Jumps::new(), None);
+        (self.transient_rad, self.jumps, self.by_satellites_rad) = (0.0, Jumps::new(), None);
         self.satellites.end();
     }
 
@@ -303,7 +294,7 @@ impl Filter {
     fn judged(&mut self, at: Micros, estimate: &Estimate, found: &Found, unknown: &Unknown) -> Judged {
         // As if none were known, so that one that lasts is seen in each match.
         let plain = estimate.innovation(found, white(found, 0.0));
-        let is_unexpected = plain.squares > TRANSIENT || self.squares > SWAYING;
+        let is_unexpected = plain.squares > TRANSIENT;
         let swings = is_unexpected && plain.beyond_rad > self.transient_rad;
         // What has swung lately may swing on.
         let was_calm = self.transient_rad <= unknown.tilt_rad;
@@ -356,11 +347,9 @@ impl Filter {
             .moved([-east.0 * apart_s, -north.0 * apart_s])
             .less_certain(Matrix2::new(variance(east), 0.0, 0.0, variance(north)));
         let begun = match self.judged(at, &settled, &found, unknown) {
-            Judged::Expected(expected, _) => {
-                let squares = settled.innovation(&found, white(&found, 0.0)).squares.min(JUMP);
-                self.squares += (squares - self.squares) / AVERAGED;
+            Judged::Expected(settled, _) => {
                 self.satellites.matched(&found, self.white(&found));
-                self.settled = Some(expected);
+                self.settled = Some(settled);
                 return;
             }
             Judged::Jumped(off) => {

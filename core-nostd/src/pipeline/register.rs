@@ -49,8 +49,8 @@ pub struct Matched {
 /// A position is searched for within so many sigmas of its doubt: of a hundred normal errors of an axis five lie beyond.
 const DOUBT_SIGMAS: f32 = 2.0;
 
-/// Beside the place that the filter expected matches may lie so far, one sigma, pixels, and count. Chosen: a sixth of what is a wrong fix.
-const SWING_MAX_PX: f32 = 1.0;
+/// Beside the place that the filter expected matches may lie so far, one sigma, pixels, and count. Chosen: a fifth of what is a wrong fix.
+const SWING_MAX_PX: f32 = 0.6;
 
 /// What matches say of the velocity's error counts up to this where they are compared, m/s: more was not seen of an autopilot.
 const VELOCITY_ERROR_MAX_M_PER_S: f32 = 5.0;

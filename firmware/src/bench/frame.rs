@@ -1,5 +1,5 @@
 //! The whole chain, from a frame's first row to its fix: 512 x 512, 60°, 5 m, a patch of 35 x 35, a search of ±10 pixels, and
-//! one of ±64 that gets a lost position back.
+//! behind one in vain one of ±64 that gets a lost position back.
 
 use super::poses::Pose;
 use super::region::{Stand, region};
@@ -26,17 +26,20 @@ pub struct Case {
     pub tile_px: u16,
     /// How far off the predicted position is, pixels of the tile (east, south).
     pub off_px: (f32, f32),
-    /// Search radius, pixels.
-    pub search_px: u16,
+    /// How far off the navigation says that it may be, one sigma of each axis, pixels: from half of the search's radius on the
+    /// position counts as lost, and is searched far where the usual search finds nothing.
+    pub doubt_px: f32,
     /// Whether every stage is measured, or the matching alone, as the rest is the same for both.
     pub has_stages: bool,
 }
 
 /// A frame as most are. The prediction is off by what is not whole, and not where a search begins.
-pub const FRAME: Case = Case { name: "frame", tile_px: 192, off_px: (4.3, -5.6), search_px: 10, has_stages: true };
+pub const FRAME: Case = Case { name: "frame", tile_px: 192, off_px: (4.3, -5.6), doubt_px: 0.0, has_stages: true };
 /// A frame whose prediction has drifted. The tile holds the whole search around it.
 pub const REACQUISITION: Case =
-    Case { name: "re-acquisition", tile_px: 272, off_px: (50.0, -41.0), search_px: 64, has_stages: false };
+    Case { name: "re-acquisition", tile_px: 272, off_px: (50.0, -41.0), doubt_px: 32.0, has_stages: false };
+/// Radius of the usual search, pixels.
+const SEARCH_PX: u16 = 10;
 /// Side of the frame, pixels.
 pub const FRAME_PX: u16 = 512;
 /// Metres a pixel of it.
@@ -63,6 +66,13 @@ pub struct Flown {
     pub outcome: Outcome,
     /// Distance of its match from the truth, pixels of the tile.
     pub error_px: f32,
+}
+
+impl Flown {
+    /// Whether it was found where it is. What a far search finds another frame has to confirm.
+    pub fn is_found(&self) -> bool {
+        matches!(self.outcome.fix, Ok(_) | Err(Refusal::Unconfirmed)) && self.error_px < 0.5
+    }
 }
 
 /// Runs the chain once. `frame`: 512 x 512, overwritten; `tile`: the case's ground.
@@ -92,7 +102,8 @@ pub fn run(
     let mut navigation = Navigation::new();
     let memory = Memory { buffers, navigation: &mut navigation, frame: frame_memory };
     let mut pipeline =
-        Pipeline::new(settings(camera, pose, case.search_px), reference, memory).map_err(|_| Refusal::NoFootprint)?;
+        Pipeline::new(settings(camera, pose), reference, memory).map_err(|_| Refusal::NoFootprint)?;
+    pipeline.doubt.position_m = case.doubt_px * RESOLUTION_M;
     feed(&mut pipeline, pose, case.off_px);
 
     let (name, wait) = (case.name, pipeline.settings().wait());
@@ -127,7 +138,7 @@ fn georeference() -> Georeference {
 }
 
 /// A fixed camera is one whose follow-up angle is measured as 0: the dearest way to know it.
-fn settings(camera: Camera, pose: &Pose, search_px: u16) -> Settings {
+fn settings(camera: Camera, pose: &Pose) -> Settings {
     Settings {
         camera,
         follow_up: if pose.is_followed { FollowUpMode::Followed } else { FollowUpMode::Measured },
@@ -139,7 +150,7 @@ fn settings(camera: Camera, pose: &Pose, search_px: u16) -> Settings {
             follow_up_rad: 0.001,
             range_m: 0.3,
             // Half of what is searched.
-            position_drift_m: 0.5 * RESOLUTION_M * f32::from(search_px),
+            position_drift_m: 0.5 * RESOLUTION_M * f32::from(SEARCH_PX),
             velocity_m_per_s: 0.1,
             ..Sigmas::default()
         },
@@ -152,7 +163,7 @@ fn settings(camera: Camera, pose: &Pose, search_px: u16) -> Settings {
         range_gap_us: 100_000,
         position_age_us: 1_000_000,
         patience_us: 100_000,
-        search_px,
+        search_px: SEARCH_PX,
         accept: AcceptRule::default(),
     }
 }

@@ -113,7 +113,7 @@ mod board {
                 }
                 Ok(flown) => {
                     poses += 1;
-                    accepted += u32::from(flown.outcome.fix.is_ok() && flown.error_px < 0.5);
+                    accepted += u32::from(flown.is_found());
                 }
             }
         }

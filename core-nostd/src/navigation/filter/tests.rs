@@ -2,7 +2,7 @@ use super::{Filter, Found, Unknown};
 use crate::navigation::reckoning::Moment;
 use crate::tile::Local;
 use crate::units::Micros;
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
 const HEIGHT_M: f32 = 120.0;
 const UNKNOWN: Unknown = Unknown { velocity_m_per_s: 0.3, tilt_rad: 0.02 };
@@ -14,6 +14,8 @@ struct After {
     tilt_rad: [f32; 2],
     sigma_rad: f32,
     unexpected_rad: f32,
+    /// How far the position is off, squared, in sigmas.
+    squares: f32,
 }
 
 /// Noise of one sigma of [`NOISE_M`]: the sum of four uniform numbers.
@@ -25,9 +27,19 @@ fn noise(state: &mut u32) -> f32 {
     (0..4).map(uniform).sum::<f32>() * NOISE_M * 1.732
 }
 
+fn flown(
+    seconds: f32,
+    speed: f32,
+    heading: impl Fn(f32) -> f32,
+    tilt: impl Fn(f32) -> [f32; 2],
+) -> std::vec::Vec<After> {
+    flown_knowing(&UNKNOWN, seconds, speed, heading, tilt)
+}
+
 /// A flight of such a speed, m/s, four frames a second, whose heading and errors of pitch and roll are what they are at a second. Its
 /// velocity is reported five times a second, each time 0.15 s late.
-fn flown(
+fn flown_knowing(
+    unknown: &Unknown,
     seconds: f32,
     speed: f32,
     heading: impl Fn(f32) -> f32,
@@ -44,12 +56,12 @@ fn flown(
     let mut after = std::vec::Vec::new();
     for ms in (0..(1e3 * seconds) as u32).step_by(STEP_MS as usize) {
         if let Some(sampled) = ms.checked_sub(150).filter(|sampled| sampled % 200 == 0) {
-            filter.reported(Moment { at: micros(sampled), velocity_m_per_s: velocity(sampled) }, &UNKNOWN);
+            filter.reported(Moment { at: micros(sampled), velocity_m_per_s: velocity(sampled) }, unknown);
         }
         if ms % 250 == 0 && ms >= 500 {
             let at_s = 1e-3 * ms as f32;
             let (sin, cos) = (libm::sinf(heading(at_s)), libm::cosf(heading(at_s)));
-            filter.carry(micros(ms), &UNKNOWN);
+            filter.carry(micros(ms), unknown);
             let known = filter.tilt_rad();
             let left = [tilt(at_s)[0] - known[0], tilt(at_s)[1] - known[1]];
             // Nose up too far by so much: the picture is taken to lie further ahead, and so the nadir is found behind.
@@ -66,8 +78,12 @@ fn flown(
                 height_m: HEIGHT_M,
                 heading_rad: heading(at_s),
             };
-            let unexpected_rad = filter.matched(&found, None, &UNKNOWN);
-            after.push(After { tilt_rad: filter.tilt_rad(), sigma_rad: filter.tilt_sigma_rad(0.02), unexpected_rad });
+            let unexpected_rad = filter.matched(&found, None, unknown);
+            let (tilt_rad, sigma_rad) = (filter.tilt_rad(), filter.tilt_sigma_rad(unknown.tilt_rad));
+            let (local, covariance) = filter.position().expect("it was found");
+            let off = Vector2::new(local.east_m - position[0], local.north_m - position[1]);
+            let squares = (off.transpose() * covariance.try_inverse().expect("sound") * off)[(0, 0)];
+            after.push(After { tilt_rad, sigma_rad, unexpected_rad, squares });
         }
         let [before, next] = [velocity(ms), velocity(ms + STEP_MS)];
         (0..2).for_each(|axis| position[axis] += 0.5e-3 * STEP_MS as f32 * (before[axis] + next[axis]));
@@ -108,6 +124,48 @@ fn a_tilt_that_swings_is_seen_in_what_is_not_known() {
     let after = flown(60.0, 24.0, |_| 1.0, |at_s| [0.02 * libm::sinf(1.26 * at_s), 0.0]);
     let late: f32 = after[78..].iter().map(|after| after.sigma_rad).fold(f32::MAX, f32::min);
     assert!(late > 0.012, "{late}");
+}
+
+/// What an estimator of consumer sensors knows.
+const CONSUMER: Unknown = Unknown { velocity_m_per_s: 0.05, tilt_rad: 0.005 };
+
+/// What is not expected and is no jump may last all the same, and a straight leg does not tell.
+#[test]
+fn a_small_tilt_that_begins_and_stays_is_not_forgotten() {
+    let after = flown_knowing(&CONSUMER, 60.0, 24.0, |_| 1.0, |at_s| if at_s < 20.0 { [0.0; 2] } else { [0.0, 0.008] });
+    assert!(after[77].sigma_rad < 0.0055, "{:?}", after[77]);
+    assert!((0.006..0.008).contains(&after[78].unexpected_rad), "{:?}", after[78]);
+    assert!(after[79..].iter().all(|after| after.sigma_rad > 0.0058), "{:?}", after[237]);
+}
+
+/// An attitude whose error is 0.005, three quarters of the variance wandering in the ground's axes within 10 s and the rest lasting in
+/// the vehicle's: over flights in circles the position is off by what is said.
+#[test]
+fn an_attitude_that_wanders_is_what_is_expected() {
+    let mut state = 7;
+    let mut normal = |sigma: f32| noise(&mut state) / NOISE_M * sigma;
+    let flights = (0..40).map(|_| {
+        let lasting = [normal(0.0025), normal(0.0025)];
+        let mut wander = [normal(0.0043), normal(0.0043)];
+        let wanders: std::vec::Vec<[f32; 2]> = (0..480)
+            .map(|_| {
+                let keeps = libm::expf(-0.025);
+                wander = wander.map(|axis| axis * keeps + normal(0.0043 * libm::sqrtf(1.0 - keeps * keeps)));
+                wander
+            })
+            .collect();
+        let heading = |at_s: f32| 0.15 * at_s;
+        let tilt = |at_s: f32| {
+            let ([east, north], (sin, cos)) =
+                (wanders[(4.0 * at_s) as usize], (libm::sinf(heading(at_s)), libm::cosf(heading(at_s))));
+            [lasting[0] - east * sin - north * cos, lasting[1] + east * cos - north * sin]
+        };
+        let after = flown_knowing(&CONSUMER, 120.0, 24.0, heading, tilt);
+        after[120..].iter().map(|after| after.squares).sum::<f32>() / (after.len() - 120) as f32
+    });
+    let mean = flights.sum::<f32>() / 40.0;
+    // Two degrees of freedom.
+    assert!((1.0..2.3).contains(&mean), "{mean}");
 }
 
 #[test]

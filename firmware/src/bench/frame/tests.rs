@@ -38,7 +38,8 @@ fn flown(case: &Case) -> (Vec<String>, usize) {
         let (pictures, buffers_and_memory) =
             ((frame.as_mut_slice(), tile.as_slice()), (&mut buffers, memory.as_mut_slice()));
         let flown = run(case, &pose, &mut listener, pictures, buffers_and_memory).expect("no stage refuses");
-        assert!(flown.outcome.fix.is_ok(), "{pose}: {:?}", flown.outcome);
+        assert!(flown.is_found(), "{pose}: {:?}", flown.outcome);
+        assert_eq!(flown.outcome.search_px, if case.doubt_px > 0.0 { 64 } else { 10 });
         assert!(flown.error_px < 0.25, "{pose}: {} px off", flown.error_px);
         frames += 1;
     }
