@@ -55,6 +55,8 @@ const WAITING: usize = 8;
 /// second once in a hundred thousand something has jumped.
 const TRANSIENT: f32 = 9.2;
 const JUMP: f32 = 23.0;
+/// Beyond this, once in ten, the next match shows it as well.
+const AGAIN: f32 = 4.6;
 
 /// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: that of an attitude 0.3 s late of a vehicle that
 /// rocks by 20 degrees a second.
@@ -294,15 +296,14 @@ impl Filter {
     fn judged(&mut self, at: Micros, estimate: &Estimate, found: &Found, unknown: &Unknown) -> Judged {
         // As if none were known, so that one that lasts is seen in each match.
         let plain = estimate.innovation(found, white(found, 0.0));
-        let is_unexpected = plain.squares > TRANSIENT;
-        let swings = is_unexpected && plain.beyond_rad > self.transient_rad;
+        let swings = plain.squares > TRANSIENT && plain.beyond_rad > self.transient_rad;
         // What has swung lately may swing on.
         let was_calm = self.transient_rad <= unknown.tilt_rad;
         if swings && was_calm {
             self.swung_at = at;
         }
-        // What begins to may as well last.
-        let begins = is_unexpected && (0..JUMPING_US).contains(&at.since(self.swung_at));
+        // What the next match shows as well may have come to last.
+        let begins = plain.squares > AGAIN && (1..JUMPING_US).contains(&at.since(self.swung_at));
         let doubted = if begins { estimate.doubted(plain.beyond_rad, found) } else { *estimate };
         if swings && was_calm && self.jumps.likely_back(at, estimate, found, unknown).is_some() {
             return Judged::Jumped(plain.off);

@@ -156,8 +156,8 @@ impl Whereabouts {
 
     /// The far search that is due behind a usual one that has come to nothing, where the position has been lost or may be anywhere.
     pub(super) fn far(&mut self, tracks: &Tracks, situation: &Situation, usual: &Usual) -> Option<Search> {
-        let is_due = self.found.is_none()
-            && (self.missed >= LOST_AFTER || usual.is_in_doubt && tracks.place().is_none());
+        let is_due =
+            self.found.is_none() && (self.missed >= LOST_AFTER || usual.is_in_doubt && tracks.place().is_none());
         let centre = self.centre(tracks, situation, usual);
         is_due.then(|| Search { at: self.far_from(centre, usual), is_far: true })
     }

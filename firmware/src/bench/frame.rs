@@ -101,8 +101,7 @@ pub fn run(
         .map_err(|_| Refusal::OutsideReference)?;
     let mut navigation = Navigation::new();
     let memory = Memory { buffers, navigation: &mut navigation, frame: frame_memory };
-    let mut pipeline =
-        Pipeline::new(settings(camera, pose), reference, memory).map_err(|_| Refusal::NoFootprint)?;
+    let mut pipeline = Pipeline::new(settings(camera, pose), reference, memory).map_err(|_| Refusal::NoFootprint)?;
     pipeline.doubt.position_m = case.doubt_px * RESOLUTION_M;
     feed(&mut pipeline, pose, case.off_px);
 
