@@ -57,6 +57,9 @@ const TRANSIENT: f32 = 9.2;
 const JUMP: f32 = 23.0;
 /// Beyond this, once in ten, the next match shows it as well.
 const AGAIN: f32 = 4.6;
+/// Known better than this a velocity is one with fixes, one sigma of each axis, m/s. Chosen: three times what it was off in flights kept by
+/// their fixes.
+const KNOWN_M_PER_S: f32 = 1.5;
 
 /// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: that of an attitude 0.3 s late of a vehicle that
 /// rocks by 20 degrees a second.
@@ -302,9 +305,10 @@ impl Filter {
         if swings && was_calm {
             self.swung_at = at;
         }
-        // What the next match shows as well may have come to last.
-        let begins = plain.squares > AGAIN && (1..JUMPING_US).contains(&at.since(self.swung_at));
-        let doubted = if begins { estimate.doubted(plain.beyond_rad, found) } else { *estimate };
+        // What the next match shows as well may have come to last, where it cannot be the velocity.
+        let is_velocity_known = estimate.velocity().iter().all(|(_, variance)| *variance <= squared(KNOWN_M_PER_S));
+        let begins = is_velocity_known && plain.squares > AGAIN && (1..JUMPING_US).contains(&at.since(self.swung_at));
+        let doubted = if begins { estimate.doubted(self.transient_rad, found) } else { *estimate };
         if swings && was_calm && self.jumps.likely_back(at, estimate, found, unknown).is_some() {
             return Judged::Jumped(plain.off);
         }

@@ -65,9 +65,9 @@ impl Pipeline<'_> {
         Ok(self.fix(situation, &matched))
     }
 
-    /// Matches the patch around the predicted position. The search is as wide as the settings say, and
-    /// ±[`REACQUIRE_PX`] after [`LOST_AFTER`](super::LOST_AFTER) frames that were tried in vain, and while the position is in such [`Doubt`](super::Doubt) that it
-    /// may well lie beyond the other. Where such a search has found it, the next frames are searched, as far as the settings
+    /// Matches the patch around the predicted position. The search is as wide as the settings say; where it finds nothing after
+    /// [`LOST_AFTER`](super::LOST_AFTER) frames in vain, or while the position is in such [`Doubt`](super::Doubt) that it may well lie beyond, one over
+    /// ±[`REACQUIRE_PX`] follows. Where that has found it, the next frames are searched, as far as the settings
     /// say; only when one of them finds it, too, is it a fix. From then on the place that the matches know counts, carried on by
     /// the velocity: frames are searched there where the navigation is elsewhere, and what is found must not contradict it.
     ///

@@ -16,6 +16,8 @@ use nalgebra::Matrix2;
 /// not found as usual is searched over ±[`REACQUIRE_PX`] as well, until one is found. Over good ground one frame in fifty is not
 /// accepted; over a lake or changed ground many are in a row, and each costs a long search.
 pub const LOST_AFTER: u8 = 3;
+/// After so many of them the first match is confirmed by another before it counts: a wrong one has had as many chances.
+const DOUBTED_AFTER: u8 = 5;
 /// Frames in which a match that is to be confirmed must be found again; it is no fix before. Two of a hundred good frames are
 /// not accepted, so of two in a row one is.
 const CONFIRMED_WITHIN: u8 = 2;
@@ -126,7 +128,7 @@ pub(super) struct Usual {
 /// What the last frames' searches came to.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Whereabouts {
-    /// Frames since the last accepted one that were not accepted, [`LOST_AFTER`] at most.
+    /// Frames since the last accepted one that were not accepted, [`DOUBTED_AFTER`] at most.
     missed: u8,
     /// Which centre the next far search has.
     sweep: u16,
@@ -201,8 +203,11 @@ impl Whereabouts {
                 self.seen(tracks, situation, usual, &sighting)?;
                 (self.missed, self.sweep) = (0, 0);
             }
-            (Err(_), true) => self.sweep = self.sweep.wrapping_add(1),
-            (Err(_), false) => self.missed_near(),
+            (Err(_), true) => {
+                self.in_vain();
+                self.sweep = self.sweep.wrapping_add(1);
+            }
+            (Err(_), false) => self.in_vain(),
         }
         Ok(())
     }
@@ -240,7 +245,7 @@ impl Whereabouts {
             // After so long, or so many in vain, what is found as well may be wrong.
             None if situation.is_candidate
                 || tracks.is_doubtful(sighting.nadir, usual.reach_m)
-                || is_alone && (usual.is_in_doubt || self.missed + 1 >= LOST_AFTER) =>
+                || is_alone && (usual.is_in_doubt || self.missed + 1 >= DOUBTED_AFTER) =>
             {
                 return self.unconfirmed(situation, sighting);
             }
@@ -261,8 +266,8 @@ impl Whereabouts {
         self.found.is_some()
     }
 
-    fn missed_near(&mut self) {
-        self.missed = (self.missed + 1).min(LOST_AFTER);
+    fn in_vain(&mut self) {
+        self.missed = (self.missed + 1).min(DOUBTED_AFTER);
         let Some(found) = &mut self.found else { return };
         found.missed += 1;
         if found.missed >= CONFIRMED_WITHIN {

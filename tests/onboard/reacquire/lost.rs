@@ -199,14 +199,14 @@ fn a_search_in_vain_is_made_again_elsewhere() {
     assert_eq!(radii, [10, 10, 10, 10, 10, 64]);
 }
 
-/// Where two were in vain the first one that is found is as well a wrong one: another must find it, too.
+/// Where four were in vain the first one that is found is as well a wrong one: another must find it, too.
 #[test]
 fn the_first_match_after_many_in_vain_is_confirmed() {
-    let seeds = [OTHER, OTHER, SAME, OTHER, SAME, SAME];
+    let seeds = [OTHER, OTHER, OTHER, OTHER, SAME, OTHER, SAME, SAME];
     let outcomes = flown(10, seeds.into_iter().map(|seed| (seed, (1.0, 0.0))));
     let fixes = outcomes.iter().map(|outcome| outcome.as_ref().expect("a match was tried").fix.is_ok());
-    assert_eq!(fixes.collect::<Vec<_>>(), [false, false, false, false, true, true]);
-    assert_eq!(outcomes[2].as_ref().map(|outcome| outcome.fix), Ok(Err(Refusal::Unconfirmed)));
+    assert_eq!(fixes.collect::<Vec<_>>(), [false, false, false, false, false, false, true, true]);
+    assert_eq!(outcomes[4].as_ref().map(|outcome| outcome.fix), Ok(Err(Refusal::Unconfirmed)));
 }
 
 /// A position as far off as the search reaches: the next one is made around what lies on the border, and another frame must find it,

@@ -20,6 +20,7 @@ impl Without {
 }
 
 /// What becomes of an estimate by a match.
+#[allow(clippy::large_enum_variant, reason = "no heap to put the large one on, and one at a time is made")]
 pub(super) enum Judged {
     /// It was expected, but for a tilt of so many radians that comes and goes.
     Expected(Estimate, f32),
