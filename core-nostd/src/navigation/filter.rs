@@ -57,9 +57,8 @@ const TRANSIENT: f32 = 9.2;
 const JUMP: f32 = 23.0;
 /// Beyond this, once in ten, the next match shows it as well.
 const AGAIN: f32 = 4.6;
-/// Known better than this a velocity is one with fixes, one sigma of each axis, m/s. Chosen: three times what it was off in flights kept by
-/// their fixes.
-const KNOWN_M_PER_S: f32 = 1.5;
+/// Known no better than this a velocity is one that nobody reports, one sigma of each axis, m/s: more was not seen of an autopilot.
+const KNOWN_M_PER_S: f32 = 5.0;
 
 /// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: that of an attitude 0.3 s late of a vehicle that
 /// rocks by 20 degrees a second.
