@@ -1,10 +1,10 @@
 //! How far attitude and velocity are off, by matches against the way flown between them.
 //!
 //! A Kalman filter of eight states: the position of the camera, the error of the reported velocity, the error of the attitude in
-//! the vehicle's own axes, pitch and roll, and what of it wanders in the ground's. A match finds the nadir where the position is, less what the attitude's error moves it;
-//! the reported velocity carries the position on. On a straight leg position and tilt cannot be told apart: what the tilt moves the
-//! nadir by turns with the vehicle and the position does not, so that a turn tells them apart. An offset of the map does not turn
-//! either: it stays in the position, and no match finds it.
+//! the vehicle's own axes, pitch and roll, and what of it wanders in the ground's. A match finds the nadir where the position is, less
+//! what the attitude's error moves it; the reported velocity carries the position on. On a straight leg position and tilt cannot be told
+//! apart: what the tilt moves the nadir by turns with the vehicle and the position does not, so that a turn tells them apart. An offset
+//! of the map does not turn either: it stays in the position, and no match finds it.
 //!
 //! So the attitude that frames are rectified with is corrected by what turns have told, and the covariance of a fix holds what they
 //! have not. A match that the filter did not expect is not explained: where it is believed all the same, the attitude may have
@@ -15,8 +15,6 @@
 //! match waits for the velocities around it; until they come the position is reckoned on with the last acceleration.
 //!
 //! The filter's position is sent to nobody as a fix: it would be the same matches again.
-//!
-//! Cost: some 900 instructions a frame and a reported velocity, and 1,200 a match.
 
 mod found;
 mod estimate;
@@ -306,8 +304,7 @@ impl Filter {
         }
         // What the next match shows as well may have come to last, where it cannot be the velocity.
         let is_velocity_known = estimate.velocity().iter().all(|(_, variance)| *variance <= squared(KNOWN_M_PER_S));
-        let begins = is_velocity_known && plain.squares > AGAIN && (1..JUMPING_US).contains(&at.since(self.swung_at));
-        let doubted = if begins { estimate.doubted(self.transient_rad, found) } else { *estimate };
+        let may_last = is_velocity_known && plain.squares > AGAIN && (1..JUMPING_US).contains(&at.since(self.swung_at));
         if swings && was_calm && self.jumps.likely_back(at, estimate, found, unknown).is_some() {
             return Judged::Jumped(plain.off);
         }
@@ -315,6 +312,10 @@ impl Filter {
         if innovation.squares > JUMP || swings && plain.beyond_rad > TRANSIENT_MAX_RAD {
             return Judged::Jumped(innovation.off);
         }
+        if !swings && !may_last {
+            return Judged::Expected(estimate.with(&innovation), 0.0);
+        }
+        let doubted = if may_last { estimate.doubted(self.transient_rad, found) } else { *estimate };
         let mut more_rad = 0.0;
         if swings {
             more_rad = sqrt(squared(plain.beyond_rad) - squared(self.transient_rad));

@@ -94,9 +94,7 @@ impl Pipeline<'_> {
         let mut search = self.whereabouts.search(&mut self.navigation.tracks, situation, &usual);
         let mut tried = self.locate(situation, search);
         let mut sighting = self.seen(situation, &tried);
-        let is_blind = matches!(tried, Err(Refusal::Featureless));
-        if sighting.is_err()
-            && !is_blind
+        if matches!(sighting, Err(refusal) if refusal != Refusal::Featureless)
             && let Some(far) = self.whereabouts.far(&self.navigation.tracks, situation, &usual)
         {
             search = far;

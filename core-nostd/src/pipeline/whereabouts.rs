@@ -29,7 +29,7 @@ const NEAR: f32 = 0.5;
 /// Far searches are made around centres of a grid, ring by ring around the prediction, out to so many metres. Chosen: what a consumer
 /// inertial navigation drifts within some minutes.
 const SWEEP_M: f32 = 1000.0;
-/// Rings at most: over 1 m a pixel eight reach as far, and take two and a half minutes at four frames a second.
+/// Rings at most: over 1 m a pixel eight reach as far, and take a minute and three quarters at four frames a second.
 const RINGS_MAX: f32 = 8.0;
 /// Rings of each lap, and centres of all of them and once more the first one's.
 const LAPS: [u16; 6] = [0, 0, 1, 2, 4, 8];
@@ -125,6 +125,13 @@ pub(super) struct Usual {
     pub prior_m: f32,
 }
 
+/// Where the vehicle is taken to be: while the navigation is there, and not in doubt, that is what is believed.
+fn centre(tracks: &Tracks, situation: &Situation, usual: &Usual) -> Local {
+    let predicted = situation.prediction.local;
+    let is_there = |place: &Local| !usual.is_in_doubt && place.off_m(predicted) <= NEAR * usual.reach_m;
+    tracks.place().filter(|place| !is_there(place)).unwrap_or(predicted)
+}
+
 /// What the last frames' searches came to.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Whereabouts {
@@ -146,22 +153,14 @@ impl Whereabouts {
         if let Some(found) = self.found {
             return Search { at: found.reckoning.local(), is_far: false };
         }
-        Search { at: self.centre(tracks, situation, usual), is_far: false }
-    }
-
-    /// Where the vehicle is taken to be: while the navigation is there, and not in doubt, that is what is believed.
-    fn centre(&self, tracks: &Tracks, situation: &Situation, usual: &Usual) -> Local {
-        let predicted = situation.prediction.local;
-        let is_there = |place: &Local| !usual.is_in_doubt && place.off_m(predicted) <= NEAR * usual.reach_m;
-        tracks.place().filter(|place| !is_there(place)).unwrap_or(predicted)
+        Search { at: centre(tracks, situation, usual), is_far: false }
     }
 
     /// The far search that is due behind a usual one that has come to nothing, where the position has been lost or may be anywhere.
     pub(super) fn far(&mut self, tracks: &Tracks, situation: &Situation, usual: &Usual) -> Option<Search> {
         let is_due =
             self.found.is_none() && (self.missed >= LOST_AFTER || usual.is_in_doubt && tracks.place().is_none());
-        let centre = self.centre(tracks, situation, usual);
-        is_due.then(|| Search { at: self.far_from(centre, usual), is_far: true })
+        is_due.then(|| Search { at: self.far_from(centre(tracks, situation, usual), usual), is_far: true })
     }
 
     /// The next centre of a far search around another one that is on the tile.

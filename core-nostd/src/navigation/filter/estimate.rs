@@ -29,9 +29,9 @@ pub(super) const STATES: usize = 8;
 /// fixes (consumer inertial sensors, two fixes a second): of an attitude's error in the ground's axes 0.95, 0.74, 0.45 and nothing
 /// are left after 2, 6, 10 and 17 s, in the vehicle's a fifth for a minute; a velocity's error is that of the fixes that it
 /// comes from. With half and twice as long the filter's errors are within a tenth of the same.
-pub(super) const VELOCITY_S: f32 = 8.0;
-pub(super) const TILT_S: f32 = 100.0;
-pub(super) const WANDER_S: f32 = 10.0;
+const VELOCITY_S: f32 = 8.0;
+const TILT_S: f32 = 100.0;
+const WANDER_S: f32 = 10.0;
 /// Share of an attitude's sigma that wanders: three quarters of its variance, by the same flights.
 const WANDER_SHARE: f32 = 0.87;
 /// One sigma of it at most, radians: 0.3 degrees, a little more than in these flights. An attitude that is said to be worse than
@@ -60,9 +60,8 @@ pub(super) fn unaided_m(matched_at: Micros, at: Micros, seconds: f32) -> f32 {
 }
 
 /// What velocity, tilt and wander keep of themselves over so many seconds.
-pub(super) fn keeps(seconds: f32, forgets_tilt: bool) -> [f32; 3] {
-    let [velocity, tilt, wander] = [VELOCITY_S, TILT_S, WANDER_S].map(|constant_s| 1.0 / (1.0 + seconds / constant_s));
-    [velocity, if forgets_tilt { tilt } else { 1.0 }, wander]
+pub(super) fn keeps(seconds: f32) -> [f32; 3] {
+    [VELOCITY_S, TILT_S, WANDER_S].map(|constant_s| 1.0 / (1.0 + seconds / constant_s))
 }
 
 /// What is estimated.
@@ -182,7 +181,8 @@ impl Estimate {
         let Estimate { state, covariance } = self;
         let seconds = moment.at.since(before.at) as f32 * 1e-6;
         let [east, north] = way_m(before, moment);
-        let [keeps_velocity, keeps_tilt, keeps_wander] = keeps(seconds, usual_rad.is_some());
+        let [keeps_velocity, knows_tilt, keeps_wander] = keeps(seconds);
+        let keeps_tilt = if usual_rad.is_some() { knows_tilt } else { 1.0 };
         for axis in 0..2 {
             // True is the reported velocity less its error.
             state[axis] -= state[VELOCITY + axis] * seconds;
@@ -209,12 +209,10 @@ impl Estimate {
         let way = squared(WAY_M) * seconds + squared(bent_m) + squared(beside_m);
         let fresh = |keep: f32, sigma: f32| (1.0 - squared(keep)) * squared(sigma);
         let [tilt, wander] = parts_rad(unknown.tilt_rad);
-        // What forgets nothing knows less and less all the same.
-        let keeps_known = 1.0 / (1.0 + seconds / TILT_S);
         for axis in 0..2 {
             covariance[(axis, axis)] += way;
             covariance[(VELOCITY + axis, VELOCITY + axis)] += fresh(keeps_velocity, unknown.velocity_m_per_s);
-            covariance[(TILT + axis, TILT + axis)] += fresh(keeps_known, tilt);
+            covariance[(TILT + axis, TILT + axis)] += fresh(knows_tilt, tilt);
             covariance[(WANDER + axis, WANDER + axis)] += fresh(keeps_wander, wander);
         }
     }

@@ -185,7 +185,8 @@ impl Satellites {
         self.covariance += Matrix3::from_diagonal(&Vector3::from(prior.map(squared))) * (1.0 - squared(keeps_offset));
         let Some(Joint { estimate, cross }) = &mut self.joint else { return };
         estimate.carry(moments, beside_m, usual_rad, unknown);
-        let [keeps_velocity, keeps_tilt, keeps_wander] = keeps(seconds, usual_rad.is_some());
+        let [keeps_velocity, knows_tilt, keeps_wander] = keeps(seconds);
+        let keeps_tilt = if usual_rad.is_some() { knows_tilt } else { 1.0 };
         for other in 0..3 {
             for axis in 0..2 {
                 cross[(axis, other)] -= seconds * cross[(VELOCITY + axis, other)];
