@@ -7,6 +7,8 @@
 //! [`mod@refine`], least squares around the peak; [`acceptance`], what both must reach to become a fix. Far from the
 //! predicted position [`mod@reacquire`] replaces the search.
 //!
+//! [`mod@directions`] is the matcher for maps of another year, which states the risk of each match. It does not fly yet.
+//!
 //! Constants whose doc speaks of *the four series* were measured over 1,500 synthetic matches of each: a tilted footprint in
 //! 34 x 34 pixels, searched within ±10, shifted by up to 8; textures as in `tests/src/textures.rs`, waves of 5 to 40 pixels.
 //! Easy: 40 grey levels, noise of 3 in the reference and 2 in the patch. Turned: a heading off by 0.5° (one sigma) and a
@@ -25,6 +27,7 @@ pub mod refine;
 pub mod acceptance;
 pub mod reacquire;
 pub mod correlation;
+pub mod directions;
 
 use crate::image::{Run, View};
 pub use acceptance::AcceptRule;

@@ -80,6 +80,11 @@ pub fn ln(value: f32) -> f32 {
     libm::logf(value)
 }
 
+/// Exponential function.
+pub fn exp(value: f32) -> f32 {
+    libm::expf(value)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{APPROXIMATE_ATAN2, APPROXIMATE_SIN_COS, approximate_atan2, approximate_sin_cos};

@@ -13,11 +13,15 @@ const TOLERANCE_PX: f64 = 0.1;
 /// The answer must be accepted and be `shift`: (right, down).
 fn found(answer: &Value, shift: (f64, f64), what: &str) {
     let keys: Vec<&String> = answer.as_object().expect("an object").keys().collect();
-    assert_eq!(keys, ["accepted", "d_col", "d_row", "reason", "score", "second_peak"], "{answer}");
+    let all = ["accepted", "d_col", "d_row", "reason", "risk", "score", "second_peak", "sigma_col", "sigma_row"];
+    assert_eq!(keys, all, "{answer}");
     let off = [number(answer, "d_col") - shift.0, number(answer, "d_row") - shift.1];
     assert!(off.iter().all(|axis| axis.abs() < TOLERANCE_PX), "{off:?} px off {shift:?}, {what}: {answer}");
     assert!(answer["accepted"] == true && answer["reason"].is_null(), "{what}: {answer}");
     assert!(number(answer, "score") > number(answer, "second_peak"), "{what}: {answer}");
+    assert!((1e-5..=1e-4).contains(&number(answer, "risk")), "{what}: {answer}");
+    let sigmas = [number(answer, "sigma_col"), number(answer, "sigma_row")];
+    assert!(sigmas.iter().all(|sigma| (0.001..0.3).contains(sigma)), "{what}: {answer}");
 }
 
 #[test]
@@ -68,4 +72,35 @@ fn without_json_there_is_one_line() {
     let folder = Folder::with_scene("match-line");
     let run = folder.run(&MATCH.replace(" --json", "")).done();
     assert!(run.stdout.lines().count() == 1 && run.stdout.contains("accepted"), "{run:?}");
+}
+
+/// The ground of another year in another season: where it was dark it is bright. Of less texture less is certain, and what is accepted
+/// is what was asked for.
+#[test]
+fn reversed_contrast_is_found_and_the_risk_decides() {
+    let folder = Folder::with_scene("match-reversed");
+    let mut patch = texture((34, 34), (3.4, -2.7));
+    patch.pixels.iter_mut().for_each(|grey| *grey = 255 - *grey / 2);
+    grey_8_png(&folder.path("reference.png"), &texture((74, 74), (0.0, 0.0)));
+    grey_8_png(&folder.path("patch.png"), &patch);
+    let answer = folder.run(MATCH).json();
+    let off = [number(&answer, "d_col") - 3.4, number(&answer, "d_row") + 2.7];
+    assert!(answer["accepted"] == true && off.iter().all(|axis| axis.abs() < 0.5), "{answer}");
+    let mut small = texture((12, 12), (3.4, -2.7));
+    small.pixels.iter_mut().for_each(|grey| *grey -= *grey % 64);
+    grey_8_png(&folder.path("patch.png"), &small);
+    let risk = number(&folder.run(MATCH).json(), "risk");
+    for (asked, accepted) in [(2.0 * risk, true), (0.5 * risk, false)] {
+        let answer = folder.run(&format!("{MATCH} --risk {asked:e}")).json();
+        assert_eq!(answer["accepted"], accepted, "{asked}: {answer}");
+    }
+}
+
+#[test]
+fn a_risk_that_nothing_supports_is_refused() {
+    let folder = Folder::with_scene("match-risk");
+    for risk in ["1e-6", "0", "1", "-0.1", "nan"] {
+        let run = folder.run(&format!("{MATCH} --risk {risk}"));
+        assert!(run.code == Some(2) && run.stderr.contains("risk"), "{risk}: {run:?}");
+    }
 }

@@ -2,6 +2,7 @@
 
 mod auto_exposure;
 mod banked;
+mod directions;
 mod fuzz;
 mod kernels;
 mod matching;

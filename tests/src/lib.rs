@@ -8,3 +8,4 @@ pub mod seeded;
 pub mod textures;
 pub mod track;
 pub mod vectors;
+pub mod years;

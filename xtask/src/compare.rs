@@ -1,4 +1,5 @@
-//! `cargo xtask compare`: the core's kernels on the host beside OpenCV's, error and time.
+//! `cargo xtask compare`: the core's kernels on the host beside OpenCV's, error and time; with `--matching` its matchers beside
+//! each other.
 //!
 //! The work is done by the program `compare-kernels` of the package `plumbline-tests`, which starts the script
 //! `tests/timing/compare.py` itself; here is what both need.
@@ -17,7 +18,20 @@ const MODULES: [python::Module; 2] = [("numpy", "numpy"), ("cv2", "opencv-python
 /// # Errors
 /// A sentence on what Python lacks.
 pub fn compare(arguments: &[String]) -> Result<ExitCode, Failure> {
+    if let Some(at) = arguments.iter().position(|argument| argument == "--matching") {
+        let others: Vec<&String> = arguments.iter().take(at).chain(arguments.iter().skip(at + 1)).collect();
+        return matched(&others);
+    }
     python::with(&MODULES).map(|python| compared(&python, arguments).unwrap_or_else(failed))
+}
+
+/// Both of the core's matchers between orthophotos, by the program `match-years`.
+fn matched(arguments: &[&String]) -> Result<ExitCode, Failure> {
+    let what = ["--package", "plumbline-tests", "--features", "programs", "--bin", "match-years"];
+    run(cargo().args(["build", "--release"]).args(what))?;
+    let status = Command::new(places::release("match-years")).args(arguments).status();
+    let status = status.map_err(|error| format!("match-years could not be started: {error}"))?;
+    Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
 }
 
 fn compared(python: &Path, arguments: &[String]) -> Result<ExitCode, Failure> {

@@ -62,7 +62,7 @@ fn main() -> ExitCode {
 }
 
 /// Each verb with its arguments and what it does.
-const VERBS: [(&str, &str); 10] = [
+const VERBS: [(&str, &str); 11] = [
     ("build", "all images, and the command plumbline in release"),
     ("fly [OPTIONS OF plumbline fly]", "builds, then flies in the emulator unless told otherwise"),
     ("test [--all | STEP]", "all that must hold: every day, with the long steps, or one step of what has been built"),
@@ -73,6 +73,7 @@ const VERBS: [(&str, &str); 10] = [
         "writes the flight computer",
     ),
     ("compare [--json] [--frame PICTURE ...]", "the core's kernels beside OpenCV's, error and time"),
+    ("compare --matching ORTHO ORTHO ...", "the core's matchers between years: coverage, wrong ones, risk"),
     ("figures", "what flights and the budget measure, into docs/figures.md"),
     ("fuzz [--inputs N] [--seed S] [--target READER]", "damaged inputs for each reader of bytes"),
     ("panics", "which functions in a frame's way could panic"),

@@ -21,6 +21,9 @@ pub struct Args {
     /// Search radius, pixels, 1 to 256
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256), allow_negative_numbers = true)]
     search_px: u16,
+    /// Accepted probability that the place is wrong by more than three pixels, 1e-5 to below 1
+    #[arg(long, default_value_t = 1e-4, allow_negative_numbers = true)]
+    risk: f32,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -64,7 +67,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         let mask = args.mask.as_ref().map(|mask| format!(" under {}", mask.display())).unwrap_or_default();
         InputError::new(format!("{}{mask} in {}: {error}", args.patch.display(), args.reference.display()))
     };
-    let place = find(&patch, &runs_of(&mask), &reference, args.search_px).map_err(named)?;
+    let place = find(&patch, &runs_of(&mask), &reference, args.search_px, args.risk).map_err(named)?;
     Outcome::new(args.json, &place, || text_of(&place))
 }
 
@@ -85,7 +88,7 @@ fn sized(path: &Path) -> Result<Picture, Failure> {
 fn text_of(place: &Place) -> String {
     let verdict = place.reason.unwrap_or("accepted");
     format!(
-        "d_col {} d_row {} score {} second {} {verdict}\n",
-        place.d_col, place.d_row, place.score, place.second_peak
+        "d_col {} d_row {} sigma {:.2} {:.2} score {} second {} risk {:.1e} {verdict}\n",
+        place.d_col, place.d_row, place.sigma_col, place.sigma_row, place.score, place.second_peak, place.risk
     )
 }

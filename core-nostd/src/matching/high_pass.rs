@@ -112,7 +112,7 @@ pub(super) fn each_piece(view: &View<'_>, runs: &[Run], mut each: impl FnMut(Run
 }
 
 /// The part of a run that lies in a strip.
-fn piece(run: &Run, strip: u16) -> Option<Run> {
+pub(super) fn piece(run: &Run, strip: u16) -> Option<Run> {
     let (start, end) = (run.start.max(strip), run.end.min(strip.saturating_add(STRIP as u16)));
     (start < end).then_some(Run { row: run.row, start, end })
 }

@@ -3,7 +3,7 @@
 use super::Grey;
 use super::view::{Ground, Pose};
 use plumbline_core::image::Run;
-use plumbline_sim::camera::still_match::find;
+use plumbline_sim::camera::still_match::align;
 use plumbline_survey::io::picture::Picture;
 
 /// Search, cells: the largest on board.
@@ -61,7 +61,7 @@ impl Reference {
     /// How far from the truth a patch is found, cells; NaN where it cannot be searched for.
     pub fn error_px(&self, patch: &[u8], runs: &[Run], cells: (u16, u16)) -> f64 {
         let patch = Picture { cols: cells.0.into(), rows: cells.1.into(), pixels: patch.to_vec() };
-        find(&patch, runs, &self.tile, RADIUS).map_or(f64::NAN, |place| {
+        align(&patch, runs, &self.tile, RADIUS).map_or(f64::NAN, |place| {
             (f64::from(place.d_col) - self.truth.0).hypot(f64::from(place.d_row) - self.truth.1)
         })
     }

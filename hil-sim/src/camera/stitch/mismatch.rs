@@ -8,7 +8,7 @@
 use super::{check, rectified, reduce};
 use crate::camera::heads::{Rig, Tile};
 use crate::camera::still::{Patch, Reduced, runs_of};
-use crate::camera::still_match::find;
+use crate::camera::still_match::align;
 use plumbline_core::image::Run;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::picture::{Bands, Picture};
@@ -140,6 +140,6 @@ fn shift(one: &Picture, other: &Picture) -> Option<f64> {
     let pixels = (0..WINDOW_PX).flat_map(line).copied().collect();
     let window = Picture { cols: WINDOW_PX, rows: WINDOW_PX, pixels };
     let whole = runs_of(&Picture { pixels: vec![255; WINDOW_PX * WINDOW_PX], ..window });
-    let place = find(&window, whole.as_slice() as &[Run], other, SEARCH_PX as u16).ok()?;
+    let place = align(&window, whole.as_slice() as &[Run], other, SEARCH_PX as u16).ok()?;
     place.accepted.then(|| f64::from(place.d_col).hypot(f64::from(place.d_row)))
 }

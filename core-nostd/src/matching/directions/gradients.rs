@@ -1,0 +1,116 @@
+//! The image of gradient directions: which way the picture changes at each pixel, whichever of both sides is the brighter.
+//!
+//! With the gradient (gx, gy) and m² = gx² + gy², a pixel has two values, (gx² − gy²) / (m² + e) and 2 gx gy / (m² + e): the
+//! gradient's direction with its angle doubled, so that opposite gradients are alike, and a length below 1, so that no strong edge
+//! decides. e is [`ENERGY_SHARE`] of the median of m². A border between two fields stays where it is when a crop ripens, a field
+//! is ploughed or the sun comes from the other side: its two sides change greys, and even places. Correlating doubled angles is
+//! known from the registration of remote sensing and medical pictures since the 1990s (normalised gradient fields, orientation
+//! correlation).
+//!
+//! Gradients are Sobel's, 3 x 3; the two values are smoothed by 1 2 1 along both axes after the division, which makes the lobe
+//! of a correlation as wide as its peak may be off the whole pixel. Over eight years of one area (5 m a pixel, 56 pairs, patches
+//! of 65 pixels within ±16) the best place is right in 91 % this way, in 87 % where the greys are smoothed by a Gaussian of
+//! one pixel before, and in 66 % with the differences of a pixel to the mean of 5 x 5 around it.
+//!
+//! Every pixel has surroundings: beyond the end of a run its last pixel goes on, beyond the first and the last row that row.
+
+use super::surroundings::Ring;
+use crate::image::{Run, View};
+use crate::matching::high_pass::piece;
+use crate::matching::histogram::Histogram;
+use crate::matching::kernels::gradients::{COLS, STRIP, directions, energies, smooth};
+
+/// Values of a pixel.
+pub(super) const CHANNELS: usize = 2;
+/// e as a share of the median of m². Over the eight years a quarter, a half and 1 differ by less than a percent.
+const ENERGY_SHARE: f32 = 0.5;
+/// Least e: what the rounding of greys alone leaves, twelve times its variance of 1/12 along each axis (1, 2 and 1 squared,
+/// twice), and twice that in reserve.
+const ENERGY_MIN: f32 = 4.0;
+/// Every so many rows are counted for the median of m².
+const COUNTED_ROWS: usize = 4;
+
+/// e of a picture, over a part of the rows that `runs` have.
+pub(super) fn typical_energy(view: &View<'_>, runs: impl Iterator<Item = Run> + Clone) -> f32 {
+    let mut histogram = Histogram::new();
+    let mut buffer = [0; COLS];
+    let mut count = 0;
+    for strip in (0..view.size().0 as usize).step_by(STRIP) {
+        let mut ring = Ring::new(view, runs.clone(), strip);
+        for run in runs.clone() {
+            count += 1;
+            if count % COUNTED_ROWS != 0 {
+                continue;
+            }
+            let Some(piece) = piece(&run, strip as u16) else { continue };
+            energies(ring.down_to(run.row as usize + 1), piece.end as usize - strip + 1, &mut buffer);
+            let from = piece.start as usize - strip + 1;
+            let energies = buffer.get(from..from + (piece.end - piece.start) as usize).unwrap_or(&[]);
+            energies.iter().for_each(|&energy| histogram.add(code(energy)));
+        }
+    }
+    (ENERGY_SHARE * decoded(histogram.median())).max(ENERGY_MIN)
+}
+
+/// Filters `runs`, sorted by row, piece by piece of at most [`STRIP`] pixels: both channels' values, ±127 for 1, as bytes of two's
+/// complement. `energy`: of [`typical_energy`].
+pub(super) fn filter(
+    view: &View<'_>,
+    runs: impl Iterator<Item = Run> + Clone,
+    energy: f32,
+    mut each: impl FnMut(Run, [&[u8]; CHANNELS]),
+) {
+    let Some(first) = runs.clone().next() else { return };
+    for strip in (0..view.size().0 as usize).step_by(STRIP) {
+        let mut ring = Ring::new(view, runs.clone(), strip);
+        let mut lines = [[[0; COLS]; CHANNELS]; 3];
+        let width = (view.size().0 as usize - strip).min(STRIP) + 2;
+        // Rows are counted from the one above the first, which is made of that one alone.
+        let mut next = first.row as usize;
+        let mut out = [[[0; 4]; STRIP / 4]; CHANNELS];
+        for run in runs.clone() {
+            let row = run.row as usize;
+            while next <= row + 2 {
+                directions(ring.down_to(next), energy, width, &mut lines[next % 3]);
+                next += 1;
+            }
+            let Some(piece) = piece(&run, strip as u16) else { continue };
+            let (from, length) = (piece.start as usize - strip, (piece.end - piece.start) as usize);
+            let words = from / 4..(from + length).div_ceil(4);
+            for (channel, out) in out.iter_mut().enumerate() {
+                let around = [row, row + 1, row + 2].map(|row| &lines[row % 3][channel]);
+                smooth(around, words.start, out.get_mut(..words.len()).unwrap_or(&mut []));
+            }
+            let skipped = from - 4 * words.start;
+            each(piece, out.each_ref().map(|out| out.as_flattened().get(skipped..skipped + length).unwrap_or(&[])));
+        }
+    }
+}
+
+/// A bin for m²: itself below 8, then eight to an octave.
+fn code(energy: u32) -> u8 {
+    match energy.checked_ilog2() {
+        Some(octave) if octave >= 3 => (8 * (octave - 2) + ((energy >> (octave - 3)) & 7)) as u8,
+        _ => energy as u8,
+    }
+}
+
+/// m² at a place between bins.
+fn decoded(bins: f32) -> f32 {
+    let bin = bins as u32;
+    let lower = |bin: u32| if bin < 8 { bin } else { (8 + bin % 8) << (bin / 8 - 1) } as f32;
+    lower(bin) + (bins - bin as f32) * (lower(bin + 1) - lower(bin))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{code, decoded};
+
+    #[test]
+    fn bins_hold_what_they_say() {
+        for energy in (0..100).chain([1000, 12345, 99_999, 2_080_800]) {
+            let bin = code(energy) as f32;
+            assert!((decoded(bin)..decoded(bin + 1.0)).contains(&(energy as f32)), "{energy} in {bin}");
+        }
+    }
+}

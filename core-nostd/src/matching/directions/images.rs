@@ -1,0 +1,184 @@
+//! The images of patch and reference, and what they say about shifts.
+
+use super::gradients::{CHANNELS, filter, typical_energy};
+use crate::image::{Run, View};
+use crate::matching::coarse_ranking::Ranking;
+use crate::matching::high_pass::each_piece;
+use crate::matching::histogram::Histogram;
+use crate::matching::kernels::correlation::{dot_and_energy, dots_and_energies};
+use crate::matching::kernels::rows::{copy, fill};
+use crate::matching::valid;
+use crate::math;
+
+/// Pixels that the coarse ranking takes, where the patch has them: over 330 of them no frame of the default scene is lost,
+/// see [`super::CANDIDATES`].
+pub(super) const RANKING_PX: usize = 300;
+/// It takes every third run at least, so that a large patch is ranked by all of its parts.
+const RANKING_STRIDE: usize = 3;
+/// Pieces that are taken: all of them, and those that a median is made of.
+pub(super) const ALL: (usize, usize) = (1, 1);
+const PART: (usize, usize) = (1, 4);
+
+/// A shift, from the upper left one on, and what the whole patch says about it.
+#[derive(Clone, Copy, Default)]
+pub(super) struct ScoredShift {
+    pub(super) col: u16,
+    pub(super) row: u16,
+    /// From the reference's first pixel to the one under the patch's.
+    offset: usize,
+    /// Σ p r, and Σ r² under the mask.
+    products: i64,
+    energy: i64,
+    pub(super) score: f32,
+}
+
+impl ScoredShift {
+    /// A shift without its score.
+    pub(super) fn new(col: u16, row: u16) -> Self {
+        ScoredShift { col, row, ..ScoredShift::default() }
+    }
+
+    /// Steps to another shift, the larger of both axes.
+    pub(super) fn apart(&self, other: &ScoredShift) -> u16 {
+        self.col.abs_diff(other.col).max(self.row.abs_diff(other.row))
+    }
+}
+
+/// The patch's image: the values of every piece, with zeros up to a multiple of four, the first channel's before the second's.
+pub(super) struct Patch<'a> {
+    patch: &'a View<'a>,
+    runs: &'a [Run],
+    values: &'a [u8],
+}
+
+impl<'a> Patch<'a> {
+    /// `None` where `buffer` is too small.
+    pub(super) fn new(patch: &'a View<'a>, runs: &'a [Run], buffer: &'a mut [u8]) -> Option<Self> {
+        let mut needed = 0;
+        each_piece(patch, runs, |piece| needed += padded(&piece));
+        let buffer = buffer.get_mut(..CHANNELS * needed)?;
+        let (first, second) = buffer.split_at_mut_checked(needed)?;
+        let energy = typical_energy(patch, runs.iter().copied());
+        let mut at = 0;
+        filter(patch, runs.iter().copied(), energy, |piece, channels| {
+            let end = at + padded(&piece);
+            for (channel, values) in channels.into_iter().zip([&mut *first, &mut *second]) {
+                put(channel, values.get_mut(at..end).unwrap_or(&mut []));
+            }
+            at = end;
+        });
+        Some(Patch { patch, runs, values: buffer })
+    }
+
+    /// (columns, rows).
+    pub(super) fn size(&self) -> (u16, u16) {
+        self.patch.size()
+    }
+
+    /// The median size of a value.
+    fn median(&self) -> u8 {
+        let mut sizes = Histogram::new();
+        self.each(PART, |_, _, values| values.iter().for_each(|&value| sizes.add((value as i8).unsigned_abs())));
+        sizes.median() as u8
+    }
+
+    /// The values of `part` pieces in every `whole`, evenly, with their channel.
+    pub(super) fn each(&self, (part, whole): (usize, usize), mut each: impl FnMut(usize, Run, &[u8])) {
+        let mut values = self.values;
+        for channel in 0..CHANNELS {
+            let mut due = 0;
+            each_piece(self.patch, self.runs, |piece| {
+                let Some((own, rest)) = values.split_at_checked(padded(&piece)) else { return };
+                values = rest;
+                let is_taken = due < part;
+                due = if due >= whole - part { due + part - whole } else { due + part };
+                if is_taken {
+                    each(channel, piece, own);
+                }
+            });
+        }
+    }
+}
+
+/// Bytes of a piece's values.
+fn padded(piece: &Run) -> usize {
+    ((piece.end - piece.start) as usize).next_multiple_of(4)
+}
+
+/// Copies values into a buffer, zeros behind them.
+pub(super) fn put(values: &[u8], buffer: &mut [u8]) {
+    let (own, rest) = buffer.split_at_mut(values.len().min(buffer.len()));
+    copy(values, own);
+    fill(0, rest);
+}
+
+/// Both images.
+pub(super) struct Images<'a> {
+    pub(super) patch: Patch<'a>,
+    /// Σ p².
+    pub(super) energy: i64,
+    /// The second channel below the first.
+    pub(super) reference: View<'a>,
+}
+
+impl<'a> Images<'a> {
+    pub(super) fn new(patch: Patch<'a>, reference: View<'a>) -> Self {
+        let mut energy = 0;
+        patch.each(ALL, |_, _, values| energy += dot_and_energy(values, values).0 as i64);
+        Images { patch, energy, reference }
+    }
+
+    /// Whether the patch's image is zero throughout.
+    pub(super) fn is_featureless(&self) -> bool {
+        self.energy == 0
+    }
+
+    /// The reference's row under the first of a channel.
+    pub(super) fn first_row(&self, channel: usize) -> usize {
+        channel * (self.reference.size().1 as usize / CHANNELS)
+    }
+
+    /// Coarse scores of every shift, `side` a row, over part of the pieces; how many large values they come from. Kept
+    /// apart: it needs a kilobyte of stack.
+    #[inline(never)]
+    pub(super) fn rank(&self, side: usize, scores: &mut [i16]) -> u32 {
+        let whole = valid(self.patch.runs).clamp(RANKING_PX, RANKING_STRIDE * RANKING_PX);
+        // Twice the median, as the clipped values of the other matcher have it.
+        let threshold = self.patch.median().saturating_mul(2);
+        let mut ranking = Ranking::new(&self.reference, threshold, side, scores);
+        self.patch.each((RANKING_PX, whole), |channel, piece, values| {
+            let row = piece.row + self.first_row(channel) as u16;
+            ranking.add(Run { row, ..piece }, values);
+        });
+        ranking.flush();
+        ranking.counted()
+    }
+
+    /// Scores shifts by the whole patch, two at a time: an even number of them.
+    pub(super) fn score(&self, shifts: &mut [ScoredShift]) {
+        let stride = self.reference.stride();
+        for shift in shifts.iter_mut() {
+            shift.offset = shift.row as usize * stride + shift.col as usize;
+        }
+        self.patch.each(ALL, |channel, piece, own| {
+            let length = (piece.end - piece.start) as usize;
+            let base = (piece.row as usize + self.first_row(channel)) * stride + piece.start as usize;
+            for [a, b] in shifts.as_chunks_mut::<2>().0 {
+                let at = [base + a.offset, base + b.offset];
+                let sums = dots_and_energies(own, self.reference.from(0, 0), at, length);
+                for (shift, (products, energy)) in [a, b].into_iter().zip(sums) {
+                    shift.products += products as i64;
+                    shift.energy += energy as i64;
+                }
+            }
+        });
+        for shift in shifts {
+            shift.score = normalised(shift.products as f32, self.energy, shift.energy);
+        }
+    }
+}
+
+/// Products over the root of both energies.
+fn normalised(products: f32, own: i64, other: i64) -> f32 {
+    if own > 0 && other > 0 { products / (math::sqrt(own as f32) * math::sqrt(other as f32)) } else { 0.0 }
+}

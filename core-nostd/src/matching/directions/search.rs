@@ -1,0 +1,124 @@
+//! Masked normalised cross-correlation of gradient directions over whole-pixel shifts.
+//!
+//! Both channels of a pixel count alike, and no mean is taken off: over the eight years that changes nothing. Products are summed in
+//! integers. A coarse ranking with one digit of every value orders all the shifts, and the whole patch decides between its highest local
+//! maxima and climbs to the top of the best.
+
+use super::Peak;
+use super::climb::{MAIN_LOBE_PX, climb};
+use super::gradients::{CHANNELS, filter, typical_energy};
+use super::images::{Images, Patch, ScoredShift, put};
+use crate::image::{Run, View};
+use crate::matching::MatchError;
+use crate::matching::local_maximum::{LocalMaximum, highest};
+use crate::matching::search::check;
+use crate::math;
+
+/// Local maxima of the coarse ranking that the whole patch decides between at most, as many as with high-pass images.
+const CANDIDATES: usize = 6;
+/// A local maximum that lies further than this below the highest is no candidate, but for the best one away from it: the
+/// standard deviation of the difference of two scores. Chosen: of normal numbers 3 in 100,000 lie further off.
+const BELOW: f32 = 4.0;
+/// Bytes behind the reference's image that may be read, as with high-pass images.
+const READ_AHEAD: usize = 24;
+
+/// Bytes that a search for a `patch` in a `reference` needs, whatever the patch's mask.
+pub const fn working_bytes(patch: (u16, u16), reference: (u16, u16)) -> usize {
+    // Pieces are rounded up to four; the shortest, of one pixel, have one beside them that is not valid.
+    let own = 2 * (patch.0 as usize + 1) * patch.1 as usize;
+    reference_bytes(reference) + CHANNELS * own + 3
+}
+
+/// Bytes of the reference's image.
+const fn reference_bytes(size: (u16, u16)) -> usize {
+    CHANNELS * stride(size) * size.1 as usize + READ_AHEAD
+}
+
+/// From one row of the reference's image to the next.
+const fn stride(size: (u16, u16)) -> usize {
+    (size.0 as usize).next_multiple_of(4)
+}
+
+/// The peak of the scores of every shift within ±`radius`.
+///
+/// `patch` and `runs`: as the rectifier leaves them. `reference`: patch + 2 `radius` in both directions or larger; its
+/// centre is the zero of the shifts when it is exactly that. `bytes`: [`working_bytes`]. `scores`: space for (2 `radius` + 1)² scores of
+/// the coarse ranking.
+///
+/// # Errors
+/// [`MatchError`].
+#[inline(never)]
+pub fn search(
+    patch: &View<'_>,
+    runs: &[Run],
+    reference: &View<'_>,
+    radius: u16,
+    bytes: &mut [u8],
+    scores: &mut [i16],
+) -> Result<Peak, MatchError> {
+    let side = 2 * radius as usize + 1;
+    let fits = |reference: u16, patch: u16| reference as usize >= patch as usize + side - 1;
+    let (own, other) = (patch.size(), reference.size());
+    if !fits(other.0, own.0) || !fits(other.1, own.1) {
+        return Err(MatchError::OutsideReference);
+    }
+    check(patch, runs)?;
+    // Both channels of the reference are one picture.
+    if other.1 > u16::MAX / CHANNELS as u16 {
+        return Err(MatchError::Capacity);
+    }
+    let scores = scores.get_mut(..side * side).ok_or(MatchError::Capacity)?;
+    let skipped = bytes.as_ptr().align_offset(4);
+    let (others, own) = bytes
+        .get_mut(skipped..)
+        .and_then(|bytes| bytes.split_at_mut_checked(reference_bytes(other)))
+        .ok_or(MatchError::Capacity)?;
+    let reference = filtered(reference, others);
+    let images = Images::new(Patch::new(patch, runs, own).ok_or(MatchError::Capacity)?, reference);
+    if images.is_featureless() {
+        return Err(MatchError::Featureless);
+    }
+    let large = images.rank(side, scores);
+    let mut buffer = [LocalMaximum::default(); CANDIDATES];
+    let mut shifts = [ScoredShift::default(); CANDIDATES];
+    let maxima = highest(scores, (side, side), |&score| score, &mut buffer);
+    for (shift, maximum) in shifts.iter_mut().zip(maxima) {
+        *shift = ScoredShift::new(maximum.col, maximum.row);
+        shift.score = maximum.score as f32;
+    }
+    let found = candidates(shifts.get(..maxima.len()).unwrap_or(&[]), large);
+    // Of an odd number one more is scored, and not taken.
+    let asked = shifts.get_mut(..found.next_multiple_of(2)).ok_or(MatchError::Featureless)?;
+    images.score(asked);
+    let found = asked.get(..found).ok_or(MatchError::Featureless)?;
+    climb(&images, found, radius, scores).ok_or(MatchError::Featureless)
+}
+
+/// The image of a picture that is valid from border to border, rows aligned to four, the second channel below the first.
+fn filtered<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> View<'b> {
+    let size = picture.size();
+    let (stride, height) = (stride(size), size.1 as usize);
+    let rows = (0..size.1).map(|row| Run { row, start: 0, end: size.0 });
+    let energy = typical_energy(picture, rows.clone());
+    filter(picture, rows, energy, |piece, channels| {
+        for (channel, values) in channels.into_iter().enumerate() {
+            let at = (channel * height + piece.row as usize) * stride + piece.start as usize;
+            if let Some(target) = bytes.get_mut(at..) {
+                let length = values.len().min(target.len());
+                put(values, target.split_at_mut(length).0);
+            }
+        }
+    });
+    View::with_stride(bytes, (size.0, size.1 * CHANNELS as u16), stride)
+}
+
+/// How many of the `shifts`, highest first, may be the peak or the second one, by their scores of `large` values.
+///
+/// A value adds 0 or ±1 to a score by chance, a variance of 1/4, to the difference of two scores 1/2.
+fn candidates(shifts: &[ScoredShift], large: u32) -> usize {
+    let Some(&highest) = shifts.first() else { return 0 };
+    let least = highest.score - BELOW * math::sqrt(0.5 * large as f32);
+    let other = shifts.iter().position(|shift| shift.apart(&highest) >= MAIN_LOBE_PX).unwrap_or(0);
+    let close = shifts.iter().take_while(|shift| shift.score >= least).count();
+    close.max(other + 1).min(shifts.len())
+}

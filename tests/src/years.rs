@@ -1,0 +1,184 @@
+//! Patches of one orthophoto looked for in another of the same area, by both of the core's matchers alone: what they find between
+//! years, and what they say of it.
+
+pub mod table;
+
+use crate::seeded::Random;
+use plumbline_core::image::{Run, View};
+use plumbline_core::matching::Prior;
+use plumbline_core::matching::acceptance::AcceptRule;
+use plumbline_core::matching::correlation;
+use plumbline_core::matching::directions::{self, risk::Rule};
+use plumbline_core::matching::search;
+use plumbline_survey::error::InputError;
+use plumbline_survey::io::raster::Raster;
+use std::path::Path;
+
+/// One orthophoto on a grid that several share.
+#[derive(Clone, Debug)]
+pub struct Year {
+    /// Columns of the grid.
+    pub cols: usize,
+    /// Rows of the grid.
+    pub rows: usize,
+    greys: Vec<f32>,
+}
+
+impl Year {
+    /// The grey at a place between pixels; those of the border go on beyond it.
+    fn at(&self, col: f64, row: f64) -> f64 {
+        let (col, row) = (col.clamp(0.0, (self.cols - 1) as f64), row.clamp(0.0, (self.rows - 1) as f64));
+        let (left, top) = ((col as usize).min(self.cols - 2), (row as usize).min(self.rows - 2));
+        let (u, v) = (col - left as f64, row - top as f64);
+        let grey = |dc: usize, dr: usize| f64::from(self.greys[(top + dr) * self.cols + left + dc]);
+        (1.0 - v) * ((1.0 - u) * grey(0, 0) + u * grey(1, 0)) + v * ((1.0 - u) * grey(0, 1) + u * grey(1, 1))
+    }
+}
+
+/// Orthophotos of one area, in one reference system, on the grid of their common upper left corner.
+///
+/// # Errors
+/// A file is no raster, or they have nothing in common.
+pub fn years(paths: &[impl AsRef<Path>]) -> Result<Vec<Year>, InputError> {
+    let rasters = paths.iter().map(|path| Raster::read(path.as_ref())).collect::<Result<Vec<_>, _>>()?;
+    let Some(first) = rasters.first() else { return Ok(Vec::new()) };
+    let step = [first.geo.step_x, first.geo.step_y];
+    let corners: Vec<_> = rasters.iter().map(|raster| raster.geo.world_from_pixel(0.0, 0.0)).collect();
+    let left = corners.iter().fold(f64::MIN, |left, corner| left.max(corner.0));
+    let top = corners.iter().fold(f64::MAX, |top, corner| top.min(corner.1));
+    let offset = |corner: &(f64, f64)| ((left - corner.0) / step[0], (corner.1 - top) / step[1]);
+    let size = rasters.iter().zip(&corners).fold((usize::MAX, usize::MAX), |size, (raster, corner)| {
+        let (col, row) = offset(corner);
+        let left_over = |length: usize, offset: f64| (length as f64 - offset) as usize;
+        (size.0.min(left_over(raster.cols, col) - 1), size.1.min(left_over(raster.rows, row) - 1))
+    });
+    let laid = rasters.iter().zip(&corners).map(|(raster, corner)| {
+        let own = Year { cols: raster.cols, rows: raster.rows, greys: raster.grey() };
+        let (col, row) = offset(corner);
+        let places = (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y)));
+        let greys = places.map(|(x, y)| own.at(x as f64 + col, y as f64 + row) as f32).collect();
+        Year { cols: size.0, rows: size.1, greys }
+    });
+    Ok(laid.collect())
+}
+
+/// What a patch is looked for with, and how far it is from the picture it was cut out of.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial {
+    /// Pixels along a side of the patch.
+    pub side: u16,
+    /// Pixels of the search to each side.
+    pub radius: u16,
+    /// One sigma of its turn, radians, and of its scale.
+    pub turn_rad: f64,
+    /// Of its scale.
+    pub scale: f64,
+    /// One sigma of its noise, grey levels.
+    pub noise: f64,
+}
+
+/// What a matcher says of a trial.
+#[derive(Clone, Copy, Debug)]
+pub struct Answer {
+    /// Found less true, pixels right and down.
+    pub off: [f64; 2],
+    /// Variances that it states, of the same.
+    pub variance: [f64; 2],
+    /// The higher the surer: minus the log-odds of the risk that is stated, or the lead in its own deviations.
+    pub confidence: f64,
+    /// Probability of a wrong place, where the matcher states one.
+    pub risk: Option<f64>,
+    /// Whether it is to be believed, by the matcher's own rule.
+    pub accepted: bool,
+}
+
+/// A trial's outcome.
+#[derive(Clone, Copy, Debug)]
+pub struct Outcome {
+    /// The patch's centre in the grid.
+    pub at: [f64; 2],
+    /// Correlation of high-pass images.
+    pub high_pass: Answer,
+    /// Of gradient directions.
+    pub directions: Answer,
+}
+
+impl Trial {
+    /// Looks for the patch of `ground` around a place of the grid in `reference`; `None` where it has no texture.
+    pub fn run(&self, ground: &Year, reference: &Year, at: [usize; 2], seed: u64) -> Option<Outcome> {
+        let mut random = Random::new(seed);
+        let (turn, scale) = (self.turn_rad * random.normal(), 1.0 + self.scale * random.normal());
+        let half = 0.5 * (f64::from(self.side) - 1.0);
+        let (sin, cos) = turn.sin_cos();
+        let noise: Vec<f64> = (0..usize::from(self.side).pow(2)).map(|_| self.noise * random.normal()).collect();
+        // Uniform over the search, but for its border.
+        let reach = f64::from(self.radius) - 2.0;
+        let true_shift = [random.between(-reach, reach), random.between(-reach, reach)];
+        let centre = [at[0] as f64 + true_shift[0], at[1] as f64 + true_shift[1]];
+        let pixels: Vec<u8> = (0..noise.len())
+            .map(|i| {
+                let (x, y) = ((i % usize::from(self.side)) as f64 - half, (i / usize::from(self.side)) as f64 - half);
+                let (x, y) = (scale * (cos * x - sin * y), scale * (sin * x + cos * y));
+                (ground.at(centre[0] + x, centre[1] + y) + noise[i]).round().clamp(0.0, 255.0) as u8
+            })
+            .collect();
+        let window = self.side + 2 * self.radius;
+        let corner = [0, 1].map(|axis| at[axis] as f64 - 0.5 * (f64::from(window) - 1.0));
+        let others: Vec<u8> = (0..usize::from(window).pow(2))
+            .map(|i| {
+                let (x, y) = (i % usize::from(window), i / usize::from(window));
+                reference.at(corner[0] + x as f64, corner[1] + y as f64).round() as u8
+            })
+            .collect();
+        let size = |side: u16| (side, side);
+        let pictures = (View::new(&pixels, size(self.side))?, View::new(&others, size(window))?);
+        let high_pass = self.high_pass(pictures, true_shift)?;
+        Some(Outcome { at: centre, high_pass, directions: self.directions(pictures, true_shift)? })
+    }
+
+    fn runs(&self) -> Vec<Run> {
+        (0..self.side).map(|row| Run { row, start: 0, end: self.side }).collect()
+    }
+
+    fn prior(&self) -> Prior {
+        Prior { turn_rad: (self.turn_rad as f32).max(1e-3), scale: (self.scale as f32).max(1e-3) }
+    }
+
+    fn scores(&self) -> Vec<i16> {
+        vec![0; (2 * usize::from(self.radius) + 1).pow(2)]
+    }
+
+    fn high_pass(&self, (patch, other): (View<'_>, View<'_>), true_shift: [f64; 2]) -> Option<Answer> {
+        let (mut bytes, mut scores) = (vec![0; search::working_bytes(other.size())], self.scores());
+        let rule = (self.prior(), &AcceptRule::default());
+        let room = (bytes.as_mut_slice(), scores.as_mut_slice());
+        let found = correlation::locate(&patch, &self.runs(), &other, self.radius, rule, room).ok()?;
+        let (col, row) = found.shift();
+        Some(Answer {
+            off: [f64::from(col) - true_shift[0], f64::from(row) - true_shift[1]],
+            variance: [0, 1].map(|axis| found.refined.map_or(f64::INFINITY, |s| f64::from(s.joint[(axis, axis)]))),
+            confidence: f64::from(found.peak.score - found.peak.second) * f64::from(self.side),
+            risk: None,
+            accepted: found.accepted.is_ok(),
+        })
+    }
+
+    fn directions(&self, (patch, other): (View<'_>, View<'_>), true_shift: [f64; 2]) -> Option<Answer> {
+        let bytes = directions::search::working_bytes(patch.size(), other.size());
+        let (mut bytes, mut scores) = (vec![0; bytes], self.scores());
+        let rule = (self.prior(), &Rule::default());
+        let room = (bytes.as_mut_slice(), scores.as_mut_slice());
+        let found = directions::locate(&patch, &self.runs(), &other, self.radius, rule, room).ok()?;
+        let (solution, evidence, risk) = (found.solution, found.peak.evidence, f64::from(found.risk));
+        // Below the least risk that is stated it goes on by what the odds are made of.
+        let strength = f64::from(evidence.lead * evidence.curvature) * f64::from(self.side).powi(2);
+        let sure = -(risk / (1.0 - risk).max(1e-9)).ln() + 1e-3 * strength;
+        Some(Answer {
+            off: [f64::from(solution.d_col) - true_shift[0], f64::from(solution.d_row) - true_shift[1]],
+            variance: [0, 1].map(|axis| f64::from(solution.joint[(axis, axis)])),
+            confidence: if found.peak.on_border { f64::MIN } else { sure },
+            risk: Some(risk).filter(|_| !found.peak.on_border),
+            accepted: found.accepted.is_ok(),
+        })
+    }
+}

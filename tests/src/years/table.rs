@@ -1,0 +1,90 @@
+//! What many trials come to: coverage, what was wrong of the accepted, and whether stated risks and variances are true.
+
+use super::{Answer, Outcome};
+
+/// A place that is further off than this is wrong, pixels.
+pub const WRONG_PX: f64 = 3.0;
+/// One within this is right.
+pub const RIGHT_PX: f64 = 2.0;
+
+impl Answer {
+    fn off_px(&self) -> f64 {
+        self.off[0].hypot(self.off[1])
+    }
+
+    fn is_wrong(&self) -> bool {
+        self.off_px() > WRONG_PX
+    }
+}
+
+/// The largest share of all answers that can be taken, surest first, with at most such a share of wrong ones among them: the threshold is
+/// chosen in hindsight.
+pub fn coverage(answers: &[Answer], wrong_share: f64) -> f64 {
+    let mut sorted: Vec<&Answer> = answers.iter().collect();
+    sorted.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
+    let (mut wrong, mut best) = (0, 0);
+    for (taken, answer) in (1..).zip(sorted) {
+        wrong += usize::from(answer.is_wrong());
+        if wrong as f64 <= wrong_share * f64::from(taken) {
+            best = taken;
+        }
+    }
+    f64::from(best) / answers.len().max(1) as f64
+}
+
+/// One line for a matcher: how many are right, coverage at two shares of wrong ones, what its own decision accepts, how much of that is wrong,
+/// and the mean of the squared errors over the variances that are stated (2 where they are true).
+pub fn line(name: &str, answers: &[Answer]) -> String {
+    let count = answers.len().max(1) as f64;
+    let right = answers.iter().filter(|answer| answer.off_px() <= RIGHT_PX).count() as f64 / count;
+    let accepted: Vec<&Answer> = answers.iter().filter(|answer| answer.accepted).collect();
+    let wrong = accepted.iter().filter(|answer| answer.is_wrong()).count();
+    let of_variance =
+        |answer: &&&Answer| (0..2).map(|axis| answer.off[axis].powi(2) / answer.variance[axis]).sum::<f64>();
+    let good: Vec<f64> =
+        accepted.iter().filter(|answer| !answer.is_wrong()).map(|answer| of_variance(&answer)).collect();
+    let nees = good.iter().sum::<f64>() / good.len().max(1) as f64;
+    format!(
+        "{name:18} {:7} {right:6.3} {:7.3} {:7.3} {:8.3} {wrong:6} {nees:7.2}",
+        answers.len(),
+        coverage(answers, 1e-3),
+        coverage(answers, 1e-2),
+        accepted.len() as f64 / count,
+    )
+}
+
+/// The head of [`line`].
+pub const HEAD: &str = "matcher             trials  right  at1e-3  at1e-2 accepted  wrong    NEES";
+
+/// Stated risks against what happened, in half decades: their mean, how many were wrong, of how many.
+pub fn reliability(outcomes: &[Outcome]) -> Vec<(f64, usize, usize)> {
+    let mut bins = vec![(0.0, 0, 0); 11];
+    for answer in outcomes.iter().map(|outcome| outcome.directions) {
+        let Some(risk) = answer.risk else { continue };
+        let bin = ((risk.log10() + 5.0) * 2.0).floor().clamp(0.0, 10.0) as usize;
+        bins[bin].0 += risk;
+        bins[bin].1 += usize::from(answer.is_wrong());
+        bins[bin].2 += 1;
+    }
+    bins.into_iter().filter(|bin| bin.2 > 0).map(|(sum, wrong, count)| (sum / count as f64, wrong, count)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Answer, coverage};
+
+    #[test]
+    fn coverage_takes_the_surest_first() {
+        let answer = |confidence: f64, off: f64| Answer {
+            off: [off, 0.0],
+            variance: [1.0; 2],
+            confidence,
+            risk: None,
+            accepted: true,
+        };
+        let answers = [answer(1.0, 0.0), answer(4.0, 0.0), answer(3.0, 0.0), answer(2.0, 9.0)];
+        assert_eq!(coverage(&answers, 0.0), 0.5);
+        assert_eq!(coverage(&answers, 0.25), 1.0);
+        assert_eq!(coverage(&answers, 0.24), 0.5);
+    }
+}
