@@ -53,7 +53,7 @@ pub fn line(name: &str, answers: &[Answer]) -> String {
     )
 }
 
-/// The head of [`line`].
+/// The head of [`line()`].
 pub const HEAD: &str = "matcher             trials  right  at1e-3  at1e-2 accepted  wrong    NEES";
 
 /// Stated risks against what happened, in half decades: their mean, how many were wrong, of how many.

@@ -2,7 +2,7 @@
 //!
 //! With the gradient (gx, gy) and m² = gx² + gy², a pixel has two values, (gx² − gy²) / (m² + e) and 2 gx gy / (m² + e): the
 //! gradient's direction with its angle doubled, so that opposite gradients are alike, and a length below 1, so that no strong edge
-//! decides. e is [`ENERGY_SHARE`] of the median of m². A border between two fields stays where it is when a crop ripens, a field
+//! decides. e is half of the median of m². A border between two fields stays where it is when a crop ripens, a field
 //! is ploughed or the sun comes from the other side: its two sides change greys, and even places. Correlating doubled angles is
 //! known from the registration of remote sensing and medical pictures since the 1990s (normalised gradient fields, orientation
 //! correlation).
