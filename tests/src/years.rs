@@ -1,6 +1,7 @@
 //! Patches of one orthophoto looked for in another of the same area, by both of the core's matchers alone: what they find between
 //! years, and what they say of it.
 
+pub mod picture;
 pub mod table;
 
 use crate::seeded::Random;
@@ -35,23 +36,36 @@ impl Year {
     }
 }
 
-/// Orthophotos of one area, in one reference system, on the grid of their common upper left corner.
+/// Orthophotos of one area, in one reference system and with pixels of one size, on the grid of their common upper left corner.
 ///
 /// # Errors
-/// A file is no raster, or they have nothing in common.
+/// A file is no raster, is of another reference system or pixel size than the first, or has nothing in common with the others.
 pub fn years(paths: &[impl AsRef<Path>]) -> Result<Vec<Year>, InputError> {
     let rasters = paths.iter().map(|path| Raster::read(path.as_ref())).collect::<Result<Vec<_>, _>>()?;
     let Some(first) = rasters.first() else { return Ok(Vec::new()) };
     let step = [first.geo.step_x, first.geo.step_y];
+    for (raster, path) in rasters.iter().zip(paths) {
+        let alike = |own: f64, other: f64| (own / other - 1.0).abs() < 1e-6;
+        let steps = alike(raster.geo.step_x, step[0]) && alike(raster.geo.step_y, step[1]);
+        if raster.crs != first.crs || !steps {
+            let what = "is of another reference system or pixel size than the first; bring them onto one grid first";
+            return Err(InputError::new(format!("{} {what}", path.as_ref().display())));
+        }
+    }
     let corners: Vec<_> = rasters.iter().map(|raster| raster.geo.world_from_pixel(0.0, 0.0)).collect();
     let left = corners.iter().fold(f64::MIN, |left, corner| left.max(corner.0));
     let top = corners.iter().fold(f64::MAX, |top, corner| top.min(corner.1));
     let offset = |corner: &(f64, f64)| ((left - corner.0) / step[0], (corner.1 - top) / step[1]);
-    let size = rasters.iter().zip(&corners).fold((usize::MAX, usize::MAX), |size, (raster, corner)| {
+    // Between the last two pixels a grey is still known.
+    let left_over = |length: usize, offset: f64| (length as f64 - offset - 1.0).max(0.0) as usize;
+    let sizes = rasters.iter().zip(&corners).map(|(raster, corner)| {
         let (col, row) = offset(corner);
-        let left_over = |length: usize, offset: f64| (length as f64 - offset) as usize;
-        (size.0.min(left_over(raster.cols, col) - 1), size.1.min(left_over(raster.rows, row) - 1))
+        (left_over(raster.cols, col), left_over(raster.rows, row))
     });
+    let size = sizes.reduce(|a, b| (a.0.min(b.0), a.1.min(b.1))).unwrap_or_default();
+    if size.0 == 0 || size.1 == 0 {
+        return Err(InputError::new("the orthophotos have no area in common"));
+    }
     let laid = rasters.iter().zip(&corners).map(|(raster, corner)| {
         let own = Year { cols: raster.cols, rows: raster.rows, greys: raster.grey() };
         let (col, row) = offset(corner);

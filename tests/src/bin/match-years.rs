@@ -3,9 +3,12 @@
 
 use clap::Parser;
 use indicatif::ProgressBar;
+use plumbline_survey::io::output::{check_file, write_file};
+use plumbline_tests::years::picture::picture;
 use plumbline_tests::years::table::{HEAD, line, reliability};
 use plumbline_tests::years::{Answer, Outcome, Trial, years};
 use rayon::prelude::*;
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -40,6 +43,9 @@ struct Options {
     /// Each in itself instead of in the others
     #[arg(long)]
     same: bool,
+    /// Also draw coverage and stated against observed risk into this SVG file
+    #[arg(long)]
+    picture: Option<PathBuf>,
     /// Seed of shifts, turns, scales and noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -56,6 +62,9 @@ fn main() -> ExitCode {
 }
 
 fn compared(options: &Options) -> Result<(), String> {
+    if let Some(path) = &options.picture {
+        check_file(path).map_err(|error| error.to_string())?;
+    }
     let years = years(&options.orthos).map_err(|error| error.to_string())?;
     if years.len() < 2 && !options.same {
         return Err("one orthophoto alone has no other to be looked for in; give two, or --same".into());
@@ -92,13 +101,26 @@ fn compared(options: &Options) -> Result<(), String> {
         progress.inc(1);
     }
     progress.finish_and_clear();
-    let of = |matcher: fn(&Outcome) -> Answer| outcomes.iter().map(matcher).collect::<Vec<Answer>>();
-    println!("{HEAD}");
-    println!("{}", line("high-pass", &of(|outcome| outcome.high_pass)));
-    println!("{}", line("directions", &of(|outcome| outcome.directions)));
-    println!("\nstated risk  wrong      of  observed");
-    for (mean, wrong, count) in reliability(&outcomes) {
-        println!("{mean:11.1e} {wrong:6} {count:7} {:9.1e}", wrong as f64 / count as f64);
+    if let Some(path) = &options.picture {
+        write_file(path, picture(&outcomes)?.as_bytes()).map_err(|error| error.to_string())?;
     }
-    Ok(())
+    // A reader that has seen enough is no error.
+    std::io::stdout().write_all(text(&outcomes).as_bytes()).or(Ok(()))
+}
+
+fn text(outcomes: &[Outcome]) -> String {
+    let of = |matcher: fn(&Outcome) -> Answer| outcomes.iter().map(matcher).collect::<Vec<Answer>>();
+    let mut lines = vec![
+        HEAD.to_owned(),
+        line("high-pass", &of(|outcome| outcome.high_pass)),
+        line("directions", &of(|outcome| outcome.directions)),
+        String::new(),
+        "stated risk  wrong      of  observed".to_owned(),
+    ];
+    lines.extend(
+        reliability(outcomes).into_iter().map(|(mean, wrong, count)| {
+            format!("{mean:11.1e} {wrong:6} {count:7} {:9.1e}", wrong as f64 / count as f64)
+        }),
+    );
+    lines.join("\n") + "\n"
 }
