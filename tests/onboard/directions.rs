@@ -1,24 +1,13 @@
 //! The matcher for maps of another year on textures whose shift is known exactly, against independent arithmetic, and what it must refuse.
 
 mod refusals;
-use plumbline_core::image::{Run, View};
+use crate::matching::{PATCH, RADIUS, cosine, pairs, reference_size, view};
+use plumbline_core::image::Run;
 use plumbline_core::matching::directions::Peak;
 use plumbline_core::matching::directions::search::{search, working_bytes};
 use plumbline_core::matching::{MatchError, grey_correlation};
 use plumbline_tests::seeded::Random;
 use plumbline_tests::textures::{Ground, Picture, Placement, all_valid, footprint};
-
-/// The default patch: 150 m high, 60 degrees, 5 m a pixel.
-const PATCH: (u16, u16) = (34, 34);
-const RADIUS: u16 = 10;
-
-fn reference_size((cols, rows): (u16, u16)) -> (u16, u16) {
-    (cols + 2 * RADIUS, rows + 2 * RADIUS)
-}
-
-fn view(picture: &Picture) -> View<'_> {
-    View::new(&picture.pixels, picture.size).expect("the sizes fit")
-}
 
 fn searched(patch: &Picture, runs: &[Run], reference: &Picture) -> Result<Peak, MatchError> {
     let side = usize::from(2 * RADIUS + 1);
@@ -29,24 +18,6 @@ fn searched(patch: &Picture, runs: &[Run], reference: &Picture) -> Result<Peak, 
 /// A random shift within the search, and its placement: the patch lies where its shift says on the reference's ground.
 fn shifted(random: &mut Random) -> Placement {
     Placement { centre: (random.between(-8.0, 8.0), random.between(-8.0, 8.0)), ..Placement::default() }
-}
-
-/// Greys of the patch's valid pixels and of the reference under them at a shift.
-fn pairs(patch: &Picture, runs: &[Run], reference: &Picture, (col, row): (usize, usize)) -> (Vec<f64>, Vec<f64>) {
-    let (mut p, mut r) = (Vec::new(), Vec::new());
-    for run in runs {
-        for x in usize::from(run.start)..usize::from(run.end) {
-            let y = usize::from(run.row);
-            p.push(f64::from(patch.pixels[y * usize::from(patch.size.0) + x]));
-            r.push(f64::from(reference.pixels[(y + row) * usize::from(reference.size.0) + x + col]));
-        }
-    }
-    (p, r)
-}
-
-fn cosine(p: &[f64], r: &[f64]) -> f64 {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    dot(p, r) / (dot(p, p) * dot(r, r)).sqrt()
 }
 
 /// Gradient directions by their definition, ±127 for a length of 1: Sobel's gradients, the angle doubled, the squared length m² over

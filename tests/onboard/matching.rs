@@ -3,7 +3,7 @@
 //! The pictures are made without the core: waves integrated over each pixel in closed form, in `f64`, then noise and
 //! rounding.
 
-mod refusals;
+pub mod refusals;
 use plumbline_core::image::{Run, View};
 use plumbline_core::matching::refine::{RefineError, SubPixel, refine};
 use plumbline_core::matching::search::{Peak, search, working_bytes};
@@ -12,16 +12,16 @@ use plumbline_tests::seeded::Random;
 use plumbline_tests::textures::{Ground, Picture, Placement, all_valid, footprint};
 
 /// The default patch: 150 m high, 60 degrees, 5 m a pixel.
-const PATCH: (u16, u16) = (34, 34);
-const RADIUS: u16 = 10;
+pub const PATCH: (u16, u16) = (34, 34);
+pub const RADIUS: u16 = 10;
 /// Heading to 0.3 degrees, height to 0.1 %.
-const PRIOR: Prior = Prior { turn_rad: 0.005, scale: 0.001 };
+pub const PRIOR: Prior = Prior { turn_rad: 0.005, scale: 0.001 };
 
-fn reference_size((cols, rows): (u16, u16)) -> (u16, u16) {
+pub fn reference_size((cols, rows): (u16, u16)) -> (u16, u16) {
     (cols + 2 * RADIUS, rows + 2 * RADIUS)
 }
 
-fn view(picture: &Picture) -> View<'_> {
+pub fn view(picture: &Picture) -> View<'_> {
     View::new(&picture.pixels, picture.size).expect("the sizes fit")
 }
 
@@ -62,7 +62,7 @@ fn shifted(random: &mut Random) -> ((f64, f64), Placement) {
 }
 
 /// Greys of the patch's valid pixels and of the reference under them at a shift.
-fn pairs(patch: &Picture, runs: &[Run], reference: &Picture, (col, row): (usize, usize)) -> (Vec<f64>, Vec<f64>) {
+pub fn pairs(patch: &Picture, runs: &[Run], reference: &Picture, (col, row): (usize, usize)) -> (Vec<f64>, Vec<f64>) {
     let (mut p, mut r) = (Vec::new(), Vec::new());
     for run in runs {
         for x in usize::from(run.start)..usize::from(run.end) {
@@ -74,7 +74,7 @@ fn pairs(patch: &Picture, runs: &[Run], reference: &Picture, (col, row): (usize,
     (p, r)
 }
 
-fn cosine(p: &[f64], r: &[f64]) -> f64 {
+pub fn cosine(p: &[f64], r: &[f64]) -> f64 {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     dot(p, r) / (dot(p, p) * dot(r, r)).sqrt()
 }

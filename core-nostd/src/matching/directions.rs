@@ -17,8 +17,8 @@ mod climb;
 pub mod search;
 pub mod risk;
 
-use super::refine::{RefineError, SubPixel, refine};
-use super::{Alone, MatchError, Prior, Rejection, grey_correlation, valid};
+use super::refine::{SubPixel, refine};
+use super::{Alone, MatchError, Prior, Rejection, valid};
 use crate::image::{Run, View};
 use crate::math::squared;
 use evidence::Evidence;
@@ -55,11 +55,7 @@ pub struct Peak {
 pub struct Located {
     /// The whole-pixel peak.
     pub peak: Peak,
-    /// Normalised cross-correlation of the greys at the peak and at the second one, 0 where there is none.
-    pub grey_correlation: [f32; 2],
-    /// The sub-pixel match around the peak by least squares over the greys.
-    pub refined: Result<SubPixel, RefineError>,
-    /// That one where it holds, else the peak's own top.
+    /// The sub-pixel match around the peak by least squares over the greys where it holds, else the peak's own top.
     pub solution: SubPixel,
     /// Whether the solution is that of least squares.
     pub holds: bool,
@@ -103,10 +99,10 @@ pub fn locate(
         };
         refine(patch, runs, reference, radius, &peak, prior, bytes)
     };
-    let refined = around(peak.d_col, peak.d_row, peak.vertex);
     let top = (peak.d_col as f32 + peak.vertex.0, peak.d_row as f32 + peak.vertex.1);
     let curvature = peak.evidence.curvature;
-    let held = refined.ok().filter(|solution| holds(solution, top, HELD_PX, curvature));
+    let held =
+        around(peak.d_col, peak.d_row, peak.vertex).ok().filter(|solution| holds(solution, top, HELD_PX, curvature));
     let pixels = valid(runs) as u32;
     let side = 2 * radius as u32 + 1;
     let risk = |is_held| risk::risk(&peak.evidence, pixels, side * side, is_held);
@@ -117,12 +113,8 @@ pub fn locate(
         && !around(col, row, (0.0, 0.0)).is_ok_and(|s| holds(&s, (col as f32, row as f32), RIVAL_PX, curvature));
     let risk = risk(is_alone);
     let solution = held.unwrap_or_else(|| of_peak(&peak, top, prior));
-    let score = |at| grey_correlation(patch, runs, reference, radius, at);
-    let second = if peak.second > 0.0 { score(peak.second_at) } else { 0.0 };
     Ok(Located {
         peak,
-        grey_correlation: [score((peak.d_col, peak.d_row)), second],
-        refined,
         solution,
         holds: held.is_some(),
         risk,

@@ -7,7 +7,7 @@
 //! The peak is one pixel wide, so no shift can be left out, but digits can: a coarse ranking with one digit of every value
 //! orders all the shifts, and the whole patch decides between its highest local maxima and climbs to the top of the two best.
 
-mod images;
+pub(super) mod images;
 mod climb;
 
 use super::MatchError;
@@ -52,7 +52,7 @@ const CLIPPING_STRIDE: usize = 4;
 /// Bytes behind the reference's high-pass image that may be read. The ranking reads up to 18 beyond the pixel under a piece's
 /// last one: 7 by which a piece is rounded up to pairs of words, 8 for two more sums beside the first, 3 by which the shifts
 /// are rounded up to words. Rounded up to pairs of words.
-const READ_AHEAD: usize = 24;
+pub(super) const READ_AHEAD: usize = 24;
 
 /// Bytes that a search in a reference of `size` needs. Where the patch's high-pass image fits in too, with three more a row,
 /// it is made only once.
@@ -61,7 +61,7 @@ pub const fn working_bytes(size: (u16, u16)) -> usize {
 }
 
 /// From one row of the reference's high-pass image to the next.
-const fn stride(size: (u16, u16)) -> usize {
+pub(super) const fn stride(size: (u16, u16)) -> usize {
     (size.0 as usize).next_multiple_of(4)
 }
 

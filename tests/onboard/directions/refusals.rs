@@ -1,38 +1,17 @@
 //! What the matcher for maps of another year must not believe.
 
-use super::{PATCH, RADIUS, reference_size, searched, view};
+use super::searched;
+use crate::matching::refusals::{drawn, flat, rough};
+use crate::matching::{PATCH, PRIOR, RADIUS, reference_size, view};
 use plumbline_core::image::Run;
 use plumbline_core::matching::directions::evidence::Evidence;
 use plumbline_core::matching::directions::risk::{Rule, risk};
 use plumbline_core::matching::directions::search::{search, working_bytes};
 use plumbline_core::matching::directions::{Located, Peak, locate};
-use plumbline_core::matching::{MatchError, Prior, Rejection};
+use plumbline_core::matching::{MatchError, Rejection};
 use plumbline_tests::seeded::{Random, config};
-use plumbline_tests::textures::{Ground, Picture, Placement, all_valid, footprint};
+use plumbline_tests::textures::{Picture, all_valid, footprint};
 use proptest::prelude::{any, prop_assert, proptest};
-
-/// Heading to 0.3 degrees, height to 0.1 %.
-const PRIOR: Prior = Prior { turn_rad: 0.005, scale: 0.001 };
-
-fn flat(size: (u16, u16)) -> Picture {
-    Picture { pixels: vec![90; usize::from(size.0) * usize::from(size.1)], size }
-}
-
-/// A picture of `size` whose grey level is a function of (col, row).
-fn drawn(size: (u16, u16), grey: impl Fn(usize, usize) -> u8) -> Picture {
-    let cols = usize::from(size.0);
-    let pixels = (0..cols * usize::from(size.1)).map(|i| grey(i % cols, i / cols)).collect();
-    Picture { pixels, size }
-}
-
-fn rough(seed: u64, size: (u16, u16), centre: (f64, f64)) -> Picture {
-    Ground::new(seed, 40.0, 2.5).picture(
-        size,
-        Placement { centre, ..Placement::default() },
-        3.0,
-        &mut Random::new(seed),
-    )
-}
 
 fn found(patch: &Picture, runs: &[Run], reference: &Picture) -> Located {
     let (mut bytes, mut scores) = (vec![0; working_bytes(patch.size, reference.size)], vec![0; 441]);

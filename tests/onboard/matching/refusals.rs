@@ -11,18 +11,18 @@ use plumbline_tests::seeded::{Random, config};
 use plumbline_tests::textures::{Ground, Picture, Placement, all_valid, footprint};
 use proptest::prelude::{any, prop_assert, proptest};
 
-fn flat(size: (u16, u16)) -> Picture {
+pub fn flat(size: (u16, u16)) -> Picture {
     Picture { pixels: vec![90; usize::from(size.0) * usize::from(size.1)], size }
 }
 
 /// A picture of `size` whose grey level is a function of (col, row).
-fn drawn(size: (u16, u16), grey: impl Fn(usize, usize) -> u8) -> Picture {
+pub fn drawn(size: (u16, u16), grey: impl Fn(usize, usize) -> u8) -> Picture {
     let cols = usize::from(size.0);
     let pixels = (0..cols * usize::from(size.1)).map(|i| grey(i % cols, i / cols)).collect();
     Picture { pixels, size }
 }
 
-fn rough(seed: u64, size: (u16, u16), centre: (f64, f64)) -> Picture {
+pub fn rough(seed: u64, size: (u16, u16), centre: (f64, f64)) -> Picture {
     Ground::new(seed, 40.0, 2.5).picture(
         size,
         Placement { centre, ..Placement::default() },

@@ -2,9 +2,10 @@
 
 use super::Peak;
 use super::evidence::{Evidence, PARTS, vertex};
-use super::images::{Images, ScoredShift};
+use super::images::Images;
 use super::parts::parts;
 use crate::matching::local_maximum::{LocalMaximum, highest};
+use crate::matching::search::images::ScoredShift;
 
 /// Shifts nearer than this to a local maximum lie on its main lobe, pixels: directions are made of 3 x 3 pixels and smoothed over as many, and
 /// noise puts teeth on the lobe.

@@ -6,9 +6,8 @@ use crate::matching::coarse_ranking::Ranking;
 use crate::matching::high_pass::each_piece;
 use crate::matching::histogram::Histogram;
 use crate::matching::kernels::correlation::{dot_and_energy, dots_and_energies};
-use crate::matching::kernels::rows::{copy, fill};
+use crate::matching::search::images::{ScoredShift, normalised, padded, put};
 use crate::matching::valid;
-use crate::math;
 
 /// Pixels that the coarse ranking takes, where the patch has them: over 330 of them no frame of the default scene is lost,
 /// see [`super::CANDIDATES`].
@@ -18,31 +17,6 @@ const RANKING_STRIDE: usize = 3;
 /// Pieces that are taken: all of them, and those that a median is made of.
 pub(super) const ALL: (usize, usize) = (1, 1);
 const PART: (usize, usize) = (1, 4);
-
-/// A shift, from the upper left one on, and what the whole patch says about it.
-#[derive(Clone, Copy, Default)]
-pub(super) struct ScoredShift {
-    pub(super) col: u16,
-    pub(super) row: u16,
-    /// From the reference's first pixel to the one under the patch's.
-    offset: usize,
-    /// Σ p r, and Σ r² under the mask.
-    products: i64,
-    energy: i64,
-    pub(super) score: f32,
-}
-
-impl ScoredShift {
-    /// A shift without its score.
-    pub(super) fn new(col: u16, row: u16) -> Self {
-        ScoredShift { col, row, ..ScoredShift::default() }
-    }
-
-    /// Steps to another shift, the larger of both axes.
-    pub(super) fn apart(&self, other: &ScoredShift) -> u16 {
-        self.col.abs_diff(other.col).max(self.row.abs_diff(other.row))
-    }
-}
 
 /// The patch's image: the values of every piece, with zeros up to a multiple of four, the first channel's before the second's.
 pub(super) struct Patch<'a> {
@@ -98,18 +72,6 @@ impl<'a> Patch<'a> {
             });
         }
     }
-}
-
-/// Bytes of a piece's values.
-fn padded(piece: &Run) -> usize {
-    ((piece.end - piece.start) as usize).next_multiple_of(4)
-}
-
-/// Copies values into a buffer, zeros behind them.
-pub(super) fn put(values: &[u8], buffer: &mut [u8]) {
-    let (own, rest) = buffer.split_at_mut(values.len().min(buffer.len()));
-    copy(values, own);
-    fill(0, rest);
 }
 
 /// Both images.
@@ -176,9 +138,4 @@ impl<'a> Images<'a> {
             shift.score = normalised(shift.products as f32, self.energy, shift.energy);
         }
     }
-}
-
-/// Products over the root of both energies.
-fn normalised(products: f32, own: i64, other: i64) -> f32 {
-    if own > 0 && other > 0 { products / (math::sqrt(own as f32) * math::sqrt(other as f32)) } else { 0.0 }
 }

@@ -7,11 +7,12 @@
 use super::Peak;
 use super::climb::{MAIN_LOBE_PX, climb};
 use super::gradients::{CHANNELS, filter, typical_energy};
-use super::images::{Images, Patch, ScoredShift, put};
+use super::images::{Images, Patch};
 use crate::image::{Run, View};
 use crate::matching::MatchError;
 use crate::matching::local_maximum::{LocalMaximum, highest};
-use crate::matching::search::check;
+use crate::matching::search::images::{ScoredShift, put};
+use crate::matching::search::{READ_AHEAD, check, stride};
 use crate::math;
 
 /// Local maxima of the coarse ranking that the whole patch decides between at most, as many as with high-pass images.
@@ -19,9 +20,6 @@ const CANDIDATES: usize = 6;
 /// A local maximum that lies further than this below the highest is no candidate, but for the best one away from it: the
 /// standard deviation of the difference of two scores. Chosen: of normal numbers 3 in 100,000 lie further off.
 const BELOW: f32 = 4.0;
-/// Bytes behind the reference's image that may be read, as with high-pass images.
-const READ_AHEAD: usize = 24;
-
 /// Bytes that a search for a `patch` in a `reference` needs, whatever the patch's mask.
 pub const fn working_bytes(patch: (u16, u16), reference: (u16, u16)) -> usize {
     // Pieces are rounded up to four; the shortest, of one pixel, have one beside them that is not valid.
@@ -32,11 +30,6 @@ pub const fn working_bytes(patch: (u16, u16), reference: (u16, u16)) -> usize {
 /// Bytes of the reference's image.
 const fn reference_bytes(size: (u16, u16)) -> usize {
     CHANNELS * stride(size) * size.1 as usize + READ_AHEAD
-}
-
-/// From one row of the reference's image to the next.
-const fn stride(size: (u16, u16)) -> usize {
-    (size.0 as usize).next_multiple_of(4)
 }
 
 /// The peak of the scores of every shift within ±`radius`.

@@ -18,25 +18,25 @@ const RANKING_STRIDE: usize = 3;
 
 /// A shift, from the upper left one on, and what the whole patch says about it.
 #[derive(Clone, Copy, Default)]
-pub(super) struct ScoredShift {
-    pub(super) col: u16,
-    pub(super) row: u16,
+pub(in crate::matching) struct ScoredShift {
+    pub(in crate::matching) col: u16,
+    pub(in crate::matching) row: u16,
     /// From the reference's first pixel to the one under the patch's.
-    offset: usize,
+    pub(in crate::matching) offset: usize,
     /// Σ p r, and Σ r² under the mask.
-    products: i64,
-    energy: i64,
-    pub(super) score: f32,
+    pub(in crate::matching) products: i64,
+    pub(in crate::matching) energy: i64,
+    pub(in crate::matching) score: f32,
 }
 
 impl ScoredShift {
     /// A shift without its score.
-    pub(super) fn new(col: u16, row: u16) -> Self {
+    pub(in crate::matching) fn new(col: u16, row: u16) -> Self {
         ScoredShift { col, row, ..ScoredShift::default() }
     }
 
     /// Steps to another shift, the larger of both axes.
-    pub(super) fn apart(&self, other: &ScoredShift) -> u16 {
+    pub(in crate::matching) fn apart(&self, other: &ScoredShift) -> u16 {
         self.col.abs_diff(other.col).max(self.row.abs_diff(other.row))
     }
 }
@@ -110,12 +110,12 @@ impl<'a> Patch<'a> {
 }
 
 /// Bytes of a piece's values.
-fn padded(piece: &Run) -> usize {
+pub(in crate::matching) fn padded(piece: &Run) -> usize {
     ((piece.end - piece.start) as usize).next_multiple_of(4)
 }
 
 /// Copies values into a buffer, zeros behind them.
-pub(super) fn put(values: &[u8], buffer: &mut [u8]) {
+pub(in crate::matching) fn put(values: &[u8], buffer: &mut [u8]) {
     let (own, rest) = buffer.split_at_mut(values.len().min(buffer.len()));
     copy(values, own);
     fill(0, rest);
@@ -177,6 +177,6 @@ impl<'a> Images<'a> {
 }
 
 /// Products over the root of both energies.
-fn normalised(products: f32, own: i64, other: i64) -> f32 {
+pub(in crate::matching) fn normalised(products: f32, own: i64, other: i64) -> f32 {
     if own > 0 && other > 0 { products / (math::sqrt(own as f32) * math::sqrt(other as f32)) } else { 0.0 }
 }
