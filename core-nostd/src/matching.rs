@@ -7,7 +7,7 @@
 //! [`mod@refine`], least squares around the peak; [`acceptance`], what both must reach to become a fix. Far from the
 //! predicted position [`mod@reacquire`] replaces the search.
 //!
-//! [`mod@directions`] is the matcher for maps of another year, which states the risk of each match. It does not fly yet.
+//! [`mod@directions`] is the matcher for maps of another year, which states the risk of each match. In flight it judges what the one above finds.
 //!
 //! Constants whose doc speaks of *the four series* were measured over 1,500 synthetic matches of each: a tilted footprint in
 //! 34 x 34 pixels, searched within ±10, shifted by up to 8; textures as in `tests/src/textures.rs`, waves of 5 to 40 pixels.
@@ -19,7 +19,7 @@
 pub(crate) mod kernels;
 mod histogram;
 mod high_pass;
-mod local_maximum;
+pub(crate) mod local_maximum;
 mod grey_correlation;
 mod coarse_ranking;
 pub mod search;
@@ -33,6 +33,7 @@ use crate::image::{Run, View};
 pub use acceptance::AcceptRule;
 pub use grey_correlation::grey_correlation;
 use nalgebra::Matrix2;
+use refine::SubPixel;
 
 /// The matcher that flies.
 pub type OnBoard = correlation::Correlation;
@@ -78,6 +79,8 @@ pub struct Match {
     pub peak: (i16, i16),
     /// Normalised cross-correlation of the greys at the peak and at the best other shift, 0 where there is none.
     pub grey_correlation: [f32; 2],
+    /// The sub-pixel match of the patch's centre, accepted or not.
+    pub refined: Option<SubPixel>,
     /// The shift that deserves to become a fix, or why none does.
     pub accepted: Result<Shift, Rejection>,
 }
@@ -159,6 +162,8 @@ pub enum Rejection {
     TooLittle,
     /// The sub-pixel solution left the peak, or would invert the picture.
     Diverged,
+    /// A second kind of evidence does not confirm it.
+    Undecided,
 }
 
 /// Valid pixels of a patch.

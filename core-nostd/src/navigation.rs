@@ -11,6 +11,7 @@ pub mod candidates;
 pub mod reckoning;
 pub mod filter;
 pub mod protection;
+pub mod surface;
 pub mod tracks;
 pub mod velocity;
 
@@ -18,6 +19,7 @@ use crate::elevation::Plane;
 use azimuth::Azimuth;
 use filter::Filter;
 use heights::Heights;
+use surface::Surface;
 use tracks::Tracks;
 use velocity::VelocityError;
 
@@ -32,6 +34,8 @@ pub struct Navigation {
     pub heights: Heights,
     /// How far the velocity is off, by the way between two matches.
     pub velocity: VelocityError,
+    /// Where all frames together put it.
+    pub surface: Surface,
     /// How far attitude and velocity are off.
     pub filter: Filter,
     /// The ground under the newest frame, where there is an elevation model.
@@ -49,6 +53,7 @@ impl Navigation {
             azimuth: Azimuth::new(),
             heights: Heights::new(),
             velocity: VelocityError::new(),
+            surface: Surface::new(),
             filter: Filter::new(),
             candidate: 0,
         }

@@ -15,11 +15,13 @@ mod refusal;
 mod terrain;
 mod whereabouts;
 mod register;
+mod together;
 
 use crate::auto_exposure::Histogram;
 use crate::budget::{FRAME_MEMORY_BYTES, POSE_MAX_BYTES};
 use crate::homography::{FrameFromPatch, Placement};
 use crate::image::Run;
+use crate::matching::directions::aboard;
 use crate::matching::{Matcher, OnBoard};
 use crate::navigation::Navigation;
 use crate::navigation::filter::SatellitePosition;
@@ -288,3 +290,5 @@ const SAMPLED_EVERY: usize = 256;
 const RATIO_MAX: f32 = 90.0;
 const _: () =
     assert!(OnBoard::WORKING_BYTES <= FRAME_MEMORY_BYTES, "what the matcher needs does not fit the frame's memory");
+const _: () =
+    assert!(aboard::WORKING_BYTES <= FRAME_MEMORY_BYTES, "what the directions need does not fit the frame's memory");

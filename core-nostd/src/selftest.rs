@@ -8,6 +8,7 @@ mod arch;
 mod reduce;
 mod rectify;
 mod correlation;
+mod gradients;
 mod least_squares;
 
 use inputs::{Inputs, SEEDS};
@@ -39,7 +40,7 @@ type Outcome = Result<(), (usize, i64, i64)>;
 impl Kernel {
     /// Every kernel.
     #[inline]
-    pub fn all() -> [Kernel; 22] {
+    pub fn all() -> [Kernel; 25] {
         let kernel = |name, compare| Kernel { name, compare };
         [
             kernel("arch::opaque", arch::opaque),
@@ -56,6 +57,9 @@ impl Kernel {
             kernel("rectify::blend_steeply", rectify::blend_steeply),
             kernel("matching::rows", correlation::rows),
             kernel("matching::high_pass", correlation::high_pass),
+            kernel("matching::gradients", gradients::gradients),
+            kernel("matching::directions", gradients::directions),
+            kernel("matching::smooth", gradients::smooth),
             kernel("matching::slide", correlation::slide),
             kernel("matching::dot_and_energy", correlation::dot_and_energy),
             kernel("matching::dots_and_energies", correlation::dots_and_energies),

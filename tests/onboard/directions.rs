@@ -1,5 +1,6 @@
 //! The matcher for maps of another year on textures whose shift is known exactly, against independent arithmetic, and what it must refuse.
 
+mod aboard;
 mod refusals;
 use crate::matching::{PATCH, RADIUS, cosine, pairs, reference_size, view};
 use plumbline_core::image::Run;

@@ -44,7 +44,7 @@ fn refined(
 }
 
 /// The peak, and the sub-pixel solution around it.
-fn matched(patch: &Picture, runs: &[Run], reference: &Picture, prior: Prior) -> (Peak, SubPixel) {
+pub fn matched(patch: &Picture, runs: &[Run], reference: &Picture, prior: Prior) -> (Peak, SubPixel) {
     let (_, peak) = searched(patch, runs, reference).expect("texture");
     let solution = refined(patch, runs, reference, &peak, prior).expect("texture");
     (peak, solution)

@@ -4,7 +4,7 @@ use super::acceptance::AcceptRule;
 use super::reacquire::{self, reacquire};
 use super::refine::{RefineError, SubPixel, refine};
 use super::search::{self, Peak, search};
-use super::{Carried, Match, MatchError, Matcher, Prior, Rejection, Request, Shift, grey_correlation, valid};
+use super::{Match, MatchError, Matcher, Prior, Rejection, Request, grey_correlation, valid};
 use crate::budget::{PATCH_MAX_PX, REACQUIRE_PX, SCORES_MAX, SEARCH_MAX_PX};
 use crate::image::{Run, View};
 
@@ -79,23 +79,15 @@ impl Located {
     /// The answer for the nadir, which lies so many columns to the right of the patch's centre and rows below it. Whether a
     /// solution is precise has been judged where its pixels are.
     fn at(self, nadir: (i16, i16), prior: Prior) -> Match {
-        let (x, y) = (nadir.0 as f32, nadir.1 as f32);
-        let there = |s: SubPixel| if nadir == (0, 0) { s } else { s.at((x, y)) };
-        let carried = |s: &SubPixel| if nadir == (0, 0) { Carried::default() } else { s.decided(prior) };
-        let refined = self.refined.map(there);
-        let shift = |s: SubPixel| Shift {
-            d_col: s.d_col,
-            d_row: s.d_row,
-            covariance: s.covariance(),
-            carried: carried(&s),
-            alone: s.alone,
-        };
+        let refined = self.refined.map(|solution| solution.nadir(nadir, prior));
+        let peak = (self.peak.d_col, self.peak.d_row);
         Match {
-            shift: Located { refined, ..self }.shift(),
-            peak: (self.peak.d_col, self.peak.d_row),
+            shift: refined.map_or((peak.0 as f32, peak.1 as f32), |shift| (shift.d_col, shift.d_row)),
+            peak,
             grey_correlation: self.grey_correlation,
+            refined: self.refined.ok(),
             // What was accepted is what was refined.
-            accepted: self.accepted.and_then(|_| refined.map_err(Rejection::from)).map(shift),
+            accepted: self.accepted.and_then(|_| refined.map_err(Rejection::from)),
         }
     }
 }

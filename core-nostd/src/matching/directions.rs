@@ -6,7 +6,8 @@
 //! shift is that of least squares over the greys where both pictures show the same ground in the same state, and the peak's own top
 //! elsewhere, with a covariance from how far the patch's parts are at odds about it.
 //!
-//! It does not fly yet: on 20 to 30 pixels a side a single match between years is seldom certain, and it takes twice the board's time.
+//! On 20 to 30 pixels a side a single match between years is seldom certain, so what flies of it is [`aboard`]: the scores of a frame, which are
+//! added to those of frames before ([`crate::navigation::surface`]).
 
 mod surroundings;
 pub mod gradients;
@@ -16,8 +17,11 @@ mod parts;
 mod climb;
 pub mod search;
 pub mod risk;
+pub mod half;
+pub mod summit;
+pub mod aboard;
 
-use super::refine::{SubPixel, refine};
+use super::refine::{RefineError, SubPixel, refine};
 use super::{Alone, MatchError, Prior, Rejection, valid};
 use crate::image::{Run, View};
 use crate::math::squared;
@@ -25,6 +29,7 @@ use evidence::Evidence;
 use nalgebra::{Matrix2, Matrix4};
 use risk::{HELD_PX, Rule, holds};
 use search::search;
+use summit::Summit;
 
 /// The highest score of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,6 +53,13 @@ pub struct Peak {
     pub on_border: bool,
     /// What speaks for it.
     pub evidence: Evidence,
+}
+
+impl Peak {
+    /// Where its top is, columns and rows.
+    fn top(&self) -> (f32, f32) {
+        (self.d_col as f32 + self.vertex.0, self.d_row as f32 + self.vertex.1)
+    }
 }
 
 /// What [`locate`] found.
@@ -87,22 +99,12 @@ pub fn locate(
     (bytes, scores): (&mut [u8], &mut [i16]),
 ) -> Result<Located, MatchError> {
     let peak = search(patch, runs, reference, radius, bytes, scores)?;
-    let mut around = |col, row, vertex| {
-        let peak = super::search::Peak {
-            d_col: col,
-            d_row: row,
-            score: peak.score,
-            second: peak.second,
-            second_at: peak.second_at,
-            vertex,
-            on_border: peak.on_border,
-        };
-        refine(patch, runs, reference, radius, &peak, prior, bytes)
-    };
-    let top = (peak.d_col as f32 + peak.vertex.0, peak.d_row as f32 + peak.vertex.1);
     let curvature = peak.evidence.curvature;
-    let held =
-        around(peak.d_col, peak.d_row, peak.vertex).ok().filter(|solution| holds(solution, top, HELD_PX, curvature));
+    let mut around = |at: &Summit, within_px| {
+        let found = least_squares(patch, runs, reference, radius, at, prior, bytes);
+        found.ok().filter(|solution| holds(solution, at.top, within_px, curvature))
+    };
+    let held = around(&Summit { d_col: peak.d_col, d_row: peak.d_row, top: peak.top(), curvature }, HELD_PX);
     let pixels = valid(runs) as u32;
     let side = 2 * radius as u32 + 1;
     let risk = |is_held| risk::risk(&peak.evidence, pixels, side * side, is_held);
@@ -110,9 +112,9 @@ pub fn locate(
     let (col, row) = peak.second_at;
     let is_alone = held.is_some()
         && risk(false) > rule.risk_max
-        && !around(col, row, (0.0, 0.0)).is_ok_and(|s| holds(&s, (col as f32, row as f32), RIVAL_PX, curvature));
+        && around(&Summit { d_col: col, d_row: row, top: (col as f32, row as f32), curvature }, RIVAL_PX).is_none();
     let risk = risk(is_alone);
-    let solution = held.unwrap_or_else(|| of_peak(&peak, top, prior));
+    let solution = held.unwrap_or_else(|| of_top(peak.covariance, peak.top(), prior));
     Ok(Located {
         peak,
         solution,
@@ -122,10 +124,27 @@ pub fn locate(
     })
 }
 
-/// What the peak of a correlation says by itself. Turn and scale stay as they were taken to be.
-fn of_peak(peak: &Peak, (d_col, d_row): (f32, f32), prior: Prior) -> SubPixel {
+/// Least squares around a top.
+fn least_squares(
+    patch: &View<'_>,
+    runs: &[Run],
+    reference: &View<'_>,
+    radius: u16,
+    at: &Summit,
+    prior: Prior,
+    bytes: &mut [u8],
+) -> Result<SubPixel, RefineError> {
+    let Summit { d_col, d_row, top, .. } = *at;
+    let vertex = (top.0 - d_col as f32, top.1 - d_row as f32);
+    let (second, second_at) = (0.0, (d_col, d_row));
+    let peak = super::search::Peak { d_col, d_row, score: 0.0, second, second_at, vertex, on_border: false };
+    refine(patch, runs, reference, radius, &peak, prior, bytes)
+}
+
+/// What the top of a correlation says by itself. Turn and scale stay as they were taken to be.
+fn of_top(covariance: Matrix2<f32>, (d_col, d_row): (f32, f32), prior: Prior) -> SubPixel {
     let mut joint = Matrix4::from_diagonal(&[0.0, 0.0, squared(prior.turn_rad), squared(prior.scale)].into());
-    let shift = peak.covariance + Matrix2::identity() * squared(BETWEEN_ORTHOS_PX);
+    let shift = covariance + Matrix2::identity() * squared(BETWEEN_ORTHOS_PX);
     joint.fixed_view_mut::<2, 2>(0, 0).copy_from(&shift);
     SubPixel { turn_and_scale: (0.0, 0.0), joint, d_col, d_row, agreement: 0.0, alone: Alone::default() }
 }

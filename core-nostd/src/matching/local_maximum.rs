@@ -67,7 +67,7 @@ fn insert<S: Copy + PartialOrd, const N: usize>(
 }
 
 /// Top of the parabola through the scores before, at and behind a maximum, pixels from it, −0.5 to 0.5.
-pub(super) fn vertex(before: f32, top: f32, behind: f32) -> f32 {
+pub(crate) fn vertex(before: f32, top: f32, behind: f32) -> f32 {
     let curvature = 2.0 * top - before - behind;
     if curvature > 0.0 { (0.5 * (behind - before) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
 }

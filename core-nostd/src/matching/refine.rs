@@ -18,7 +18,7 @@ mod normal_equations;
 
 use super::histogram::Histogram;
 use super::search::Peak;
-use super::{Alone, Carried, Prior, valid};
+use super::{Alone, Carried, Prior, Shift, valid};
 use crate::budget::RUNS_MAX;
 use crate::image::{Run, View};
 use crate::math::squared;
@@ -77,6 +77,20 @@ impl SubPixel {
     #[must_use]
     pub fn covariance(&self) -> Matrix2<f32> {
         self.joint.fixed_view::<2, 2>(0, 0).into_owned()
+    }
+
+    /// The shift of the nadir, which lies so many columns to the right of the patch's centre and rows below it.
+    #[must_use]
+    pub(crate) fn nadir(self, nadir: (i16, i16), prior: Prior) -> Shift {
+        let is_aside = nadir != (0, 0);
+        let there = if is_aside { self.at((nadir.0 as f32, nadir.1 as f32)) } else { self };
+        Shift {
+            d_col: there.d_col,
+            d_row: there.d_row,
+            covariance: there.covariance(),
+            carried: if is_aside { there.decided(prior) } else { Carried::default() },
+            alone: there.alone,
+        }
     }
 
     /// How far turn and scale are the picture's own: what has become less of the prior's variance.

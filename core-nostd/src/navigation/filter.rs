@@ -143,6 +143,11 @@ impl Filter {
         hypot(known_rad, self.transient_rad)
     }
 
+    /// By how much the reported velocity is off to the east and to the north, m/s, each with its variance; nothing before the first match.
+    pub fn velocity_error(&self) -> Option<[(f32, f32); 2]> {
+        self.newest.map(|estimate| estimate.velocity())
+    }
+
     /// Where the camera is at the newest frame, and the covariance of that, square metres; nothing before the first match.
     pub fn position(&self) -> Option<(Local, Matrix2<f32>)> {
         self.newest.map(|estimate| estimate.position())

@@ -73,10 +73,12 @@ pub enum Refusal {
     Contradicted = 29,
     /// The picture is the one before, to the last bit: the camera hangs.
     Repeated = 30,
+    /// A match of the greys that the directions of the picture do not confirm, and the frames so far have not decided for its place.
+    Undecided = 31,
 }
 
 /// Every refusal, in the order of its code.
-pub const ALL: [Refusal; 30] = [
+pub const ALL: [Refusal; 31] = [
     Refusal::NoClock,
     Refusal::BadExposure,
     Refusal::Busy,
@@ -107,6 +109,7 @@ pub const ALL: [Refusal; 30] = [
     Refusal::Unconfirmed,
     Refusal::Contradicted,
     Refusal::Repeated,
+    Refusal::Undecided,
 ];
 
 impl Refusal {
@@ -149,6 +152,7 @@ impl Refusal {
             Refusal::Unconfirmed => "unconfirmed",
             Refusal::Contradicted => "contradicted",
             Refusal::Repeated => "repeated",
+            Refusal::Undecided => "undecided",
             Refusal::EdgesContradict => "edges_contradict",
             Refusal::NoExposure => "no_exposure",
             Refusal::UncertainClock => "uncertain_clock",
@@ -230,6 +234,7 @@ impl From<Rejection> for Refusal {
             Rejection::OnBorder => Refusal::OnBorder,
             Rejection::LowScore => Refusal::LowScore,
             Rejection::Ambiguous => Refusal::Ambiguous,
+            Rejection::Undecided => Refusal::Undecided,
             Rejection::Imprecise | Rejection::Diverged => Refusal::Imprecise,
         }
     }

@@ -35,13 +35,19 @@ pub struct Outcome {
 /// Where the patch lies in the tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matched {
-    found: Match,
+    pub(super) found: Match,
     /// Centre of the search in the tile, pixels, and how far that is off the predicted position.
-    centre: (f32, f32),
+    pub(super) centre: (f32, f32),
     off: (f32, f32),
-    search_px: u16,
+    /// The patch's upper left pixel in the tile at the centre of the search, column and row.
+    pub(super) corner: (i32, i32),
+    pub(super) search_px: u16,
+    /// Of turn and scale.
+    pub(super) prior: Prior,
     /// One sigma of a tilt by which it is more uncertain than the situation says, radians.
     doubt_rad: f32,
+    /// Whether all frames together have decided for its place.
+    pub(super) is_decided: bool,
     /// Whether it counts as it is, or another frame must find it, too.
     counts: Result<(), Refusal>,
 }
@@ -90,17 +96,25 @@ impl Pipeline<'_> {
                 self.doubt.velocity_m_per_s,
             ),
             prior_m: self.prior_m(situation),
+            is_decided: false,
         };
         let mut search = self.whereabouts.search(&mut self.navigation.tracks, situation, &usual);
         let mut tried = self.locate(situation, search);
+        if let Ok(matched) = &mut tried {
+            self.together(situation, matched);
+        }
         let mut sighting = self.seen(situation, &tried);
-        if matches!(sighting, Err(refusal) if refusal != Refusal::Featureless)
+        let is_decided = tried.as_ref().is_ok_and(|matched| matched.is_decided);
+        if !is_decided
+            && matches!(sighting, Err(refusal) if refusal != Refusal::Featureless)
             && let Some(far) = self.whereabouts.far(&self.navigation.tracks, situation, &usual)
         {
             search = far;
             tried = self.locate(situation, search);
             sighting = self.seen(situation, &tried);
         }
+        let is_decided = tried.as_ref().is_ok_and(|matched| matched.is_decided);
+        let usual = Usual { is_decided, ..usual };
         let counts = self.whereabouts.ended(&mut self.navigation.tracks, search, situation, &usual, sighting);
         if let Ok(Matched { found: Match { accepted: Err(Rejection::OnBorder), shift, .. }, centre, .. }) = &tried
             && !search.is_far
@@ -253,13 +267,14 @@ impl Pipeline<'_> {
         let (tile, rule) = (*self.tile.view(), &self.settings.accept);
         let request = Request { patch, runs, tile, predicted, nadir, radius, prior, rule };
         let found = matcher.locate(&request, self.frame_memory)?;
-        Ok(Matched { found, centre, off, search_px: radius, doubt_rad: 0.0, counts: Ok(()) })
+        let (corner, search_px) = (predicted, radius);
+        Ok(Matched { found, centre, off, corner, search_px, prior, doubt_rad: 0.0, is_decided: false, counts: Ok(()) })
     }
 
     /// The fix of a match in the situation that it was made in, or why there is none.
     #[inline(never)]
     pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
-        let Matched { found, centre, off, search_px, doubt_rad, counts } = matched;
+        let Matched { found, centre, off, search_px, doubt_rad, counts, .. } = matched;
         let fixed = |shift: Shift| self.fixed(situation, *centre, &shift, *doubt_rad);
         Outcome {
             d_col: found.shift.0 + off.0,

@@ -123,6 +123,8 @@ pub(super) struct Usual {
     pub sigma_m_per_s: f32,
     /// One sigma of the navigation's position, each axis: nearer a first match is where it was expected.
     pub prior_m: f32,
+    /// All frames together have decided for the place of the match.
+    pub is_decided: bool,
 }
 
 /// Where the vehicle is taken to be: while the navigation is there, and not in doubt, that is what is believed.
@@ -232,6 +234,14 @@ impl Whereabouts {
         sighting: &Sighting,
     ) -> Result<(), Refusal> {
         let is_alone = tracks.is_empty();
+        if usual.is_decided {
+            self.found = None;
+            if is_alone {
+                tracks.begin(sighting);
+                return Ok(());
+            }
+            return if tracks.matched(sighting) { Ok(()) } else { Err(Refusal::Contradicted) };
+        }
         match self.found.take() {
             Some(found) if found.is_on_border || !found.agrees(sighting, usual.sigma_m_per_s) => {
                 return self.unconfirmed(situation, sighting);

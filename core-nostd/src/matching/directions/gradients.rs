@@ -18,22 +18,21 @@ use super::surroundings::Ring;
 use crate::image::{Run, View};
 use crate::matching::high_pass::piece;
 use crate::matching::histogram::Histogram;
-use crate::matching::kernels::gradients::{COLS, STRIP, directions, energies, smooth};
+pub(super) use crate::matching::kernels::gradients::CHANNELS;
+use crate::matching::kernels::gradients::{FOURS, STRIP, directions, energies, gradients, smooth};
 
-/// Values of a pixel.
-pub(super) const CHANNELS: usize = 2;
 /// e as a share of the median of m². Over the eight years a quarter, a half and 1 differ by less than a percent.
 const ENERGY_SHARE: f32 = 0.5;
 /// Least e: what the rounding of greys alone leaves, twelve times its variance of 1/12 along each axis (1, 2 and 1 squared,
 /// twice), and twice that in reserve.
 const ENERGY_MIN: f32 = 4.0;
 /// Every so many rows are counted for the median of m².
-const COUNTED_ROWS: usize = 4;
+const COUNTED_ROWS: usize = 6;
 
 /// e of a picture, over a part of the rows that `runs` have.
-pub(super) fn typical_energy(view: &View<'_>, runs: impl Iterator<Item = Run> + Clone) -> f32 {
+pub(super) fn typical_energy(view: &View<'_>, runs: impl Iterator<Item = Run> + Clone) -> u32 {
     let mut histogram = Histogram::new();
-    let mut buffer = [0; COLS];
+    let mut line = [[[0; 2]; CHANNELS]; FOURS];
     let mut count = 0;
     for strip in (0..view.size().0 as usize).step_by(STRIP) {
         let mut ring = Ring::new(view, runs.clone(), strip);
@@ -43,13 +42,17 @@ pub(super) fn typical_energy(view: &View<'_>, runs: impl Iterator<Item = Run> + 
                 continue;
             }
             let Some(piece) = piece(&run, strip as u16) else { continue };
-            energies(ring.down_to(run.row as usize + 1), piece.end as usize - strip + 1, &mut buffer);
-            let from = piece.start as usize - strip + 1;
-            let energies = buffer.get(from..from + (piece.end - piece.start) as usize).unwrap_or(&[]);
-            energies.iter().for_each(|&energy| histogram.add(code(energy)));
+            // Value 0 lies beside the strip.
+            let within = piece.start as usize - strip + 1..piece.end as usize - strip + 1;
+            gradients(ring.down_to(run.row as usize + 1), &mut line[..within.end.div_ceil(4).min(FOURS)]);
+            for four in within.start / 4..within.end.div_ceil(4) {
+                let energies = line.get(four).copied().map_or([0; 4], energies);
+                let counted = energies.into_iter().zip(4 * four..).filter(|(_, at)| within.contains(at));
+                counted.for_each(|(energy, _)| histogram.add(code(energy)));
+            }
         }
     }
-    (ENERGY_SHARE * decoded(histogram.median())).max(ENERGY_MIN)
+    (ENERGY_SHARE * decoded(histogram.median())).max(ENERGY_MIN) as u32
 }
 
 /// Filters `runs`, sorted by row, piece by piece of at most [`STRIP`] pixels: both channels' values, ±127 for 1, as bytes of two's
@@ -57,29 +60,31 @@ pub(super) fn typical_energy(view: &View<'_>, runs: impl Iterator<Item = Run> + 
 pub(super) fn filter(
     view: &View<'_>,
     runs: impl Iterator<Item = Run> + Clone,
-    energy: f32,
+    energy: u32,
     mut each: impl FnMut(Run, [&[u8]; CHANNELS]),
 ) {
     let Some(first) = runs.clone().next() else { return };
     for strip in (0..view.size().0 as usize).step_by(STRIP) {
         let mut ring = Ring::new(view, runs.clone(), strip);
-        let mut lines = [[[0; COLS]; CHANNELS]; 3];
-        let width = (view.size().0 as usize - strip).min(STRIP) + 2;
+        let mut lines = [[[[0; 2]; CHANNELS]; FOURS]; 3];
+        let fours = ((view.size().0 as usize - strip).min(STRIP) + 2).div_ceil(4).min(FOURS);
         // Rows are counted from the one above the first, which is made of that one alone.
         let mut next = first.row as usize;
         let mut out = [[[0; 4]; STRIP / 4]; CHANNELS];
         for run in runs.clone() {
             let row = run.row as usize;
             while next <= row + 2 {
-                directions(ring.down_to(next), energy, width, &mut lines[next % 3]);
+                let line = &mut lines[next % 3][..fours];
+                gradients(ring.down_to(next), line);
+                directions(line, energy);
                 next += 1;
             }
             let Some(piece) = piece(&run, strip as u16) else { continue };
             let (from, length) = (piece.start as usize - strip, (piece.end - piece.start) as usize);
             let words = from / 4..(from + length).div_ceil(4);
             for (channel, out) in out.iter_mut().enumerate() {
-                let around = [row, row + 1, row + 2].map(|row| &lines[row % 3][channel]);
-                smooth(around, words.start, out.get_mut(..words.len()).unwrap_or(&mut []));
+                let around = [row, row + 1, row + 2].map(|row| lines[row % 3].as_slice());
+                smooth(around, channel, words.start, out.get_mut(..words.len()).unwrap_or(&mut []));
             }
             let skipped = from - 4 * words.start;
             each(piece, out.each_ref().map(|out| out.as_flattened().get(skipped..skipped + length).unwrap_or(&[])));

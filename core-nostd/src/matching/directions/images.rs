@@ -49,6 +49,11 @@ impl<'a> Patch<'a> {
         self.patch.size()
     }
 
+    /// Valid pixels.
+    pub(super) fn valid(&self) -> usize {
+        valid(self.runs)
+    }
+
     /// The median size of a value.
     fn median(&self) -> u8 {
         let mut sizes = Histogram::new();
@@ -104,7 +109,7 @@ impl<'a> Images<'a> {
     /// apart: it needs a kilobyte of stack.
     #[inline(never)]
     pub(super) fn rank(&self, side: usize, scores: &mut [i16]) -> u32 {
-        let whole = valid(self.patch.runs).clamp(RANKING_PX, RANKING_STRIDE * RANKING_PX);
+        let whole = self.patch.valid().clamp(RANKING_PX, RANKING_STRIDE * RANKING_PX);
         // Twice the median, as the clipped values of the other matcher have it.
         let threshold = self.patch.median().saturating_mul(2);
         let mut ranking = Ranking::new(&self.reference, threshold, side, scores);
@@ -116,22 +121,27 @@ impl<'a> Images<'a> {
         ranking.counted()
     }
 
-    /// Scores shifts by the whole patch, two at a time: an even number of them.
+    /// Scores shifts by the whole patch, two at a time: of an odd number the last one twice.
     pub(super) fn score(&self, shifts: &mut [ScoredShift]) {
         let stride = self.reference.stride();
         for shift in shifts.iter_mut() {
             shift.offset = shift.row as usize * stride + shift.col as usize;
         }
+        let (pairs, single) = shifts.as_chunks_mut::<2>();
         self.patch.each(ALL, |channel, piece, own| {
             let length = (piece.end - piece.start) as usize;
             let base = (piece.row as usize + self.first_row(channel)) * stride + piece.start as usize;
-            for [a, b] in shifts.as_chunks_mut::<2>().0 {
+            let sums = |a: &ScoredShift, b: &ScoredShift| {
                 let at = [base + a.offset, base + b.offset];
-                let sums = dots_and_energies(own, self.reference.from(0, 0), at, length);
-                for (shift, (products, energy)) in [a, b].into_iter().zip(sums) {
-                    shift.products += products as i64;
-                    shift.energy += energy as i64;
-                }
+                dots_and_energies(own, self.reference.from(0, 0), at, length)
+            };
+            for [a, b] in pairs.iter_mut() {
+                let [first, second] = sums(a, b);
+                a.add(first);
+                b.add(second);
+            }
+            if let [single] = single {
+                single.add(sums(single, single)[0]);
             }
         });
         for shift in shifts {

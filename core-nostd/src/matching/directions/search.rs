@@ -5,7 +5,7 @@
 //! maxima and climbs to the top of the best.
 
 use super::Peak;
-use super::climb::{MAIN_LOBE_PX, climb};
+use super::climb::climb;
 use super::gradients::{CHANNELS, filter, typical_energy};
 use super::images::{Images, Patch};
 use crate::image::{Run, View};
@@ -13,13 +13,9 @@ use crate::matching::MatchError;
 use crate::matching::local_maximum::{LocalMaximum, highest};
 use crate::matching::search::images::{ScoredShift, put};
 use crate::matching::search::{READ_AHEAD, check, stride};
-use crate::math;
 
-/// Local maxima of the coarse ranking that the whole patch decides between at most, as many as with high-pass images.
+/// Local maxima of the coarse ranking that the whole patch decides between, as many as with high-pass images at most.
 const CANDIDATES: usize = 6;
-/// A local maximum that lies further than this below the highest is no candidate, but for the best one away from it: the
-/// standard deviation of the difference of two scores. Chosen: of normal numbers 3 in 100,000 lie further off.
-const BELOW: f32 = 4.0;
 /// Bytes that a search for a `patch` in a `reference` needs, whatever the patch's mask.
 pub const fn working_bytes(patch: (u16, u16), reference: (u16, u16)) -> usize {
     // Pieces are rounded up to four; the shortest, of one pixel, have one beside them that is not valid.
@@ -55,36 +51,41 @@ pub fn search(
     if !fits(other.0, own.0) || !fits(other.1, own.1) {
         return Err(MatchError::OutsideReference);
     }
-    check(patch, runs)?;
-    // Both channels of the reference are one picture.
-    if other.1 > u16::MAX / CHANNELS as u16 {
-        return Err(MatchError::Capacity);
-    }
+    let images = images(patch, runs, reference, bytes)?;
     let scores = scores.get_mut(..side * side).ok_or(MatchError::Capacity)?;
-    let skipped = bytes.as_ptr().align_offset(4);
-    let (others, own) = bytes
-        .get_mut(skipped..)
-        .and_then(|bytes| bytes.split_at_mut_checked(reference_bytes(other)))
-        .ok_or(MatchError::Capacity)?;
-    let reference = filtered(reference, others);
-    let images = Images::new(Patch::new(patch, runs, own).ok_or(MatchError::Capacity)?, reference);
-    if images.is_featureless() {
-        return Err(MatchError::Featureless);
-    }
-    let large = images.rank(side, scores);
+    images.rank(side, scores);
     let mut buffer = [LocalMaximum::default(); CANDIDATES];
     let mut shifts = [ScoredShift::default(); CANDIDATES];
     let maxima = highest(scores, (side, side), |&score| score, &mut buffer);
-    for (shift, maximum) in shifts.iter_mut().zip(maxima) {
+    let found = shifts.get_mut(..maxima.len()).ok_or(MatchError::Featureless)?;
+    for (shift, maximum) in found.iter_mut().zip(maxima) {
         *shift = ScoredShift::new(maximum.col, maximum.row);
-        shift.score = maximum.score as f32;
     }
-    let found = candidates(shifts.get(..maxima.len()).unwrap_or(&[]), large);
-    // Of an odd number one more is scored, and not taken.
-    let asked = shifts.get_mut(..found.next_multiple_of(2)).ok_or(MatchError::Featureless)?;
-    images.score(asked);
-    let found = asked.get(..found).ok_or(MatchError::Featureless)?;
+    images.score(found);
     climb(&images, found, radius, scores).ok_or(MatchError::Featureless)
+}
+
+/// Both images. `bytes`: [`working_bytes`].
+///
+/// # Errors
+/// [`MatchError`] where the patch is featureless, or no patch, or there is no space.
+pub(super) fn images<'b>(
+    patch: &'b View<'_>,
+    runs: &'b [Run],
+    reference: &View<'_>,
+    bytes: &'b mut [u8],
+) -> Result<Images<'b>, MatchError> {
+    check(patch, runs)?;
+    // Both channels of the reference are one picture.
+    if reference.size().1 > u16::MAX / CHANNELS as u16 {
+        return Err(MatchError::Capacity);
+    }
+    let skipped = bytes.as_ptr().align_offset(4);
+    let bytes = bytes.get_mut(skipped..).ok_or(MatchError::Capacity)?;
+    let (others, own) = bytes.split_at_mut_checked(reference_bytes(reference.size())).ok_or(MatchError::Capacity)?;
+    let reference = filtered(reference, others);
+    let images = Images::new(Patch::new(patch, runs, own).ok_or(MatchError::Capacity)?, reference);
+    if images.is_featureless() { Err(MatchError::Featureless) } else { Ok(images) }
 }
 
 /// The image of a picture that is valid from border to border, rows aligned to four, the second channel below the first.
@@ -103,15 +104,4 @@ fn filtered<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> View<'b> {
         }
     });
     View::with_stride(bytes, (size.0, size.1 * CHANNELS as u16), stride)
-}
-
-/// How many of the `shifts`, highest first, may be the peak or the second one, by their scores of `large` values.
-///
-/// A value adds 0 or ±1 to a score by chance, a variance of 1/4, to the difference of two scores 1/2.
-fn candidates(shifts: &[ScoredShift], large: u32) -> usize {
-    let Some(&highest) = shifts.first() else { return 0 };
-    let least = highest.score - BELOW * math::sqrt(0.5 * large as f32);
-    let other = shifts.iter().position(|shift| shift.apart(&highest) >= MAIN_LOBE_PX).unwrap_or(0);
-    let close = shifts.iter().take_while(|shift| shift.score >= least).count();
-    close.max(other + 1).min(shifts.len())
 }

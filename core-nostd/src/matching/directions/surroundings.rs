@@ -1,11 +1,9 @@
 //! The rows around one, as a filter of 3 x 3 needs them.
 
 use crate::image::{Run, View};
-use crate::matching::kernels::gradients::COLS;
+use crate::matching::kernels::gradients::WIDTH;
 use crate::matching::kernels::rows::{copy, fill};
 
-/// Bytes of a row: a strip and two more pixels to each side, in whole words and one.
-pub(super) const WIDTH: usize = COLS + 4;
 /// Pixels to each side.
 const REACH: usize = 2;
 /// Rows that are kept.
@@ -13,6 +11,7 @@ const ROWS: usize = 3;
 
 /// Three rows of a strip of a picture, each from two columns before the strip on. Where nothing is valid the nearest
 /// pixel of the row goes on, and in rows without a run the row above.
+#[repr(align(4))]
 pub(super) struct Ring<'a, R: Iterator<Item = Run>> {
     rows: [[u8; WIDTH]; ROWS],
     view: &'a View<'a>,

@@ -35,6 +35,13 @@ impl ScoredShift {
         ScoredShift { col, row, ..ScoredShift::default() }
     }
 
+    /// Adds the sums of a piece.
+    #[inline(always)]
+    pub(in crate::matching) fn add(&mut self, (products, energy): (i32, i32)) {
+        self.products += i64::from(products);
+        self.energy += i64::from(energy);
+    }
+
     /// Steps to another shift, the larger of both axes.
     pub(in crate::matching) fn apart(&self, other: &ScoredShift) -> u16 {
         self.col.abs_diff(other.col).max(self.row.abs_diff(other.row))
@@ -164,10 +171,8 @@ impl<'a> Images<'a> {
             for [a, b] in shifts.as_chunks_mut::<2>().0 {
                 let at = [base + a.offset, base + b.offset];
                 let sums = dots_and_energies(own, self.reference.from(0, 0), at, length);
-                for (shift, (products, energy)) in [a, b].into_iter().zip(sums) {
-                    shift.products += products as i64;
-                    shift.energy += energy as i64;
-                }
+                a.add(sums[0]);
+                b.add(sums[1]);
             }
         });
         for shift in shifts {

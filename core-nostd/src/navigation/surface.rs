@@ -1,0 +1,380 @@
+//! Where the vehicle may be by all frames together: evidence of several pieces of ground, added up before any of them decides.
+//!
+//! Where the map is of another year a single patch says little, and what it says may be wrong: a shore line that has moved, a field that is
+//! cut. But each frame's scores say something of every shift, and those of other ground are wrong elsewhere. So they are added, as the
+//! vehicle moves: a track before it is detected (Barniv 1985; for scenes, US patent 5,146,228 of 1990, expired). The sum is a surface over
+//! the places where the nadir may be, two pixels apart, carried on by the velocity. Between two pieces of ground each place takes over from
+//! one nearby what the velocity may be off by, at the cost of how improbable that is (the step of Viterbi's algorithm).
+//!
+//! Ground counts once: a frame is added where the vehicle has come three quarters of a footprint from all those that have been.
+//! No piece of ground says more than 90, since one in 120 is wrong however clear it is.
+
+use super::reckoning::{Moment, way_m};
+use crate::matching::directions::half::{MIDDLE, SHIFTS, STEP_PX, Scores};
+use crate::matching::local_maximum::vertex;
+use crate::math::{exp, ln, round, squared};
+use crate::tile::Local;
+use crate::units::Micros;
+use heapless::Deque;
+
+/// What a piece of ground says against a shift at most: of patches of 21 to 64 pixels alone one in 120 is wrong that says as much.
+/// Of 40, 60, 90 and none the one that decides most sums of two to eight patches at one wrong of 10,000.
+const CAP: f32 = 90.0;
+/// The log-odds that the highest of a surface is more than three pixels off are `ALWAYS` − `EVIDENCE` l^`POWER`, l being its lead over all
+/// that is away from it.
+///
+/// Learnt by logistic regression over sums of one, two, three, five and eight patches of 21 to 64 pixels side by side, each year of eight
+/// looked for in every other (5 m a pixel, farmland and lakes). Stated and observed agree within a factor of 2.5 from 0.2 down to 1e-3,
+/// whatever the number of patches; below, fewer are wrong than stated.
+const ALWAYS: f32 = 1.115;
+const EVIDENCE: f32 = 0.3612;
+const POWER: f32 = 0.6;
+/// Shifts that lie on the highest one's main lobe, along either axis.
+const LOBE: usize = 2;
+/// What a frame must say by itself for its own top to be a match: in flights between years those off by more than 3 pixels are one in 1,000
+/// above, one in 30 below.
+const ALONE: f32 = 20.0;
+/// Least curvature of a frame's scores that is taken for one.
+const CURVATURE_MIN: f32 = 0.02;
+/// Evidence for which the odds change by a factor of e, about: the slope of the above where a surface is half decided.
+const NAT: f32 = 20.0;
+/// Evidence against a place beyond which it does not matter how much there is.
+const LOWEST: f32 = -400.0;
+/// Share of the smaller side of a footprint by which the vehicle has to have come from ground that has been added.
+const FRESH: f32 = 0.75;
+/// Pieces of ground that are remembered. Chosen: a circle of as many footprints is flown for the second time after a minute or more.
+const GROUNDS: usize = 16;
+/// Longest time between two frames over which a surface is carried on, microseconds: that of places.
+const STEP_MAX_US: i32 = 9_000_000;
+/// Share by which the surface is moved to where least squares have found the nadir. Chosen: a velocity that is off is made good over a few
+/// of them.
+const GAIN: f32 = 0.3;
+/// Evidence of least squares that hold, and for places within so many shifts. Of 23,000 wrong peaks one had such a solution: as much as decides
+/// by itself.
+const HELD: f32 = 250.0;
+const HELD_STEPS: f32 = 1.5;
+/// Dilation below so many shifts is none, one sigma.
+const DRIFT_MIN: f32 = 0.1;
+
+/// The place that a surface has decided for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decided {
+    /// Where the nadir is.
+    pub nadir: Local,
+    /// Probability that it is more than three pixels off.
+    pub risk: f32,
+}
+
+/// Evidence for each place.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    evidence: Scores,
+    /// That of a place which no frame has looked at.
+    unseen: f32,
+    /// The nadir at the shift in the middle.
+    middle: Local,
+    moment: Moment,
+    /// What dead reckoning may be off by since the last piece of ground, one sigma of each axis, metres.
+    drift_m: f32,
+    /// The way flown, and where it was when ground was added.
+    gone: Local,
+    /// The newest frame's ground has not been counted before.
+    is_fresh: bool,
+    grounds: Deque<Local, GROUNDS>,
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Surface::new()
+    }
+}
+
+impl Surface {
+    /// Nothing known.
+    pub const fn new() -> Self {
+        let origin = Local { east_m: 0.0, north_m: 0.0 };
+        Surface {
+            evidence: [[0.0; SHIFTS]; SHIFTS],
+            unseen: 0.0,
+            middle: origin,
+            moment: Moment { at: Micros(0), velocity_m_per_s: [0.0; 2] },
+            drift_m: 0.0,
+            gone: origin,
+            is_fresh: false,
+            grounds: Deque::new(),
+        }
+    }
+
+    /// Carries it on to a frame. `off_m_per_s`: by how much the velocity is known to be off, east and north; `sigma_m_per_s`: what else it may
+    /// be off by, each axis.
+    pub fn carry(&mut self, moment: Moment, off_m_per_s: [f32; 2], sigma_m_per_s: f32) {
+        let before = core::mem::replace(&mut self.moment, moment);
+        let step_us = moment.at.since(before.at);
+        if !(0..=STEP_MAX_US).contains(&step_us) {
+            self.clear();
+            return;
+        }
+        let seconds = step_us as f32 * 1e-6;
+        let [east_m, north_m] = way_m(before, moment);
+        let way = [east_m - off_m_per_s[0] * seconds, north_m - off_m_per_s[1] * seconds];
+        self.middle = self.middle.moved(way);
+        self.gone = self.gone.moved(way);
+        self.drift_m += sigma_m_per_s * seconds;
+    }
+
+    /// Forgets all evidence.
+    fn clear(&mut self) {
+        self.grounds.clear();
+    }
+
+    /// Moves it so that it lies around the nadir of a search, and says by how many pixels (columns, rows) its middle is off that: each −1, 0
+    /// or 1. Evidence that lies nowhere near is forgotten.
+    ///
+    /// `expected`: where the navigation has it, and one sigma of that, each axis, metres; 0 where it does not say. It counts once, before there is any
+    /// evidence.
+    ///
+    /// `side_m`: smaller side of the frame's footprint.
+    pub fn around(&mut self, nadir: Local, expected: (Local, f32), side_m: f32, px_m: f32) -> (i16, i16) {
+        self.is_fresh = self.grounds.iter().all(|ground| ground.off_m(self.gone) >= FRESH * side_m);
+        if self.grounds.is_empty() {
+            (self.middle, self.drift_m) = (nadir, 0.0);
+            self.begin(expected, px_m);
+            return (0, 0);
+        }
+        let off = |metres: f32| round((metres / px_m).clamp(-1e3, 1e3)) as i16;
+        let by = (off(self.middle.east_m - nadir.east_m), off(nadir.north_m - self.middle.north_m));
+        let steps = |px: i16| px / STEP_PX;
+        let (cols, rows) = (steps(by.0), steps(by.1));
+        if cols.unsigned_abs().max(rows.unsigned_abs()) as usize >= SHIFTS {
+            self.clear();
+            return self.around(nadir, expected, side_m, px_m);
+        }
+        self.shift(cols, rows, px_m);
+        (by.0 - STEP_PX * cols, by.1 - STEP_PX * rows)
+    }
+
+    /// What the navigation says, as evidence: of no more weight than a piece of ground.
+    fn begin(&mut self, (expected, sigma_m): (Local, f32), px_m: f32) {
+        let step_m = f32::from(STEP_PX) * px_m;
+        let cost = if sigma_m > 0.0 { 0.5 * NAT * squared(step_m / sigma_m) } else { 0.0 };
+        let off = ((expected.east_m - self.middle.east_m) / step_m, (self.middle.north_m - expected.north_m) / step_m);
+        for (line, row) in self.evidence.iter_mut().zip(0i16..) {
+            for (own, col) in line.iter_mut().zip(0i16..) {
+                let apart = (f32::from(col - MIDDLE as i16) - off.0, f32::from(row - MIDDLE as i16) - off.1);
+                *own = (-cost * (squared(apart.0) + squared(apart.1))).max(-CAP);
+            }
+        }
+        self.unseen = if cost > 0.0 { -CAP } else { 0.0 };
+    }
+
+    /// Moves the middle by so many shifts to the left and upwards.
+    fn shift(&mut self, cols: i16, rows: i16, px_m: f32) {
+        if (cols, rows) == (0, 0) {
+            return;
+        }
+        let from = |at: usize, by: i16| usize::try_from(at as i16 - by).ok();
+        let step_m = f32::from(STEP_PX) * px_m;
+        self.middle = self.middle.moved([-f32::from(cols) * step_m, f32::from(rows) * step_m]);
+        let before = self.evidence;
+        for (row, line) in self.evidence.iter_mut().enumerate() {
+            for (col, own) in line.iter_mut().enumerate() {
+                let place = from(row, rows).and_then(|row| before.get(row)?.get(from(col, cols)?));
+                *own = place.copied().unwrap_or(self.unseen);
+            }
+        }
+    }
+}
+
+impl Surface {
+    /// The newest frame's ground is counted, with what dead reckoning may have been off by on the way to it.
+    fn count_ground(&mut self, px_m: f32) {
+        if self.grounds.back() == Some(&self.gone) {
+            return;
+        }
+        if self.grounds.is_full() {
+            self.grounds.pop_front();
+        }
+        // There is room.
+        let _ = self.grounds.push_back(self.gone);
+        let sigma = core::mem::take(&mut self.drift_m) / (f32::from(STEP_PX) * px_m);
+        if sigma > DRIFT_MIN {
+            widen(&mut self.evidence, 0.5 * NAT / squared(sigma));
+        }
+    }
+
+    /// Adds the scores of a frame, if its ground is fresh.
+    pub fn add(&mut self, frame: &Frame<'_>, px_m: f32) {
+        if !self.is_fresh {
+            return;
+        }
+        self.count_ground(px_m);
+        let least = frame.weight * frame.top.score - CAP;
+        let of = |score: f32| (frame.weight * score).max(least);
+        for (own, score) in self.evidence.as_flattened_mut().iter_mut().zip(frame.scores.as_flattened()) {
+            *own += of(*score);
+        }
+        self.unseen += of(0.0);
+        self.settle();
+    }
+
+    /// The highest is 0, and what lies far below no lower than it must; where the highest is.
+    fn settle(&mut self) -> Top {
+        let top = Top::of(&self.evidence);
+        for own in self.evidence.as_flattened_mut().iter_mut().chain([&mut self.unseen]) {
+            *own = (*own - top.score).max(LOWEST);
+        }
+        Top { score: 0.0, ..top }
+    }
+
+    /// Where all of it puts the nadir, if that is not on the border.
+    pub fn top(&self, px_m: f32) -> Option<Decided> {
+        let top = Top::of(&self.evidence);
+        let nadir = self.nadir(&top, px_m)?;
+        Some(Decided { nadir, risk: risk(top.score - top.second(&self.evidence).max(self.unseen)) })
+    }
+
+    /// The nadir of the parabolas through a top, if that is not on the border.
+    fn nadir(&self, top: &Top, px_m: f32) -> Option<Local> {
+        let at = |row: usize, col: usize| self.evidence.get(row).and_then(|line| line.get(col)).copied();
+        let (above, left) = (top.row.checked_sub(1)?, top.col.checked_sub(1)?);
+        let of = |before: f32, after: f32| vertex(before, top.score, after);
+        let cols = top.col as f32 - MIDDLE as f32 + of(at(top.row, left)?, at(top.row, top.col + 1)?);
+        let rows = top.row as f32 - MIDDLE as f32 + of(at(above, top.col)?, at(top.row + 1, top.col)?);
+        let step_m = f32::from(STEP_PX) * px_m;
+        Some(self.middle.moved([cols * step_m, -rows * step_m]))
+    }
+
+    /// Whether a frame alone says as much as it must, and says that it is where all frames together are, within a step.
+    pub fn agrees(&self, frame: &Frame<'_>) -> bool {
+        frame.lead >= ALONE && frame.top.apart(&Top::of(&self.evidence)) <= 1
+    }
+
+    /// Least squares hold at a nadir: evidence against every place further off than what is called a wrong match. Where it is the place that
+    /// is worth most the surface is moved a little, so that it is there.
+    pub fn held(&mut self, nadir: Local, px_m: f32) {
+        if self.is_fresh {
+            self.count_ground(px_m);
+        }
+        let step_m = f32::from(STEP_PX) * px_m;
+        let (east_m, north_m) = (nadir.east_m - self.middle.east_m, nadir.north_m - self.middle.north_m);
+        let (col, row) = (MIDDLE as f32 + east_m / step_m, MIDDLE as f32 - north_m / step_m);
+        let evidence = if self.is_fresh { HELD } else { 0.0 };
+        for (line, at) in self.evidence.iter_mut().zip(0..) {
+            for (own, beside) in line.iter_mut().zip(0..) {
+                if (at as f32 - row).abs().max((beside as f32 - col).abs()) > HELD_STEPS {
+                    *own -= evidence;
+                }
+            }
+        }
+        self.unseen -= evidence;
+        let top = self.settle();
+        let is_there = (top.row as f32 - row).abs().max((top.col as f32 - col).abs()) <= HELD_STEPS;
+        if is_there && let Some(before) = self.nadir(&top, px_m) {
+            self.found(before, nadir);
+        }
+    }
+
+    /// A nadir was found where all frames together put it `before`: the surface is moved a little, so that it is there.
+    pub fn found(&mut self, before: Local, nadir: Local) {
+        let by = [nadir.east_m - before.east_m, nadir.north_m - before.north_m];
+        self.middle = self.middle.moved(by.map(|metres| GAIN * metres));
+    }
+}
+
+/// The scores of a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<'s> {
+    scores: &'s Scores,
+    top: Top,
+    /// Evidence of a score of 1.
+    weight: f32,
+    /// What the top has more than all that is away from it, evidence.
+    lead: f32,
+}
+
+impl<'s> Frame<'s> {
+    /// Over so many valid pixels.
+    ///
+    /// Where it would say more than it may, all of it says less: cut off it would have a top of a single shift, and the next one's top lies
+    /// beside that.
+    pub fn new(scores: &'s Scores, valid: u32) -> Self {
+        let top = Top::of(scores);
+        let weight = valid as f32 * top.curvature(scores).max(CURVATURE_MIN);
+        let lead = weight * (top.score - top.second(scores));
+        let weight = if lead > CAP { weight * (CAP / lead) } else { weight };
+        Frame { scores, top, weight, lead: lead.min(CAP) }
+    }
+}
+
+/// The highest of a surface.
+#[derive(Clone, Copy, Debug)]
+struct Top {
+    row: usize,
+    col: usize,
+    score: f32,
+}
+
+impl Top {
+    fn of(scores: &Scores) -> Self {
+        let mut top = Top { row: 0, col: 0, score: f32::MIN };
+        for (row, line) in scores.iter().enumerate() {
+            for (col, &score) in line.iter().enumerate() {
+                if score > top.score {
+                    top = Top { row, col, score };
+                }
+            }
+        }
+        top
+    }
+
+    /// Steps to another one, the larger of both axes.
+    fn apart(&self, other: &Top) -> usize {
+        self.row.abs_diff(other.row).max(self.col.abs_diff(other.col))
+    }
+
+    /// The highest off the main lobe.
+    fn second(&self, scores: &Scores) -> f32 {
+        let others = scores
+            .iter()
+            .enumerate()
+            .flat_map(|(row, line)| line.iter().enumerate().map(move |(col, &score)| Top { row, col, score }));
+        others.filter(|other| self.apart(other) > LOBE).fold(f32::MIN, |second, other| second.max(other.score))
+    }
+
+    /// Four times the score less the four beside it; on the border, that of the one beside.
+    fn curvature(&self, scores: &Scores) -> f32 {
+        let (row, col) = (self.row.clamp(1, SHIFTS - 2), self.col.clamp(1, SHIFTS - 2));
+        4.0 * scores[row][col]
+            - scores[row - 1][col]
+            - scores[row + 1][col]
+            - scores[row][col - 1]
+            - scores[row][col + 1]
+    }
+}
+
+/// The probability that the highest of a surface, which leads by so much, is a wrong place.
+fn risk(lead: f32) -> f32 {
+    let log_odds = ALWAYS - EVIDENCE * exp(POWER * ln(lead.max(f32::MIN_POSITIVE)));
+    1.0 / (1.0 + exp(-log_odds))
+}
+
+/// Each place takes over from the one that is worth most less what the way from there costs, `cost` times its square.
+fn widen(evidence: &mut Scores, cost: f32) {
+    let best = |line: &[f32; SHIFTS], at: usize| {
+        let from = line.iter().enumerate().map(|(from, own)| own - cost * squared(from as f32 - at as f32));
+        from.fold(f32::MIN, f32::max)
+    };
+    for line in evidence.iter_mut() {
+        let before = *line;
+        *line = core::array::from_fn(|at| best(&before, at));
+    }
+    for col in 0..SHIFTS {
+        let before: [f32; SHIFTS] = core::array::from_fn(|row| evidence[row][col]);
+        for (row, line) in evidence.iter_mut().enumerate() {
+            line[col] = best(&before, row);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,210 @@
+//! A vehicle that flies east at 20 m/s, seen four times a second with footprints of 100 m over a map of 5 m a pixel: other ground comes every
+//! 3.75 s. Each frame's scores have a top where the vehicle is, and one somewhere else that is as high or nearly so.
+
+use super::*;
+
+extern crate std;
+use std::vec::Vec;
+
+const SPEED_M_PER_S: f32 = 20.0;
+const PX_M: f32 = 5.0;
+const SIDE_M: f32 = 100.0;
+const STEP_M: f32 = STEP_PX as f32 * PX_M;
+const VALID: u32 = 900;
+/// Frames from one piece of ground to the next.
+const FRAMES: u32 = 15;
+/// As in flight.
+const RISK_MAX: f32 = 1e-4;
+const UNKNOWN: f32 = 0.0;
+
+/// A top at a shift (columns, rows) off the middle, steps, that is so high.
+type Bump = ([f32; 2], f32);
+
+fn scores(bumps: &[Bump]) -> Scores {
+    let near = |at: usize, top: f32| (1.0 - 0.5 * (at as f32 - MIDDLE as f32 - top).abs()).max(0.0);
+    let at = |row, col| bumps.iter().map(|(top, high)| high * near(col, top[0]) * near(row, top[1])).sum();
+    core::array::from_fn(|row| core::array::from_fn(|col| at(row, col)))
+}
+
+struct Flight {
+    surface: Surface,
+    frame: u32,
+    speed_m_per_s: f32,
+    /// What the reported velocity is off, m/s, and its stated sigma.
+    velocity_error_m_per_s: f32,
+    sigma_m_per_s: f32,
+    /// One sigma of where the navigation has it at first, metres.
+    expected_m: f32,
+}
+
+impl Flight {
+    fn new() -> Self {
+        Flight {
+            surface: Surface::new(),
+            frame: 0,
+            speed_m_per_s: SPEED_M_PER_S,
+            velocity_error_m_per_s: 0.0,
+            sigma_m_per_s: 0.1,
+            expected_m: UNKNOWN,
+        }
+    }
+
+    fn east_m(&self, speed_m_per_s: f32) -> f32 {
+        0.25 * self.frame as f32 * speed_m_per_s
+    }
+
+    fn truth(&self) -> Local {
+        Local { east_m: self.east_m(self.speed_m_per_s), north_m: 0.0 }
+    }
+
+    /// The next frame, searched a little beside the truth. `tops`: east and south of that, steps.
+    fn seen(&mut self, tops: &[Bump]) {
+        self.frame += 1;
+        let reported = self.speed_m_per_s + self.velocity_error_m_per_s;
+        let at = Micros(1_000_000 + 250_000 * u64::from(self.frame));
+        self.surface.carry(Moment { at, velocity_m_per_s: [reported, 0.0] }, [0.0; 2], self.sigma_m_per_s);
+        let truth = self.truth();
+        let centre = truth.moved([3.0, -2.0]);
+        let (cols, rows) = self.surface.around(centre, (truth, self.expected_m), SIDE_M, PX_M);
+        let off = [
+            (truth.east_m - centre.east_m) / STEP_M - f32::from(cols) / f32::from(STEP_PX),
+            (centre.north_m - truth.north_m) / STEP_M - f32::from(rows) / f32::from(STEP_PX),
+        ];
+        let tops: Vec<Bump> = tops.iter().map(|([col, row], high)| ([off[0] + col, off[1] + row], *high)).collect();
+        self.surface.add(&Frame::new(&scores(&tops), VALID), PX_M);
+    }
+
+    /// So many pieces of ground, each with a top at the truth and another one elsewhere.
+    fn flown(&mut self, pieces: usize, right: f32, wrong: f32) {
+        for piece in 0..pieces {
+            let elsewhere = [[-4.0, 1.0], [3.0, -3.0], [-1.0, 4.0], [4.0, 2.0], [-3.0, -4.0]][piece % 5];
+            (0..FRAMES).for_each(|_| self.seen(&[([0.0, 0.0], right), (elsewhere, wrong)]));
+        }
+    }
+
+    fn top(&self) -> Decided {
+        self.surface.top(PX_M).expect("not on the border")
+    }
+
+    fn off_m(&self) -> f32 {
+        self.top().nadir.off_m(self.truth())
+    }
+}
+
+#[test]
+fn pieces_of_ground_that_say_little_decide_together() {
+    let mut flight = Flight::new();
+    flight.flown(1, 0.29, 0.3);
+    assert!(flight.top().risk > 0.1 && flight.off_m() > 2.0 * STEP_M, "{:?}", flight.top());
+    flight.flown(6, 0.29, 0.3);
+    assert!(flight.top().risk < RISK_MAX && flight.off_m() < 0.2 * STEP_M, "{:?}", flight.top());
+}
+
+#[test]
+fn the_same_ground_counts_once() {
+    let mut flight = Flight { speed_m_per_s: 0.0, ..Flight::new() };
+    flight.seen(&[([1.0, 0.0], 0.3), ([-3.0, 0.0], 0.1)]);
+    let first = flight.top();
+    (0..100).for_each(|_| flight.seen(&[([1.0, 0.0], 0.3), ([-3.0, 0.0], 0.1)]));
+    assert_eq!(flight.top(), first);
+}
+
+/// However clear it is.
+#[test]
+fn a_piece_of_ground_says_no_more_than_it_can() {
+    let mut flight = Flight::new();
+    flight.flown(1, 0.9, 0.0);
+    assert!((flight.top().risk - risk(CAP)).abs() < 1e-4 * risk(CAP), "{:?}", flight.top());
+    flight.flown(1, 0.9, 0.0);
+    assert!(flight.top().risk > RISK_MAX, "{:?}", flight.top());
+    flight.flown(1, 0.9, 0.0);
+    assert!(flight.top().risk < RISK_MAX, "{:?}", flight.top());
+}
+
+/// What was right for a while and has been wrong since: a shore that moved.
+#[test]
+fn ground_that_is_wrong_is_outweighed() {
+    let mut flight = Flight::new();
+    (0..FRAMES).for_each(|_| flight.seen(&[([-4.0, 3.0], 0.9)]));
+    flight.flown(5, 0.3, 0.1);
+    assert!(flight.off_m() < 0.2 * STEP_M, "{:?}", flight.top());
+}
+
+#[test]
+fn a_velocity_that_is_off_is_followed_within_its_sigma() {
+    let mut flight = Flight { velocity_error_m_per_s: 1.0, sigma_m_per_s: 1.0, ..Flight::new() };
+    flight.flown(10, 0.3, 0.2);
+    assert!(flight.top().risk < RISK_MAX && flight.off_m() < STEP_M, "{:?} {}", flight.top(), flight.off_m());
+    // One that is said to be right is not: the evidence is left behind.
+    let mut flight = Flight { velocity_error_m_per_s: 1.0, sigma_m_per_s: 0.0, ..Flight::new() };
+    flight.flown(10, 0.3, 0.2);
+    assert!(flight.off_m() > STEP_M, "{:?}", flight.top());
+}
+
+#[test]
+fn a_long_time_without_frames_forgets_all() {
+    let mut flight = Flight::new();
+    flight.flown(6, 0.3, 0.2);
+    flight.frame += 4 * 10;
+    flight.seen(&[([0.0, 0.0], 0.3), ([3.0, 0.0], 0.25)]);
+    assert!(flight.top().risk > 0.1, "{:?}", flight.top());
+}
+
+#[test]
+fn evidence_stays_where_it_was_when_the_search_moves() {
+    let mut flight = Flight::new();
+    flight.flown(6, 0.3, 0.1);
+    let before = flight.top();
+    let centre = flight.truth().moved([3.2 * STEP_M, -2.0 * STEP_M]);
+    let by = flight.surface.around(centre, (centre, UNKNOWN), SIDE_M, PX_M);
+    assert!(by.0.abs() <= 1 && by.1.abs() <= 1, "{by:?}");
+    assert!(flight.top().nadir.off_m(before.nadir) < 0.01, "{:?}, {before:?}", flight.top());
+    // Nowhere near: nothing is known there.
+    let far = flight.truth().moved([20.0 * STEP_M, 0.0]);
+    assert_eq!(flight.surface.around(far, (far, UNKNOWN), SIDE_M, PX_M), (0, 0));
+    assert_eq!(flight.surface.top(PX_M), None);
+}
+
+#[test]
+fn least_squares_that_hold_outweigh_a_piece_of_ground() {
+    let mut flight = Flight::new();
+    (0..FRAMES).for_each(|_| flight.seen(&[([3.0, 0.0], 0.9)]));
+    flight.frame += 1;
+    let at = Micros(1_000_000 + 250_000 * u64::from(flight.frame));
+    flight.surface.carry(Moment { at, velocity_m_per_s: [SPEED_M_PER_S, 0.0] }, [0.0; 2], 0.1);
+    let truth = flight.truth();
+    flight.surface.around(truth, (truth, UNKNOWN), SIDE_M, PX_M);
+    flight.surface.held(truth, PX_M);
+    assert!(flight.off_m() < STEP_M, "{:?}", flight.top());
+}
+
+/// Where the navigation expects it counts as much as a piece of ground.
+#[test]
+fn what_the_navigation_expects_counts_once() {
+    let off_m = |expected_m: f32, pieces: u32| {
+        let mut flight = Flight { expected_m, ..Flight::new() };
+        (0..pieces * FRAMES).for_each(|_| flight.seen(&[([0.0, 0.0], 0.2), ([4.0, 0.0], 0.25)]));
+        flight.off_m()
+    };
+    assert!(off_m(UNKNOWN, 1) > 3.0 * STEP_M);
+    assert!(off_m(STEP_M, 1) < STEP_M);
+    assert!(off_m(STEP_M, 20) > 3.0 * STEP_M);
+}
+
+/// Nothing on board may panic, whatever the numbers are.
+#[test]
+fn numbers_that_are_none_do_no_harm() {
+    for bad in [f32::NAN, f32::INFINITY, f32::MIN, f32::MAX] {
+        let mut flight = Flight::new();
+        flight.flown(2, 0.3, 0.1);
+        flight.seen(&[([0.0, 0.0], bad)]);
+        let nowhere = Local { east_m: bad, north_m: bad };
+        flight.surface.carry(Moment { at: Micros(9_000_000), velocity_m_per_s: [bad; 2] }, [bad; 2], bad);
+        flight.surface.around(nowhere, (nowhere, bad), bad, bad);
+        flight.surface.add(&Frame::new(&[[bad; SHIFTS]; SHIFTS], VALID), bad);
+        flight.surface.held(nowhere, bad);
+        flight.surface.found(nowhere, nowhere);
+        let decided = flight.surface.top(PX_M).is_some_and(|decided| decided.risk <= RISK_MAX);
+        assert!(!decided, "{bad}: {:?}", flight.surface.top(PX_M));
+    }
+}
