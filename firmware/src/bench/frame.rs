@@ -1,5 +1,5 @@
 //! The whole chain, from a frame's first row to its fix: 512 x 512, 60°, 5 m, a patch of 35 x 35, a search of ±10 pixels, and
-//! behind one in vain one of ±64 that gets a lost position back.
+//! behind one in vain one of ±64 that gets a lost position back, or where the ground has changed what frames before have decided.
 
 use super::poses::Pose;
 use super::region::{Stand, region};
@@ -10,10 +10,12 @@ use plumbline_core::matching::acceptance::AcceptRule;
 use plumbline_core::math::tan;
 use plumbline_core::mount::Mount;
 use plumbline_core::navigation::Navigation;
+use plumbline_core::navigation::reckoning::Moment;
+use plumbline_core::navigation::surface::Surface;
 use plumbline_core::pipeline::{
     Buffers, FollowUpMode, Latencies, Memory, Motions, Outcome, Pipeline, PositionSample, Refusal, Settings, Sigmas,
 };
-use plumbline_core::tile::{Geographic, Georeference, Tile};
+use plumbline_core::tile::{Geographic, Georeference, Local, Tile};
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Metres, Micros, Radians};
 
@@ -29,15 +31,25 @@ pub struct Case {
     /// How far off the navigation says that it may be, one sigma of each axis, pixels: from half of the search's radius on the
     /// position counts as lost, and is searched far where the usual search finds nothing.
     pub doubt_px: f32,
+    /// The ground is in another state than the map has it, and frames before have decided where the vehicle is.
+    pub is_changed: bool,
     /// Whether every stage is measured, or the matching alone, as the rest is the same for both.
     pub has_stages: bool,
 }
 
 /// A frame as most are. The prediction is off by what is not whole, and not where a search begins.
-pub const FRAME: Case = Case { name: "frame", tile_px: 192, off_px: (4.3, -5.6), doubt_px: 0.0, has_stages: true };
+pub const FRAME: Case =
+    Case { name: "frame", tile_px: 192, off_px: (4.3, -5.6), doubt_px: 0.0, is_changed: false, has_stages: true };
+/// One over a map of another year: the greys do not match, and the directions have to.
+pub const ANOTHER_YEAR: Case = Case { name: "frame, another year", is_changed: true, has_stages: false, ..FRAME };
 /// A frame whose prediction has drifted. The tile holds the whole search around it.
 pub const REACQUISITION: Case =
-    Case { name: "re-acquisition", tile_px: 272, off_px: (50.0, -41.0), doubt_px: 32.0, has_stages: false };
+    Case { name: "re-acquisition", tile_px: 272, off_px: (50.0, -41.0), doubt_px: 32.0, has_stages: false, ..FRAME };
+/// All of them.
+pub const CASES: [Case; 3] = [FRAME, ANOTHER_YEAR, REACQUISITION];
+/// Side of a patch, pixels, and how long ago the frame before was, microseconds.
+const PATCH_PX: f32 = 35.0;
+const BEFORE_US: u64 = 4_000_000;
 /// Radius of the usual search, pixels.
 const SEARCH_PX: u16 = 10;
 /// Side of the frame, pixels.
@@ -96,10 +108,16 @@ pub fn run(
         height_m: HEIGHT_M,
     };
     scene.render(pose, u32::from(pose.heading_deg), frame);
+    if case.is_changed {
+        frame.iter_mut().for_each(|grey| *grey = changed(*grey));
+    }
     let camera = Camera::new((FRAME_PX, FRAME_PX), (fov, fov), (0.0, 0.0), None).map_err(|_| Refusal::NoFootprint)?;
     let reference = Tile::new(tile, (case.tile_px, case.tile_px), Metres(RESOLUTION_M), georeference())
         .map_err(|_| Refusal::OutsideReference)?;
     let mut navigation = Navigation::new();
+    if case.is_changed {
+        decide(&mut navigation.surface);
+    }
     let memory = Memory { buffers, navigation: &mut navigation, frame: frame_memory };
     let mut pipeline = Pipeline::new(settings(camera, pose), reference, memory).map_err(|_| Refusal::NoFootprint)?;
     pipeline.doubt.position_m = case.doubt_px * RESOLUTION_M;
@@ -123,6 +141,25 @@ pub fn run(
     let outcome = region(stand, (name, "register"), pose, || pipeline.register(&situation))?;
     let (col, row) = (outcome.d_col + case.off_px.0, outcome.d_row + case.off_px.1);
     Ok(Flown { outcome, error_px: plumbline_core::math::sqrt(col * col + row * row) })
+}
+
+/// The ground in another state: what was dark is bright, and what was brightest is bright again.
+fn changed(grey: u8) -> u8 {
+    const BACK: u8 = 180;
+    if grey <= BACK { 220 - grey } else { 40 + 2 * (grey - BACK) }
+}
+
+/// Least squares have held twice where the vehicle is, a footprint before it.
+fn decide(surface: &mut Surface) {
+    let (truth, side_m) = (Local { east_m: 0.0, north_m: 0.0 }, PATCH_PX * RESOLUTION_M);
+    let speed_m_per_s = side_m / (BEFORE_US as f32 * 1e-6);
+    // The next frame has a velocity of 0.
+    let velocity_m_per_s = [2.0 * speed_m_per_s, 0.0];
+    let before = truth.moved([-side_m, 0.0]);
+    surface.carry(Moment { at: Micros(MID_EXPOSURE.0 - BEFORE_US), velocity_m_per_s }, [0.0; 2], 0.0);
+    surface.around(before, (before, 0.0), side_m, RESOLUTION_M);
+    surface.held(before, RESOLUTION_M);
+    surface.held(before, RESOLUTION_M);
 }
 
 fn georeference() -> Georeference {

@@ -75,8 +75,9 @@ mod board {
             && signing::run(&mut bench)
             && control::run(&mut bench, frame);
         let buffers = BUFFERS.take();
-        let cases = [frame::FRAME, frame::REACQUISITION];
-        an500::exit(done && cases.iter().all(|case| frames(case, &mut bench, (frame, tile), (buffers, frame_memory))))
+        an500::exit(
+            done && frame::CASES.iter().all(|case| frames(case, &mut bench, (frame, tile), (buffers, frame_memory))),
+        )
     }
 
     /// `memory`: what the board has, and plenty.

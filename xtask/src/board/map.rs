@@ -29,7 +29,7 @@ pub const SECTIONS: [(&str, Range<u32>); 8] = [
     (".itcm", ITCM),
     (".data", DTCM),
     (".bss", DTCM),
-    (".uninit", DTCM),
+    (".uninit", AXI),
     (".axisram", AXI),
     (".sram123", SRAM123),
     (".backup", BACKUP),

@@ -54,14 +54,15 @@ const TO_35: &str = "rectify 512x512 to 35x35";
 const TO_256: &str = "rectify 512x512 to 256x256";
 
 /// What may not be passed.
-const LIMITS: [(&str, &str, f64); 11] = [
+const LIMITS: [(&str, &str, f64); 12] = [
     (TO_64, PER_SOURCE_PIXEL, 3.5),
     (TO_64, SERIAL_480, 4.5),
     (TO_35, SERIAL_480, 4.0),
     (TO_256, PER_OUTPUT_PIXEL, 30.0),
-    ("frame", SERIAL_480, 12.0),
-    ("re-acquisition", SERIAL_480, 38.0),
-    (LAST_ROW_TO_FIX, SERIAL_480, 3.0),
+    ("frame", SERIAL_480, 6.0),
+    (LAST_ROW_TO_FIX, SERIAL_480, 4.5),
+    ("frame, another year", SERIAL_480, 7.0),
+    ("re-acquisition", SERIAL_480, 25.0),
     (APPLICATION, RAM, 32.0 * 1024.0),
     (APPLICATION, RAM_WITHOUT_NAVIGATION, 25.0 * 1024.0),
     (APPLICATION, FLASH, 512.0 * 1024.0),

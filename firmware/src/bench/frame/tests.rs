@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use super::{Case, FRAME, FRAME_PX, REACQUISITION, run};
+use super::{ANOTHER_YEAR, Case, FRAME, FRAME_PX, REACQUISITION, run};
 use crate::bench::poses::Pose;
 use crate::bench::region::Stand;
 use crate::bench::texture;
@@ -40,7 +40,8 @@ fn flown(case: &Case) -> (Vec<String>, usize) {
         let flown = run(case, &pose, &mut listener, pictures, buffers_and_memory).expect("no stage refuses");
         assert!(flown.is_found(), "{pose}: {:?}", flown.outcome);
         assert_eq!(flown.outcome.search_px, if case.doubt_px > 0.0 { 64 } else { 10 });
-        assert!(flown.error_px < 0.25, "{pose}: {} px off", flown.error_px);
+        let off_px = if case.is_changed { 0.5 } else { 0.25 };
+        assert!(flown.error_px < off_px, "{pose}: {} px off", flown.error_px);
         frames += 1;
     }
     (listener.0, frames)
@@ -51,6 +52,13 @@ fn frames_of_the_bench_are_matched_where_they_were_taken() {
     let (lines, frames) = flown(&FRAME);
     assert_eq!(lines[0], "region: frame | begin | heading 0 pitch 8 roll 10 beta followed");
     assert_eq!(lines.len(), 5 * frames);
+}
+
+#[test]
+fn frames_of_another_year_are_matched_by_their_directions() {
+    let (lines, frames) = flown(&ANOTHER_YEAR);
+    assert_eq!(lines[0], "region: frame, another year | register | heading 0 pitch 8 roll 10 beta followed");
+    assert_eq!(lines.len(), frames);
 }
 
 #[test]
