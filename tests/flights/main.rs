@@ -16,3 +16,4 @@ mod slopes;
 mod stamps;
 mod strangers;
 mod truth;
+mod years;

@@ -19,19 +19,24 @@ const SIDE_M: f64 = 560.0;
 const PER_M: f64 = 2.0;
 
 /// A folder with a picture, removed in the end.
-struct Land(PathBuf);
+pub struct Land(PathBuf);
 
 impl Land {
-    fn new(name: &str) -> Self {
+    pub fn new(name: &str) -> Self {
         let folder = std::env::temp_dir().join(format!("plumbline-slopes-{name}-{}", std::process::id()));
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder).expect("a folder");
+        let land = Land(folder);
+        land.picture("ortho.tif", |grey| grey);
+        land
+    }
+
+    /// Its picture with other greys.
+    pub fn picture(&self, name: &str, grey: impl Fn(f32) -> f32) -> PathBuf {
         let landscape = procedural(7);
         let (grid, side) = (landscape.albedo_grid(), (SIDE_M * PER_M) as usize);
-        let (samples, step) = ((0..side * side).map(|k| grid.data[k / side * grid.cols + k % side]), 1.0 / PER_M);
-        let land = Land(folder);
-        land.write("ortho.tif", side, step, &samples.collect::<Vec<f32>>());
-        land
+        let samples = (0..side * side).map(|k| grey(grid.data[k / side * grid.cols + k % side]));
+        self.write(name, side, 1.0 / PER_M, &samples.collect::<Vec<f32>>())
     }
 
     /// A raster over all of it, its first pixel's centre in the north-western corner.
@@ -45,7 +50,7 @@ impl Land {
     }
 
     /// The scenario of a flight over a plane through 300 m in the picture's middle that rises by `slope` to the east and north.
-    fn scenario(&self, [east, north]: [f64; 2], resolution_m: f64, seed: u64, frames: u32) -> Scenario {
+    pub fn scenario(&self, [east, north]: [f64; 2], resolution_m: f64, seed: u64, frames: u32) -> Scenario {
         let (side, step) = (58, 10.0);
         let from_middle = |index: usize| step * index as f64 - 0.5 * SIDE_M;
         let height = |k: usize| (300.0 + east * from_middle(k % side) - north * from_middle(k / side)) as f32;
@@ -66,7 +71,7 @@ impl Drop for Land {
     }
 }
 
-fn flown(scenario: Scenario) -> Vec<Scored> {
+pub fn flown(scenario: Scenario) -> Vec<Scored> {
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let mut link = InProcess::new(&setup.flash).expect("it boots");
     let mut unrectified = Unrectified::default();

@@ -1,0 +1,102 @@
+//! Flights over ground that is not as the map has it: fixes come once several pieces of ground agree, and none is wrong.
+
+use crate::slopes::{Land, flown};
+use plumbline_sim::link::Link;
+use plumbline_sim::link::inproc::InProcess;
+use plumbline_sim::link::qemu::{Qemu, default_image};
+use plumbline_sim::run::{Keep, fly};
+use plumbline_sim::scenario::{Ground, Scenario};
+use plumbline_sim::score::unrectified::Unrectified;
+use plumbline_sim::score::{Scored, fixes_csv, score};
+use plumbline_sim::setup::Setup;
+use plumbline_survey::io::data::for_test;
+use std::path::{Path, PathBuf};
+
+/// Off by more, pixels, a fix is wrong.
+const WRONG_PX: f64 = 3.0;
+
+fn errors_px(scored: &[Scored]) -> Vec<f64> {
+    let errors = scored.iter().filter(|scored| scored.accepted).filter_map(|scored| scored.error_px);
+    errors.map(|[col, row]| col.hypot(row)).collect()
+}
+
+/// A level flight over a land of which the map has what is bright dark. It is some ten footprints wide.
+fn in_another_state(land: &Land, seed: u64, frames: u32) -> Scenario {
+    let reference = land.picture("reference.tif", |grey| 255.0 - grey);
+    let mut scenario = land.scenario([0.0; 2], 1.0, seed, frames);
+    scenario.run.flight.height_m = [50.0, 55.0];
+    if let Ground::Ortho { reference: place, .. } = &mut scenario.world.ground {
+        *place = Some(reference);
+    }
+    scenario
+}
+
+#[test]
+fn ground_in_another_state_is_fixed_by_its_directions() {
+    let land = Land::new("state");
+    let (mut accepted, mut frames) = (0, 0);
+    for seed in [61, 62] {
+        let scored = flown(in_another_state(&land, seed, 160));
+        let errors = errors_px(&scored);
+        assert!(errors.iter().all(|&error| error <= WRONG_PX), "seed {seed}: {errors:?}");
+        (accepted, frames) = (accepted + errors.len(), frames + scored.len());
+        let first = scored.iter().position(|scored| scored.accepted);
+        println!("seed {seed}: {} of {} frames, the first {first:?}", errors.len(), scored.len());
+        // One piece of ground decides nothing.
+        assert!(first.is_none_or(|first| first > 10), "{first:?}");
+    }
+    assert!(accepted * 10 >= frames * 4, "{accepted} of {frames}");
+}
+
+/// The products of both kernels, and all that is added up of them.
+#[test]
+fn the_emulated_board_adds_up_the_same() {
+    let land = Land::new("emulated");
+    let setup = Setup::prepare(in_another_state(&land, 61, 90)).expect("it can be flown");
+    let csv = |link: &mut dyn Link| {
+        let flight = fly(&setup, link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+        let scored = score(&setup, &flight, &Unrectified::default());
+        let accepted = scored.iter().filter(|scored| scored.accepted).count();
+        (fixes_csv(&setup, &flight, &scored), accepted)
+    };
+    let host = csv(&mut InProcess::new(&setup.flash).expect("it boots"));
+    assert!(host.1 > 20, "{} frames are accepted", host.1);
+    let image = default_image();
+    if !image.is_file() {
+        eprintln!("skipped: the emulated board has no image at {} (cargo xtask build)", image.display());
+        return;
+    }
+    let board = csv(&mut Qemu::launch(&setup.flash, &image).expect("it boots"));
+    assert_eq!(host, board);
+}
+
+/// Farmland and lakes of 5 m a pixel, each year over the next one.
+#[test]
+fn flights_between_real_years_have_no_wrong_fix() {
+    let name = "flights_between_real_years_have_no_wrong_fix";
+    let picture = |date: &str| for_test(name, &format!("images/m_4709963_se_14_1_{date}.tif"));
+    let dates = ["20150926", "20160816", "20170827", "20180716"];
+    let Some(pictures) = dates.iter().map(|date| picture(date)).collect::<Option<Vec<PathBuf>>>() else { return };
+    let mut errors = Vec::new();
+    for (seed, years) in pictures.windows(2).enumerate() {
+        let own = errors_px(&flown(between(&years[0], &years[1], 70 + seed as u64)));
+        println!(
+            "{:?}: {} of 100 frames, the worst {:.2?}",
+            dates[seed],
+            own.len(),
+            own.iter().copied().reduce(f64::max)
+        );
+        errors.extend(own);
+    }
+    assert!(errors.iter().all(|&error| error <= WRONG_PX), "{errors:?}");
+    assert!(errors.len() >= 60, "{} of 300 frames", errors.len());
+}
+
+fn between(ground: &Path, reference: &Path, seed: u64) -> Scenario {
+    let mut scenario = Scenario::seeded(seed, 100);
+    (scenario.vehicle.resolution_m, scenario.vehicle.send_patches) = (5.0, false);
+    scenario.run.flight.height_m = [250.0, 280.0];
+    let (ortho, reference) = (ground.to_owned(), Some(reference.to_owned()));
+    scenario.world.ground = Ground::Ortho { ortho, dem: None, reference };
+    scenario
+}
