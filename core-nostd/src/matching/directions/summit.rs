@@ -30,7 +30,8 @@ pub(super) fn near(images: &Images<'_>, from: (i16, i16), within_px: u16, radius
     let mut at = from;
     let reach = radius.saturating_sub(1);
     let is_allowed = |at: (i16, i16)| {
-        at.0.unsigned_abs().max(at.1.unsigned_abs()) <= reach && at.0.abs_diff(from.0).max(at.1.abs_diff(from.1)) <= within_px
+        at.0.unsigned_abs().max(at.1.unsigned_abs()) <= reach
+            && at.0.abs_diff(from.0).max(at.1.abs_diff(from.1)) <= within_px
     };
     let mut known = [None; 5];
     for _ in 0..=2 * within_px {
