@@ -75,6 +75,8 @@ pub struct Args {
     #[arg(long)]
     dem: Option<PathBuf>,
     /// Orthophoto that the reference is made of; the one flown over unless given
+    ///
+    /// How it differs from the ground is real then: nothing that the scenario makes up is added, but what --set says.
     #[arg(long, value_name = "ORTHO2")]
     reference: Option<PathBuf>,
     /// Attitude log to fly (CSV with t_s, roll_deg, pitch_deg, yaw_deg), from its first row

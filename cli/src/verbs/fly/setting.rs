@@ -2,7 +2,7 @@
 
 use super::Args;
 use crate::outcome::Failure;
-use plumbline_sim::scenario::{BUILT_IN, Ground, LIVE, Replay, Scenario};
+use plumbline_sim::scenario::{BUILT_IN, Ground, Instead, LIVE, Replay, Scenario};
 use plumbline_sim::setup::{PlanToFly, Setup};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::data::shared_data;
@@ -41,8 +41,15 @@ pub fn scenario(args: &Args) -> Result<(Scenario, bool), Failure> {
 /// live flights are flown with; and whether it says a resolution.
 fn load(args: &Args) -> Result<(Scenario, bool), Failure> {
     let data = shared_data();
+    let instead = Instead {
+        ground: args.ground.is_some(),
+        dem: args.dem.is_some() && args.plan.is_none(),
+        reference: args.reference.is_some(),
+        replay: args.replay.is_some(),
+    };
     let parse = |text: &str, file: &str, folder: &Path| {
-        let (text, file) = Scenario::set(text, file, &args.settings)?;
+        let text = Scenario::instead(text, file, instead)?;
+        let (text, file) = Scenario::set(&text, file, &args.settings)?;
         match (&args.plan, &args.autopilot) {
             (Some(_), _) => Ok(Scenario::parse_planned(&text, &file, folder, data.as_deref())?),
             (None, Some(_)) => Ok((Scenario::parse_over(LIVE, &text, &file, folder, data.as_deref())?, true)),
