@@ -21,6 +21,12 @@ fn shifted(random: &mut Random) -> Placement {
     Placement { centre: (random.between(-8.0, 8.0), random.between(-8.0, 8.0)), ..Placement::default() }
 }
 
+/// The ground in another state: each grey turned into another by a curve that falls and rises again.
+fn changed(picture: Picture) -> Picture {
+    let curve = |p: u8| (220.0 - 190.0 * (f64::from(p) / 255.0 * 2.2).sin()).round().clamp(0.0, 255.0) as u8;
+    Picture { pixels: picture.pixels.into_iter().map(curve).collect(), ..picture }
+}
+
 /// Gradient directions by their definition, ±127 for a length of 1: Sobel's gradients, the angle doubled, the squared length m² over
 /// m² and half of its median, and the mean of 3 x 3 around with the weights 1 2 1. Where the runs end the nearest pixel of the nearest row
 /// goes on. One run a row.

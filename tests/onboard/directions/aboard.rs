@@ -1,6 +1,6 @@
 //! What flies of the directions: a second opinion on least squares, scores at half the resolution, and a patch's own top near a place.
 
-use super::directions;
+use super::{changed, directions};
 use crate::matching::refusals::rough;
 use crate::matching::{PATCH, PRIOR, RADIUS, matched, reference_size, view};
 use plumbline_core::image::Run;
@@ -27,12 +27,6 @@ fn scored(patch: &Picture, runs: &[Run], reference: &Picture, middle: (i16, i16)
     });
     assert_eq!(own, Ok(None), "nothing was asked for");
     seen.expect("scores")
-}
-
-/// The ground in another state: each grey turned into another by a curve that falls and rises again.
-fn changed(picture: Picture) -> Picture {
-    let curve = |p: u8| (220.0 - 190.0 * (f64::from(p) / 255.0 * 2.2).sin()).round().clamp(0.0, 255.0) as u8;
-    Picture { pixels: picture.pixels.into_iter().map(curve).collect(), ..picture }
 }
 
 /// Means of boxes of 2 x 2 from a pixel on, both channels, 0 where a run does not reach.
