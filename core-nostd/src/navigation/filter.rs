@@ -132,7 +132,8 @@ impl Filter {
     /// One sigma of each of the tilts that matches have shown lately and nothing explains, radians: one that comes and goes, or what
     /// is left of a jump that neither has been taken back nor a turn has told. `unknown_rad`: where nothing is known.
     pub fn unexplained_rad(&self, unknown_rad: f32) -> f32 {
-        sqrt((squared(self.tilt_sigma_rad(unknown_rad)) - squared(unknown_rad)).max(0.0))
+        let shown_rad = sqrt((squared(self.tilt_sigma_rad(unknown_rad)) - squared(unknown_rad)).max(0.0));
+        hypot(shown_rad, self.jumps.unproven_rad(self.moment.at))
     }
 
     /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians: what wanders is in it as if

@@ -48,6 +48,8 @@ pub struct Matched {
     doubt_rad: f32,
     /// Whether all frames together have decided for its place.
     pub(super) is_decided: bool,
+    /// Whether it is believed for that alone, not by itself.
+    pub(super) by_place: bool,
     /// Whether it counts as it is, or another frame must find it, too.
     counts: Result<(), Refusal>,
 }
@@ -96,7 +98,6 @@ impl Pipeline<'_> {
                 self.doubt.velocity_m_per_s,
             ),
             prior_m: self.prior_m(situation),
-            is_decided: false,
         };
         let mut search = self.whereabouts.search(&mut self.navigation.tracks, situation, &usual);
         let mut tried = self.locate(situation, search);
@@ -113,9 +114,9 @@ impl Pipeline<'_> {
             tried = self.locate(situation, search);
             sighting = self.seen(situation, &tried);
         }
-        let is_decided = tried.as_ref().is_ok_and(|matched| matched.is_decided);
-        let usual = Usual { is_decided, ..usual };
-        let counts = self.whereabouts.ended(&mut self.navigation.tracks, search, situation, &usual, sighting);
+        let by_place = tried.as_ref().is_ok_and(|matched| matched.by_place);
+        let ended = (sighting, by_place);
+        let counts = self.whereabouts.ended(&mut self.navigation.tracks, search, situation, &usual, ended);
         if let Ok(Matched { found: Match { accepted: Err(Rejection::OnBorder), shift, .. }, centre, .. }) = &tried
             && !search.is_far
             && self.navigation.tracks.is_empty()
@@ -135,9 +136,14 @@ impl Pipeline<'_> {
         // What was expected nowhere near is no fix, however it came about: the attitude may be off as much as the place.
         let swing_m =
             hypot(doubt_rad, self.navigation.filter.unexplained_rad(self.unknown().tilt_rad)) * situation.height_m;
-        let counts = if swing_m > SWING_MAX_PX * px_m { counts.and(Err(Refusal::Contradicted)) } else { counts };
+        let is_calm = self.whereabouts.is_calm(situation.mid_exposure_at);
         // What contradicts heading or height was never asked where it lies.
         let counts = sighting.map(|_| ()).and(counts);
+        if counts == Err(Refusal::Contradicted) {
+            self.whereabouts.contradicted(situation.mid_exposure_at);
+        }
+        let is_doubted = swing_m > SWING_MAX_PX * px_m || !is_calm;
+        let counts = if is_doubted { counts.and(Err(Refusal::Contradicted)) } else { counts };
         tried.map(|matched| Matched { counts, doubt_rad, ..matched })
     }
 
@@ -268,7 +274,18 @@ impl Pipeline<'_> {
         let request = Request { patch, runs, tile, predicted, nadir, radius, prior, rule };
         let found = matcher.locate(&request, self.frame_memory)?;
         let (corner, search_px) = (predicted, radius);
-        Ok(Matched { found, centre, off, corner, search_px, prior, doubt_rad: 0.0, is_decided: false, counts: Ok(()) })
+        Ok(Matched {
+            found,
+            centre,
+            off,
+            corner,
+            search_px,
+            prior,
+            doubt_rad: 0.0,
+            is_decided: false,
+            by_place: false,
+            counts: Ok(()),
+        })
     }
 
     /// The fix of a match in the situation that it was made in, or why there is none.

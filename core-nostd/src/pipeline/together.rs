@@ -68,7 +68,7 @@ impl<'t> Pipeline<'t> {
             return;
         }
         let Ok((decided, own)) = self.looked(matched, accepted.is_err(), &sought) else { return };
-        matched.is_decided = decided.is_some();
+        (matched.is_decided, matched.by_place) = (decided.is_some(), decided.is_some());
         let Some(decided) = decided else { return };
         let at = |found: &Match| self.tile.local(matched.centre.0 + found.shift.0, matched.centre.1 + found.shift.1);
         if let Some(found) = own.filter(|own| own.refined.is_some())

@@ -10,6 +10,7 @@ use crate::math::ceil;
 use crate::navigation::reckoning::Reckoning;
 use crate::navigation::tracks::{Sighting, Tracks, drift_m};
 use crate::tile::Local;
+use crate::units::Micros;
 use nalgebra::Matrix2;
 
 /// Consecutive frames that were matched and not accepted after which the position counts as lost: from then on each frame that is
@@ -24,6 +25,9 @@ const CONFIRMED_WITHIN: u8 = 2;
 /// Oldest match that may still be confirmed, microseconds. In a turn the velocity of an autopilot without fixes was off by up to
 /// 5 m/s within three seconds: in two of them that is as far as a usual search reaches.
 const AGE_MAX_US: i32 = 2_000_000;
+/// Behind a match that contradicts, frames have no fix for so long, microseconds: a match that the directions confirm is wrong once in
+/// 23,000 times, so that it is rather the attitude that is off, and swings through what is expected. Chosen: four frames.
+const CALM_US: i32 = 1_000_000;
 /// Share of the usual search within which the navigation counts as being where matches have found the vehicle. Chosen.
 const NEAR: f32 = 0.5;
 /// Far searches are made around centres of a grid, ring by ring around the prediction, out to so many metres. Chosen: what a consumer
@@ -123,8 +127,6 @@ pub(super) struct Usual {
     pub sigma_m_per_s: f32,
     /// One sigma of the navigation's position, each axis: nearer a first match is where it was expected.
     pub prior_m: f32,
-    /// All frames together have decided for the place of the match.
-    pub is_decided: bool,
 }
 
 /// Where the vehicle is taken to be: while the navigation is there, and not in doubt, that is what is believed.
@@ -142,9 +144,21 @@ pub(super) struct Whereabouts {
     /// Which centre the next far search has.
     sweep: u16,
     found: Option<Found>,
+    /// When a match contradicted those before.
+    contradicted_at: Option<Micros>,
 }
 
 impl Whereabouts {
+    /// No match has contradicted those before it lately.
+    pub(super) fn is_calm(&self, at: Micros) -> bool {
+        self.contradicted_at.is_none_or(|contradicted| !(0..CALM_US).contains(&at.since(contradicted)))
+    }
+
+    /// A match contradicts those before.
+    pub(super) fn contradicted(&mut self, at: Micros) {
+        self.contradicted_at = Some(at);
+    }
+
     /// The search for the next frame. One that is far comes behind it, where it finds nothing: [`Whereabouts::far`].
     pub(super) fn search(&mut self, tracks: &mut Tracks, situation: &Situation, usual: &Usual) -> Search {
         let Usual { reach_m, sigma_m_per_s, .. } = *usual;
@@ -185,7 +199,8 @@ impl Whereabouts {
         centre
     }
 
-    /// A search has ended: with a match, or why not.
+    /// A search has ended: with a match, or why not. `by_place`: the match counts since all frames together have decided for its place, not by
+    /// itself, so that they have found it before.
     ///
     /// # Errors
     /// [`Refusal::Unconfirmed`] for a match that the next frames must find again before it counts, and
@@ -196,12 +211,12 @@ impl Whereabouts {
         search: Search,
         situation: &Situation,
         usual: &Usual,
-        sighting: Result<Sighting, Refusal>,
+        (sighting, by_place): (Result<Sighting, Refusal>, bool),
     ) -> Result<(), Refusal> {
         match (sighting, search.is_far) {
             (Ok(sighting), true) => return self.unconfirmed(situation, &sighting),
             (Ok(sighting), false) => {
-                self.seen(tracks, situation, usual, &sighting)?;
+                self.seen(tracks, situation, usual, &sighting, by_place)?;
                 (self.missed, self.sweep) = (0, 0);
             }
             (Err(_), true) => {
@@ -232,17 +247,16 @@ impl Whereabouts {
         situation: &Situation,
         usual: &Usual,
         sighting: &Sighting,
+        by_place: bool,
     ) -> Result<(), Refusal> {
         let is_alone = tracks.is_empty();
-        if usual.is_decided {
-            self.found = None;
-            if is_alone {
-                tracks.begin(sighting);
-                return Ok(());
-            }
-            return if tracks.matched(sighting) { Ok(()) } else { Err(Refusal::Contradicted) };
-        }
         match self.found.take() {
+            _ if by_place && !situation.is_candidate => {
+                if is_alone {
+                    tracks.begin(sighting);
+                    return Ok(());
+                }
+            }
             Some(found) if found.is_on_border || !found.agrees(sighting, usual.sigma_m_per_s) => {
                 return self.unconfirmed(situation, sighting);
             }

@@ -21,6 +21,11 @@ const BACK_SHARE: f32 = 0.25;
 const BACK_ODDS: f32 = 10.0;
 /// What has jumped within so long is taken to swing, microseconds. Chosen: half of the period of 20 s with which a vehicle rocks slowly.
 const CALM_US: i32 = 10_000_000;
+/// With such a period a vehicle rocks slowly, microseconds: what has not swung for as long does not.
+const PERIOD_US: i32 = 2 * CALM_US;
+/// What one match alone takes to be a jump back of what may swing, or a jump of the place, has to hold for so long before frames have fixes
+/// again, microseconds. Chosen: a quarter of that period; where the swing of an attitude that is scaled turns round, it stays within a tenth for 3 s.
+const PROVEN_US: i32 = PERIOD_US / 4;
 /// A tilt that is further off what it was before than so many sigmas of that can jump back. Chosen: a normal error is once in a hundred.
 const LEARNT_SIGMAS: f32 = 3.0;
 
@@ -30,6 +35,8 @@ struct Last {
     at: Micros,
     by_rad: Vector2<f32>,
     is_back: bool,
+    /// It is one back by what a single match says, or none of the tilt.
+    is_unproven: bool,
 }
 
 /// What jumped, as far as nothing has told.
@@ -68,6 +75,12 @@ impl Jumps {
         self.last.is_some_and(|last| (0..JUMPING_US).contains(&at.since(last.at)))
     }
 
+    /// By how much the tilt may be off, though a match said that it is back or that it was the place, radians.
+    pub(super) fn unproven_rad(&self, at: Micros) -> f32 {
+        let is_open = |last: &Last| last.is_unproven && (0..PROVEN_US).contains(&at.since(last.at));
+        self.last.filter(is_open).map_or(0.0, |last| last.by_rad.norm())
+    }
+
     /// What is known of the tilt from reported velocities on, which may tell a jump.
     pub(super) fn known(&mut self, estimate: &Estimate, unknown: &Unknown) {
         if self.to_rad.is_some() && estimate.tilt_sigma_rad() <= TOLD * unknown.tilt_rad {
@@ -98,7 +111,10 @@ impl Jumps {
         let likely = expected.filter(|_| by_tilt).and_then(|estimate| self.likely_back(at, &estimate, found, unknown));
         let is_near = |usual: &Vector2<f32>| by_tilt && (to_rad - usual).norm() <= BACK_SHARE * by_rad.norm();
         let back = likely.or_else(|| self.usual().find(is_near));
-        self.last = Some(Last { at: last.map_or(at, |last| last.at), by_rad, is_back: back.is_some() });
+        let is_swinging = self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
+        let was_unproven = last.is_some_and(|last| last.is_unproven);
+        let is_unproven = was_unproven || !by_tilt || likely.is_some() && is_swinging;
+        self.last = Some(Last { at: last.map_or(at, |last| last.at), by_rad, is_back: back.is_some(), is_unproven });
         if let Some(back) = back {
             self.usual_rad = back.into();
         }

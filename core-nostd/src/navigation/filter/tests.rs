@@ -14,6 +14,7 @@ struct After {
     tilt_rad: [f32; 2],
     sigma_rad: f32,
     unexpected_rad: f32,
+    unexplained_rad: f32,
     /// How far the position is off, squared, in sigmas.
     squares: f32,
 }
@@ -80,10 +81,11 @@ fn flown_knowing(
             };
             let unexpected_rad = filter.matched(&found, None, unknown);
             let (tilt_rad, sigma_rad) = (filter.tilt_rad(), filter.tilt_sigma_rad(unknown.tilt_rad));
+            let unexplained_rad = filter.unexplained_rad(unknown.tilt_rad);
             let (local, covariance) = filter.position().expect("it was found");
             let off = Vector2::new(local.east_m - position[0], local.north_m - position[1]);
             let squares = (off.transpose() * covariance.try_inverse().expect("sound") * off)[(0, 0)];
-            after.push(After { tilt_rad, sigma_rad, unexpected_rad, squares });
+            after.push(After { tilt_rad, sigma_rad, unexpected_rad, unexplained_rad, squares });
         }
         let [before, next] = [velocity(ms), velocity(ms + STEP_MS)];
         (0..2).for_each(|axis| position[axis] += 0.5e-3 * STEP_MS as f32 * (before[axis] + next[axis]));
@@ -190,6 +192,55 @@ fn a_tilt_that_was_learnt_and_is_gone_is_not_taken_out_any_more() {
     // The first frame without it was rectified as if it were there.
     assert!(first.unexpected_rad > 0.08, "{first:?}");
     assert!(end.tilt_rad.iter().all(|tilt| tilt.abs() < 0.01) && end.sigma_rad < 0.025, "{end:?}");
+}
+
+/// Learnt in a turn, and gone: a single match says that it is back.
+fn gone_after(seconds: f32) -> std::vec::Vec<f32> {
+    let heading = |at_s: f32| 0.15 * at_s;
+    let tilt = |at_s: f32| match at_s - 40.0 {
+        before if before < 0.0 => [0.0; 2],
+        during if during < seconds => [0.08, 0.05],
+        _ => [0.0; 2],
+    };
+    let after = flown(52.0 + seconds, 24.0, heading, tilt);
+    // From the first frame behind the end on; a quarter of a second each.
+    after[(4.0 * (seconds + 40.0) - 2.0) as usize..].iter().map(|after| after.unexplained_rad).collect()
+}
+
+#[test]
+fn what_may_swing_has_to_stay_back_for_a_quarter_of_a_period() {
+    let unexplained_rad = gone_after(12.0);
+    assert!(unexplained_rad[..20].iter().all(|rad| *rad > 0.04), "{unexplained_rad:?}");
+    assert!(unexplained_rad[21..].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
+    // What has stayed for more than a period does not swing.
+    let unexplained_rad = gone_after(25.0);
+    assert!(unexplained_rad[4..].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
+}
+
+/// Another place counts from one frame to the next, further off than a tilt moves it.
+#[test]
+fn a_place_that_jumps_has_to_be_seen_for_a_while() {
+    let mut filter = Filter::new();
+    let micros = |ms: u32| Micros(1_000_000 + 1000 * u64::from(ms));
+    let mut unexplained_rad = std::vec::Vec::new();
+    for ms in (0..8000).step_by(200) {
+        filter.reported(Moment { at: micros(ms), velocity_m_per_s: [0.0; 2] }, &UNKNOWN);
+        filter.carry(micros(ms), &UNKNOWN);
+        let east_m = if ms < 2000 { 0.0 } else { 50.0 };
+        let found = Found {
+            nadir: Local { east_m, north_m: 0.0 },
+            covariance: Matrix2::identity() * 0.01,
+            transient_rad: 0.0,
+            less_tilt_rad: [0.0; 2],
+            height_m: HEIGHT_M,
+            heading_rad: 0.0,
+        };
+        filter.matched(&found, (ms == 2000).then_some([50.0, 0.0]), &UNKNOWN);
+        unexplained_rad.push(filter.unexplained_rad(UNKNOWN.tilt_rad));
+    }
+    assert!(unexplained_rad[..10].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
+    assert!(unexplained_rad[10..35].iter().all(|rad| *rad > 0.3), "{unexplained_rad:?}");
+    assert!(unexplained_rad[35..].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
 }
 
 #[test]
