@@ -145,7 +145,7 @@ fn a_vehicle_that_knows_no_place_starts_from_the_one_that_is_set() {
     assert!(flight.messages.get(&ODOMETRY_DATA::ID).is_some_and(|count| *count > 4), "{:?}", flight.messages);
     assert_eq!(flight.count("ready for fixes"), 1, "{:?}", flight.lines);
     // Beyond the ordinary search at first, within it once the autopilot has its position.
-    let radii: Vec<u16> =
+    let radii: Vec<u8> =
         flight.frames.iter().filter_map(|frame| Some(frame.report?.search_px)).filter(|px| *px > 0).collect();
     assert_eq!((radii.first(), radii.last()), (Some(&64), Some(&10)), "{radii:?}");
 }

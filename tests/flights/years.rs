@@ -61,6 +61,12 @@ fn the_emulated_board_adds_up_the_same() {
     };
     let host = csv(&mut InProcess::new(&setup.flash).expect("it boots"));
     assert!(host.1 > 20, "{} frames are accepted", host.1);
+    // Each fix says how probable it is that it is wrong, and no refused frame does.
+    for row in host.0.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>()) {
+        let risk = row[14].parse::<f64>().ok();
+        assert_eq!(risk.is_some_and(|risk| (9e-5..1e-3).contains(&risk)), row[2] == "1", "{row:?}");
+        assert_eq!(row[14].is_empty(), row[2] == "0", "{row:?}");
+    }
     let image = default_image();
     if !image.is_file() {
         eprintln!("skipped: the emulated board has no image at {} (cargo xtask build)", image.display());

@@ -28,6 +28,8 @@ pub struct Outcome {
     pub grey_correlation: [f32; 2],
     /// Radius of the search, pixels: the settings', or [`REACQUIRE_PX`] where the position had been lost.
     pub search_px: u16,
+    /// Probability that the fix is a wrong place, more than three pixels off; 1 without one.
+    pub risk: f32,
     /// The fix, or why there is none.
     pub fix: Result<Fix, Refusal>,
 }
@@ -50,6 +52,8 @@ pub struct Matched {
     pub(super) is_decided: bool,
     /// Whether it is believed for that alone, not by itself.
     pub(super) by_place: bool,
+    /// Probability that it is a wrong place.
+    pub(super) risk: f32,
     /// Whether it counts as it is, or another frame must find it, too.
     counts: Result<(), Refusal>,
 }
@@ -284,6 +288,7 @@ impl Pipeline<'_> {
             doubt_rad: 0.0,
             is_decided: false,
             by_place: false,
+            risk: 1.0,
             counts: Ok(()),
         })
     }
@@ -291,15 +296,17 @@ impl Pipeline<'_> {
     /// The fix of a match in the situation that it was made in, or why there is none.
     #[inline(never)]
     pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
-        let Matched { found, centre, off, search_px, doubt_rad, counts, .. } = matched;
+        let Matched { found, centre, off, search_px, doubt_rad, counts, risk, .. } = matched;
         let fixed = |shift: Shift| self.fixed(situation, *centre, &shift, *doubt_rad);
+        let fix = found.accepted.map_err(Refusal::from).and_then(|shift| counts.map(|()| fixed(shift)));
         Outcome {
             d_col: found.shift.0 + off.0,
             d_row: found.shift.1 + off.1,
             peak: [found.peak.0 as f32 + off.0, found.peak.1 as f32 + off.1],
             grey_correlation: found.grey_correlation,
             search_px: *search_px,
-            fix: found.accepted.map_err(Refusal::from).and_then(|shift| counts.map(|()| fixed(shift))),
+            risk: if fix.is_ok() { *risk } else { 1.0 },
+            fix,
         }
     }
 

@@ -321,7 +321,7 @@ impl App<'_> {
 
     /// What a frame came to.
     pub(super) fn watch(&self, report: &FrameReport) {
-        let near_px = self.pipeline.with(|pipeline| pipeline.settings().search_px).unwrap_or(report.search_px);
+        let near_px = self.pipeline.with(|pipeline| pipeline.settings().search_px).unwrap_or(report.search_px.into());
         let changed = self.autopilot.with(|autopilot| {
             autopilot.watch.frame(report.refusal);
             let found = report.matched.filter(|_| report.refusal == 0)?;

@@ -5,7 +5,7 @@ use super::{App, FrameOut, Out};
 use crate::board::{FrameStart, FrontEnd, PerformanceCounters, Rows, Timer};
 use crate::journal::{Event, Gate};
 use crate::wire::telemetry::{
-    FixReport, FrameReport, MatchReport, PlaceReport, PoseReport, PositionReport, SituationReport, StampReport,
+    FixReport, FrameReport, MatchReport, PlaceReport, PoseReport, PositionReport, Risk, SituationReport, StampReport,
 };
 use plumbline_core::pipeline::{Outcome, Pipeline, Refusal, Situation};
 use plumbline_core::pose::Wait;
@@ -231,7 +231,7 @@ impl Work {
 
     fn outcome(&mut self, outcome: &Outcome) -> Result<(), Refusal> {
         let report = &mut self.out.report;
-        report.search_px = outcome.search_px;
+        (report.search_px, report.risk) = (outcome.search_px as u8, Risk::new(outcome.risk));
         report.matched = Some(MatchReport::new(outcome));
         let fix = outcome.fix?;
         report.fix = Some(FixReport::new(&fix));

@@ -10,7 +10,7 @@ mod plan;
 
 use super::signing::Refused;
 pub use exposure::ExposureReport;
-pub use frame::{FixReport, FrameReport, MatchReport, PositionReport, STAGES, SituationReport};
+pub use frame::{FixReport, FrameReport, MatchReport, PositionReport, Risk, STAGES, SituationReport};
 pub use instant::{InstantReport, MotionReport, PlaceReport, PoseReport, StampHealth, StampReport};
 pub use plan::{PhotoReport, PlanReport};
 use serde::{Deserialize, Serialize};

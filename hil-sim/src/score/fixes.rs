@@ -1,6 +1,6 @@
 //! `fixes.csv`: a row a frame, nothing in it that depends on the link.
 
-use plumbline_firmware::wire::telemetry::{FrameReport, InstantReport, PositionReport};
+use plumbline_firmware::wire::telemetry::{FrameReport, InstantReport, PositionReport, Risk};
 use std::fmt::Write;
 
 /// What a row is made of.
@@ -31,7 +31,12 @@ pub fn truth_px(report: &FrameReport, true_m: [f64; 2], resolution_m: f64) -> Op
     Some([(true_m[0] - east) / resolution_m, -(true_m[1] - north) / resolution_m])
 }
 
-/// The table; `tile_centre` is what fixes are relative to. The column `risk` is for a figure that the firmware does not state yet.
+/// What a risk in decibels below 1 is.
+fn probability(risk: Risk) -> f64 {
+    10f64.powf(-0.1 * f64::from(risk.0))
+}
+
+/// The table; `tile_centre` is what fixes are relative to.
 pub fn csv(tile_centre: [f64; 2], rows: impl Iterator<Item = Row>) -> String {
     let mut csv = String::from(
         "frame,mid_exposure_us,accepted,reason,d_col,d_row,true_col,true_row,east_m,north_m,sigma_east_m,sigma_north_m,score,second_peak,risk,protection_m\n",
@@ -47,7 +52,7 @@ pub fn csv(tile_centre: [f64; 2], rows: impl Iterator<Item = Row>) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(
             csv,
-            "{},{mid},{},{},{},{},{},{},{},{},{},{},{},{},,{}",
+            "{},{mid},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             row.frame,
             u8::from(fix.is_some()),
             reason(report).unwrap_or(""),
@@ -61,6 +66,7 @@ pub fn csv(tile_centre: [f64; 2], rows: impl Iterator<Item = Row>) -> String {
             number(fix.map(|f| f64::from(f.variance_north_m2).sqrt())),
             single(matched.map(|m| m.correlation)),
             single(matched.map(|m| m.second_correlation)),
+            number(fix.and(report).map(|report| probability(report.risk))),
             // A radius that is not finite says nothing.
             single(place.map(|place| place.protection_m).filter(|radius_m| radius_m.is_finite())),
         );

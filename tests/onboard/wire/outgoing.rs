@@ -10,7 +10,7 @@ use plumbline_core::units::{Micros, Radians};
 use plumbline_firmware::wire::outgoing::{self, CHUNK, COMPONENT, Encoder, SYSTEM};
 use plumbline_firmware::wire::telemetry::{
     FixReport, FrameReport, Health, InstantReport, MARK, MatchReport, MotionReport, PlaceReport, PoseReport,
-    PositionReport, SituationReport, StampHealth, StampReport, TUNNEL_BYTES, Telemetry,
+    PositionReport, Risk, SituationReport, StampHealth, StampReport, TUNNEL_BYTES, Telemetry,
 };
 use plumbline_tests::seeded::{Random, config};
 use proptest::prelude::{any, prop_assert, prop_assert_eq, proptest};
@@ -160,7 +160,8 @@ fn longest_report() -> FrameReport {
         mid_exposure_us: u64::MAX,
         refusal: u8::MAX,
         instructions: [u32::MAX; 6],
-        search_px: u16::MAX,
+        search_px: u8::MAX,
+        risk: Risk(u8::MAX),
         ..full_report(|| f32::MIN)
     }
 }
@@ -174,8 +175,14 @@ fn a_frame_report_has_its_bytes() {
         next += 1.0;
         next
     });
-    let report =
-        FrameReport { mid_exposure_us: 300, refusal: 19, instructions: [1, 2, 3, 4, 5, 128], search_px: 12, ..counted };
+    let report = FrameReport {
+        mid_exposure_us: 300,
+        refusal: 19,
+        instructions: [1, 2, 3, 4, 5, 128],
+        search_px: 12,
+        risk: Risk::new(1e-4),
+        ..counted
+    };
     let mut expected = vec![b'P', b'L', 0, 7, 0xAC, 0x02, 19];
     let mut first = 1u8;
     // Match, fix, prediction, situation: each behind the byte that says that it is there.
@@ -184,7 +191,7 @@ fn a_frame_report_has_its_bytes() {
         expected.extend((first..first + floats).flat_map(|number| f32::from(number).to_le_bytes()));
         first += floats;
     }
-    expected.extend([1, 2, 3, 4, 5, 0x80, 0x01, 12]);
+    expected.extend([1, 2, 3, 4, 5, 0x80, 0x01, 12, 40]);
     let mut payload = [0; TUNNEL_BYTES];
     let used = Telemetry::Frame(report).encode(&mut payload).expect("it fits");
     assert_eq!(payload[..usize::from(used)], expected);

@@ -1,6 +1,7 @@
 //! What one frame came to.
 
 use plumbline_core::fix::Fix;
+use plumbline_core::math::ln;
 use plumbline_core::pipeline::{Outcome, Refusal, Situation};
 use plumbline_core::tile::Local;
 use serde::{Deserialize, Serialize};
@@ -24,9 +25,11 @@ pub struct FrameReport {
     pub situation: Option<SituationReport>,
     /// Instructions of each of [`STAGES`]; zeros where the board counts none.
     pub instructions: [u32; STAGES.len()],
-    /// Radius of the search, pixels; 0 where nothing was matched. It stands last, where a reader that does not know it
+    /// Radius of the search, pixels; 0 where nothing was matched. This and what follows stands last, where a reader that does not know it
     /// does not miss it.
-    pub search_px: u16,
+    pub search_px: u8,
+    /// [`Risk`] of the fix; 0 without one.
+    pub risk: Risk,
 }
 
 /// The stages of a frame: reading and reducing its rows, mid-exposure on the autopilot's clock, the pose there with all
@@ -46,12 +49,26 @@ impl FrameReport {
             situation: None,
             instructions: [0; STAGES.len()],
             search_px: 0,
+            risk: Risk(0),
         }
     }
 
     /// Why the frame has no fix.
     pub fn reason(&self) -> Option<Refusal> {
         Refusal::from_code(self.refusal)
+    }
+}
+
+/// Probability that a fix is a wrong place, more than three pixels off, in tenths of a power of ten below 1 (decibels): 40 is 1e-4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Risk(pub u8);
+
+impl Risk {
+    /// Of a probability, the next larger one that can be said.
+    pub fn new(probability: f32) -> Self {
+        const PER_NAT: f32 = 10.0 / core::f32::consts::LN_10;
+        // What is rounded to a whole one up to an f32's last places is meant to be that.
+        Risk((-PER_NAT * ln(probability) + 1e-3) as u8)
     }
 }
 
