@@ -45,6 +45,10 @@ const DOUBTFUL: f32 = 0.5;
 /// There a match counts all the same within this share of the search. Chosen: of what is found by chance one in twenty lies there.
 const NEAR: f32 = 0.25;
 
+/// Behind a match that contradicts those before, frames have no fix for so long, microseconds: a match that the directions confirm is wrong
+/// once in 23,000 times, so that it is rather the attitude that is off, and swings through what is expected. Chosen: four frames.
+const CALM_US: i32 = 1_000_000;
+
 /// A match, as far as it concerns where the vehicle is.
 #[derive(Clone, Copy, Debug)]
 pub struct Sighting {
@@ -158,6 +162,8 @@ pub struct Tracks {
     /// The last place that counted, and how far from it the place began that the newest match has made count in its stead.
     led: Option<Local>,
     overruled: Option<Aside>,
+    /// When a match contradicted those before.
+    contradicted_at: Option<Micros>,
 }
 
 impl Default for Tracks {
@@ -171,7 +177,15 @@ impl Tracks {
     pub const fn new() -> Self {
         let origin = Local { east_m: 0.0, north_m: 0.0 };
         let moment = Moment { at: Micros(0), velocity_m_per_s: [0.0; 2] };
-        Tracks { tracks: Vec::new(), moment, gone: origin, was_known: false, led: None, overruled: None }
+        Tracks {
+            tracks: Vec::new(),
+            moment,
+            gone: origin,
+            was_known: false,
+            led: None,
+            overruled: None,
+            contradicted_at: None,
+        }
     }
 
     /// Carries all of them on to a frame; those that may be further off than `reach_m` are forgotten. `sigma_m_per_s`: of the
@@ -215,6 +229,16 @@ impl Tracks {
         let counts = self.place();
         let others = self.tracks.iter().filter(move |track| counts != Some(track.nadir));
         others.map(|track| (track.nadir, hypot(larger_sigma_m(&track.covariance), track.drift_m)))
+    }
+
+    /// A match of the newest frame contradicts those before.
+    pub fn contradicted(&mut self) {
+        self.contradicted_at = Some(self.moment.at);
+    }
+
+    /// Whether none has lately.
+    pub fn is_calm(&self) -> bool {
+        self.contradicted_at.is_none_or(|at| !(0..CALM_US).contains(&self.moment.at.since(at)))
     }
 
     /// Whether no place is known.

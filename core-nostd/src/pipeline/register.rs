@@ -38,9 +38,8 @@ pub struct Outcome {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matched {
     pub(super) found: Match,
-    /// Centre of the search in the tile, pixels, and how far that is off the predicted position.
+    /// Centre of the search in the tile, pixels.
     pub(super) centre: (f32, f32),
-    off: (f32, f32),
     /// The patch's upper left pixel in the tile at the centre of the search, column and row.
     pub(super) corner: (i32, i32),
     pub(super) search_px: u16,
@@ -140,11 +139,11 @@ impl Pipeline<'_> {
         // What was expected nowhere near is no fix, however it came about: the attitude may be off as much as the place.
         let swing_m =
             hypot(doubt_rad, self.navigation.filter.unexplained_rad(self.unknown().tilt_rad)) * situation.height_m;
-        let is_calm = self.whereabouts.is_calm(situation.mid_exposure_at);
+        let is_calm = self.navigation.tracks.is_calm();
         // What contradicts heading or height was never asked where it lies.
         let counts = sighting.map(|_| ()).and(counts);
         if counts == Err(Refusal::Contradicted) {
-            self.whereabouts.contradicted(situation.mid_exposure_at);
+            self.navigation.tracks.contradicted();
         }
         let is_doubted = swing_m > SWING_MAX_PX * px_m || !is_calm;
         let counts = if is_doubted { counts.and(Err(Refusal::Contradicted)) } else { counts };
@@ -259,7 +258,6 @@ impl Pipeline<'_> {
         let Buffers { patch, runs, matcher, .. } = &mut *self.buffers;
         let Placement { size, aside } = self.placement;
         let patch = View::new(patch, size).ok_or(Refusal::NoFootprint)?;
-        let predicted = self.tile.pixel(situation.prediction.local);
         let looked_for = self.tile.pixel(search.at);
         // The whole pixel at which the upper left one of a patch around the nadir is nearest to that.
         let half = |side: u16| 0.5 * (side as f32 - 1.0);
@@ -269,7 +267,6 @@ impl Pipeline<'_> {
             return Err(Refusal::OutsideReference);
         }
         let centre = (corner.0 + half.0, corner.1 + half.1);
-        let off = (centre.0 - predicted.0, centre.1 - predicted.1);
         let prior =
             Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
         let predicted = (corner.0 as i32 + aside.0 as i32, corner.1 as i32 - aside.1 as i32);
@@ -281,7 +278,6 @@ impl Pipeline<'_> {
         Ok(Matched {
             found,
             centre,
-            off,
             corner,
             search_px,
             prior,
@@ -296,7 +292,9 @@ impl Pipeline<'_> {
     /// The fix of a match in the situation that it was made in, or why there is none.
     #[inline(never)]
     pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
-        let Matched { found, centre, off, search_px, doubt_rad, counts, risk, .. } = matched;
+        let Matched { found, centre, search_px, doubt_rad, counts, risk, .. } = matched;
+        let predicted = self.tile.pixel(situation.prediction.local);
+        let off = (centre.0 - predicted.0, centre.1 - predicted.1);
         let fixed = |shift: Shift| self.fixed(situation, *centre, &shift, *doubt_rad);
         let fix = found.accepted.map_err(Refusal::from).and_then(|shift| counts.map(|()| fixed(shift)));
         Outcome {

@@ -10,7 +10,6 @@ use crate::math::ceil;
 use crate::navigation::reckoning::Reckoning;
 use crate::navigation::tracks::{Sighting, Tracks, drift_m};
 use crate::tile::Local;
-use crate::units::Micros;
 use nalgebra::Matrix2;
 
 /// Consecutive frames that were matched and not accepted after which the position counts as lost: from then on each frame that is
@@ -25,9 +24,6 @@ const CONFIRMED_WITHIN: u8 = 2;
 /// Oldest match that may still be confirmed, microseconds. In a turn the velocity of an autopilot without fixes was off by up to
 /// 5 m/s within three seconds: in two of them that is as far as a usual search reaches.
 const AGE_MAX_US: i32 = 2_000_000;
-/// Behind a match that contradicts, frames have no fix for so long, microseconds: a match that the directions confirm is wrong once in
-/// 23,000 times, so that it is rather the attitude that is off, and swings through what is expected. Chosen: four frames.
-const CALM_US: i32 = 1_000_000;
 /// Share of the usual search within which the navigation counts as being where matches have found the vehicle. Chosen.
 const NEAR: f32 = 0.5;
 /// Far searches are made around centres of a grid, ring by ring around the prediction, out to so many metres. Chosen: what a consumer
@@ -144,21 +140,9 @@ pub(super) struct Whereabouts {
     /// Which centre the next far search has.
     sweep: u16,
     found: Option<Found>,
-    /// When a match contradicted those before.
-    contradicted_at: Option<Micros>,
 }
 
 impl Whereabouts {
-    /// No match has contradicted those before it lately.
-    pub(super) fn is_calm(&self, at: Micros) -> bool {
-        self.contradicted_at.is_none_or(|contradicted| !(0..CALM_US).contains(&at.since(contradicted)))
-    }
-
-    /// A match contradicts those before.
-    pub(super) fn contradicted(&mut self, at: Micros) {
-        self.contradicted_at = Some(at);
-    }
-
     /// The search for the next frame. One that is far comes behind it, where it finds nothing: [`Whereabouts::far`].
     pub(super) fn search(&mut self, tracks: &mut Tracks, situation: &Situation, usual: &Usual) -> Search {
         let Usual { reach_m, sigma_m_per_s, .. } = *usual;
