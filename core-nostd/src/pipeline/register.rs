@@ -51,6 +51,8 @@ pub struct Matched {
     pub(super) is_decided: bool,
     /// Whether it is believed for that alone, not by itself.
     pub(super) by_place: bool,
+    /// Whether it is believed by itself, and all frames together have decided for another place: attitude or position may have jumped.
+    pub(super) is_elsewhere: bool,
     /// Probability that it is a wrong place.
     pub(super) risk: f32,
     /// Whether it counts as it is, or another frame must find it, too.
@@ -142,10 +144,11 @@ impl Pipeline<'_> {
         let is_calm = self.navigation.tracks.is_calm();
         // What contradicts heading or height was never asked where it lies.
         let counts = sighting.map(|_| ()).and(counts);
-        if counts == Err(Refusal::Contradicted) {
+        let is_elsewhere = tried.as_ref().is_ok_and(|matched| matched.is_elsewhere);
+        if is_elsewhere || counts == Err(Refusal::Contradicted) {
             self.navigation.tracks.contradicted();
         }
-        let is_doubted = swing_m > SWING_MAX_PX * px_m || !is_calm;
+        let is_doubted = swing_m > SWING_MAX_PX * px_m || !is_calm || is_elsewhere;
         let counts = if is_doubted { counts.and(Err(Refusal::Contradicted)) } else { counts };
         tried.map(|matched| Matched { counts, doubt_rad, ..matched })
     }
@@ -284,6 +287,7 @@ impl Pipeline<'_> {
             doubt_rad: 0.0,
             is_decided: false,
             by_place: false,
+            is_elsewhere: false,
             risk: 1.0,
             counts: Ok(()),
         })

@@ -68,9 +68,8 @@ impl<'t> Pipeline<'t> {
             let nadir = self.tile.local(matched.centre.0 + shift.d_col, matched.centre.1 + shift.d_row);
             self.navigation.surface.held(nadir, sought.px_m);
             matched.is_decided = decided.is_some();
-            if decided.is_none_or(|decided| sought.is_near(nadir, &decided)) {
-                (matched.found.accepted, matched.risk) = (accepted, CONFIRMED_RISK);
-            }
+            matched.is_elsewhere = decided.is_some_and(|decided| !sought.is_near(nadir, &decided));
+            (matched.found.accepted, matched.risk) = (accepted, CONFIRMED_RISK);
             return;
         }
         let Ok((decided, own)) = self.looked(matched, accepted.is_err(), &sought) else { return };
