@@ -3,6 +3,7 @@
 pub mod faulty;
 pub mod heads;
 mod lens;
+pub mod oriented;
 pub mod render;
 pub mod still;
 pub mod still_match;

@@ -306,8 +306,16 @@ impl RenderCamera {
         ]
     }
 
+    /// Tangent of the angle between the axis and the ray of the farthest corner that has one.
+    pub(crate) fn widest(&self) -> f64 {
+        let [right, below] = [self.cols as f64 - 0.5, self.rows as f64 - 0.5];
+        let corners = [(-0.5, -0.5), (right, -0.5), (-0.5, below), (right, below)];
+        let rays = corners.into_iter().filter_map(|(col, row)| self.ray(col, row));
+        rays.map(|[right, forward]| right.hypot(forward)).fold(0.0, f64::max)
+    }
+
     /// Frame pixel to ideal ray (right, forward) at down = 1. None where the distortion has no inverse.
-    fn ray(&self, col: f64, row: f64) -> Option<[f64; 2]> {
+    pub(crate) fn ray(&self, col: f64, row: f64) -> Option<[f64; 2]> {
         let [across, along] = self.tangent_per_px();
         let m = col - (self.cols as f64 - 1.0) / 2.0 - self.offset_m_px;
         let n = (self.rows as f64 - 1.0) / 2.0 - row - self.offset_n_px;

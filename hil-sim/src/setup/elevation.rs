@@ -7,7 +7,7 @@ use crate::world::tile::elevation::Model;
 use crate::world::{Bounds, Ground};
 use plumbline_firmware::shared_memory::AREA_MAX;
 use plumbline_survey::crs::Crs;
-use plumbline_survey::dem::{DemFile, Frame};
+use plumbline_survey::dem::{DemFile, Heights};
 use plumbline_survey::error::InputError;
 use std::path::Path;
 
@@ -55,31 +55,12 @@ pub fn of_file(
 ) -> Result<Option<Model>, InputError> {
     let named = |error: InputError| InputError::new(format!("{}: {error}", path.display()));
     let file = DemFile::open(path)?;
-    let other = file.epsg().filter(|&epsg| epsg != crs.epsg()).map(Crs::from_epsg).transpose().map_err(named)?;
-    let in_file = |[east_m, north_m]: [f64; 2]| match &other {
-        None => Ok([east_m, north_m]),
-        Some(other) => {
-            let (lat_deg, lon_deg) = crs.to_wgs84(east_m, north_m)?;
-            other.from_wgs84(lat_deg, lon_deg).map(|(x, y)| [x, y])
-        }
-    };
     let r = tile.resolution_m;
     let (width_m, depth_m) = ((tile.cols - 1) as f64 * r, (tile.rows - 1) as f64 * r);
     let [west_m, north_m] = [tile.west_m, tile.north_m];
     let tile_bounds = Bounds { west_m, east_m: west_m + width_m, south_m: north_m - depth_m, north_m };
     let Bounds { west_m, east_m, south_m, north_m } = grown(&tile_bounds, AROUND * posts_m + r);
-    let frame = Frame::new(file.epsg(), in_file(tile.centre()).map_err(named)?).map_err(named)?;
-    let mut wanted = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-    // Grids are turned against each other: the borders' middles count too.
-    for [u, v] in [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [0.0, 0.5], [1.0, 0.5], [0.0, 1.0], [0.5, 1.0], [1.0, 1.0]] {
-        let place = [west_m + u * (east_m - west_m), south_m + v * (north_m - south_m)];
-        let [x, y] = frame.metres(in_file(place).map_err(named)?);
-        wanted = [wanted[0].min(x), wanted[1].min(y), wanted[2].max(x), wanted[3].max(y)];
-    }
-    let dem = file.window(&frame, wanted, &mut |_, _| {})?;
-    let height = |east_m: f64, north_m: f64| {
-        let [x, y] = frame.metres(in_file([east_m, north_m]).ok()?);
-        dem.height(x, y)
-    };
+    let heights = Heights::over(&file, Some(crs), [west_m, south_m, east_m, north_m])?;
+    let height = |east_m: f64, north_m: f64| heights.at(east_m, north_m);
     Model::over(tile, posts_m, vertical_epsg, height).map_err(named)
 }

@@ -13,7 +13,7 @@ use crate::io::input;
 use crate::io::tiff::{GeoTags, Samples, is_tiff, read_tiff};
 
 pub use geo_transform::GeoTransform;
-pub use write::{Band, geotiff_bytes};
+pub use write::{Band, geotiff_bytes, grey_geotiff_bytes};
 
 /// The sample type a raster had in its file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

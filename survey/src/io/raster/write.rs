@@ -3,11 +3,13 @@
 use std::io::Cursor;
 
 use tiff::TiffResult;
-use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype::Gray32Float};
+use tiff::encoder::colortype::{ColorType, Gray8, Gray32Float};
+use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, TiffValue};
 use tiff::tags::{ExtraSamples, Tag};
 
 use crate::crs::Crs;
 use crate::error::InputError;
+use crate::io::picture::Picture;
 
 use super::GeoTransform;
 use super::geo_keys::{
@@ -56,10 +58,7 @@ pub fn geotiff_bytes(
     if let Some(band) = bands.iter().find(|band| !band.description.is_ascii() || band.description.contains('\0')) {
         return Err(refuse(format!("the description \"{}\" is not ASCII", band.description)));
     }
-    let geographic = match epsg {
-        Some(epsg) => Some((u16::try_from(epsg).unwrap_or(0), Crs::from_epsg(epsg)?.is_geographic())),
-        None => None,
-    };
+    let geographic = system(epsg)?;
     let pixel = |index| {
         bands
             .iter()
@@ -68,7 +67,26 @@ pub fn geotiff_bytes(
     };
     let samples: Vec<f32> = (0..cols * rows).flat_map(pixel).collect();
     let tags = Tags { geo, keys: geo_keys(geographic), nodata, metadata: metadata(bands) };
-    encode(width, height, &samples, bands.len(), &tags).map_err(|error| refuse(error.to_string()))
+    encode::<Gray32Float>((width, height), &samples, bands.len(), &tags).map_err(|error| refuse(error.to_string()))
+}
+
+/// A grey picture of 8 bits as a GeoTIFF, deflated, a pixel an area; 0 is written as no-data. `epsg` as in [`geotiff_bytes`].
+///
+/// # Errors
+/// The picture is empty, or the system is not known.
+pub fn grey_geotiff_bytes(picture: &Picture, geo: &GeoTransform, epsg: Option<u32>) -> Result<Vec<u8>, InputError> {
+    let refuse = |why: String| InputError::new(format!("cannot write a picture: {why}"));
+    let (Ok(width @ 1..), Ok(height @ 1..)) = (u32::try_from(picture.cols), u32::try_from(picture.rows)) else {
+        return Err(refuse(format!("{} x {} pixels are none, or too many", picture.cols, picture.rows)));
+    };
+    let tags = Tags { geo, keys: geo_keys(system(epsg)?), nodata: 0.0, metadata: metadata(&[]) };
+    encode::<Gray8>((width, height), &picture.pixels, 1, &tags).map_err(|error| refuse(error.to_string()))
+}
+
+/// The code as a key holds it, and whether the system is geographic.
+fn system(epsg: Option<u32>) -> Result<Option<(u16, bool)>, InputError> {
+    let of = |epsg| Ok((u16::try_from(epsg).unwrap_or(0), Crs::from_epsg(epsg)?.is_geographic()));
+    epsg.map(of).transpose()
 }
 
 /// What a file says besides its samples.
@@ -79,10 +97,18 @@ struct Tags<'a> {
     metadata: String,
 }
 
-fn encode(width: u32, height: u32, samples: &[f32], bands: usize, tags: &Tags) -> TiffResult<Vec<u8>> {
+fn encode<C: ColorType>(
+    (width, height): (u32, u32),
+    samples: &[C::Inner],
+    bands: usize,
+    tags: &Tags,
+) -> TiffResult<Vec<u8>>
+where
+    [C::Inner]: TiffValue,
+{
     let mut file = Cursor::new(Vec::new());
     let mut encoder = TiffEncoder::new(&mut file)?.with_compression(Compression::Deflate(DeflateLevel::Balanced));
-    let mut image = encoder.new_image::<Gray32Float>(width, height)?;
+    let mut image = encoder.new_image::<C>(width, height)?;
     if bands > 1 {
         image.extra_samples(&vec![ExtraSamples::Unspecified; bands - 1])?;
     }
