@@ -24,6 +24,7 @@ mod pictures;
 mod pipes;
 mod plan;
 mod plans;
+mod oriented;
 mod rectify;
 mod relief;
 mod refusals;

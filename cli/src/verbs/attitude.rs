@@ -54,6 +54,11 @@ impl FollowUp {
 const FOLLOWED_DEG: f64 = 1e-3;
 
 impl AttitudeArgs {
+    /// Heading, pitch and roll, degrees, and the follow-up angle.
+    pub fn new([heading_deg, pitch_deg, roll_deg]: [f64; 3], follow_up_deg: FollowUp) -> Self {
+        AttitudeArgs { heading_deg, pitch_deg, roll_deg, follow_up_deg }
+    }
+
     /// Heading, pitch, roll in f64 radians, for the oracle.
     pub fn angles_rad(&self) -> [f64; 3] {
         // Whole turns are taken off before the conversion, so that any finite heading keeps its precision.

@@ -1,17 +1,23 @@
-//! `plumbline rectify`: one frame onto the ground plane.
+//! `plumbline rectify`: one frame onto the ground plane, or onto its terrain.
 
-use super::attitude::AttitudeArgs;
+mod orientation;
+mod place;
+
 use super::positive;
 use crate::files::{Files, check_extension};
 use crate::outcome::{Failure, Outcome};
-use plumbline_core::homography::Homography;
-use plumbline_core::tilt::{camera_from_local, equivalent_tilt, follow_up_command};
-use plumbline_sim::camera::still::{self, Target};
-use plumbline_sim::camera::{core_camera, read};
+use orientation::{Orientation, OrientationArgs};
+use place::{Place, PlaceArgs, terrain};
+use plumbline_core::camera::Camera;
+use plumbline_sim::camera::still::{self, Patch, Target};
+use plumbline_sim::camera::{core_camera, oriented, read, render_camera};
+use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::picture::{read_grey, write_grey_png};
+use plumbline_survey::io::output::write_file;
+use plumbline_survey::io::picture::{Picture, read_grey, write_grey_png};
+use plumbline_survey::io::raster::grey_geotiff_bytes;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -22,12 +28,14 @@ pub struct Args {
     #[arg(long)]
     frame: PathBuf,
     #[command(flatten)]
-    attitude: AttitudeArgs,
-    /// Vertical height above ground, metres
-    #[arg(long, value_parser = positive, required_unless_present = "range_m", conflicts_with = "range_m", allow_negative_numbers = true)]
+    orientation: OrientationArgs,
+    #[command(flatten)]
+    place: PlaceArgs,
+    /// Vertical height above level ground, metres
+    #[arg(long, value_parser = positive, conflicts_with_all = ["range_m", "dem"], allow_negative_numbers = true)]
     height_m: Option<f64>,
     /// Slant range of a strapped-down range finder, metres
-    #[arg(long, value_parser = range, allow_negative_numbers = true)]
+    #[arg(long, value_parser = range, conflicts_with = "dem", allow_negative_numbers = true)]
     range_m: Option<f64>,
     /// Metres a patch pixel
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
@@ -38,7 +46,7 @@ pub struct Args {
     /// Patch rows
     #[arg(long, requires = "cols", allow_negative_numbers = true)]
     rows: Option<usize>,
-    /// The patch, PNG, row 0 north
+    /// The patch, row 0 north: PNG, or GeoTIFF with a position (no-data 0, the darkest grey 1)
     #[arg(long)]
     out: PathBuf,
     /// The mask, PNG, 255 valid
@@ -55,61 +63,54 @@ fn range(text: &str) -> Result<f64, String> {
     if value >= 65535.0 { Err("an error code, not a range".to_owned()) } else { Ok(value) }
 }
 
+/// What was made. Follow-up and equivalent angles are a vehicle's: null by omega, phi, kappa.
 #[derive(Serialize)]
 struct Summary {
     cols: usize,
     rows: usize,
     height_m: f64,
     valid_fraction: f64,
-    follow_up_deg: f32,
-    equivalent_pitch_deg: f32,
-    equivalent_roll_deg: f32,
+    follow_up_deg: Option<f32>,
+    equivalent_pitch_deg: Option<f32>,
+    equivalent_roll_deg: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    east_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    north_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    epsg: Option<u32>,
 }
 
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
     check_files(args)?;
     let file = read(&args.camera)?;
     let camera = core_camera(&file)?;
-    let attitude = args.attitude.attitude()?;
-    let frame = read_grey(&args.frame)?;
-    if (frame.cols, frame.rows) != (file.cols as usize, file.rows as usize) {
-        return Err(Failure::Input(InputError::new(format!(
-            "{} has {} x {} pixels, but {} says {} x {}",
-            args.frame.display(),
-            frame.cols,
-            frame.rows,
-            args.camera.display(),
-            file.cols,
-            file.rows
-        ))));
+    let orientation = Orientation::new(&args.orientation)?;
+    let place = args.place.place()?;
+    if is_geotiff(&args.out) && !place.is_known {
+        let path = args.out.display();
+        let why = format!("--out {path}: a GeoTIFF says where it lies: give --east-m and --north-m, or write a .png");
+        return Err(Failure::Input(InputError::new(why)));
     }
-    let height_m = match (args.height_m, args.range_m) {
-        (Some(height), _) => height,
-        (None, range) => range.unwrap_or_default() * f64::from(attitude.cos_tilt()),
-    };
-    let follow_up = args.attitude.follow_up(attitude);
-    // Eq. 7 where it holds, eq. 3 otherwise, as on board.
-    let homography = if args.attitude.is_followed(attitude) && camera.is_isotropic() {
-        Homography::simplified(equivalent_tilt(attitude, follow_up), &camera)
-    } else {
-        Homography::full(&camera_from_local(attitude, follow_up), &camera)
-    };
-    let size = args.cols.zip(args.rows);
-    let target = Target { height_m, resolution_m: args.resolution_m, size };
-    let patch = still::rectify(&camera, &frame, homography, &target)?;
-    let equivalent = equivalent_tilt(attitude, follow_up_command(attitude));
-    write_grey_png(&args.out, &patch.picture)?;
-    if let Some(mask) = &args.mask {
-        write_grey_png(mask, &patch.mask())?;
+    let frame = frame_of(args, &file)?;
+    let (patch, height_m) = rectified(args, (&file, &camera), &frame, &orientation, &place)?;
+    write(args, &patch, &place)?;
+    if place.is_known && args.place.dem.is_none() {
+        eprintln!("plumbline: the ground is taken to be level; over relief give --dem");
     }
+    let [follow_up_deg, equivalent_pitch_deg, equivalent_roll_deg] =
+        orientation.angles_deg().map_or([None; 3], |angles| angles.map(Some));
     let summary = Summary {
         cols: patch.picture.cols,
         rows: patch.picture.rows,
         height_m,
         valid_fraction: patch.valid_fraction(),
-        follow_up_deg: follow_up.to_degrees(),
-        equivalent_pitch_deg: equivalent.pitch.to_degrees(),
-        equivalent_roll_deg: equivalent.roll.to_degrees(),
+        follow_up_deg,
+        equivalent_pitch_deg,
+        equivalent_roll_deg,
+        east_m: place.is_known.then_some(place.centre[0]),
+        north_m: place.is_known.then_some(place.centre[1]),
+        epsg: place.epsg().filter(|_| place.is_known),
     };
     let text = || {
         format!(
@@ -125,13 +126,94 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     Outcome::new(args.json, &summary, text)
 }
 
+fn frame_of(args: &Args, file: &CameraFile) -> Result<Picture, Failure> {
+    let frame = read_grey(&args.frame)?;
+    if (frame.cols, frame.rows) == (file.cols as usize, file.rows as usize) {
+        return Ok(frame);
+    }
+    Err(Failure::Input(InputError::new(format!(
+        "{} has {} x {} pixels, but {} says {} x {}",
+        args.frame.display(),
+        frame.cols,
+        frame.rows,
+        args.camera.display(),
+        file.cols,
+        file.rows
+    ))))
+}
+
+/// The patch and the height above the ground: by the core onto a plane, by each pixel's own height over an elevation model, and so by
+/// omega, phi, kappa.
+fn rectified(
+    args: &Args,
+    (file, camera): (&CameraFile, &Camera),
+    frame: &Picture,
+    orientation: &Orientation,
+    place: &Place,
+) -> Result<(Patch, f64), Failure> {
+    let size = args.cols.zip(args.rows);
+    // The ground below, for the height, and then as far as the patch reaches.
+    let below = place.heights(args.resolution_m)?;
+    let height_m = match (&below, args.height_m, args.range_m) {
+        (Some(heights), ..) => place.height_m(heights)?,
+        (None, Some(height), _) => height,
+        (None, None, Some(range)) => range * orientation.cos_tilt(),
+        (None, None, None) => {
+            let why = "the height is missing: --height-m or --range-m, or --dem with the camera's position";
+            return Err(Failure::Input(InputError::new(why)));
+        }
+    };
+    if below.is_none()
+        && let Some(homography) = orientation.homography(camera)
+    {
+        let target = Target { height_m, resolution_m: args.resolution_m, size };
+        return Ok((still::rectify(camera, frame, homography, &target)?, height_m));
+    }
+    let size = size.unwrap_or_else(|| {
+        let (cols, rows) = camera.patch_size(height_m as f32, args.resolution_m as f32);
+        (cols as usize, rows as usize)
+    });
+    let reach_m = (size.0.max(size.1).min(still::PATCH_MAX_PX) as f64 + 2.0) * args.resolution_m;
+    let heights = place.heights(reach_m)?;
+    let (exterior, cells) = (orientation.exterior(place.position(height_m)), place.cells(size, args.resolution_m));
+    let patch = oriented::rectify(&render_camera(file), frame, &exterior, terrain(heights.as_ref()), &cells)?;
+    Ok((patch, height_m))
+}
+
+fn write(args: &Args, patch: &Patch, place: &Place) -> Result<(), Failure> {
+    let mask = patch.mask();
+    if is_geotiff(&args.out) {
+        let geo = place.georeference((patch.picture.cols, patch.picture.rows), args.resolution_m);
+        // 0 is no-data: what is black and valid is a grey above.
+        let grey = |(pixel, valid): (&u8, &u8)| if *valid == 0 { 0 } else { (*pixel).max(1) };
+        let pixels = patch.picture.pixels.iter().zip(&mask.pixels).map(grey).collect();
+        let bytes = grey_geotiff_bytes(&Picture { pixels, ..patch.picture }, &geo, place.epsg())?;
+        write_file(&args.out, &bytes)?;
+    } else {
+        write_grey_png(&args.out, &patch.picture)?;
+    }
+    if let Some(path) = &args.mask {
+        write_grey_png(path, &mask)?;
+    }
+    Ok(())
+}
+
+fn is_geotiff(path: &Path) -> bool {
+    let is =
+        |extension: &std::ffi::OsStr| extension.eq_ignore_ascii_case("tif") || extension.eq_ignore_ascii_case("tiff");
+    path.extension().is_some_and(is)
+}
+
 fn check_files(args: &Args) -> Result<(), InputError> {
     Files::default()
         .reads("--camera", &args.camera)
         .reads("--frame", &args.frame)
+        .may_read("--dem", args.place.dem.as_ref())
         .writes("--out", &args.out)
         .may_write("--mask", args.mask.as_ref())
         .check()?;
-    check_extension("--out", &args.out, "png")?;
+    if !is_geotiff(&args.out) {
+        check_extension("--out", &args.out, "png")?;
+    }
     args.mask.iter().try_for_each(|mask| check_extension("--mask", mask, "png"))
 }

@@ -12,6 +12,7 @@ pub struct Heights {
     other: Option<Crs>,
     frame: Frame,
     dem: Dem,
+    range_m: Option<[f64; 2]>,
 }
 
 impl Heights {
@@ -35,7 +36,8 @@ impl Heights {
             wanted = [wanted[0].min(x), wanted[1].min(y), wanted[2].max(x), wanted[3].max(y)];
         }
         let dem = file.window(&frame, wanted, &mut |_, _| {})?;
-        Ok(Heights { grid, other, frame, dem })
+        let range_m = dem.range_m();
+        Ok(Heights { grid, other, frame, dem, range_m })
     }
 
     /// The height of a place on the grid; `None` where nothing is known.
@@ -54,7 +56,7 @@ impl Heights {
     /// Lowest and highest known height; `None` where nothing is known.
     #[must_use]
     pub fn range_m(&self) -> Option<[f64; 2]> {
-        self.dem.range_m()
+        self.range_m
     }
 }
 
