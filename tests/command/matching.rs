@@ -2,7 +2,8 @@
 
 use crate::bad_options::MATCH;
 use crate::folder::{Folder, with};
-use crate::pictures::{FORMATS, grey_8_png, texture};
+use crate::pictures::{Crs, FORMATS, geotiff, grey_8_png, texture};
+use crate::refusals::Refusals;
 use plumbline_tests::textures::Picture;
 use plumbline_tests::vectors::number;
 use serde_json::Value;
@@ -103,4 +104,51 @@ fn a_risk_that_nothing_supports_is_refused() {
         let run = folder.run(&format!("{MATCH} --risk {risk}"));
         assert!(run.code == Some(2) && run.stderr.contains("risk"), "{risk}: {run:?}");
     }
+}
+
+/// The corner of a [`geotiff`] is at (500000, 5330000).
+#[test]
+fn a_georeferenced_reference_gives_metres() {
+    let folder = Folder::with_scene("match-metres");
+    let (patch, reference) = (texture((34, 34), (3.0, -2.0)), texture((74, 74), (0.0, 0.0)));
+    grey_8_png(&folder.path("patch.png"), &patch);
+    geotiff(&folder.path("reference.tif"), &reference, 5.0, Crs::Projected(32633));
+    let call = with(MATCH, "--reference", "reference.tif");
+    let answer = folder.run(&call).json();
+    let value = |key| number(&answer, key);
+    assert_eq!(value("epsg"), 32633.0);
+    // Half of the reference's 74 pixels from its corner, and the shift; north is up.
+    assert!((value("east_m") - (500_000.0 + 5.0 * (37.0 + value("d_col")))).abs() < 1e-6, "{answer}");
+    assert!((value("north_m") - (5_330_000.0 - 5.0 * (37.0 + value("d_row")))).abs() < 1e-6, "{answer}");
+    assert!((value("d_col") - 3.0).abs() < TOLERANCE_PX && (value("d_row") + 2.0).abs() < TOLERANCE_PX, "{answer}");
+    assert!((value("sigma_east_m") - 5.0 * value("sigma_col")).abs() < 1e-6, "{answer}");
+    assert!(answer.get("offset_east_m").is_none(), "{answer}");
+    // In degrees there are no metres, and that is told.
+    geotiff(&folder.path("reference.tif"), &reference, 1e-5, Crs::Geographic(4326));
+    let run = folder.run(&call).done();
+    assert!(!run.stdout.contains("east_m") && run.stderr.contains("gdalwarp"), "{run:?}");
+}
+
+/// Both files have their corner at the same place: the patch says that its middle is 17 pixels from there, and the reference is far larger
+/// than the search.
+#[test]
+fn a_georeferenced_patch_is_looked_for_where_it_says() {
+    let folder = Folder::with_scene("match-claimed");
+    let reference = texture((300, 300), (0.0, 0.0));
+    geotiff(&folder.path("reference.tif"), &reference, 5.0, Crs::Projected(32633));
+    // The part of the reference from its pixel (4, 3) on.
+    let pixels = (0..34 * 34).map(|at| reference.pixels[(at / 34 + 3) * 300 + at % 34 + 4]).collect();
+    geotiff(&folder.path("patch.tif"), &Picture { pixels, size: (34, 34) }, 5.0, Crs::Projected(32633));
+    let call = with(&with(MATCH, "--reference", "reference.tif"), "--patch", "patch.tif");
+    let answer = folder.run(&call).json();
+    let off = [("offset_east_m", 20.0), ("offset_north_m", -15.0), ("d_col", 20.5 - 149.5), ("d_row", 19.5 - 149.5)];
+    for (key, wanted) in off {
+        assert!((number(&answer, key) - wanted).abs() < 5.0 * TOLERANCE_PX, "{key} is not {wanted}: {answer}");
+    }
+    let mut refusals = Refusals::new(&folder);
+    geotiff(&folder.path("patch.tif"), &texture((34, 34), (0.0, 0.0)), 5.0, Crs::Projected(32632));
+    refusals.expect(&call, &["patch.tif", "EPSG:32632", "gdalwarp -t_srs EPSG:32633"]);
+    geotiff(&folder.path("patch.tif"), &texture((34, 34), (0.0, 0.0)), 4.9, Crs::Projected(32633));
+    refusals.expect(&call, &["patch.tif", "4.9", "gdalwarp -tr 5 5"]);
+    refusals.done();
 }

@@ -1,21 +1,26 @@
 //! `plumbline match`: where a rectified patch lies in a reference.
 
+mod georeference;
+
 use crate::outcome::{Failure, Outcome};
+use georeference::{Georeference, OnGround};
 use plumbline_sim::camera::still::{PATCH_MAX_PX, runs_of};
 use plumbline_sim::camera::still_match::{Place, find};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::picture::{Picture, read_grey};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The patch, row 0 north
+    /// The patch, row 0 north. Where it and the reference are georeferenced, it is looked for where it says that it lies, else in the
+    /// reference's middle
     #[arg(long)]
     patch: PathBuf,
     /// Its mask, 0 invalid; everything valid unless given
     #[arg(long)]
     mask: Option<PathBuf>,
-    /// The reference, row 0 north, same resolution
+    /// The reference, row 0 north, same resolution; a GeoTIFF gives metres as well
     #[arg(long)]
     reference: PathBuf,
     /// Search radius, pixels, 1 to 256
@@ -27,6 +32,15 @@ pub struct Args {
     /// Print one JSON document
     #[arg(long)]
     json: bool,
+}
+
+/// The answer, with its place on the ground where the reference has one.
+#[derive(Serialize)]
+struct Answer {
+    #[serde(flatten)]
+    place: Place,
+    #[serde(flatten)]
+    on_ground: Option<OnGround>,
 }
 
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -67,8 +81,19 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         let mask = args.mask.as_ref().map(|mask| format!(" under {}", mask.display())).unwrap_or_default();
         InputError::new(format!("{}{mask} in {}: {error}", args.patch.display(), args.reference.display()))
     };
-    let place = find(&patch, &runs_of(&mask), &reference, args.search_px, args.risk).map_err(named)?;
-    Outcome::new(args.json, &place, || text_of(&place))
+    let georeference = Georeference::read(&args.patch, &args.reference, (patch.cols, patch.rows))?;
+    let near = georeference.and_then(|georeference| georeference.near());
+    let is_on = |(col, row): (f64, f64)| {
+        (0.0..=reference.cols as f64 - 1.0).contains(&col) && (0.0..=reference.rows as f64 - 1.0).contains(&row)
+    };
+    if near.is_some_and(|near| !is_on(near)) {
+        let (patch, reference) = (args.patch.display(), args.reference.display());
+        return Err(Failure::Input(InputError::new(format!("{patch} lies beside {reference} by their georeferences"))));
+    }
+    let place = find(&patch, &runs_of(&mask), (&reference, near), args.search_px, args.risk).map_err(named)?;
+    let on_ground = georeference.map(|georeference| georeference.on_ground(&place, (reference.cols, reference.rows)));
+    let answer = Answer { place, on_ground };
+    Outcome::new(args.json, &answer, || text_of(&answer))
 }
 
 /// A picture that sixteen bits can address.
@@ -85,10 +110,13 @@ fn sized(path: &Path) -> Result<Picture, Failure> {
     Ok(picture)
 }
 
-fn text_of(place: &Place) -> String {
+fn text_of(Answer { place, on_ground }: &Answer) -> String {
+    let metres = on_ground.map_or_else(String::new, |at| {
+        format!(" east {:.2} north {:.2} sigma {:.2} {:.2} m", at.east_m, at.north_m, at.sigma_east_m, at.sigma_north_m)
+    });
     let verdict = place.reason.unwrap_or("accepted");
     format!(
-        "d_col {} d_row {} sigma {:.2} {:.2} score {} second {} risk {:.1e} {verdict}\n",
+        "d_col {} d_row {} sigma {:.2} {:.2} score {} second {} risk {:.1e}{metres} {verdict}\n",
         place.d_col, place.d_row, place.sigma_col, place.sigma_row, place.score, place.second_peak, place.risk
     )
 }

@@ -256,7 +256,7 @@ impl Filter {
     /// where it has overruled that, as a tilt of the vehicle's would have it at this heading, east and north. One sigma of a tilt, radians,
     /// by which its fix is more uncertain than was known before: 0 for a match that was expected.
     pub fn matched(&mut self, found: &Found, overruled_m: Option<[f32; 2]>, unknown: &Unknown) -> f32 {
-        self.matched_at = self.moment.at;
+        let before = core::mem::replace(&mut self.matched_at, self.moment.at);
         let judged = match (overruled_m, self.newest) {
             (Some(aside), _) => Judged::Jumped(aside.into()),
             (None, None) => return self.begin(found, unknown),
@@ -268,7 +268,7 @@ impl Filter {
         match judged {
             Judged::Jumped(off) => {
                 let known_rad = self.tilt_sigma_rad(unknown.tilt_rad);
-                let jumped = (self.moment.at, off);
+                let jumped = (self.moment.at, before, off);
                 let begun = self.jumps.jumped(jumped, (self.matched_tilt_rad(), self.newest), found, unknown);
                 self.begin(&begun.found, &Unknown { tilt_rad: begun.sigma_rad, ..*unknown });
                 let more_rad = sqrt((squared(begun.sigma_rad) - squared(known_rad)).max(0.0));
@@ -365,7 +365,8 @@ impl Filter {
             }
             Judged::Jumped(off) => {
                 let known = (settled.tilt_rad(), Some(settled));
-                let begun = self.jumps.jumped((at, off), known, &found, unknown);
+                // When the match before it was is not kept.
+                let begun = self.jumps.jumped((at, Micros(0), off), known, &found, unknown);
                 let unknown = Unknown { tilt_rad: begun.sigma_rad, ..*unknown };
                 Estimate::begun(&begun.found, self.white(&begun.found), &unknown)
             }

@@ -235,12 +235,11 @@ impl Whereabouts {
     ) -> Result<(), Refusal> {
         let is_alone = tracks.is_empty();
         match self.found.take() {
-            _ if by_place && !situation.is_candidate => {
-                if is_alone {
-                    tracks.begin(sighting);
-                    return Ok(());
-                }
+            _ if by_place && !situation.is_candidate && is_alone => {
+                tracks.begin(sighting);
+                return Ok(());
             }
+            _ if by_place && !situation.is_candidate => {}
             Some(found) if found.is_on_border || !found.agrees(sighting, usual.sigma_m_per_s) => {
                 return self.unconfirmed(situation, sighting);
             }

@@ -37,7 +37,8 @@ pub struct Place {
 /// A still picture is taken to be turned and scaled rightly to this sigma: half a degree and half a percent.
 const PRIOR: Prior = Prior { turn_rad: 0.0087, scale: 0.005 };
 
-/// Finds `patch` within ±`radius` of the middle of `reference`, which must hold both and may be of another year: by gradient directions.
+/// Finds `patch` within ±`radius` of a place in `reference`, which may be of another year: by gradient directions. `near`: column and row of
+/// that place; the middle unless given. Where patch and search do not fit around it, they are moved as far as they must.
 /// `risk_max`: what is accepted, at least [`RISK_MIN`].
 ///
 /// # Errors
@@ -45,7 +46,7 @@ const PRIOR: Prior = Prior { turn_rad: 0.0087, scale: 0.005 };
 pub fn find(
     patch: &Picture,
     runs: &[Run],
-    reference: &Picture,
+    (reference, near): (&Picture, Option<(f64, f64)>),
     radius: u16,
     risk_max: f32,
 ) -> Result<Place, InputError> {
@@ -54,7 +55,7 @@ pub fn find(
             format!("a risk of {risk_max} cannot be asked for: what it was learnt from supports {RISK_MIN} to below 1");
         return Err(InputError::new(why));
     }
-    let (window, off) = window(patch, reference, radius)?;
+    let (window, off) = window(patch, reference, near, radius)?;
     let view = View::new(&patch.pixels, size(patch)).ok_or_else(|| InputError::new("the patch is empty"))?;
     let mut scores = vec![0; (2 * usize::from(radius) + 1).pow(2)];
     let mut bytes = vec![0; directions::search::working_bytes(view.size(), window.size())];
@@ -81,7 +82,7 @@ pub fn find(
 /// # Errors
 /// As [`find`].
 pub fn align(patch: &Picture, runs: &[Run], reference: &Picture, radius: u16) -> Result<Place, InputError> {
-    let (window, off) = window(patch, reference, radius)?;
+    let (window, off) = window(patch, reference, None, radius)?;
     let view = View::new(&patch.pixels, size(patch)).ok_or_else(|| InputError::new("the patch is empty"))?;
     let mut scores = vec![0; (2 * usize::from(radius) + 1).pow(2)];
     let mut bytes = vec![0; search::working_bytes(window.size())];
@@ -118,8 +119,13 @@ fn told(error: MatchError) -> InputError {
     })
 }
 
-/// The middle of the reference that a search looks at, and how far its centre lies off the reference's.
-fn window<'a>(patch: &Picture, reference: &'a Picture, radius: u16) -> Result<(View<'a>, (f32, f32)), InputError> {
+/// The part of the reference that a search looks at, its middle or around a place, and how far its centre lies off the reference's.
+fn window<'a>(
+    patch: &Picture,
+    reference: &'a Picture,
+    near: Option<(f64, f64)>,
+    radius: u16,
+) -> Result<(View<'a>, (f32, f32)), InputError> {
     let too_large = || InputError::new("the reference has more than 65535 columns or rows");
     if reference.cols > u16::MAX as usize || reference.rows > u16::MAX as usize {
         return Err(too_large());
@@ -127,7 +133,14 @@ fn window<'a>(patch: &Picture, reference: &'a Picture, radius: u16) -> Result<(V
     let whole = View::new(&reference.pixels, size(reference)).ok_or_else(too_large)?;
     let inner = (size(patch).0 + 2 * radius, size(patch).1 + 2 * radius);
     let corner = |outer: usize, inner: u16| (outer as i32 - inner as i32) / 2;
-    let (left, top) = (corner(reference.cols, inner.0), corner(reference.rows, inner.1));
+    let around = |at: f64, outer: usize, inner: u16| {
+        let most = outer.saturating_sub(inner.into()) as f64;
+        (at - 0.5 * (f64::from(inner) - 1.0)).round().clamp(0.0, most) as i32
+    };
+    let (left, top) = match near {
+        None => (corner(reference.cols, inner.0), corner(reference.rows, inner.1)),
+        Some((col, row)) => (around(col, reference.cols, inner.0), around(row, reference.rows, inner.1)),
+    };
     let window = whole
         .window(left, top, inner)
         .ok_or_else(|| InputError::new("the reference is smaller than patch and search"))?;

@@ -2,6 +2,7 @@
 
 mod geo_keys;
 mod geo_transform;
+mod placed;
 mod system;
 mod user_defined;
 mod write;
@@ -13,6 +14,7 @@ use crate::io::input;
 use crate::io::tiff::{GeoTags, Samples, is_tiff, read_tiff};
 
 pub use geo_transform::GeoTransform;
+pub use placed::Placed;
 pub use write::{Band, geotiff_bytes, grey_geotiff_bytes};
 
 /// The sample type a raster had in its file.

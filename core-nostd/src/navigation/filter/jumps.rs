@@ -24,7 +24,7 @@ const CALM_US: i32 = 10_000_000;
 /// With such a period a vehicle rocks slowly, microseconds: what has not swung for as long does not.
 const PERIOD_US: i32 = 2 * CALM_US;
 /// What one match alone takes to be a jump back of what may swing, or a jump of the place, has to hold for so long before frames have fixes
-/// again, microseconds. Chosen: a quarter of that period; where the swing of an attitude that is scaled turns round, it stays within a tenth for 3 s.
+/// again, microseconds; what was matched until then, and is back from one frame to the next, does not swing. Chosen: a quarter of that period; where the swing of an attitude that is scaled turns round, it stays within a tenth for 3 s.
 const PROVEN_US: i32 = PERIOD_US / 4;
 /// A tilt that is further off what it was before than so many sigmas of that can jump back. Chosen: a normal error is once in a hundred.
 const LEARNT_SIGMAS: f32 = 3.0;
@@ -88,11 +88,11 @@ impl Jumps {
         }
     }
 
-    /// The match of a frame at an instant is so far off, east and north in metres, from what was `expected`. `known_rad`: what the tilt
-    /// was taken to be.
+    /// The match of a frame at an instant is so far off, east and north in metres, from what was `expected` by the one before it.
+    /// `known_rad`: what the tilt was taken to be.
     pub(super) fn jumped(
         &mut self,
-        (at, off): (Micros, Vector2<f32>),
+        (at, before, off): (Micros, Micros, Vector2<f32>),
         (known_rad, expected): ([f32; 2], Option<Estimate>),
         found: &Found,
         unknown: &Unknown,
@@ -111,7 +111,8 @@ impl Jumps {
         let likely = expected.filter(|_| by_tilt).and_then(|estimate| self.likely_back(at, &estimate, found, unknown));
         let is_near = |usual: &Vector2<f32>| by_tilt && (to_rad - usual).norm() <= BACK_SHARE * by_rad.norm();
         let back = likely.or_else(|| self.usual().find(is_near));
-        let is_swinging = self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
+        let is_sudden = at.since(before) < JUMPING_US;
+        let is_swinging = !is_sudden && self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
         let was_unproven = last.is_some_and(|last| last.is_unproven);
         let is_unproven = was_unproven || !by_tilt || likely.is_some() && is_swinging;
         self.last = Some(Last { at: last.map_or(at, |last| last.at), by_rad, is_back: back.is_some(), is_unproven });

@@ -37,7 +37,8 @@ fn flown(
     flown_knowing(&UNKNOWN, seconds, speed, heading, tilt)
 }
 
-/// A flight of such a speed, m/s, four frames a second, whose heading and errors of pitch and roll are what they are at a second. Its
+/// A flight of such a speed, m/s, four frames a second, whose heading and errors of pitch and roll are what they are at a second; without a
+/// match where these are no numbers. Its
 /// velocity is reported five times a second, each time 0.15 s late.
 fn flown_knowing(
     unknown: &Unknown,
@@ -59,8 +60,8 @@ fn flown_knowing(
         if let Some(sampled) = ms.checked_sub(150).filter(|sampled| sampled % 200 == 0) {
             filter.reported(Moment { at: micros(sampled), velocity_m_per_s: velocity(sampled) }, unknown);
         }
-        if ms % 250 == 0 && ms >= 500 {
-            let at_s = 1e-3 * ms as f32;
+        let at_s = 1e-3 * ms as f32;
+        if ms % 250 == 0 && ms >= 500 && tilt(at_s)[0].is_finite() {
             let (sin, cos) = (libm::sinf(heading(at_s)), libm::cosf(heading(at_s)));
             filter.carry(micros(ms), unknown);
             let known = filter.tilt_rad();
@@ -194,27 +195,30 @@ fn a_tilt_that_was_learnt_and_is_gone_is_not_taken_out_any_more() {
     assert!(end.tilt_rad.iter().all(|tilt| tilt.abs() < 0.01) && end.sigma_rad < 0.025, "{end:?}");
 }
 
-/// Learnt in a turn, and gone: a single match says that it is back.
-fn gone_after(seconds: f32) -> std::vec::Vec<f32> {
+/// Learnt in a turn, and gone: a single match says that it is back, which is the first for so many seconds. From the first frame behind the end
+/// on; a quarter of a second each.
+fn gone_after(seconds: f32, unseen_s: f32) -> std::vec::Vec<f32> {
     let heading = |at_s: f32| 0.15 * at_s;
     let tilt = |at_s: f32| match at_s - 40.0 {
         before if before < 0.0 => [0.0; 2],
-        during if during < seconds => [0.08, 0.05],
+        seen if seen < seconds - unseen_s => [0.08, 0.05],
+        unseen if unseen < seconds => [f32::NAN; 2],
         _ => [0.0; 2],
     };
     let after = flown(52.0 + seconds, 24.0, heading, tilt);
-    // From the first frame behind the end on; a quarter of a second each.
-    after[(4.0 * (seconds + 40.0) - 2.0) as usize..].iter().map(|after| after.unexplained_rad).collect()
+    after[after.len() - 48..].iter().map(|after| after.unexplained_rad).collect()
 }
 
 #[test]
 fn what_may_swing_has_to_stay_back_for_a_quarter_of_a_period() {
-    let unexplained_rad = gone_after(12.0);
+    let unexplained_rad = gone_after(12.0, 1.0);
     assert!(unexplained_rad[..20].iter().all(|rad| *rad > 0.04), "{unexplained_rad:?}");
     assert!(unexplained_rad[21..].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
-    // What has stayed for more than a period does not swing.
-    let unexplained_rad = gone_after(25.0);
-    assert!(unexplained_rad[4..].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
+    // What has stayed for more than a period does not swing, nor what is back from one frame to the next.
+    for (seconds, unseen_s) in [(25.0, 1.0), (12.0, 0.0)] {
+        let unexplained_rad = gone_after(seconds, unseen_s);
+        assert!(unexplained_rad[4..].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
+    }
 }
 
 /// Another place counts from one frame to the next, further off than a tilt moves it.
