@@ -88,22 +88,7 @@ impl Pipeline<'_> {
     /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
     #[inline(never)]
     pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
-        let px_m = self.tile.ground_resolution().0;
-        let reach_m = f32::from(self.settings.search_px) * px_m;
-        let usual = Usual {
-            reach_m,
-            is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
-            px_m,
-            tile_m: [self.tile.size().0, self.tile.size().1].map(|side| 0.5 * f32::from(side) * px_m),
-            sigma_m_per_s: hypot(
-                hypot(
-                    self.settings.sigmas.velocity_m_per_s,
-                    self.navigation.velocity.m_per_s().min(VELOCITY_ERROR_MAX_M_PER_S),
-                ),
-                self.doubt.velocity_m_per_s,
-            ),
-            prior_m: self.prior_m(situation),
-        };
+        let usual = self.usual(situation);
         let mut search = self.whereabouts.search(&mut self.navigation.tracks, situation, &usual);
         let mut tried = self.locate(situation, search);
         if let Ok(matched) = &mut tried {
@@ -131,26 +116,55 @@ impl Pipeline<'_> {
         if !self.whereabouts.has_found() {
             self.navigation.candidate = self.navigation.candidate.wrapping_add(1);
         }
-        let mut doubt_rad = 0.0;
-        if let (Ok(Matched { found: Match { accepted: Ok(shift), .. }, .. }), Ok(sighting), Ok(())) =
-            (&tried, sighting, counts)
-        {
-            doubt_rad = self.learn(situation, shift, &sighting);
-        }
+        let doubt_rad = match (&tried, sighting, counts) {
+            (Ok(Matched { found: Match { accepted: Ok(shift), .. }, .. }), Ok(sighting), Ok(())) => {
+                self.learn(situation, shift, &sighting)
+            }
+            _ => 0.0,
+        };
+        let is_elsewhere = tried.as_ref().is_ok_and(|matched| matched.is_elsewhere);
+        // What contradicts heading or height was never asked where it lies.
+        let counts = self.uncontradicted(situation, doubt_rad, is_elsewhere, sighting.map(|_| ()).and(counts));
+        tried.map(|matched| Matched { counts, doubt_rad, ..matched })
+    }
+
+    /// What is usual about the search for a frame.
+    fn usual(&self, situation: &Situation) -> Usual {
         let px_m = self.tile.ground_resolution().0;
-        // What was expected nowhere near is no fix, however it came about: the attitude may be off as much as the place.
+        let reach_m = f32::from(self.settings.search_px) * px_m;
+        Usual {
+            reach_m,
+            is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
+            px_m,
+            tile_m: [self.tile.size().0, self.tile.size().1].map(|side| 0.5 * f32::from(side) * px_m),
+            sigma_m_per_s: hypot(
+                hypot(
+                    self.settings.sigmas.velocity_m_per_s,
+                    self.navigation.velocity.m_per_s().min(VELOCITY_ERROR_MAX_M_PER_S),
+                ),
+                self.doubt.velocity_m_per_s,
+            ),
+            prior_m: self.prior_m(situation),
+        }
+    }
+
+    /// What `counts`, but not while anything contradicts: what was expected nowhere near is no fix, however it came about, since the
+    /// attitude may be off as much as the place. `doubt_rad`: by how much a tilt was not expected.
+    fn uncontradicted(
+        &mut self,
+        situation: &Situation,
+        doubt_rad: f32,
+        is_elsewhere: bool,
+        counts: Result<(), Refusal>,
+    ) -> Result<(), Refusal> {
         let swing_m =
             hypot(doubt_rad, self.navigation.filter.unexplained_rad(self.unknown().tilt_rad)) * situation.height_m;
         let is_calm = self.navigation.tracks.is_calm();
-        // What contradicts heading or height was never asked where it lies.
-        let counts = sighting.map(|_| ()).and(counts);
-        let is_elsewhere = tried.as_ref().is_ok_and(|matched| matched.is_elsewhere);
         if is_elsewhere || counts == Err(Refusal::Contradicted) {
             self.navigation.tracks.contradicted();
         }
-        let is_doubted = swing_m > SWING_MAX_PX * px_m || !is_calm || is_elsewhere;
-        let counts = if is_doubted { counts.and(Err(Refusal::Contradicted)) } else { counts };
-        tried.map(|matched| Matched { counts, doubt_rad, ..matched })
+        let is_doubted = swing_m > SWING_MAX_PX * self.tile.ground_resolution().0 || !is_calm || is_elsewhere;
+        if is_doubted { counts.and(Err(Refusal::Contradicted)) } else { counts }
     }
 
     /// Where what was tried puts the vehicle, or why nowhere.
