@@ -5,6 +5,7 @@ mod attitude;
 mod boresight;
 mod calibrate;
 mod configuration;
+pub mod evaluate;
 mod exterior;
 mod fly;
 mod intersect;
@@ -61,6 +62,12 @@ enum Verb {
     Stitch(stitch::Args),
     /// Find a rectified patch in a reference
     Match(match_::Args),
+    /// Judge frames of a real flight by the board's own chain: what to do before a board is trusted
+    ///
+    /// The frames are handed to the firmware, in this process, as a flight is, with key frames, filter and every refusal of the board; a
+    /// constant tilt of the camera and a constant offset of the map are estimated from the fixes, as far as the flight tells them apart,
+    /// and the frames are judged without and with what was found of the camera.
+    Evaluate(evaluate::Args),
     /// Image motion during an exposure: exact, to first order (eq. 21), and the centroid of its track
     Motion(motion::Args),
     /// Intersect points of two photos on the ground, with the exterior orientation at a stamp
@@ -103,6 +110,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
         Verb::Rectify(args) => rectify::run(&args),
         Verb::Stitch(args) => stitch::run(&args),
         Verb::Match(args) => match_::run(&args),
+        Verb::Evaluate(args) => evaluate::run(&args),
         Verb::Motion(args) => motion::run(&args),
         Verb::Intersect(args) => intersect::run(&args),
         Verb::Smooth(args) => smooth::run(&args),

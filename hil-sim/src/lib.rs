@@ -4,10 +4,12 @@
 //! [`noise`], [`scenario`] (what is to be flown), [`world`] (ground and reference), [`camera`] (pictures of it),
 //! [`vehicle`] (motion, sensors, autopilot), [`configuration`] (what lies in the board's flash), [`link`] (the firmware,
 //! wherever it runs) and [`fault`] (what goes wrong on the way there), [`setup`] (a scenario made ready), [`ground_station`]
-//! (what the firmware sent), [`run`] (the flight), [`live`] (the same with a real autopilot), [`score`] (what it was worth), [`replay`] (a flight again, from its log).
+//! (what the firmware sent), [`run`] (the flight), [`live`] (the same with a real autopilot), [`score`] (what it was worth), [`replay`] (a flight again, from its log),
+//! [`evaluate`] (frames of a real flight).
 
 pub mod camera;
 pub mod configuration;
+pub mod evaluate;
 pub mod fault;
 pub mod ground_station;
 pub mod link;

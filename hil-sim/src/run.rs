@@ -213,15 +213,23 @@ impl Frames<'_> {
         let mut record = FrameRecord { exposure, truth, report, instant, frame: None, patch: None, photo };
         self.observer.exposed(exposure.frame);
         if !is_lost {
-            let motion = self.cockpit.truth.around(&exposure, setup.scenario.vehicle.rolling_shutter_us());
-            let rendered = picture(setup, &exposure, &|at_us| motion.state(at_us));
-            let pixels = self.camera.pass(exposure.frame, exposure.mid_us(), rendered.pixels);
+            let pixels = match &setup.pictures {
+                Some(pictures) => pictures.read(exposure.frame as usize)?.pixels,
+                None => self.rendered(&exposure),
+            };
+            let pixels = self.camera.pass(exposure.frame, exposure.mid_us(), pixels);
             self.cockpit.frame(&exposure, &pixels)?;
             record.frame = Some(pixels);
             self.close_before();
         }
         self.frames.push(record);
         Ok(())
+    }
+
+    fn rendered(&self, exposure: &Exposure) -> Vec<u8> {
+        let setup = self.cockpit.setup;
+        let motion = self.cockpit.truth.around(exposure, setup.scenario.vehicle.rolling_shutter_us());
+        picture(setup, exposure, &|at_us| motion.state(at_us)).pixels
     }
 
     /// Ends the frames before one that has just been handed over. Mostly they have their reports by now; the last of them may still

@@ -2,6 +2,7 @@
 
 mod along_plan;
 pub mod elevation;
+pub mod frames;
 mod kept;
 mod live;
 pub mod planned;
@@ -22,6 +23,7 @@ use crate::vehicle::mount::{axis_station, payload_of};
 use crate::world::reference::Radiometry;
 use crate::world::tile::{Frame, SIDE_MAX, Tile};
 use crate::world::{Bounds, Grid, Ground, procedural};
+use frames::Pictures;
 use planned::Planned;
 use plumbline_firmware::stores::tiles::TileHead;
 use plumbline_firmware::wire::signature::Key;
@@ -75,6 +77,8 @@ pub struct Setup {
     pub signing: Option<Key>,
     /// The plan that is flown.
     pub plan: Option<Planned>,
+    /// The frames of a flight that are there already.
+    pub pictures: Option<Pictures>,
 }
 
 impl Setup {
@@ -160,6 +164,7 @@ impl Setup {
             convergence_rad,
             signing,
             plan: None,
+            pictures: None,
         })
     }
 

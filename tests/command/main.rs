@@ -12,6 +12,7 @@ mod bad_samples;
 mod boresight;
 mod calibrate;
 mod command;
+mod evaluate;
 mod faults;
 mod flights;
 mod folder;

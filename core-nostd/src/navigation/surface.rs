@@ -6,16 +6,22 @@
 //! the places where the nadir may be, two pixels apart, carried on by the velocity. Between two pieces of ground each place takes over from
 //! one nearby what the velocity may be off by, at the cost of how improbable that is (the step of Viterbi's algorithm).
 //!
-//! Ground counts once: a frame is added where the vehicle has come three quarters of a footprint from all those that have been.
+//! Ground counts once: a frame is added where the vehicle has come three quarters of a footprint from all those that have been. Until it comes
+//! to the next piece, a frame of more texture takes the place of the one that has been added.
 //! No piece of ground says more than 90, since one in 120 is wrong however clear it is.
+
+mod top;
+mod places;
 
 use super::reckoning::{Moment, way_m};
 use crate::matching::directions::half::{MIDDLE, SHIFTS, STEP_PX, Scores};
 use crate::matching::local_maximum::vertex;
-use crate::math::{exp, ln, round, squared};
+use crate::math::{exp, ln, round};
 use crate::tile::Local;
 use crate::units::Micros;
 use heapless::Deque;
+use places::{Kept, Places};
+use top::Top;
 
 /// What a piece of ground says against a shift at most: of patches of 21 to 64 pixels alone one in 120 is wrong that says as much.
 /// Of 40, 60, 90 and none the one that decides most sums of two to eight patches at one wrong of 10,000.
@@ -29,17 +35,14 @@ const CAP: f32 = 90.0;
 const ALWAYS: f32 = 1.115;
 const EVIDENCE: f32 = 0.3612;
 const POWER: f32 = 0.6;
-/// Shifts that lie on the highest one's main lobe, along either axis.
-const LOBE: usize = 2;
 /// What a frame must say by itself for its own top to be a match: in flights between years those off by more than 3 pixels are one in 1,000
 /// above, one in 30 below.
 const ALONE: f32 = 20.0;
 /// Least curvature of a frame's scores that is taken for one.
 const CURVATURE_MIN: f32 = 0.02;
-/// Evidence for which the odds change by a factor of e, about: the slope of the above where a surface is half decided.
-const NAT: f32 = 20.0;
-/// Evidence against a place beyond which it does not matter how much there is.
-const LOWEST: f32 = -400.0;
+/// A frame of the newest piece of ground takes the place of the one that stands for it if it has so many times its texture. Chosen: what is
+/// gained by less is not worth the work.
+const BETTER: f32 = 1.1;
 /// Share of the smaller side of a footprint by which the vehicle has to have come from ground that has been added.
 const FRESH: f32 = 0.75;
 /// Pieces of ground that are remembered. Chosen: a circle of as many footprints is flown for the second time after a minute or more.
@@ -49,13 +52,14 @@ const STEP_MAX_US: i32 = 9_000_000;
 /// Share by which the surface is moved to where least squares have found the nadir. Chosen: a velocity that is off is made good over a few
 /// of them.
 const GAIN: f32 = 0.3;
+/// Weight of a frame in the share of those of which least squares hold, and the share from which on the map is of the ground's own year. Within a
+/// year nine of ten frames hold, between years one of a hundred.
+const HOLDING_GAIN: f32 = 0.125;
+const HOLDING_MIN: f32 = 0.5;
 /// Evidence of least squares that hold, and for places within so many shifts. Of 23,000 wrong peaks one had such a solution: as much as decides
 /// by itself.
 const HELD: f32 = 250.0;
 const HELD_STEPS: f32 = 1.5;
-/// Dilation below so many shifts is none, one sigma.
-const DRIFT_MIN: f32 = 0.1;
-
 /// The place that a surface has decided for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decided {
@@ -68,9 +72,10 @@ pub struct Decided {
 /// Evidence for each place.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    evidence: Scores,
-    /// That of a place which no frame has looked at.
-    unseen: f32,
+    places: Places,
+    /// What they were before the newest piece of ground, and the texture of the frame that stands for that.
+    before: Kept,
+    texture: f32,
     /// The nadir at the shift in the middle.
     middle: Local,
     moment: Moment,
@@ -78,9 +83,14 @@ pub struct Surface {
     drift_m: f32,
     /// The way flown, and where it was when ground was added.
     gone: Local,
-    /// The newest frame's ground has not been counted before.
+    /// The newest frame's ground has not been counted before, or is the newest piece that has.
     is_fresh: bool,
+    is_newest: bool,
     grounds: Deque<Local, GROUNDS>,
+    /// The newest frame was by itself where all of them have decided.
+    pub agreed: bool,
+    /// Share of the last frames of which least squares held.
+    holding: f32,
 }
 
 impl Default for Surface {
@@ -94,14 +104,18 @@ impl Surface {
     pub const fn new() -> Self {
         let origin = Local { east_m: 0.0, north_m: 0.0 };
         Surface {
-            evidence: [[0.0; SHIFTS]; SHIFTS],
-            unseen: 0.0,
+            places: Places::new(),
+            before: Kept::new(),
+            texture: 0.0,
             middle: origin,
             moment: Moment { at: Micros(0), velocity_m_per_s: [0.0; 2] },
             drift_m: 0.0,
             gone: origin,
             is_fresh: false,
+            is_newest: false,
             grounds: Deque::new(),
+            agreed: false,
+            holding: 0.5,
         }
     }
 
@@ -135,10 +149,14 @@ impl Surface {
     ///
     /// `side_m`: smaller side of the frame's footprint.
     pub fn around(&mut self, nadir: Local, expected: (Local, f32), side_m: f32, px_m: f32) -> (i16, i16) {
-        self.is_fresh = self.grounds.iter().all(|ground| ground.off_m(self.gone) >= FRESH * side_m);
+        let is_other = |ground: &Local| ground.off_m(self.gone) >= FRESH * side_m;
+        let mut grounds = self.grounds.iter().rev();
+        let newest = grounds.next().is_none_or(is_other);
+        let others = grounds.all(is_other);
+        (self.is_fresh, self.is_newest) = (newest && others, !newest && others);
         if self.grounds.is_empty() {
             (self.middle, self.drift_m) = (nadir, 0.0);
-            self.begin(expected, px_m);
+            self.places = Places::expected(self.steps(expected.0, px_m), expected.1 / (f32::from(STEP_PX) * px_m));
             return (0, 0);
         }
         let off = |metres: f32| round((metres / px_m).clamp(-1e3, 1e3)) as i16;
@@ -153,35 +171,21 @@ impl Surface {
         (by.0 - STEP_PX * cols, by.1 - STEP_PX * rows)
     }
 
-    /// What the navigation says, as evidence: of no more weight than a piece of ground.
-    fn begin(&mut self, (expected, sigma_m): (Local, f32), px_m: f32) {
-        let step_m = f32::from(STEP_PX) * px_m;
-        let cost = if sigma_m > 0.0 { 0.5 * NAT * squared(step_m / sigma_m) } else { 0.0 };
-        let off = ((expected.east_m - self.middle.east_m) / step_m, (self.middle.north_m - expected.north_m) / step_m);
-        for (line, row) in self.evidence.iter_mut().zip(0i16..) {
-            for (own, col) in line.iter_mut().zip(0i16..) {
-                let apart = (f32::from(col - MIDDLE as i16) - off.0, f32::from(row - MIDDLE as i16) - off.1);
-                *own = (-cost * (squared(apart.0) + squared(apart.1))).max(-CAP);
-            }
-        }
-        self.unseen = if cost > 0.0 { -CAP } else { 0.0 };
-    }
-
     /// Moves the middle by so many shifts to the left and upwards.
     fn shift(&mut self, cols: i16, rows: i16, px_m: f32) {
         if (cols, rows) == (0, 0) {
             return;
         }
-        let from = |at: usize, by: i16| usize::try_from(at as i16 - by).ok();
         let step_m = f32::from(STEP_PX) * px_m;
         self.middle = self.middle.moved([-f32::from(cols) * step_m, f32::from(rows) * step_m]);
-        let before = self.evidence;
-        for (row, line) in self.evidence.iter_mut().enumerate() {
-            for (col, own) in line.iter_mut().enumerate() {
-                let place = from(row, rows).and_then(|row| before.get(row)?.get(from(col, cols)?));
-                *own = place.copied().unwrap_or(self.unseen);
-            }
-        }
+        self.places.shift(cols, rows);
+        self.before.shift(cols, rows);
+    }
+
+    /// Steps from the middle to a place, (columns, rows).
+    fn steps(&self, place: Local, px_m: f32) -> (f32, f32) {
+        let step_m = f32::from(STEP_PX) * px_m;
+        ((place.east_m - self.middle.east_m) / step_m, (self.middle.north_m - place.north_m) / step_m)
     }
 }
 
@@ -196,46 +200,33 @@ impl Surface {
         }
         // There is room.
         let _ = self.grounds.push_back(self.gone);
-        let sigma = core::mem::take(&mut self.drift_m) / (f32::from(STEP_PX) * px_m);
-        if sigma > DRIFT_MIN {
-            widen(&mut self.evidence, 0.5 * NAT / squared(sigma));
-        }
+        self.places.widen(core::mem::take(&mut self.drift_m) / (f32::from(STEP_PX) * px_m));
+        self.before = Kept::of(&self.places);
     }
 
-    /// Adds the scores of a frame, if its ground is fresh.
+    /// Adds the scores of a frame whose ground is fresh, or the newest and better seen than before.
     pub fn add(&mut self, frame: &Frame<'_>, px_m: f32) {
-        if !self.is_fresh {
+        if self.is_fresh {
+            self.count_ground(px_m);
+        } else if self.is_newest && frame.texture > BETTER * self.texture {
+            self.places = self.before.places();
+        } else {
             return;
         }
-        self.count_ground(px_m);
-        let least = frame.weight * frame.top.score - CAP;
-        let of = |score: f32| (frame.weight * score).max(least);
-        for (own, score) in self.evidence.as_flattened_mut().iter_mut().zip(frame.scores.as_flattened()) {
-            *own += of(*score);
-        }
-        self.unseen += of(0.0);
-        self.settle();
-    }
-
-    /// The highest is 0, and what lies far below no lower than it must; where the highest is.
-    fn settle(&mut self) -> Top {
-        let top = Top::of(&self.evidence);
-        for own in self.evidence.as_flattened_mut().iter_mut().chain([&mut self.unseen]) {
-            *own = (*own - top.score).max(LOWEST);
-        }
-        Top { score: 0.0, ..top }
+        self.texture = frame.texture;
+        self.places.add(frame.scores, frame.weight, frame.top.score);
+        self.places.settle();
     }
 
     /// Where all of it puts the nadir, if that is not on the border.
     pub fn top(&self, px_m: f32) -> Option<Decided> {
-        let top = Top::of(&self.evidence);
-        let nadir = self.nadir(&top, px_m)?;
-        Some(Decided { nadir, risk: risk(top.score - top.second(&self.evidence).max(self.unseen)) })
+        let (top, second) = self.places.highest();
+        Some(Decided { nadir: self.nadir(&top, px_m)?, risk: risk(top.score - second) })
     }
 
     /// The nadir of the parabolas through a top, if that is not on the border.
     fn nadir(&self, top: &Top, px_m: f32) -> Option<Local> {
-        let at = |row: usize, col: usize| self.evidence.get(row).and_then(|line| line.get(col)).copied();
+        let at = |row: usize, col: usize| self.places.evidence.get(row).and_then(|line| line.get(col)).copied();
         let (above, left) = (top.row.checked_sub(1)?, top.col.checked_sub(1)?);
         let of = |before: f32, after: f32| vertex(before, top.score, after);
         let cols = top.col as f32 - MIDDLE as f32 + of(at(top.row, left)?, at(top.row, top.col + 1)?);
@@ -246,28 +237,31 @@ impl Surface {
 
     /// Whether a frame alone says as much as it must, and says that it is where all frames together are, within a step.
     pub fn agrees(&self, frame: &Frame<'_>) -> bool {
-        frame.lead >= ALONE && frame.top.apart(&Top::of(&self.evidence)) <= 1
+        frame.lead >= ALONE && frame.top.apart(&Top::of(&self.places.evidence)) <= 1
+    }
+
+    /// Counts a frame of which least squares held, or did not.
+    pub fn count(&mut self, holds: bool) {
+        self.holding += HOLDING_GAIN * (f32::from(u8::from(holds)) - self.holding);
+    }
+
+    /// Whether the map seems to be of another year than the ground: least squares hold of few frames.
+    pub fn is_another_year(&self) -> bool {
+        self.holding < HOLDING_MIN
     }
 
     /// Least squares hold at a nadir: evidence against every place further off than what is called a wrong match. Where it is the place that
     /// is worth most the surface is moved a little, so that it is there.
     pub fn held(&mut self, nadir: Local, px_m: f32) {
+        // Nothing takes the place of what is that certain.
         if self.is_fresh {
             self.count_ground(px_m);
+            self.texture = f32::MAX;
         }
-        let step_m = f32::from(STEP_PX) * px_m;
-        let (east_m, north_m) = (nadir.east_m - self.middle.east_m, nadir.north_m - self.middle.north_m);
-        let (col, row) = (MIDDLE as f32 + east_m / step_m, MIDDLE as f32 - north_m / step_m);
-        let evidence = if self.is_fresh { HELD } else { 0.0 };
-        for (line, at) in self.evidence.iter_mut().zip(0..) {
-            for (own, beside) in line.iter_mut().zip(0..) {
-                if (at as f32 - row).abs().max((beside as f32 - col).abs()) > HELD_STEPS {
-                    *own -= evidence;
-                }
-            }
-        }
-        self.unseen -= evidence;
-        let top = self.settle();
+        let (cols, rows) = self.steps(nadir, px_m);
+        let (col, row) = (MIDDLE as f32 + cols, MIDDLE as f32 + rows);
+        self.places.hold(if self.is_fresh { HELD } else { 0.0 }, (col, row), HELD_STEPS);
+        let top = self.places.settle();
         let is_there = (top.row as f32 - row).abs().max((top.col as f32 - col).abs()) <= HELD_STEPS;
         if is_there && let Some(before) = self.nadir(&top, px_m) {
             self.found(before, nadir);
@@ -278,6 +272,7 @@ impl Surface {
     pub fn found(&mut self, before: Local, nadir: Local) {
         let by = [nadir.east_m - before.east_m, nadir.north_m - before.north_m];
         self.middle = self.middle.moved(by.map(|metres| GAIN * metres));
+        self.drift_m *= 1.0 - GAIN;
     }
 }
 
@@ -286,8 +281,9 @@ impl Surface {
 pub struct Frame<'s> {
     scores: &'s Scores,
     top: Top,
-    /// Evidence of a score of 1.
+    /// Evidence of a score of 1, and what it would be if it were not limited.
     weight: f32,
+    texture: f32,
     /// What the top has more than all that is away from it, evidence.
     lead: f32,
 }
@@ -299,56 +295,10 @@ impl<'s> Frame<'s> {
     /// beside that.
     pub fn new(scores: &'s Scores, valid: u32) -> Self {
         let top = Top::of(scores);
-        let weight = valid as f32 * top.curvature(scores).max(CURVATURE_MIN);
-        let lead = weight * (top.score - top.second(scores));
-        let weight = if lead > CAP { weight * (CAP / lead) } else { weight };
-        Frame { scores, top, weight, lead: lead.min(CAP) }
-    }
-}
-
-/// The highest of a surface.
-#[derive(Clone, Copy, Debug)]
-struct Top {
-    row: usize,
-    col: usize,
-    score: f32,
-}
-
-impl Top {
-    fn of(scores: &Scores) -> Self {
-        let mut top = Top { row: 0, col: 0, score: f32::MIN };
-        for (row, line) in scores.iter().enumerate() {
-            for (col, &score) in line.iter().enumerate() {
-                if score > top.score {
-                    top = Top { row, col, score };
-                }
-            }
-        }
-        top
-    }
-
-    /// Steps to another one, the larger of both axes.
-    fn apart(&self, other: &Top) -> usize {
-        self.row.abs_diff(other.row).max(self.col.abs_diff(other.col))
-    }
-
-    /// The highest off the main lobe.
-    fn second(&self, scores: &Scores) -> f32 {
-        let others = scores
-            .iter()
-            .enumerate()
-            .flat_map(|(row, line)| line.iter().enumerate().map(move |(col, &score)| Top { row, col, score }));
-        others.filter(|other| self.apart(other) > LOBE).fold(f32::MIN, |second, other| second.max(other.score))
-    }
-
-    /// Four times the score less the four beside it; on the border, that of the one beside.
-    fn curvature(&self, scores: &Scores) -> f32 {
-        let (row, col) = (self.row.clamp(1, SHIFTS - 2), self.col.clamp(1, SHIFTS - 2));
-        4.0 * scores[row][col]
-            - scores[row - 1][col]
-            - scores[row + 1][col]
-            - scores[row][col - 1]
-            - scores[row][col + 1]
+        let texture = valid as f32 * top.curvature(scores).max(CURVATURE_MIN);
+        let lead = texture * (top.score - top.second(scores));
+        let weight = if lead > CAP { texture * (CAP / lead) } else { texture };
+        Frame { scores, top, weight, texture, lead: lead.min(CAP) }
     }
 }
 
@@ -356,24 +306,6 @@ impl Top {
 fn risk(lead: f32) -> f32 {
     let log_odds = ALWAYS - EVIDENCE * exp(POWER * ln(lead.max(f32::MIN_POSITIVE)));
     1.0 / (1.0 + exp(-log_odds))
-}
-
-/// Each place takes over from the one that is worth most less what the way from there costs, `cost` times its square.
-fn widen(evidence: &mut Scores, cost: f32) {
-    let best = |line: &[f32; SHIFTS], at: usize| {
-        let from = line.iter().enumerate().map(|(from, own)| own - cost * squared(from as f32 - at as f32));
-        from.fold(f32::MIN, f32::max)
-    };
-    for line in evidence.iter_mut() {
-        let before = *line;
-        *line = core::array::from_fn(|at| best(&before, at));
-    }
-    for col in 0..SHIFTS {
-        let before: [f32; SHIFTS] = core::array::from_fn(|row| evidence[row][col]);
-        for (row, line) in evidence.iter_mut().enumerate() {
-            line[col] = best(&before, row);
-        }
-    }
 }
 
 #[cfg(test)]

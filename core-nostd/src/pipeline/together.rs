@@ -61,17 +61,21 @@ impl<'t> Pipeline<'t> {
             return;
         }
         let Some(sought) = self.sought(situation, matched) else { return };
+        let agreed = core::mem::take(&mut self.navigation.surface.agreed);
         let decided = self.decided(sought.px_m);
         if let Ok(shift) = accepted
             && self.confirmed(matched) == Ok(true)
         {
             let nadir = self.tile.local(matched.centre.0 + shift.d_col, matched.centre.1 + shift.d_row);
             self.navigation.surface.held(nadir, sought.px_m);
+            self.navigation.surface.count(true);
             matched.is_decided = decided.is_some();
             matched.is_elsewhere = decided.is_some_and(|decided| !sought.is_near(nadir, &decided));
-            (matched.found.accepted, matched.risk) = (accepted, CONFIRMED_RISK);
+            self.navigation.surface.agreed = decided.is_some() && !matched.is_elsewhere;
+            (matched.found.accepted, matched.risk) = (Ok(self.of_year(shift)), CONFIRMED_RISK);
             return;
         }
+        self.navigation.surface.count(false);
         let Ok((decided, own)) = self.looked(matched, accepted.is_err(), &sought) else { return };
         (matched.is_decided, matched.by_place) = (decided.is_some(), decided.is_some());
         let Some(decided) = decided else { return };
@@ -80,7 +84,9 @@ impl<'t> Pipeline<'t> {
             && sought.is_near(at(&found), &decided)
         {
             self.navigation.surface.held(at(&found), sought.px_m);
-            (matched.found, matched.risk) = (found, CONFIRMED_RISK);
+            self.navigation.surface.agreed = true;
+            let accepted = found.accepted.map(|shift| self.of_year(shift));
+            (matched.found, matched.risk) = (Match { accepted, ..found }, CONFIRMED_RISK);
             return;
         }
         // What least squares found counts as a top that is less certain than they say.
@@ -88,10 +94,18 @@ impl<'t> Pipeline<'t> {
         let (col, row) = self.tile.pixel(decided.nadir);
         let together = (col - matched.centre.0, row - matched.centre.1);
         let own = own.and_then(|found| beside(found, together)).or_else(|| beside(by_itself?, together));
-        if let Some(found) = own {
+        // Between years the first frame that agrees is ten times as often wrong as those behind it.
+        let counts = agreed || !self.navigation.surface.is_another_year();
+        self.navigation.surface.agreed = own.is_some();
+        if let Some(found) = own.filter(|_| counts) {
             self.navigation.surface.found(decided.nadir, at(&found));
             (matched.found, matched.risk) = (found, decided.risk + BESIDE_RISK);
         }
+    }
+
+    /// A match of least squares, as uncertain as two years make it where the map is of another one.
+    fn of_year(&self, shift: Shift) -> Shift {
+        if self.navigation.surface.is_another_year() { between_years(shift) } else { shift }
     }
 
     /// Where all frames together put the nadir, once they have decided.
@@ -174,7 +188,10 @@ impl Sought<'_> {
 fn beside(found: Match, (col, row): (f32, f32)) -> Option<Match> {
     let shift = found.accepted.ok()?;
     let apart = hypot(col - shift.d_col, row - shift.d_row);
+    (apart <= APART_PX).then_some(Match { accepted: Ok(between_years(shift)), ..found })
+}
+
+fn between_years(shift: Shift) -> Shift {
     let by_place = Matrix2::identity() * squared(BY_PLACE_PX);
-    let shift = Shift { covariance: shift.covariance + by_place, ..shift };
-    (apart <= APART_PX).then_some(Match { accepted: Ok(shift), ..found })
+    Shift { covariance: shift.covariance + by_place, ..shift }
 }

@@ -72,7 +72,7 @@ impl<'s> Cockpit<'s> {
             setup,
             link,
             truth: Truth::new(setup),
-            streams: Streams::new(&setup.scenario, setup.payload.mount, setup.convergence_rad),
+            streams: streams(setup),
             timer: TimerModel::new(&setup.scenario),
             pulse_jitter: White::new(setup.scenario.vehicle.timer.pps_jitter_us, setup.scenario.run.seed, "pps"),
             edges: if is_told { VecDeque::new() } else { line_edges(&setup.scenario).into() },
@@ -339,6 +339,15 @@ impl<'s> Cockpit<'s> {
             track: track.map(|track| Track { gnss: self.told.gnss, ..track }),
         }
     }
+}
+
+/// The vehicle's sensors. What a table says is told as it is: the laser adds nothing of its own.
+fn streams(setup: &Setup) -> Streams {
+    let mut scenario = setup.scenario.clone();
+    if setup.pictures.is_some() {
+        scenario.vehicle.range.sigma_m = 0.0;
+    }
+    Streams::new(&scenario, setup.payload.mount, setup.convergence_rad)
 }
 
 /// The scenario's autopilot. One that navigates has satellite navigation from the beginning until it is lost.

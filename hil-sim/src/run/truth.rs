@@ -19,7 +19,9 @@ const AROUND_US: u64 = 10_000;
 pub(super) enum Truth<'s> {
     /// A function of time.
     Given(&'s Motion),
-    /// Likewise, but for the servo.
+    /// Likewise, and its navigation is told without an error of ours.
+    Told(&'s Motion),
+    /// As the first, but for the servo.
     Driven(&'s Motion, RefCell<DrivenServo>),
     /// The loop of autopilot, firmware and vehicle.
     Aloft(Box<RefCell<Aloft>>),
@@ -43,6 +45,9 @@ impl Around<'_> {
 impl<'s> Truth<'s> {
     pub(super) fn new(setup: &'s Setup) -> Self {
         let scenario = &setup.scenario;
+        if setup.pictures.is_some() {
+            return Truth::Told(&setup.motion);
+        }
         let course = setup.course.as_ref();
         if let Some(aloft) = course.and_then(|course| Aloft::new(scenario, setup.payload.mount, course)) {
             return Truth::Aloft(Box::new(RefCell::new(aloft)));
@@ -57,7 +62,7 @@ impl<'s> Truth<'s> {
     /// The firmware has sent a command for the servo.
     pub(super) fn command(&mut self, at_us: u64, angle_rad: f64) {
         match self {
-            Truth::Given(_) => {}
+            Truth::Given(_) | Truth::Told(_) => {}
             Truth::Driven(_, servo) => servo.get_mut().command(at_us, angle_rad),
             Truth::Aloft(aloft) => aloft.get_mut().command(at_us, angle_rad),
         }
@@ -78,7 +83,7 @@ impl<'s> Truth<'s> {
     /// What the autopilot's receiver of satellite navigation has handed over by an instant, where one is simulated.
     pub(super) fn received(&self, t_us: u64) -> Option<Option<Received>> {
         match self {
-            Truth::Given(_) | Truth::Driven(..) => None,
+            Truth::Given(_) | Truth::Told(_) | Truth::Driven(..) => None,
             Truth::Aloft(aloft) => Some(aloft.borrow_mut().received(t_us)),
         }
     }
@@ -95,7 +100,7 @@ impl<'s> Truth<'s> {
         let margin_us = rolling_us.div_ceil(2) + AROUND_US;
         let (from_us, to_us) = (exposure.open_us.saturating_sub(margin_us), exposure.close_us + margin_us);
         match self {
-            Truth::Given(motion) => Around::Given(motion),
+            Truth::Given(motion) | Truth::Told(motion) => Around::Given(motion),
             Truth::Driven(motion, servo) => {
                 Around::Cut(Motion::recorded(driven(motion, &mut servo.borrow_mut(), from_us, to_us)))
             }
@@ -106,7 +111,7 @@ impl<'s> Truth<'s> {
     /// What was flown until `end_us`, where it was not known beforehand.
     pub(super) fn finish(self, end_us: u64) -> (Option<Vec<Recorded>>, Option<Track>) {
         match self {
-            Truth::Given(_) => (None, None),
+            Truth::Given(_) | Truth::Told(_) => (None, None),
             Truth::Driven(motion, servo) => (Some(driven(motion, &mut servo.into_inner(), 0, end_us)), None),
             Truth::Aloft(aloft) => {
                 let (motion, track) = aloft.into_inner().finish();
@@ -119,7 +124,7 @@ impl<'s> Truth<'s> {
 impl Sensed for Truth<'_> {
     fn state(&self, t_us: u64) -> TrueState {
         match self {
-            Truth::Given(motion) => motion.state(t_us),
+            Truth::Given(motion) | Truth::Told(motion) => motion.state(t_us),
             Truth::Driven(motion, servo) => {
                 TrueState { follow_up_rad: servo.borrow_mut().at(t_us), ..motion.state(t_us) }
             }
@@ -130,13 +135,14 @@ impl Sensed for Truth<'_> {
     fn in_gap(&self, t_us: u64) -> bool {
         match self {
             Truth::Given(motion) | Truth::Driven(motion, _) => motion.in_gap(t_us),
-            Truth::Aloft(_) => false,
+            Truth::Told(_) | Truth::Aloft(_) => false,
         }
     }
 
     fn believed(&self, t_us: u64) -> Option<TrueState> {
         match self {
             Truth::Given(_) | Truth::Driven(..) => None,
+            Truth::Told(motion) => Some(motion.state(t_us)),
             Truth::Aloft(aloft) => Some(aloft.borrow_mut().believed(t_us)),
         }
     }

@@ -32,7 +32,8 @@ pub fn truth_px(report: &FrameReport, true_m: [f64; 2], resolution_m: f64) -> Op
 }
 
 /// What a risk in decibels below 1 is.
-fn probability(risk: Risk) -> f64 {
+#[must_use]
+pub fn probability(risk: Risk) -> f64 {
     10f64.powf(-0.1 * f64::from(risk.0))
 }
 

@@ -109,6 +109,55 @@ fn the_same_ground_counts_once() {
     assert_eq!(flight.top(), first);
 }
 
+/// Until other ground comes, what is seen better stands for it; it still counts once.
+#[test]
+fn of_the_newest_ground_the_frame_of_most_texture_counts() {
+    let mut flight = Flight::new();
+    flight.seen(&[([3.0, 0.0], 0.2), ([0.0, 0.0], 0.1)]);
+    assert!(flight.off_m() > 2.0 * STEP_M);
+    flight.seen(&[([0.0, 0.0], 0.9), ([3.0, 0.0], 0.5)]);
+    assert!(flight.off_m() < 0.2 * STEP_M, "{:?}", flight.top());
+    // The one before is gone, and one of less texture changes nothing.
+    let mut alone = Flight::new();
+    alone.frame = 1;
+    alone.seen(&[([0.0, 0.0], 0.9), ([3.0, 0.0], 0.5)]);
+    let near = |a: f32, b: f32| (a - b).abs() < 0.05 * b;
+    assert!(near(flight.top().risk, alone.top().risk), "{:?} {:?}", flight.top(), alone.top());
+    let before = flight.top().risk;
+    flight.seen(&[([-3.0, 0.0], 0.3)]);
+    assert_eq!(flight.top().risk, before);
+}
+
+/// A velocity may be off by much, but the place was found a moment ago.
+#[test]
+fn what_was_found_does_not_drift_away() {
+    let risk = |found: bool| {
+        let mut flight = Flight { sigma_m_per_s: 2.0, ..Flight::new() };
+        for _ in 0..10 * FRAMES {
+            flight.seen(&[([0.0, 0.0], 0.3), ([3.0, 0.0], 0.1)]);
+            if found {
+                let truth = flight.truth();
+                flight.surface.found(truth, truth);
+            }
+        }
+        flight.top().risk
+    };
+    assert!(risk(true) < RISK_MAX && risk(false) > RISK_MAX, "{} {}", risk(true), risk(false));
+}
+
+#[test]
+fn a_map_of_another_year_is_known_by_what_does_not_hold() {
+    let mut surface = Surface::new();
+    assert!(!surface.is_another_year());
+    surface.count(false);
+    assert!(surface.is_another_year());
+    (0..9).for_each(|_| surface.count(true));
+    surface.count(false);
+    assert!(!surface.is_another_year());
+    (0..6).for_each(|_| surface.count(false));
+    assert!(surface.is_another_year());
+}
+
 /// However clear it is.
 #[test]
 fn a_piece_of_ground_says_no_more_than_it_can() {

@@ -1,0 +1,165 @@
+//! `frames.csv`: the frames of a flight, where the navigation had each and how the camera was turned.
+
+use plumbline_survey::error::InputError;
+use plumbline_survey::io::table::{Table as Csv, text_of};
+use std::f64::consts::FRAC_PI_2;
+use std::path::{Path, PathBuf};
+
+/// Columns that every table has beside `file`.
+const COLUMNS: [&str; 6] = ["east_m", "north_m", "height_m", "heading_deg", "pitch_deg", "roll_deg"];
+/// Columns of a table that knows the truth.
+const TRUTH: [&str; 2] = ["true_east_m", "true_north_m"];
+/// A flight of two frames is none.
+const ROWS_MIN: usize = 3;
+
+/// A frame of the flight.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its picture.
+    pub file: PathBuf,
+    /// Where the navigation had it, grid east and north, metres.
+    pub place_m: [f64; 2],
+    /// Height above the ground below, metres.
+    pub height_m: f64,
+    /// Heading clockwise from grid north, pitch nose up, roll right side down; radians.
+    pub attitude_rad: [f64; 3],
+    /// Where it really was, grid east and north, metres.
+    pub truth_m: Option<[f64; 2]>,
+}
+
+/// A flight's frames in their order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// What messages call it.
+    pub name: String,
+    /// At least three.
+    pub rows: Vec<Row>,
+    /// Lines of the file that they stand on.
+    pub lines: Vec<usize>,
+}
+
+impl Table {
+    /// Reads a table. Pictures are looked for from its folder on.
+    ///
+    /// # Errors
+    /// One sentence with the line and the column: a column that is missing, no number, a height or an angle that cannot be meant.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let (text, name) = text_of(path)?;
+        Self::parse(&text, name, path.parent().unwrap_or(Path::new("")))
+    }
+
+    fn parse(text: &str, name: String, folder: &Path) -> Result<Self, InputError> {
+        let csv = Csv::parse(text, name.clone())?;
+        let file = csv.column("file")?;
+        let columns = csv.columns(COLUMNS)?;
+        let knows_truth = TRUTH.iter().any(|column| csv.header.contains(column));
+        let truth = knows_truth.then(|| csv.columns(TRUTH)).transpose()?;
+        if csv.rows.len() < ROWS_MIN {
+            let count = csv.rows.len();
+            return Err(InputError::new(format!(
+                "{name} has {count} frames, at least {ROWS_MIN} are needed for a flight"
+            )));
+        }
+        let row = |index: usize| {
+            let [east_m, north_m, height_m, heading_deg, pitch_deg, roll_deg] = csv.numbers_of(index, columns)?;
+            let wrong = |column: usize, what: &str| Err(csv.wrong(index, columns[column], what));
+            if height_m <= 0.0 {
+                return wrong(2, "no height above the ground: it must be above 0");
+            }
+            if heading_deg.abs() > 360.0 {
+                return wrong(3, "no heading in degrees from −360 to 360");
+            }
+            if pitch_deg.abs() >= 90.0 {
+                let hint = "not between −90 and 90: 0 is a camera that looks straight down, so a gimbal's pitch of −90 is 0 here";
+                return wrong(4, hint);
+            }
+            if roll_deg.abs() > 180.0 {
+                return wrong(5, "no roll in degrees from −180 to 180");
+            }
+            Ok(Row {
+                file: folder.join(csv.rows[index].1[file]),
+                place_m: [east_m, north_m],
+                height_m,
+                attitude_rad: [heading_deg, pitch_deg, roll_deg].map(f64::to_radians),
+                truth_m: truth.map(|columns| csv.numbers_of(index, columns)).transpose()?,
+            })
+        };
+        let rows = (0..csv.rows.len()).map(row).collect::<Result<Vec<Row>, InputError>>()?;
+        let lines = csv.rows.iter().map(|(line, _)| *line).collect();
+        let table = Table { name, rows, lines };
+        table.gimbal()?;
+        Ok(table)
+    }
+
+    /// A gimbal's pitch of −90 that is a little off passes as an angle, but no camera looks at the horizon in every frame.
+    fn gimbal(&self) -> Result<(), InputError> {
+        if self.rows.iter().any(|row| row.attitude_rad[1].abs() < 0.75 * FRAC_PI_2) {
+            return Ok(());
+        }
+        Err(InputError::new(format!(
+            "{}, pitch_deg: every frame looks at the horizon; 0 is a camera that looks straight down, so to a gimbal's pitch add 90",
+            self.name
+        )))
+    }
+
+    /// From each frame to the next, metres.
+    pub fn steps_m(&self) -> impl Iterator<Item = f64> + '_ {
+        self.rows.windows(2).map(|pair| {
+            let [a, b] = [pair[0].place_m, pair[1].place_m];
+            (b[0] - a[0]).hypot(b[1] - a[1])
+        })
+    }
+
+    /// Whether the truth is known.
+    #[must_use]
+    pub fn knows_truth(&self) -> bool {
+        self.rows.iter().all(|row| row.truth_m.is_some())
+    }
+
+    /// Where a row is, for messages.
+    #[must_use]
+    pub fn line(&self, index: usize) -> String {
+        format!("{}, line {}", self.name, self.lines.get(index).copied().unwrap_or_default())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str = "file,east_m,north_m,height_m,heading_deg,pitch_deg,roll_deg";
+
+    fn parse(text: &str) -> Result<Table, String> {
+        Table::parse(text, "f.csv".to_owned(), Path::new("there")).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_table_with_the_truth_and_one_without() {
+        let rows = "a.png,10,20,100,90,1,-2\nb.png,13,24,100,90,0,0\nc.png,13,24,101,-90,0,0\n";
+        let table = parse(&format!("{HEAD}\n{rows}")).expect("sound");
+        assert_eq!(table.rows[0].file, Path::new("there/a.png"));
+        assert_eq!(table.steps_m().collect::<Vec<_>>(), [5.0, 0.0]);
+        assert!(!table.knows_truth());
+        let rows = "a.png,10,20,100,90,1,-2,11,21\nb.png,13,24,100,90,0,0,1,2\nc.png,13,24,101,-90,0,0,1,2\n";
+        let table = parse(&format!("{HEAD},true_east_m,true_north_m\n{rows}")).expect("sound");
+        assert_eq!(table.rows[0].truth_m, Some([11.0, 21.0]));
+        assert!(table.knows_truth());
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_told_with_its_line() {
+        let row = |row: &str| format!("{HEAD}\na.png,1,2,100,0,0,0\nb.png,1,2,100,0,0,0\n{row}\n");
+        for (text, wanted) in [
+            (row("c.png,1,2,0,0,0,0"), "f.csv, line 4: height_m"),
+            (row("c.png,1,2,100,400,0,0"), "heading_deg"),
+            (row("c.png,1,2,100,0,-90,0"), "gimbal"),
+            (row("c.png,1,2,100,0,0,x"), "roll_deg"),
+            (format!("{HEAD}\na.png,1,2,100,0,0,0\n"), "1 frames"),
+            (format!("{HEAD},true_east_m\na.png,1,2,100,0,0,0,0\n"), "true_north_m"),
+            (format!("{HEAD}\na,1,2,9,0,-89,0\nb,1,2,9,0,-89,0\nc,1,2,9,0,-88,0\n"), "add 90"),
+        ] {
+            let error = parse(&text).expect_err(wanted);
+            assert!(error.contains(wanted), "{error}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! `plumbline evaluate`: the frames of a flight, here a simulated one's, through the board's own chain.
+
+use crate::folder::Folder;
+use crate::refusals::Refusals;
+use plumbline_tests::vectors::number;
+use serde_json::Value;
+use std::fmt::Write;
+
+const CAMERA: &str =
+    "cols = 160\nrows = 120\nfov_h_deg = 60.0\nfov_v_deg = 46.8264\noffset_m_px = 0.0\noffset_n_px = 0.0\n";
+/// The flight's ground is its reference.
+const FLY: &str = "fly --ground ground.tif --frames 40 --seed 5 --dump 40 --out flown --set camera_file=camera.toml \
+     --set follow_up.mode=fixed --set resolution_m=5.0 --set flight.height_m=[190,200] --set flight.speed_m_s=20.0 \
+     --set frame_interval_ms=2000 --set noise_dn=2.0";
+const EVALUATE: &str =
+    "evaluate --frames frames.csv --camera camera.toml --reference ground.tif --resolution-m 5 --out out --json";
+
+/// A flight with its frames, and the table of them: positions off by `off` metres east, with the truth or without.
+fn flown(name: &str, more: &str, off_m: f64, knows_truth: bool) -> Folder {
+    let folder = Folder::with_ground(name);
+    folder.write("camera.toml", CAMERA);
+    folder.run(&format!("{FLY} {more}")).done();
+    table(&folder, off_m, knows_truth);
+    folder
+}
+
+fn table(folder: &Folder, off_m: f64, knows_truth: bool) {
+    let poses = folder.text("flown/poses.csv");
+    let mut table = "file,east_m,north_m,height_m,heading_deg,pitch_deg,roll_deg".to_owned();
+    table.push_str(if knows_truth { ",true_east_m,true_north_m\n" } else { "\n" });
+    for (index, line) in poses.lines().skip(1).enumerate() {
+        let pose: Vec<f64> = line.split(',').map(|field| field.parse().expect("a number")).collect();
+        let [east, north, height, heading, pitch, roll] = [1, 2, 3, 4, 5, 6].map(|column| pose[column]);
+        // A navigation's own noise, some decimetres.
+        let noise = 0.3 * (7.0 * index as f64).sin();
+        let place = [east + off_m + noise, north - noise];
+        let _ = write!(table, "flown/frame_{index:04}.png,{},{},{height},{heading},{pitch},{roll}", place[0], place[1]);
+        let _ = if knows_truth { writeln!(table, ",{east},{north}") } else { writeln!(table) };
+    }
+    folder.write("frames.csv", table);
+}
+
+fn platform(summary: &Value, key: &str, index: usize) -> f64 {
+    summary["platform"][key][index].as_f64().unwrap_or_else(|| panic!("{key}: {summary}"))
+}
+
+#[test]
+fn a_sound_flight_is_right_and_its_camera_sits_as_its_file_says() {
+    let folder = flown("evaluate-sound", "", 3.0, true);
+    let summary = folder.run(EVALUATE).json();
+    let [frames, accepted, right, wrong] = ["frames", "accepted", "right", "wrong"].map(|key| number(&summary, key));
+    assert!(frames == 40.0 && accepted >= 36.0 && right == accepted && wrong == 0.0, "{summary}");
+    assert_eq!(
+        (summary["judged_against"].as_str(), summary["corrected"].is_null()),
+        (Some("truth"), true),
+        "{summary}"
+    );
+    // The positions are 3 m too far east, so the fixes lie west of them.
+    let offset = [0, 1].map(|axis| summary["median_offset_m"][axis].as_f64().expect("an offset"));
+    assert!((offset[0] + 3.0).abs() < 0.4 && offset[1].abs() < 0.4, "{summary}");
+    assert!(number(&summary, "nees_mean") < 4.0, "{summary}");
+    let csv = folder.text("out/frames.csv");
+    assert_eq!(csv.lines().count(), 41, "{csv}");
+    assert_eq!(csv.lines().filter(|line| line.contains(".png,1,,")).count(), accepted as usize, "{csv}");
+    let page = folder.text("out/report.html");
+    assert!(page.contains("sits as its file says") && !page.contains("http:"), "a page that needs nothing but itself");
+    assert_eq!(serde_json::from_str::<Value>(&folder.text("out/report.json")).expect("JSON"), summary);
+    // Without the truth the common offset counts for none.
+    table(&folder, 3.0, false);
+    let run = folder.run(EVALUATE);
+    let summary = run.json();
+    assert_eq!(
+        (summary["judged_against"].as_str(), number(&summary, "wrong")),
+        (Some("median_offset"), 0.0),
+        "{summary}"
+    );
+}
+
+#[test]
+fn a_tilted_camera_is_told_from_a_shifted_map() {
+    let tilt = "--set mount.true_boresight={phi_deg=0.0,omega_deg=3.0,kappa_deg=0.0}";
+    let folder = flown("evaluate-tilted", tilt, -4.0, false);
+    let summary = folder.run(EVALUATE).json();
+    assert_eq!(summary["platform"]["separated"].as_bool(), Some(true), "{summary}");
+    let omega_deg = platform(&summary, "boresight_deg", 1);
+    assert!((omega_deg - 3.0).abs() < 0.3, "{summary}");
+    // The fixes lie 4 m east of positions that are 4 m too far west.
+    assert!((platform(&summary, "map_offset_m", 0) - 4.0).abs() < 0.5, "{summary}");
+    let corrected = &summary["corrected"];
+    assert!(number(corrected, "accepted") >= 36.0 && number(corrected, "wrong") == 0.0, "{summary}");
+    assert!(number(&summary, "wrong") > 0.0, "3 degrees at 195 m are 10 m, 2 pixels: {summary}");
+}
+
+#[test]
+fn a_table_that_cannot_be_meant_is_refused() {
+    let folder = flown("evaluate-bad", "", 0.0, false);
+    let sound = folder.text("frames.csv");
+    let mut refusals = Refusals::new(&folder);
+    let mut refuse = |text: String, wanted: &str| {
+        folder.write("frames.csv", text);
+        refusals.expect(EVALUATE, &[wanted]);
+    };
+    refuse(sound.replace("frame_0007", "frame_0777"), "line 9");
+    refuse(sound.replace("pitch_deg", "tilt_deg"), "pitch_deg");
+    let swapped = sound.replacen("east_m,north_m", "north_m,east_m", 1);
+    refuse(swapped, "swapped");
+    refuse(sound.lines().take(3).collect::<Vec<_>>().join("\n"), "at least 3");
+    folder.write("frames.csv", sound);
+    refusals.expect(&format!("{EVALUATE} --dem other.tif"), &["other.tif"]);
+    refusals.expect(&EVALUATE.replace("--out out", "--out flown/poses.csv"), &["not a folder"]);
+    refusals.done();
+}
