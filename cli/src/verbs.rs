@@ -4,6 +4,8 @@ mod adjust;
 mod attitude;
 mod boresight;
 mod calibrate;
+mod camera;
+mod completions;
 mod configuration;
 pub mod evaluate;
 mod exterior;
@@ -91,6 +93,10 @@ enum Verb {
     Plan(plan::Args),
     /// Adjust a problem of Bundle Adjustment in the Large
     Adjust(adjust::Args),
+    /// Make a camera file: from a preset, a field of view, or a calibration of OpenCV or OpenDroneMap
+    Camera(camera::Args),
+    /// Completions of verbs and options for a shell, to be sourced by it
+    Completions(completions::Args),
     /// Reproduce a paper's tables and say where and why they differ
     Reproduce(reproduce::Args),
     /// This command's verbs and options as Markdown, for docs/command-line.md
@@ -119,6 +125,8 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
         Verb::Boresight(args) => boresight::run(&args),
         Verb::Plan(args) => plan::run(&args),
         Verb::Adjust(args) => adjust::run(&args),
+        Verb::Camera(args) => camera::run(&args),
+        Verb::Completions(args) => completions::run(&args, &mut Cli::command()),
         Verb::Reproduce(args) => reproduce::run(&args),
         Verb::Markdown => Outcome::new(false, &(), || markdown::page(Cli::command())),
     }
@@ -129,7 +137,10 @@ pub fn one_sentence(error: &clap::Error) -> String {
     let text = error.render().to_string();
     let lines = text.lines().map(str::trim).take_while(|line| !line.is_empty() && !line.starts_with("Usage"));
     let sentence = lines.collect::<Vec<_>>().join(" ");
-    format!("plumbline: {}", sentence.strip_prefix("error: ").unwrap_or(&sentence))
+    // What was likely meant stands apart.
+    let meant = text.lines().find_map(|line| line.trim().strip_prefix("tip: a similar"));
+    let meant = meant.map_or_else(String::new, |meant| format!("; a similar{meant}"));
+    format!("plumbline: {}{meant}", sentence.strip_prefix("error: ").unwrap_or(&sentence))
 }
 
 /// A finite number.

@@ -8,6 +8,7 @@ pub mod annotation;
 pub mod device;
 pub mod inproc;
 pub mod line;
+pub mod mirror;
 pub mod mutants;
 pub mod pace;
 pub mod qemu;

@@ -34,6 +34,7 @@
 
 mod checksum;
 pub mod heads;
+pub mod imported;
 mod keys;
 pub mod mounting;
 mod parse;

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 #[test]
 fn bad_keys_and_faults_are_refused() {
-    let folder = Folder::new("fly-faults");
+    let folder = Folder::new("fly-faults-refused");
     folder.write("good.toml", "frames = 3\n[range]\nsigma_m = 0.2\n");
     let mut refusals = Refusals::new(&folder);
     for (set, names) in [

@@ -9,6 +9,7 @@ mod bad_options;
 mod bad_outputs;
 mod bad_pictures;
 mod bad_samples;
+mod beginning;
 mod boresight;
 mod calibrate;
 mod command;

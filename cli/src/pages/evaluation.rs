@@ -36,16 +36,12 @@ impl Page<'_> {
         let body = html! {
             (self.head())
             section {
-                h2 { "Where" }
-                div class="two" { (map) }
-            }
-            section {
-                h2 { "Camera and map" }
+                h2 { "Where, and how far off" }
                 p class="note" {
-                    "Offset of each fix from the " (self.zero()) ". A camera that sits otherwise than its file says moves fixes along with the heading: they "
-                    "gather beside the middle on the left. A map that is shifted as a whole moves all alike: they gather on the right."
+                    "Offset of each fix from the " (self.zero()) ". A camera that sits otherwise than its file says moves fixes along with the heading: "
+                    "along the camera’s axes they gather beside the middle. A map that is shifted as a whole moves all alike: along the map’s axes they do."
                 }
-                div class="two" { (offsets) }
+                div class="plots" { (map) (offsets) }
             }
             (self.refusals())
             (self.frames())

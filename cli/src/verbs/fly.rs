@@ -13,6 +13,7 @@ use indicatif::ProgressBar;
 use output::Output;
 use plumbline_charts::plot::PlotError;
 use plumbline_sim::link::inproc::InProcess;
+use plumbline_sim::link::mirror::{Mirror, Station};
 use plumbline_sim::link::pace::Patience;
 use plumbline_sim::link::qemu::{Qemu, default_image};
 use plumbline_sim::link::serial::Serial;
@@ -103,6 +104,19 @@ pub struct Args {
     /// Seconds to wait for each end of a live flight, and for the vehicle's first word
     #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = seconds)]
     wait_s: f64,
+    /// A ground station that watches the flight: udp:HOST:PORT or tcp:HOST:PORT
+    ///
+    /// What autopilot and firmware say to each other goes there as it is said: heartbeats, attitude, position, fixes, lines of
+    /// text. The flight then takes its own time, or less with --speed. A tcp: address is connected to where somebody listens; else
+    /// whoever connects to it may listen. Nothing that a ground station sends has an effect.
+    #[arg(long, value_name = "STATION", conflicts_with = "autopilot")]
+    mavlink: Option<Station>,
+    /// Simulated seconds in a second of a flight that is watched by --mavlink
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed, requires = "mavlink", allow_negative_numbers = true)]
+    speed: f64,
+    /// Fail, with exit code 1, where fewer percent of the frames have a fix
+    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_negative_numbers = true)]
+    require_rate: Option<f64>,
     /// Folder for fixes.csv, poses.csv, report.json and report.html; nothing is written unless given
     ///
     /// poses.csv is the truth: where the antenna was on the grid of fixes.csv, how high the camera above the ground, heading
@@ -146,6 +160,16 @@ fn seconds(text: &str) -> Result<f64, String> {
     if (0.1..=86_400.0).contains(&seconds) { Ok(seconds) } else { Err("not between 0.1 and 86400".to_owned()) }
 }
 
+fn speed(text: &str) -> Result<f64, String> {
+    let factor: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (0.01..=1000.0).contains(&factor) { Ok(factor) } else { Err("not between 0.01 and 1000".to_owned()) }
+}
+
+fn percent(text: &str) -> Result<f64, String> {
+    let percent: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (0.0..=100.0).contains(&percent) { Ok(percent) } else { Err("not between 0 and 100".to_owned()) }
+}
+
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let output = Output::check(args)?;
     if args.firmware.is_some() && args.link != Reach::Qemu {
@@ -166,7 +190,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     for note in setup.plan.iter().flat_map(|plan| &plan.notes) {
         outcome::note(note);
     }
-    let (mut link, mut linked) = link(args, &setup)?;
+    let (mut link, mut linked) = watched(args, link(args, &setup)?)?;
     let keep = Keep { first: args.dump.unwrap_or(0), every: frames.div_ceil(PICTURED).max(1) };
     let mut watch = Watch::new(progress::bar(frames.into(), "frame"))?;
     let (flight, aborted) = match fly(&setup, link.as_mut(), keep, &mut watch) {
@@ -193,7 +217,23 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(output) = &output {
         output.write(&report)?;
     }
+    let failure = failure.or_else(|| too_few(args, summary.accepted, summary.frames));
     Ok(Outcome::new(args.json, &summary, || text::table(&summary, args.out.as_deref()))?.failed(failure))
+}
+
+/// Why too few frames have a fix, if they are.
+fn too_few(args: &Args, accepted: usize, frames: usize) -> Option<String> {
+    let (required, rate) = (args.require_rate?, 100.0 * accepted as f64 / frames.max(1) as f64);
+    (rate < required)
+        .then(|| format!("{accepted} of {frames} frames have a fix, {rate:.1} %; --require-rate asks for {required} %"))
+}
+
+/// The link, with a ground station beside it where one watches.
+fn watched(args: &Args, (link, linked): (Box<dyn Link>, Linked)) -> Result<(Box<dyn Link>, Linked), Failure> {
+    Ok(match &args.mavlink {
+        Some(station) => (Box::new(Mirror::new(link, station, args.speed)?), linked),
+        None => (link, linked),
+    })
 }
 
 /// Shows how far the flight is, matches its raw frames, and ends it at an interrupt.

@@ -26,25 +26,31 @@ pub fn page(mut command: Command) -> String {
         let _ = writeln!(page, "| [{name}](#{name}) | {} |", words(verb.get_about()));
     }
     for verb in verbs {
-        section(&mut page, verb.clone());
+        section(&mut page, verb.get_name(), verb.clone());
     }
     page
 }
 
-fn section(page: &mut String, mut verb: Command) {
+fn section(page: &mut String, name: &str, mut verb: Command) {
     let about = verb.get_long_about().or(verb.get_about()).map(ToString::to_string).unwrap_or_default();
     let usage = verb.render_usage().to_string();
     let usage = usage.trim_start_matches("Usage:").trim();
-    let _ = writeln!(page, "\n## {}\n\n{about}\n\n    {usage}\n\n| argument | |\n|---|---|", verb.get_name());
+    let _ = writeln!(page, "\n## {name}\n\n{about}\n\n    {usage}");
+    let parts = || verb.get_subcommands().filter(|part| part.get_name() != "help");
+    if parts().next().is_some() {
+        parts().for_each(|part| section(page, &format!("{name} {}", part.get_name()), part.clone()));
+        return;
+    }
+    let _ = writeln!(page, "\n| argument | |\n|---|---|");
     let (points, options): (Vec<&Arg>, Vec<&Arg>) = verb.get_arguments().partition(|arg| arg.is_positional());
     let shown = points.into_iter().chain(options).filter(|arg| !arg.is_hide_set() && arg.get_id() != "help");
     for arg in shown {
-        let _ = writeln!(page, "| `{}` | {} |", name(arg), meaning(arg));
+        let _ = writeln!(page, "| `{}` | {} |", typed(arg), meaning(arg));
     }
 }
 
 /// As it is typed; a bar would end the cell.
-fn name(arg: &Arg) -> String {
+fn typed(arg: &Arg) -> String {
     let values = arg.get_value_names().filter(|_| arg.get_action().takes_values()).unwrap_or_default();
     let values = values.iter().map(|value| format!("<{value}>")).collect::<Vec<_>>().join(" ");
     let long = arg.get_long().map(|long| format!("--{long} ")).unwrap_or_default();

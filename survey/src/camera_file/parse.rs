@@ -26,6 +26,23 @@ const KEYS: [&str; 14] = [
     "covariance",
 ];
 
+/// Those that make a whole file.
+const NEEDED: [&str; 6] = ["cols", "rows", "fov_h_deg", "fov_v_deg", "offset_m_px", "offset_n_px"];
+
+/// Names all keys that are missing.
+fn is_whole(file: &Keys<'_>) -> Result<(), InputError> {
+    let missing: Vec<&str> = NEEDED.into_iter().filter(|key| !file.table.contains_key(*key)).collect();
+    let what = match missing.as_slice() {
+        [] => return Ok(()),
+        [one] => format!("the key {one} is"),
+        several => format!("the keys {} are", several.join(", ")),
+    };
+    Err(InputError::new(format!(
+        "camera file {}: {what} missing; `plumbline camera new` writes a whole file",
+        file.name
+    )))
+}
+
 pub(super) fn camera_file(text: &str, name: &str) -> Result<CameraFile, InputError> {
     let table: Table = toml::from_str(text).map_err(|error| {
         let line =
@@ -34,6 +51,7 @@ pub(super) fn camera_file(text: &str, name: &str) -> Result<CameraFile, InputErr
     })?;
     let file = Keys { name, prefix: String::new(), table: &table };
     file.only(&KEYS)?;
+    is_whole(&file)?;
     let heads = heads(&file)?;
     let camera = CameraFile {
         cols: file.side("cols", VIRTUAL_SIDE_MAX_PX)?,

@@ -1,0 +1,275 @@
+//! Camera files from what people have: a field of view, a focal length, a calibration by OpenCV or OpenDroneMap, a maker's data sheet.
+//!
+//! OpenCV counts pixels from the middle of the first one, x to the right and y down: the frame's centre is ((cols − 1) / 2,
+//! (rows − 1) / 2). Its distortion is this project's, but for the order: k1, k2, p1, p2, k3. OpenDroneMap (OpenSfM) has lengths in
+//! units of the frame's longer side and its principal point from the centre.
+
+use super::{CameraFile, Distortion};
+use crate::error::InputError;
+use serde_json::Value;
+
+/// Diagonal of the 36 x 24 mm that "35 mm equivalent" refers to.
+const DIAGONAL_35_MM: f64 = 43.266_615_305_567_87;
+
+/// What a maker says of a camera, not a calibration: name, what it is, columns, rows, horizontal field of view in degrees, pixel in mm.
+type Preset = (&'static str, &'static str, u32, u32, f64, f64);
+
+/// From makers' data sheets: sensor and focal length, whose field of view is 2 atan(side / (2 f)).
+pub const PRESETS: [Preset; 7] = [
+    ("paper", "the follow-up camera of the paper: 640 x 480, 60 degrees along the longer side", 640, 480, 60.0, 0.006),
+    ("pi-v2", "Raspberry Pi camera 2 (IMX219), f 3.04 mm", 3280, 2464, 62.24, 0.001_12),
+    ("pi-hq-6mm", "Raspberry Pi HQ camera (IMX477) with its 6 mm lens", 4056, 3040, 55.31, 0.001_55),
+    ("pi-gs-6mm", "Raspberry Pi global shutter camera (IMX296) with its 6 mm lens", 1456, 1088, 45.42, 0.003_45),
+    ("phantom-4-pro", "DJI Phantom 4 Pro or RTK, f 8.8 mm, 1 inch sensor", 5472, 3648, 73.74, 0.002_412),
+    ("mavic-3e", "DJI Mavic 3 Enterprise, wide camera, f 12.29 mm, 4/3 inch sensor", 5280, 3956, 70.29, 0.003_277),
+    ("zenmuse-p1-35mm", "DJI Zenmuse P1 with its 35 mm lens", 8192, 5460, 54.33, 0.004_39),
+];
+
+/// A camera of square pixels without distortion and with its principal point in the middle.
+#[must_use]
+pub fn of_focal_px(cols: u32, rows: u32, focal_px: f64) -> CameraFile {
+    of_focals(cols, rows, [focal_px; 2], [0.0; 2], None)
+}
+
+/// Focal length in pixels of a lens whose "35 mm equivalent" has the same diagonal field of view (CIPA DCG-001).
+#[must_use]
+pub fn focal_px_of_35_mm(cols: u32, rows: u32, focal_mm: f64) -> f64 {
+    f64::from(cols).hypot(f64::from(rows)) * focal_mm / DIAGONAL_35_MM
+}
+
+/// The fields of view of the frame's two sides, degrees.
+#[must_use]
+pub fn of_fov(cols: u32, rows: u32, [fov_h_deg, fov_v_deg]: [f64; 2]) -> CameraFile {
+    CameraFile { fov_h_deg, fov_v_deg, ..of_focal_px(cols, rows, 1.0) }
+}
+
+/// Of a preset by its name.
+#[must_use]
+pub fn preset(name: &str) -> Option<CameraFile> {
+    let (_, _, cols, rows, fov_h_deg, pixel_mm) = PRESETS.into_iter().find(|(known, ..)| *known == name)?;
+    let focal_px = 0.5 * f64::from(cols) / (0.5 * fov_h_deg.to_radians()).tan();
+    Some(CameraFile { pixel_mm: Some(pixel_mm), fov_h_deg, ..of_focal_px(cols, rows, focal_px) })
+}
+
+/// From a calibration that OpenCV has stored, as YAML or JSON: `image_width`, `image_height`, `camera_matrix`,
+/// `distortion_coefficients`.
+///
+/// # Errors
+/// What is missing or not taken: a rational, thin-prism or fisheye lens.
+pub fn from_opencv(text: &str, name: &str) -> Result<CameraFile, InputError> {
+    let wrong = |what: String| InputError::new(format!("{name}: {what}"));
+    let side = |key: &str| {
+        let found = numbers_behind(text, key, 1).and_then(|found| found.first().copied());
+        let whole = found.filter(|side| *side >= 1.0 && side.fract() == 0.0 && *side <= f64::from(u32::MAX));
+        whole
+            .map(|side| side as u32)
+            .ok_or_else(|| wrong(format!("it has no {key}; is it a calibration stored by OpenCV?")))
+    };
+    let (cols, rows) = (side("image_width")?, side("image_height")?);
+    let matrix = matrix_behind(text, "camera_matrix").filter(|matrix| matrix.len() == 9);
+    let Some(matrix) = matrix else { return Err(wrong("it has no camera_matrix of 3 x 3 numbers".to_owned())) };
+    let lens = matrix_behind(text, "distortion_coefficients").unwrap_or_default();
+    if lens.len() > 5 && lens[5..].iter().any(|k| *k != 0.0) {
+        return Err(wrong(
+            "distortion_coefficients beyond k3 are not 0; calibrate with the model of five (k1, k2, p1, p2, k3)"
+                .to_owned(),
+        ));
+    }
+    let k = |index: usize| lens.get(index).copied().unwrap_or(0.0);
+    let distortion = Distortion { k1: k(0), k2: k(1), p1: k(2), p2: k(3), k3: k(4) };
+    let offset = [matrix[2] - 0.5 * (f64::from(cols) - 1.0), 0.5 * (f64::from(rows) - 1.0) - matrix[5]];
+    let distortion = (distortion != Distortion::default()).then_some(distortion);
+    Ok(of_focals(cols, rows, [matrix[0], matrix[4]], offset, distortion))
+}
+
+/// From a camera of OpenDroneMap's `cameras.json`; `wanted` where it has several.
+///
+/// # Errors
+/// What is missing or not taken: a lens that is not of the perspective or the Brown model, several cameras and none named.
+pub fn from_odm(text: &str, name: &str, wanted: Option<&str>) -> Result<CameraFile, InputError> {
+    let wrong = |what: String| InputError::new(format!("{name}: {what}"));
+    let json: Value = serde_json::from_str(text).map_err(|error| wrong(format!("it is not JSON: {error}")))?;
+    let cameras = json.as_object().filter(|cameras| !cameras.is_empty());
+    let Some(cameras) = cameras else { return Err(wrong("it has no camera".to_owned())) };
+    let names = || cameras.keys().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+    let camera = match (wanted, cameras.len()) {
+        (Some(wanted), _) => cameras.get(wanted),
+        (None, 1) => cameras.values().next(),
+        (None, _) => return Err(wrong(format!("it has several cameras; --name says which one: {}", names()))),
+    };
+    let Some(camera) = camera else { return Err(wrong(format!("it has no such camera, but {}", names()))) };
+    let kind = camera["projection_type"].as_str().unwrap_or("perspective");
+    if !["perspective", "brown"].contains(&kind) {
+        return Err(wrong(format!("a lens of the model {kind} is not taken, only perspective and brown")));
+    }
+    let side = |key: &str| {
+        let side = camera[key].as_u64().and_then(|side| u32::try_from(side).ok()).filter(|side| *side > 0);
+        side.ok_or_else(|| wrong(format!("its {key} is no number of pixels")))
+    };
+    let (cols, rows) = (side("width")?, side("height")?);
+    let number = |key: &str| camera[key].as_f64();
+    let longer = f64::from(cols.max(rows));
+    let focal = |key: &str| {
+        let focal = number(key).or(number("focal")).filter(|focal| *focal > 0.0);
+        focal.map(|focal| focal * longer).ok_or_else(|| wrong(format!("it has neither {key} nor focal")))
+    };
+    let focal_px = [focal("focal_x")?, focal("focal_y")?];
+    let k = |key: &str| number(key).unwrap_or(0.0);
+    let distortion = Distortion { k1: k("k1"), k2: k("k2"), k3: k("k3"), p1: k("p1"), p2: k("p2") };
+    let distortion = (distortion != Distortion::default()).then_some(distortion);
+    Ok(of_focals(cols, rows, focal_px, [k("c_x") * longer, -k("c_y") * longer], distortion))
+}
+
+fn of_focals(
+    cols: u32,
+    rows: u32,
+    focal_px: [f64; 2],
+    [offset_m_px, offset_n_px]: [f64; 2],
+    distortion: Option<Distortion>,
+) -> CameraFile {
+    let fov_deg = |side: u32, focal_px: f64| (2.0 * (0.5 * f64::from(side) / focal_px).atan()).to_degrees();
+    CameraFile {
+        cols,
+        rows,
+        fov_h_deg: fov_deg(cols, focal_px[0]),
+        fov_v_deg: fov_deg(rows, focal_px[1]),
+        offset_m_px,
+        offset_n_px,
+        pixel_mm: None,
+        distortion,
+        version: None,
+        crc32: None,
+        boresight: None,
+        lever_arms: None,
+        covariance: None,
+        heads: Vec::new(),
+    }
+}
+
+/// The first numbers behind a key and its colon.
+fn numbers_behind(text: &str, key: &str, count: usize) -> Option<Vec<f64>> {
+    let (_, behind) = text.split_once(key)?;
+    let (_, behind) = behind.split_once(':')?;
+    let is_between = |c: char| c.is_whitespace() || matches!(c, ',' | '[' | ']' | '}' | '"');
+    let numbers: Vec<f64> = behind
+        .split(is_between)
+        .filter(|word| !word.is_empty())
+        .map_while(|word| word.parse().ok())
+        .take(count)
+        .collect();
+    (numbers.len() == count).then_some(numbers)
+}
+
+/// The numbers of a matrix: those in the brackets behind `data` behind its key.
+fn matrix_behind(text: &str, key: &str) -> Option<Vec<f64>> {
+    let (_, behind) = text.split_once(key)?;
+    let (_, behind) = behind.split_once("data")?;
+    let (_, behind) = behind.split_once('[')?;
+    let (inside, _) = behind.split_once(']')?;
+    inside.split(',').map(|word| word.trim().parse().ok()).collect()
+}
+
+/// What a person reads above the keys of a camera file that was made.
+#[must_use]
+pub fn commented(camera: &CameraFile, from: &str) -> String {
+    let keys = camera.to_toml_string();
+    let lines = keys.lines().filter(|line| !line.starts_with("crc32")).map(|line| {
+        match COMMENTS.iter().find(|(key, _)| line.starts_with(key)) {
+            Some((_, comment)) => format!("{line:<32} # {comment}"),
+            None => line.to_owned(),
+        }
+    });
+    let body = lines.collect::<Vec<_>>().join("\n");
+    format!("# Camera file of Plumbline, from {from}.\n{body}\n{TAIL}")
+}
+
+/// Keys and what they are.
+const COMMENTS: [(&str, &str); 8] = [
+    ("cols ", "pixels across a frame, to the right"),
+    ("rows ", "pixels along a frame; row 0 looks forward"),
+    ("fov_h_deg", "full field of view across, over the columns"),
+    ("fov_v_deg", "full field of view along, over the rows"),
+    ("offset_m_px", "principal point from the middle, to the right"),
+    ("offset_n_px", "and forward"),
+    ("pixel_mm", "side of a pixel on the sensor; `plan --scale` needs it"),
+    ("[distortion]", "Brown-Conrady as OpenCV has it"),
+];
+
+const TAIL: &str = "
+# How the camera sits in the vehicle, where that is known; `plumbline boresight` and `plumbline evaluate` find it.
+# [boresight]
+# phi_deg = 0.0                  # about the forward axis
+# omega_deg = 0.0                # about the right axis
+# kappa_deg = 0.0                # about the axis that looks up
+# [lever_arms]
+# antenna_to_camera_m = [0.0, 0.0, 0.0]   # right, forward, up
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OPENCV: &str = "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\nflags: 0\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   \
+        dt: d\n   data: [ 600., 0., 325.5, 0., 610., 230.,\n       0., 0., 1. ]\ndistortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n   \
+        data: [ -2.5e-01, 1.0e-01, 1.0e-03, -2.0e-03, 3.0e-02 ]\navg_reprojection_error: 0.3\n";
+
+    #[test]
+    fn opencvs_calibration_is_read() {
+        let camera = from_opencv(OPENCV, "a.yml").expect("sound");
+        assert_eq!((camera.cols, camera.rows), (640, 480));
+        assert!((camera.fov_h_deg - 2.0 * (320.0f64 / 600.0).atan().to_degrees()).abs() < 1e-12);
+        assert!((camera.fov_v_deg - 2.0 * (240.0f64 / 610.0).atan().to_degrees()).abs() < 1e-12);
+        assert_eq!([camera.offset_m_px, camera.offset_n_px], [6.0, 9.5]);
+        let lens = camera.distortion.expect("a lens");
+        assert_eq!([lens.k1, lens.k2, lens.p1, lens.p2, lens.k3], [-0.25, 0.1, 1e-3, -2e-3, 0.03]);
+        // What OpenCV writes as JSON has the same.
+        let json = r#"{"image_width": 640, "image_height": 480, "camera_matrix": {"type_id": "opencv-matrix", "rows": 3, "cols": 3, "dt": "d",
+            "data": [600.0, 0.0, 325.5, 0.0, 610.0, 230.0, 0.0, 0.0, 1.0]}, "distortion_coefficients": {"rows": 5, "cols": 1, "dt": "d",
+            "data": [-0.25, 0.1, 1e-3, -2e-3, 0.03]}}"#;
+        assert_eq!(from_opencv(json, "a.json"), Ok(camera));
+        for (from, to, wanted) in [
+            ("image_width", "width", "image_width"),
+            ("camera_matrix", "matrix", "camera_matrix"),
+            ("3.0e-02 ]", "3.0e-02, 0.5 ]", "beyond k3"),
+        ] {
+            let error = from_opencv(&OPENCV.replace(from, to), "a.yml").expect_err(wanted).to_string();
+            assert!(error.contains(wanted), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_camera_of_opendronemap_is_read() {
+        let brown = r#"{"dji": {"projection_type": "brown", "width": 4000, "height": 3000, "focal_x": 0.7, "focal_y": 0.7, "c_x": 0.001, "c_y": 0.002,
+            "k1": 0.01, "k2": 0.02, "p1": 0.03, "p2": 0.04, "k3": 0.05}}"#;
+        let camera = from_odm(brown, "c.json", None).expect("sound");
+        assert!((camera.fov_h_deg - 2.0 * (2000.0f64 / 2800.0).atan().to_degrees()).abs() < 1e-12);
+        assert_eq!([camera.offset_m_px, camera.offset_n_px], [4.0, -8.0]);
+        assert_eq!(camera.distortion.map(|lens| lens.k3), Some(0.05));
+        let two = r#"{"a": {"width": 10, "height": 20, "focal": 0.5}, "b": {"projection_type": "fisheye", "width": 10, "height": 20, "focal": 0.5}}"#;
+        assert!(from_odm(two, "c.json", None).expect_err("two").to_string().contains("\"a\", \"b\""));
+        assert!(from_odm(two, "c.json", Some("b")).expect_err("a fisheye").to_string().contains("fisheye"));
+        let camera = from_odm(two, "c.json", Some("a")).expect("sound");
+        // The longer side is what lengths refer to.
+        assert!((camera.fov_v_deg - 90.0).abs() < 1e-12 && camera.distortion.is_none());
+    }
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        for (name, what, ..) in PRESETS {
+            let camera = preset(name).expect("a preset");
+            let text = commented(&camera, what);
+            assert_eq!(CameraFile::from_toml_str(&text, name), Ok(camera), "{text}");
+        }
+        let camera = from_opencv(OPENCV, "a.yml").expect("sound");
+        assert_eq!(CameraFile::from_toml_str(&commented(&camera, "OpenCV"), "a"), Ok(camera));
+        assert_eq!(preset("none"), None);
+    }
+
+    /// A sensor of 36 x 24 mm has its own focal length.
+    #[test]
+    fn equivalents_go_by_the_diagonal() {
+        assert!((focal_px_of_35_mm(3600, 2400, 50.0) - 5000.0).abs() < 1e-9);
+        let camera = of_focal_px(3600, 2400, 5000.0);
+        assert!((camera.fov_h_deg - 2.0 * (18.0f64 / 50.0).atan().to_degrees()).abs() < 1e-12);
+    }
+}

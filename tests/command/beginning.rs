@@ -1,0 +1,103 @@
+//! What somebody meets first: the command without a verb, completions, a camera file.
+
+use crate::folder::Folder;
+use crate::refusals::Refusals;
+use plumbline_survey::camera_file::CameraFile;
+
+fn camera(folder: &Folder, arguments: &str) -> CameraFile {
+    let run = folder.run(&format!("camera new {arguments} --out made.toml")).done();
+    assert!(run.stdout.is_empty(), "{}", run.stdout);
+    CameraFile::read(&folder.path("made.toml")).expect("a camera file")
+}
+
+#[test]
+fn without_a_verb_it_says_what_there_is() {
+    let folder = Folder::new("beginning-alone");
+    let run = folder.run("");
+    assert_eq!((run.code, run.stdout.as_str()), (Some(2), ""));
+    for verb in ["fly", "evaluate", "plan", "camera", "completions"] {
+        assert!(run.stderr.lines().any(|line| line.trim_start().starts_with(verb)), "{verb}: {}", run.stderr);
+    }
+    // A misspelt one is told with what was likely meant.
+    let run = folder.run("evalute");
+    assert!(run.code == Some(2) && run.stderr.contains("evaluate"), "{}", run.stderr);
+}
+
+#[test]
+fn shells_complete_verbs_and_options() {
+    let folder = Folder::new("beginning-completions");
+    for shell in ["bash", "zsh", "fish"] {
+        let script = folder.run(&format!("completions {shell}")).done().stdout;
+        assert!(script.contains("evaluate") && script.contains("require-rate"), "{shell}: {script}");
+    }
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect("completions tcsh", &["tcsh", "bash"]);
+    refusals.done();
+}
+
+#[test]
+fn a_camera_file_is_made_of_what_people_have() {
+    let folder = Folder::new("beginning-camera");
+    let made = camera(&folder, "--fov 60x46.8 --size 640x480");
+    assert_eq!((made.cols, made.rows, made.fov_h_deg, made.fov_v_deg), (640, 480, 60.0, 46.8));
+    let near = |camera: CameraFile, fov_deg: f64| assert!((camera.fov_h_deg - fov_deg).abs() < 1e-9, "{camera:?}");
+    near(camera(&folder, "--focal-px 320 --size 640x480"), 90.0);
+    near(camera(&folder, "--focal-mm 18 --sensor-mm 36 --size 6000x4000"), 90.0);
+    near(camera(&folder, "--focal-35mm 18 --size 6000x4000"), 90.0);
+    assert_eq!(camera(&folder, "--preset pi-gs-6mm").cols, 1456);
+    folder.write(
+        "cal.yml",
+        "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   data: [ 320., 0., 319.5, 0., 320., 239.5, 0., 0., 1. ]\n",
+    );
+    near(camera(&folder, "--from-opencv cal.yml"), 90.0);
+    folder.write(
+        "cameras.json",
+        r#"{"a": {"projection_type": "perspective", "width": 640, "height": 480, "focal": 0.5}}"#,
+    );
+    near(camera(&folder, "--from-odm cameras.json"), 90.0);
+    // Without --out it goes to standard output, and says what each key is.
+    let text = folder.run("camera new --preset paper").done().stdout;
+    assert!(text.contains("# full field of view across") && text.contains("# [boresight]"), "{text}");
+}
+
+#[test]
+fn what_makes_no_camera_is_refused() {
+    let folder = Folder::new("beginning-refused");
+    folder.write("cal.yml", "image_width: 640\n");
+    folder.write("part.toml", "cols = 10\nrows = 10\nfov_h_deg = 30.0\n");
+    let mut refusals = Refusals::new(&folder);
+    for (arguments, names) in [
+        ("camera new", &["--preset"][..]),
+        ("camera new --fov 60x46.8", &["--size"]),
+        ("camera new --fov 1.05x0.82 --size 640x480", &["radians", "60.2x47.0"]),
+        ("camera new --fov 60 --size 640x480", &["60x46.8"]),
+        ("camera new --focal-mm 5 --size 640x480", &["--sensor-mm"]),
+        ("camera new --preset pinhole", &["pinhole", "paper"]),
+        ("camera new --preset paper --focal-px 10 --size 10x10", &["--focal-px"]),
+        ("camera new --from-opencv cal.yml", &["cal.yml", "image_height"]),
+        ("camera new --from-opencv cal.yml --out cal.yml", &["same file"]),
+        // All keys that are missing, at once.
+        (
+            "map --camera part.toml --heading-deg 0 --pitch-deg 0 --roll-deg 0 -- 0,0",
+            &["fov_v_deg, offset_m_px, offset_n_px", "camera new"],
+        ),
+    ] {
+        refusals.expect(arguments, names);
+    }
+    refusals.done();
+}
+
+#[test]
+fn a_flight_with_too_few_fixes_fails_where_that_is_asked_for() {
+    let folder = Folder::with_ground("beginning-rate");
+    let fly = "fly --ground ground.tif --frames 12 --set send_patches=false";
+    folder.run(&format!("{fly} --require-rate 20")).done();
+    let run = folder.run(&format!("{fly} --fault camera.dark=0.01@0.. --require-rate 20"));
+    assert_eq!(run.code, Some(1), "{}", run.stderr);
+    assert!(run.stderr.contains("--require-rate asks for 20 %") && !run.stdout.is_empty(), "{}", run.stderr);
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(&format!("{fly} --require-rate 120"), &["--require-rate", "between 0 and 100"]);
+    refusals.expect(&format!("{fly} --speed 2"), &["--mavlink"]);
+    refusals.expect(&format!("{fly} --mavlink http://localhost"), &["udp:HOST:PORT"]);
+    refusals.done();
+}
