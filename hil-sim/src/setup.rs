@@ -105,13 +105,13 @@ impl Setup {
             Some(log) => footprint_margin_at_m(&scenario, &payload, log.largest_tilt_rad(&scenario)?),
             None => footprint_margin_m(&scenario, &payload),
         };
-        if let (false, Some(replay)) = (margin_m.is_finite(), &scenario.run.replay) {
-            return Err(InputError::new(format!("{}: tilted that far, frames see the horizon", replay.att.display())));
-        }
         let height_m = scenario.run.flight.height_m[1];
         let area = match (area_of(&ground, margin_m, height_m), &log) {
             // The log's largest tilt may lean another way than a frame's corner: what its frames really show is less.
-            (Err(_), Some(log)) => area_of(&ground, height_m * log.reach(&scenario, &payload)?, height_m),
+            (Err(_), Some(log)) => match log.reach(&scenario, &payload)? {
+                0.0 => return Err(of_ground(&scenario, "in every attitude of the log frames see the horizon")),
+                reach => area_of(&ground, height_m * reach, height_m),
+            },
             (area, _) => area,
         };
         let area = area.map_err(|error| of_ground(&scenario, &error.to_string()))?;

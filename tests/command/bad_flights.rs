@@ -3,6 +3,7 @@
 use crate::folder::{FLY, Folder};
 use crate::pictures::{Crs, flat, geotiff, grey_8_tiff, texture};
 use crate::refusals::Refusals;
+use plumbline_tests::vectors::number;
 
 #[test]
 fn frames_and_seeds() {
@@ -182,14 +183,18 @@ fn attitude_logs() {
         (log(at_50("5.0,1.0,NaN,30.0")), &["line 52", "pitch_deg", "NaN"]),
         (log(at_50("5.0,1.0,2.0,inf")), &["line 52", "yaw_deg", "inf"]),
         (log(at_50("5.0,1.0")), &["line 52", "2 fields"]),
-        // The frame would see the horizon.
-        (log(at_50("5.0,1.0,100.0,30.0")), &[]),
-        (log(at_50("5.0,1.0,65.0,30.0")), &[]),
     ] {
         folder.write("bad.csv", text);
         let names: Vec<&str> = names.iter().copied().chain(["bad.csv"]).collect();
         refusals.expect(&format!("{FLY} --frames 10 --replay bad.csv --out out"), &names);
     }
+    // Frames that see the horizon are refused on board, one by one; a flight of nothing else is none.
+    folder.write("steep.csv", log(at_50("5.0,1.0,65.0,30.0")));
+    let summary = folder.run(&format!("{FLY} --frames 10 --replay steep.csv --json")).json();
+    assert!(number(&summary, "accepted") >= 8.0, "{summary}");
+    let steep: String = (0..100).map(|row| format!("{},1.0,65.0,30.0\n", 0.1 * f64::from(row))).collect();
+    folder.write("bad.csv", format!("t_s,roll_deg,pitch_deg,yaw_deg\n{steep}"));
+    refusals.expect(&format!("{FLY} --frames 10 --replay bad.csv --out out"), &["horizon"]);
     refusals.expect(&format!("{FLY} --frames 10 --replay none.csv --out out"), &["none.csv"]);
     refusals.expect(&format!("{FLY} --frames 10 --replay folder --out out"), &["folder"]);
     // Ten seconds hold no hundred frames.

@@ -4,6 +4,8 @@
 //! of the link alone.
 
 use super::{Account, Event, Flash, Link, LinkError};
+use mavlink::dialects::common::{ATTITUDE_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA};
+use mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, MessageData};
 use plumbline_survey::error::InputError;
 use std::fmt;
 use std::io::{ErrorKind, Read, Write};
@@ -18,6 +20,10 @@ const ATTEMPT: Duration = Duration::from_secs(2);
 const DATAGRAM_MAX: usize = 1_400;
 /// Ticks of the capture timer a second.
 const TICKS_PER_S: f64 = 1e6;
+/// From one ATTITUDE to the next, ticks: a tenth of a second, as ground stations ask for.
+const ATTITUDE_TICKS: u32 = 100_000;
+/// Bytes of a MAVLink 2 message before its payload.
+const HEAD: usize = 10;
 
 /// Where ground stations are: `udp:HOST:PORT`, or `tcp:HOST:PORT`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -122,6 +128,8 @@ pub struct Mirror {
     speed: f64,
     /// The first step: its tick, and when it was.
     start: Option<(u32, Instant)>,
+    /// Tick of the newest ATTITUDE.
+    told: Option<u32>,
 }
 
 impl fmt::Debug for Mirror {
@@ -137,7 +145,7 @@ impl Mirror {
     /// The address is none, or cannot be listened at.
     pub fn new(link: Box<dyn Link>, station: &Station, speed: f64) -> Result<Self, InputError> {
         let way = Way::open(station).map_err(|error| InputError::new(format!("--mavlink {station}: {error}")))?;
-        Ok(Mirror { link, way, speed, start: None })
+        Ok(Mirror { link, way, speed, start: None, told: None })
     }
 
     /// Waits until it is time for a step.
@@ -146,6 +154,38 @@ impl Mirror {
         let due = Duration::from_secs_f64(f64::from(timer.wrapping_sub(first)) / TICKS_PER_S / self.speed);
         thread::sleep(due.saturating_sub(began.elapsed()));
     }
+
+    /// The autopilot sends its attitude as the firmware asks for it, for a camera's gimbal; a ground station shows ATTITUDE.
+    fn tell_attitude(&mut self, timer: u32, bytes: &[u8]) {
+        let is_due = self.told.is_none_or(|told| timer.wrapping_sub(told) >= ATTITUDE_TICKS);
+        if let Some(attitude) = attitude(bytes).filter(|_| is_due) {
+            self.told = Some(timer);
+            self.way.send(&attitude);
+        }
+    }
+}
+
+/// The ATTITUDE message of a message for a gimbal; `None` of another one.
+fn attitude(bytes: &[u8]) -> Option<Vec<u8>> {
+    let (head, behind) = bytes.split_at_checked(HEAD)?;
+    let number = u32::from_le_bytes([head[7], head[8], head[9], 0]);
+    if number != AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::ID {
+        return None;
+    }
+    let payload = behind.get(..usize::from(head[1]))?;
+    let state = AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::deser(MavlinkVersion::V2, payload).ok()?;
+    let [w, x, y, z] = state.q;
+    let attitude = ATTITUDE_DATA {
+        time_boot_ms: (state.time_boot_us / 1000) as u32,
+        roll: (2.0 * (w * x + y * z)).atan2(1.0 - 2.0 * (x * x + y * y)),
+        pitch: (2.0 * (w * y - z * x)).clamp(-1.0, 1.0).asin(),
+        yaw: (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z)),
+        ..ATTITUDE_DATA::DEFAULT
+    };
+    let mut raw = MAVLinkV2MessageRaw::new();
+    let header = MavHeader { system_id: head[5].into(), component_id: head[6], sequence: head[4] };
+    raw.serialize_message_data(header, &attitude);
+    Some(raw.raw_bytes().to_vec())
 }
 
 impl Link for Mirror {
@@ -153,6 +193,7 @@ impl Link for Mirror {
         self.keep_pace(timer);
         if let Event::Bytes(bytes) = event {
             self.way.send(bytes);
+            self.tell_attitude(timer, bytes);
         }
         let sent = self.link.step(timer, event)?;
         if !sent.is_empty() {
@@ -204,6 +245,34 @@ mod tests {
             let count = heard.recv(&mut buffer).expect("heard");
             assert_eq!(&buffer[..count], wanted);
         }
+    }
+
+    #[test]
+    fn a_gimbals_attitude_is_told_as_a_ground_station_shows_it() {
+        let (heading, pitch, roll) = (2.0f32, -0.3f32, 0.2f32);
+        let half = |angle: f32| (0.5 * angle).sin_cos();
+        let ((sy, cy), (sp, cp), (sr, cr)) = (half(heading), half(pitch), half(roll));
+        let q = [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ];
+        let state = AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA {
+            time_boot_us: 7_000_000,
+            q,
+            ..AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::DEFAULT
+        };
+        let mut raw = MAVLinkV2MessageRaw::new();
+        raw.serialize_message_data(MavHeader { system_id: 1, component_id: 1, sequence: 9 }, &state);
+        let told = attitude(raw.raw_bytes()).expect("an attitude");
+        let payload = &told[HEAD..HEAD + usize::from(told[1])];
+        let told = ATTITUDE_DATA::deser(MavlinkVersion::V2, payload).expect("a message");
+        assert_eq!(told.time_boot_ms, 7000);
+        for (told, wanted) in [(told.yaw, heading), (told.pitch, pitch), (told.roll, roll)] {
+            assert!((told - wanted).abs() < 1e-5, "{told} {wanted}");
+        }
+        assert_eq!(attitude(b"short"), None);
     }
 
     #[test]

@@ -28,6 +28,9 @@ struct Row {
     angles_rad: [f64; 3],
 }
 
+/// A frame is steep that sees further than 75 degrees from the nadir: nearly four heights.
+const STEEP: f64 = 3.732;
+
 impl AttitudeLog {
     /// Reads a CSV file.
     ///
@@ -80,7 +83,8 @@ impl AttitudeLog {
     }
 
     /// How far east, west, north or south of the nadir frames reach at most while the scenario flies, per metre of height above
-    /// level ground. A camera whose servo lags looks anywhere around its axis.
+    /// level ground; steep frames, which show the horizon or nearly, are left out: the board refuses them. A camera whose servo lags
+    /// looks anywhere around its axis.
     ///
     /// # Errors
     /// [`InputError`] when the log does not cover the flight.
@@ -88,8 +92,8 @@ impl AttitudeLog {
         let [across, along] = half_tangents(&payload.camera);
         let is_fixed = scenario.vehicle.follow_up.mode == FollowUpMode::Fixed;
         if !is_fixed && scenario.world.follow_up.servo_lag_s > 0.0 {
-            return Ok(footprint_margin_at_m(scenario, payload, self.largest_tilt_rad(scenario)?)
-                / scenario.run.flight.height_m[1]);
+            let reach = footprint_margin_at_m(scenario, payload, self.largest_tilt_rad(scenario)?);
+            return Ok((reach / scenario.run.flight.height_m[1]).min(STEEP));
         }
         let reach = |row: &Row| {
             let [heading_rad, pitch_rad, roll_rad] = row.angles_rad;
@@ -106,7 +110,7 @@ impl AttitudeLog {
             });
             farthest.into_iter().fold(0.0, f64::max)
         };
-        Ok(self.flown(scenario)?.iter().map(reach).fold(0.0, f64::max))
+        Ok(self.flown(scenario)?.iter().map(reach).filter(|reach| *reach <= STEEP).fold(0.0, f64::max))
     }
 
     /// The rows about the scenario's flight.
