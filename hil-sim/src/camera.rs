@@ -8,6 +8,7 @@ pub mod render;
 pub mod still;
 pub mod still_match;
 pub mod stitch;
+pub mod unknown;
 
 use crate::oracle;
 use plumbline_core::camera::{Camera, CameraError, Distortion};

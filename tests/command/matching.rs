@@ -68,6 +68,34 @@ fn what_is_masked_does_not_count() {
     found(&folder.run(&format!("{MATCH} --mask mask.png")).json(), shift, "masked");
 }
 
+/// A second copy of the ground in the reference, behind the mask.
+#[test]
+fn what_is_masked_of_the_reference_is_not_matched() {
+    let folder = Folder::with_scene("match-reference-mask");
+    let (size, shift, decoy) = ((34, 34), (3.4, -2.7), (-9i32, 9i32));
+    let patch = texture(size, shift);
+    let mut reference = texture((74, 74), (0.0, 0.0));
+    let mut mask = Picture { pixels: vec![255; reference.pixels.len()], size: (74, 74) };
+    for index in 0..34 * 34 {
+        let (col, row) = (20 + decoy.0 + index % 34, 20 + decoy.1 + index / 34);
+        let at = (row * 74 + col) as usize;
+        (reference.pixels[at], mask.pixels[at]) = (patch.pixels[index as usize], 0);
+    }
+    grey_8_png(&folder.path("patch.png"), &patch);
+    grey_8_png(&folder.path("reference.png"), &reference);
+    grey_8_png(&folder.path("reference_mask.png"), &mask);
+    let misled = folder.run(MATCH).json();
+    assert!((number(&misled, "d_col") - 3.4).abs() > 3.0 || misled["accepted"] == false, "{misled}");
+    let answer = folder.run(&format!("{MATCH} --reference-mask reference_mask.png")).json();
+    let off = [number(&answer, "d_col") - 3.4, number(&answer, "d_row") + 2.7];
+    assert!(off.iter().all(|axis| axis.abs() < 0.5), "{answer}");
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(&format!("{MATCH} --reference-mask patch.png"), &["34 x 34", "74 x 74"]);
+    grey_8_png(&folder.path("nothing.png"), &Picture { pixels: vec![0; 74 * 74], size: (74, 74) });
+    refusals.expect(&format!("{MATCH} --reference-mask nothing.png"), &["nothing.png", "leaves nothing"]);
+    refusals.done();
+}
+
 #[test]
 fn without_json_there_is_one_line() {
     let folder = Folder::with_scene("match-line");

@@ -6,6 +6,7 @@ use crate::outcome::{Failure, Outcome};
 use georeference::{Georeference, OnGround};
 use plumbline_sim::camera::still::{PATCH_MAX_PX, runs_of};
 use plumbline_sim::camera::still_match::{Place, find};
+use plumbline_sim::camera::unknown::filled;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::picture::{Picture, read_grey};
 use serde::Serialize;
@@ -23,6 +24,9 @@ pub struct Args {
     /// The reference, row 0 north, same resolution; a GeoTIFF gives metres as well
     #[arg(long)]
     reference: PathBuf,
+    /// Mask of the reference, 0 where it is not to be matched (clouds, water, what has no data); all of it counts unless given
+    #[arg(long, value_name = "MASK")]
+    reference_mask: Option<PathBuf>,
     /// Search radius, pixels, 1 to 256
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256), allow_negative_numbers = true)]
     search_px: u16,
@@ -62,7 +66,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         }
         None => Picture { pixels: vec![255; patch.pixels.len()], ..patch },
     };
-    let reference = read_grey(&args.reference)?;
+    let reference = reference(args)?;
     let margin = 2 * args.search_px as usize;
     if reference.cols < patch.cols + margin || reference.rows < patch.rows + margin {
         return Err(Failure::Input(InputError::new(format!(
@@ -94,6 +98,28 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let on_ground = georeference.map(|georeference| georeference.on_ground(&place, (reference.cols, reference.rows)));
     let answer = Answer { place, on_ground };
     Outcome::new(args.json, &answer, || text_of(&answer))
+}
+
+/// The reference; what its mask leaves out is filled in so that it says nothing.
+fn reference(args: &Args) -> Result<Picture, InputError> {
+    let reference = read_grey(&args.reference)?;
+    let Some(path) = &args.reference_mask else { return Ok(reference) };
+    let mask = read_grey(path)?;
+    if (mask.cols, mask.rows) != (reference.cols, reference.rows) {
+        return Err(InputError::new(format!(
+            "{} has {} x {} pixels, the reference {} x {}",
+            path.display(),
+            mask.cols,
+            mask.rows,
+            reference.cols,
+            reference.rows
+        )));
+    }
+    let known: Vec<bool> = mask.pixels.iter().map(|pixel| *pixel > 0).collect();
+    if !known.contains(&true) {
+        return Err(InputError::new(format!("{}: it leaves nothing of the reference", path.display())));
+    }
+    Ok(filled(&reference, &known))
 }
 
 /// A picture that sixteen bits can address.

@@ -52,10 +52,13 @@ const STEP_MAX_US: i32 = 9_000_000;
 /// Share by which the surface is moved to where least squares have found the nadir. Chosen: a velocity that is off is made good over a few
 /// of them.
 const GAIN: f32 = 0.3;
-/// Weight of a frame in the share of those of which least squares hold, and the share from which on the map is of the ground's own year. Within a
-/// year nine of ten frames hold, between years one of a hundred.
-const HOLDING_GAIN: f32 = 0.125;
-const HOLDING_MIN: f32 = 0.5;
+/// Frames over which the share of those is taken of which least squares hold: a minute's quarter, longer than a piece of ground of the same state
+/// is seen.
+const HOLDING_FRAMES: u8 = 64;
+/// The share before any frame, and from which on the map is of the ground's own year. Within a year six to nine of ten frames hold, between years
+/// up to two.
+const HOLDING_FIRST: f32 = 0.6;
+const HOLDING_MIN: f32 = 0.4;
 /// Evidence of least squares that hold, and for places within so many shifts. Of 23,000 wrong peaks one had such a solution: as much as decides
 /// by itself.
 const HELD: f32 = 250.0;
@@ -89,8 +92,9 @@ pub struct Surface {
     grounds: Deque<Local, GROUNDS>,
     /// The newest frame was by itself where all of them have decided.
     pub agreed: bool,
-    /// Share of the last frames of which least squares held.
+    /// Share of the last frames of which least squares held, and how many they are.
     holding: f32,
+    frames: u8,
 }
 
 impl Default for Surface {
@@ -115,7 +119,8 @@ impl Surface {
             is_newest: false,
             grounds: Deque::new(),
             agreed: false,
-            holding: 0.5,
+            holding: HOLDING_FIRST,
+            frames: 0,
         }
     }
 
@@ -242,7 +247,8 @@ impl Surface {
 
     /// Counts a frame of which least squares held, or did not.
     pub fn count(&mut self, holds: bool) {
-        self.holding += HOLDING_GAIN * (f32::from(u8::from(holds)) - self.holding);
+        self.frames = (self.frames + 1).min(HOLDING_FRAMES);
+        self.holding += (f32::from(u8::from(holds)) - self.holding) / f32::from(self.frames + 1);
     }
 
     /// Whether the map seems to be of another year than the ground: least squares hold of few frames.
