@@ -5,6 +5,7 @@ mod cost;
 pub mod exposure;
 pub mod faults;
 pub mod fixes;
+pub mod globe;
 pub mod kept;
 mod matching;
 pub mod navigation;
@@ -141,6 +142,8 @@ pub struct Summary {
     pub schema: u32,
     /// The scenario with every key, also those that it leaves to their defaults.
     pub scenario: serde_json::Value,
+    /// The reference system of the grid that fixes and positions are on.
+    pub epsg: u32,
     /// What every random number came from.
     pub seed: u64,
     /// `inproc`, `qemu` or `serial`.
@@ -277,6 +280,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
     Summary {
         schema: 1,
         scenario: setup.scenario.resolved(),
+        epsg: setup.crs.epsg(),
         seed: setup.scenario.run.seed,
         link: linked.name.clone(),
         firmware_sha256: linked.firmware_sha256.clone(),
@@ -353,21 +357,23 @@ pub fn fixes_csv(setup: &Setup, flight: &Flight, scored: &[Scored]) -> String {
     fixes::csv(setup.tile_centre, rows)
 }
 
-/// What a flight leaves behind: `fixes.csv`, `poses.csv` and `report.json`.
+/// What a flight leaves behind: `fixes.csv`, `poses.csv`, `report.json`, `fixes.geojson` and `track.kml`.
 ///
 /// # Errors
-/// Figures that JSON cannot hold.
+/// Figures that JSON cannot hold, a place that the grid cannot express.
 pub fn files(
     setup: &Setup,
     flight: &Flight,
     scored: &[Scored],
     summary: &Summary,
-) -> Result<[(&'static str, String); 3], InputError> {
+) -> Result<[(&'static str, String); 5], InputError> {
     let json = serde_json::to_string_pretty(summary)
         .map_err(|error| InputError::new(format!("the report cannot be written: {error}")))?;
     Ok([
         ("fixes.csv", fixes_csv(setup, flight, scored)),
         ("poses.csv", navigation::csv(setup, flight)),
         ("report.json", json),
+        ("fixes.geojson", globe::geojson(setup, flight)?),
+        ("track.kml", globe::kml(setup, flight)?),
     ])
 }

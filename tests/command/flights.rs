@@ -13,8 +13,9 @@ const HEADER: &str = "frame,mid_exposure_us,accepted,reason,d_col,d_row,true_col
      sigma_north_m,score,second_peak,risk,protection_m";
 
 /// What the contract promises of `report.json`; a dot leads into a table.
-const REPORT: [&str; 44] = [
+const REPORT: [&str; 45] = [
     "schema",
+    "epsg",
     "seed",
     "link",
     "firmware_sha256",
@@ -115,7 +116,7 @@ fn the_same_seed_gives_the_same_bytes() {
     for (seed, out) in [(5, "one"), (5, "two"), (6, "other")] {
         folder.run(&format!("fly --frames 6 --seed {seed} --out {out}")).done();
     }
-    for file in ["fixes.csv", "poses.csv", "report.json", "report.html"] {
+    for file in ["fixes.csv", "poses.csv", "report.json", "report.html", "fixes.geojson", "track.kml"] {
         let [one, two, other] = ["one", "two", "other"].map(|out| folder.read(&format!("{out}/{file}")));
         assert!(one == two, "{file} differs with the same seed");
         assert!(one != other, "{file} does not depend on the seed");
@@ -124,6 +125,23 @@ fn the_same_seed_gives_the_same_bytes() {
     assert_eq!(rows.len(), 6);
     agree(&rows, &report);
     assert_eq!(number(&report, "seed"), 5.0);
+    on_the_globe(&folder, &rows);
+}
+
+/// Each fix is a point in fixes.geojson and in track.kml, near the place that the default scene lies at.
+fn on_the_globe(folder: &Folder, rows: &[Vec<String>]) {
+    let fixed: Vec<&str> = rows.iter().filter(|row| row[2] == "1").map(|row| row[0].as_str()).collect();
+    let points: Value = serde_json::from_str(&folder.text("one/fixes.geojson")).expect("GeoJSON");
+    let features = points["features"].as_array().expect("features");
+    let frames: Vec<String> = features.iter().map(|point| point["properties"]["frame"].to_string()).collect();
+    assert_eq!(frames, fixed);
+    for point in features {
+        let [lon, lat] = [0, 1].map(|axis| point["geometry"]["coordinates"][axis].as_f64().expect("degrees"));
+        assert!((lon - 15.8).abs() < 0.5 && (lat - 48.1).abs() < 1.2, "{point}");
+        assert!(number(&point["properties"], "error_m") < 5.0, "{point}");
+    }
+    let kml = folder.text("one/track.kml");
+    assert_eq!(kml.matches("<Point>").count(), fixed.len(), "{kml}");
 }
 
 #[test]

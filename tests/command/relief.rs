@@ -58,7 +58,8 @@ fn relief(name: &str, dem: &str, area: &str, height_m: u32, within: f64) {
     assert!(after.accepted >= within && after.accepted > before.accepted + 0.1, "{before:?} {after:?}");
     assert!(after.bias_px.iter().all(|bias| bias.abs() <= 0.1), "{after:?}");
     assert!((1.6..=2.6).contains(&after.nees), "{after:?}");
-    assert!(before.nees > 2.6, "level ground would do as well: {before:?}");
+    let is_biased = before.bias_px.iter().any(|bias| bias.abs() > 0.2);
+    assert!(is_biased || before.nees > 2.6, "level ground would do as well: {before:?}");
 }
 
 #[test]

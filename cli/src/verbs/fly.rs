@@ -117,7 +117,7 @@ pub struct Args {
     /// Fail, with exit code 1, where fewer percent of the frames have a fix
     #[arg(long, value_name = "PERCENT", value_parser = percent, allow_negative_numbers = true)]
     require_rate: Option<f64>,
-    /// Folder for fixes.csv, poses.csv, report.json and report.html; nothing is written unless given
+    /// Folder for fixes.csv, poses.csv, report.json, report.html, fixes.geojson and track.kml; nothing is written unless given
     ///
     /// poses.csv is the truth: where the antenna was on the grid of fixes.csv, how high the camera above the ground, heading
     /// from grid north, pitch, roll and follow-up angle at each stamp, as a navigation without error would log them for

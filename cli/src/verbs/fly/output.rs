@@ -10,6 +10,9 @@ use plumbline_survey::error::InputError;
 use plumbline_survey::io::output::write_files;
 use std::path::PathBuf;
 
+/// What a flight leaves behind in it.
+const WRITTEN: [&str; 6] = ["fixes.csv", "poses.csv", "report.json", "report.html", "fixes.geojson", "track.kml"];
+
 /// A folder that can be written to once the flight is over.
 pub struct Output {
     folder: PathBuf,
@@ -32,7 +35,7 @@ impl Output {
             .may_read("--reference", args.reference.as_ref())
             .may_read("--replay", args.replay.as_ref())
             .may_read("--plan", args.plan.as_ref())
-            .may_write_into("--out", args.out.as_ref(), &["fixes.csv", "poses.csv", "report.json", "report.html"])
+            .may_write_into("--out", args.out.as_ref(), &WRITTEN)
             .may_write("--log", args.log.as_ref())
             .check()?;
         Ok(args.out.as_ref().map(|folder| Output { folder: folder.clone(), dump: args.dump.unwrap_or(0) }))

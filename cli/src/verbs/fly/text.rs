@@ -250,6 +250,7 @@ mod tests {
         Summary {
             schema: 1,
             scenario: serde_json::json!({"name": "s"}),
+            epsg: 32633,
             seed: 1,
             link: "inproc".to_owned(),
             firmware_sha256: None,
