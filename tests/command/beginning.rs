@@ -101,3 +101,17 @@ fn a_flight_with_too_few_fixes_fails_where_that_is_asked_for() {
     refusals.expect(&format!("{fly} --mavlink http://localhost"), &["udp:HOST:PORT"]);
     refusals.done();
 }
+
+/// What stands in `examples` is what the command takes.
+#[test]
+fn the_examples_are_sound() {
+    let folder = Folder::new("beginning-examples");
+    let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples");
+    let run = folder.run(&format!("fly --scenario {examples}/scenario.toml --frames 12 --require-rate 80")).done();
+    assert!(run.stdout.contains("12 over inproc"), "{}", run.stdout);
+    let settings = format!("--camera {examples}/camera.toml --settings {examples}/settings.toml");
+    folder.run(&format!("configuration {settings} --out c.bin")).done();
+    let made = folder.run("camera new --preset paper").done().stdout;
+    let kept = std::fs::read_to_string(format!("{examples}/camera.toml")).expect("an example");
+    assert_eq!(kept, made, "examples/camera.toml is what `plumbline camera new --preset paper` writes");
+}
