@@ -50,6 +50,9 @@ pub struct Args {
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     resolution_m: Option<f64>,
     /// Search radius, pixels of the reference; the settings' unless given
+    ///
+    /// Beyond 10 the board searches from coarse to fine, and of a map of another year next to nothing is fixed: take a coarser
+    /// resolution rather than a wider search.
     #[arg(long, allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=32))]
     search_px: Option<u16>,
     /// Seconds from one frame to the next; unless given, so many that no way between two frames is faster than 40 m/s
