@@ -1,6 +1,8 @@
 //! Patches of one orthophoto looked for in another of the same area, by both of the core's matchers alone: what they find between
 //! years, and what they say of it.
 
+pub mod chain;
+pub mod features;
 pub mod picture;
 pub mod table;
 
@@ -9,7 +11,7 @@ use plumbline_core::image::{Run, View};
 use plumbline_core::matching::Prior;
 use plumbline_core::matching::acceptance::AcceptRule;
 use plumbline_core::matching::correlation;
-use plumbline_core::matching::directions::{self, risk::Rule};
+use plumbline_core::matching::directions::{self, Located, risk::Rule};
 use plumbline_core::matching::search;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::raster::Raster;
@@ -115,19 +117,55 @@ pub struct Outcome {
     pub high_pass: Answer,
     /// Of gradient directions.
     pub directions: Answer,
+    /// What the latter rests on.
+    pub found: Located,
+}
+
+/// A patch of the ground, and the reference around the place where it is looked for.
+struct Pictures {
+    pixels: Vec<u8>,
+    others: Vec<u8>,
+    side: u16,
+    window: u16,
+}
+
+impl Pictures {
+    fn views(&self) -> Option<(View<'_>, View<'_>)> {
+        Some((View::new(&self.pixels, (self.side, self.side))?, View::new(&self.others, (self.window, self.window))?))
+    }
 }
 
 impl Trial {
     /// Looks for the patch of `ground` around a place of the grid in `reference`; `None` where it has no texture.
     pub fn run(&self, ground: &Year, reference: &Year, at: [usize; 2], seed: u64) -> Option<Outcome> {
         let mut random = Random::new(seed);
+        let true_shift = self.shift(&mut random);
+        let pictures = self.cut(ground, reference, at, true_shift, &mut random);
+        let views = pictures.views()?;
+        let centre = [at[0] as f64 + true_shift[0], at[1] as f64 + true_shift[1]];
+        let (directions, found) = self.directions(views, true_shift)?;
+        Some(Outcome { at: centre, high_pass: self.high_pass(views, true_shift)?, directions, found })
+    }
+
+    /// Uniform over the search, but for its border.
+    fn shift(&self, random: &mut Random) -> [f64; 2] {
+        let reach = f64::from(self.radius) - 2.0;
+        [random.between(-reach, reach), random.between(-reach, reach)]
+    }
+
+    /// The patch of `ground` that lies `true_shift` off a place of the grid, turned, scaled and with noise, and the `reference` there.
+    fn cut(
+        &self,
+        ground: &Year,
+        reference: &Year,
+        at: [usize; 2],
+        true_shift: [f64; 2],
+        random: &mut Random,
+    ) -> Pictures {
         let (turn, scale) = (self.turn_rad * random.normal(), 1.0 + self.scale * random.normal());
         let half = 0.5 * (f64::from(self.side) - 1.0);
         let (sin, cos) = turn.sin_cos();
         let noise: Vec<f64> = (0..usize::from(self.side).pow(2)).map(|_| self.noise * random.normal()).collect();
-        // Uniform over the search, but for its border.
-        let reach = f64::from(self.radius) - 2.0;
-        let true_shift = [random.between(-reach, reach), random.between(-reach, reach)];
         let centre = [at[0] as f64 + true_shift[0], at[1] as f64 + true_shift[1]];
         let pixels: Vec<u8> = (0..noise.len())
             .map(|i| {
@@ -144,10 +182,7 @@ impl Trial {
                 reference.at(corner[0] + x as f64, corner[1] + y as f64).round() as u8
             })
             .collect();
-        let size = |side: u16| (side, side);
-        let pictures = (View::new(&pixels, size(self.side))?, View::new(&others, size(window))?);
-        let high_pass = self.high_pass(pictures, true_shift)?;
-        Some(Outcome { at: centre, high_pass, directions: self.directions(pictures, true_shift)? })
+        Pictures { pixels, others, side: self.side, window }
     }
 
     fn runs(&self) -> Vec<Run> {
@@ -177,7 +212,7 @@ impl Trial {
         })
     }
 
-    fn directions(&self, (patch, other): (View<'_>, View<'_>), true_shift: [f64; 2]) -> Option<Answer> {
+    fn directions(&self, (patch, other): (View<'_>, View<'_>), true_shift: [f64; 2]) -> Option<(Answer, Located)> {
         let bytes = directions::search::working_bytes(patch.size(), other.size());
         let (mut bytes, mut scores) = (vec![0; bytes], self.scores());
         let rule = (self.prior(), &Rule::default());
@@ -187,12 +222,13 @@ impl Trial {
         // Below the least risk that is stated it goes on by what the odds are made of.
         let strength = f64::from(evidence.lead * evidence.curvature) * f64::from(self.side).powi(2);
         let sure = -(risk / (1.0 - risk).max(1e-9)).ln() + 1e-3 * strength;
-        Some(Answer {
+        let answer = Answer {
             off: [f64::from(solution.d_col) - true_shift[0], f64::from(solution.d_row) - true_shift[1]],
             variance: [0, 1].map(|axis| f64::from(solution.joint[(axis, axis)])),
             confidence: if found.peak.on_border { f64::MIN } else { sure },
             risk: Some(risk).filter(|_| !found.peak.on_border),
             accepted: found.accepted.is_ok(),
-        })
+        };
+        Some((answer, found))
     }
 }

@@ -3,14 +3,18 @@
 
 use clap::Parser;
 use indicatif::ProgressBar;
+use plumbline_core::budget::{PATCH_MAX_PX, SEARCH_MAX_PX};
 use plumbline_survey::io::output::{check_file, write_file};
 use plumbline_tests::years::picture::picture;
-use plumbline_tests::years::table::{HEAD, line, reliability};
-use plumbline_tests::years::{Answer, Outcome, Trial, years};
+use plumbline_tests::years::table::{HEAD, line, reliability, reliability_lines, stated};
+use plumbline_tests::years::{Answer, Outcome, Trial, Year, chain, features, years};
 use rayon::prelude::*;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
+
+/// The risk at which frames together have decided on board.
+const RISK_MAX: f64 = 1e-4;
 
 #[derive(Debug, Parser)]
 #[command(
@@ -43,6 +47,12 @@ struct Options {
     /// Each in itself instead of in the others
     #[arg(long)]
     same: bool,
+    /// Instead add up so many patches side by side, as on board: at most 64 pixels a side, searched over ±10
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=16), conflicts_with_all = ["picture", "features"])]
+    chain: Option<u16>,
+    /// Also write what each risk is made of into this CSV file
+    #[arg(long)]
+    features: Option<PathBuf>,
     /// Also draw coverage and stated against observed risk into this SVG file
     #[arg(long)]
     picture: Option<PathBuf>,
@@ -62,50 +72,107 @@ fn main() -> ExitCode {
 }
 
 fn compared(options: &Options) -> Result<(), String> {
-    if let Some(path) = &options.picture {
+    for path in options.picture.iter().chain(&options.features) {
         check_file(path).map_err(|error| error.to_string())?;
     }
     let years = years(&options.orthos).map_err(|error| error.to_string())?;
     if years.len() < 2 && !options.same {
         return Err("one orthophoto alone has no other to be looked for in; give two, or --same".into());
     }
-    let trial = Trial {
+    let trial = trial(options)?;
+    let pairs: Vec<_> = (0..years.len())
+        .flat_map(|i| (0..years.len()).map(move |j| (i, j)))
+        .filter(|(i, j)| (i == j) == options.same)
+        .collect();
+    let text = match options.chain {
+        Some(count) => chains(options, &trial, &years, &pairs, count.into())?,
+        None => patches(options, &trial, &years, &pairs)?,
+    };
+    // A reader that has seen enough is no error.
+    std::io::stdout().write_all(text.as_bytes()).or(Ok(()))
+}
+
+fn trial(options: &Options) -> Result<Trial, String> {
+    let chained = options.chain.is_some();
+    if chained && usize::from(options.side) > PATCH_MAX_PX {
+        return Err(format!("--chain adds up patches of at most {PATCH_MAX_PX} pixels; give --side {PATCH_MAX_PX}"));
+    }
+    Ok(Trial {
         side: options.side,
-        radius: options.radius,
+        radius: if chained { SEARCH_MAX_PX as u16 } else { options.radius },
         turn_rad: options.turn_deg.to_radians(),
         scale: options.scale_percent / 100.0,
         noise: options.noise,
-    };
-    let margin = usize::from(options.side / 2 + 2 * options.radius);
+    })
+}
+
+/// Places of the grid, `step` apart, where patches of that size `wide` side by side and their search lie within all pictures.
+fn places(trial: &Trial, years: &[Year], step: usize, wide: usize) -> Result<Vec<[usize; 2]>, String> {
+    let margin = usize::from(trial.side / 2 + 2 * trial.radius);
     let size = years.first().map_or((0, 0), |year| (year.cols, year.rows));
-    if size.0.min(size.1) <= 2 * margin {
+    let others = (wide - 1) * usize::from(trial.side);
+    if size.0 <= 2 * margin + others || size.1 <= 2 * margin {
         return Err(format!(
             "what all have in common, {} x {} pixels, is less than a patch and its search",
             size.0, size.1
         ));
     }
-    let step = usize::from(options.step);
     let rows = (margin..size.1 - margin).step_by(step);
-    let places: Vec<_> =
-        rows.flat_map(|row| (margin..size.0 - margin).step_by(step).map(move |col| [col, row])).collect();
-    let pairs: Vec<_> = (0..years.len())
-        .flat_map(|i| (0..years.len()).map(move |j| (i, j)))
-        .filter(|(i, j)| (i == j) == options.same)
-        .collect();
+    Ok(rows.flat_map(|row| (margin..size.0 - margin - others).step_by(step).map(move |col| [col, row])).collect())
+}
+
+/// Of each trial its own random numbers.
+fn seed(options: &Options, (i, j): (usize, usize), [col, row]: [usize; 2]) -> u64 {
+    options.seed << 56 ^ ((i * 97 + j) as u64) << 40 ^ (col as u64) << 20 ^ row as u64
+}
+
+fn patches(options: &Options, trial: &Trial, years: &[Year], pairs: &[(usize, usize)]) -> Result<String, String> {
+    let places = places(trial, years, options.step.into(), 1)?;
     let progress = ProgressBar::new(pairs.len() as u64);
-    let mut outcomes: Vec<Outcome> = Vec::new();
-    for (i, j) in pairs {
-        let seed =
-            |[col, row]: [usize; 2]| options.seed << 56 ^ ((i * 97 + j) as u64) << 40 ^ (col as u64) << 20 ^ row as u64;
-        outcomes.par_extend(places.par_iter().filter_map(|&at| trial.run(&years[i], &years[j], at, seed(at))));
+    let (mut outcomes, mut made_of) = (Vec::<Outcome>::new(), features::HEAD.to_owned());
+    for &(i, j) in pairs {
+        let of_pair = places.par_iter().filter_map(|&at| {
+            let seed = seed(options, (i, j), at);
+            trial.run(&years[i], &years[j], at, seed)
+        });
+        let of_pair: Vec<Outcome> = of_pair.collect();
+        made_of += &features::lines(trial, (i, j), &of_pair);
+        outcomes.extend(of_pair);
         progress.inc(1);
     }
     progress.finish_and_clear();
     if let Some(path) = &options.picture {
         write_file(path, picture(&outcomes)?.as_bytes()).map_err(|error| error.to_string())?;
     }
-    // A reader that has seen enough is no error.
-    std::io::stdout().write_all(text(&outcomes).as_bytes()).or(Ok(()))
+    if let Some(path) = &options.features {
+        write_file(path, made_of.as_bytes()).map_err(|error| error.to_string())?;
+    }
+    Ok(text(&outcomes))
+}
+
+fn chains(
+    options: &Options,
+    trial: &Trial,
+    years: &[Year],
+    pairs: &[(usize, usize)],
+    count: usize,
+) -> Result<String, String> {
+    let places = places(trial, years, options.step.into(), count)?;
+    let progress = ProgressBar::new(pairs.len() as u64);
+    let mut chains = Vec::new();
+    for &(i, j) in pairs {
+        chains.par_extend(places.par_iter().map(|&at| {
+            let seed = seed(options, (i, j), at);
+            chain::chain(trial, (&years[i], &years[j]), at, count, seed)
+        }));
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    let mut lines = vec![chain::HEAD.to_owned()];
+    lines.extend((1..=count).map(|cut| chain::line(&chains, cut, RISK_MAX)));
+    let links = chains.iter().flatten().flatten();
+    lines.extend(reliability_lines(&reliability(links.map(|link| (link.risk, link.is_wrong)))));
+    Ok(lines.join("\n") + "\n")
 }
 
 fn text(outcomes: &[Outcome]) -> String {
@@ -114,13 +181,7 @@ fn text(outcomes: &[Outcome]) -> String {
         HEAD.to_owned(),
         line("high-pass", &of(|outcome| outcome.high_pass)),
         line("directions", &of(|outcome| outcome.directions)),
-        String::new(),
-        "stated risk  wrong      of  observed".to_owned(),
     ];
-    lines.extend(
-        reliability(outcomes).into_iter().map(|(mean, wrong, count)| {
-            format!("{mean:11.1e} {wrong:6} {count:7} {:9.1e}", wrong as f64 / count as f64)
-        }),
-    );
+    lines.extend(reliability_lines(&reliability(stated(outcomes))));
     lines.join("\n") + "\n"
 }

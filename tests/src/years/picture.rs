@@ -1,6 +1,6 @@
 //! The table as a picture: coverage of both matchers against the share of wrong ones, and stated against observed risk.
 
-use super::table::{coverage, reliability};
+use super::table::{coverage, reliability, stated};
 use super::{Answer, Outcome};
 use plumbline_charts::panels::{FITTED, LEFT_OUT, MEASURED, Mark, Panel, svg};
 
@@ -19,7 +19,7 @@ pub fn picture(outcomes: &[Outcome]) -> Result<String, String> {
         let at = |step: usize| SHOWN.start + step as f64 / STEPS as f64;
         Mark::Line((0..=decades * STEPS).map(at).map(|log| (log, coverage(&answers, 10f64.powf(log)))).collect())
     };
-    let stated: Vec<(f64, f64)> = reliability(outcomes)
+    let stated: Vec<(f64, f64)> = reliability(stated(outcomes))
         .into_iter()
         .filter(|&(_, wrong, _)| wrong > 0)
         .map(|(mean, wrong, count)| (mean.log10(), (wrong as f64 / count as f64).log10()))

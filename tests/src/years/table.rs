@@ -57,16 +57,29 @@ pub fn line(name: &str, answers: &[Answer]) -> String {
 pub const HEAD: &str = "matcher             trials  right  at1e-3  at1e-2 accepted  wrong    NEES";
 
 /// Stated risks against what happened, in half decades: their mean, how many were wrong, of how many.
-pub fn reliability(outcomes: &[Outcome]) -> Vec<(f64, usize, usize)> {
+pub fn reliability(stated: impl Iterator<Item = (f64, bool)>) -> Vec<(f64, usize, usize)> {
     let mut bins = vec![(0.0, 0, 0); 11];
-    for answer in outcomes.iter().map(|outcome| outcome.directions) {
-        let Some(risk) = answer.risk else { continue };
+    for (risk, is_wrong) in stated {
         let bin = ((risk.log10() + 5.0) * 2.0).floor().clamp(0.0, 10.0) as usize;
         bins[bin].0 += risk;
-        bins[bin].1 += usize::from(answer.is_wrong());
+        bins[bin].1 += usize::from(is_wrong);
         bins[bin].2 += 1;
     }
     bins.into_iter().filter(|bin| bin.2 > 0).map(|(sum, wrong, count)| (sum / count as f64, wrong, count)).collect()
+}
+
+/// What patches' directions state, and whether they were wrong.
+pub fn stated(outcomes: &[Outcome]) -> impl Iterator<Item = (f64, bool)> {
+    outcomes.iter().filter_map(|outcome| Some((outcome.directions.risk?, outcome.directions.is_wrong())))
+}
+
+/// Lines of a [`reliability`] with their head.
+pub fn reliability_lines(bins: &[(f64, usize, usize)]) -> Vec<String> {
+    let line = |&(mean, wrong, count): &(f64, usize, usize)| {
+        format!("{mean:11.1e} {wrong:6} {count:7} {:9.1e}", wrong as f64 / count as f64)
+    };
+    let head = "stated risk  wrong      of  observed".to_owned();
+    [String::new(), head].into_iter().chain(bins.iter().map(line)).collect()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //! of frames before, and the frame's own top where all of them put it.
 
 use super::half::{self, Scores, scores};
-use super::risk::{HELD_PX, holds, precise};
+use super::risk::{HELD_PX, holds, is_within};
 use super::search::{images, working_bytes};
 use super::summit::{self, Summit};
 use super::{least_squares, of_top};
@@ -26,6 +26,8 @@ const BESIDE_PX: u16 = 1;
 const NEAR_PX: u16 = 3;
 /// By how much the variance of a top is larger than its parts say. Measured over 2,400 frames of flights between years: 1.5 to 2.
 const OVER_PARTS: f32 = 2.0;
+/// Largest sigma of an own top along either axis, pixels. Chosen: half of what is a wrong match.
+const SIGMA_MAX_PX: f32 = 1.5;
 
 /// A frame's own top.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,7 +90,7 @@ pub fn look(
     };
     let held = if may_hold { held() } else { None };
     let own = Own { peak: (found.d_col, found.d_row), solution: held.unwrap_or(alone), holds: held.is_some() };
-    Ok(precise(&own.solution).is_ok().then_some(own))
+    Ok(is_within(&own.solution, SIGMA_MAX_PX).then_some(own))
 }
 
 /// The patch's own top where `decide` says, and what it says by itself.

@@ -9,8 +9,8 @@ use crate::math::squared;
 const NAT: f32 = 20.0;
 /// Evidence against a place beyond which it does not matter how much there is.
 const LOWEST: f32 = -400.0;
-/// Dilation below so many shifts is none, one sigma.
-const DRIFT_MIN: f32 = 0.1;
+/// Least [widening](Places::widen), one sigma, shifts: a place beside costs more than it can have. Chosen.
+pub(super) const DRIFT_MIN: f32 = 0.1;
 
 /// Evidence of every shift, and of all that lies beyond.
 #[derive(Clone, Copy, Debug)]
@@ -41,11 +41,13 @@ impl Places {
         shift(&mut self.evidence, self.unseen, (cols, rows));
     }
 
+    /// Only such a share of all evidence is left.
+    pub fn fade(&mut self, share: f32) {
+        self.evidence.as_flattened_mut().iter_mut().chain([&mut self.unseen]).for_each(|own| *own *= share);
+    }
+
     /// Each place takes over from the one that is worth most less what the way from there costs; `sigma`: of the way, each axis, steps.
     pub fn widen(&mut self, sigma: f32) {
-        if sigma <= DRIFT_MIN {
-            return;
-        }
         let cost = 0.5 * NAT / squared(sigma);
         let best = |line: &[f32; SHIFTS], at: usize| {
             let from = line.iter().enumerate().map(|(from, own)| own - cost * squared(from as f32 - at as f32));

@@ -32,6 +32,14 @@ impl Top {
         self.row.abs_diff(other.row).max(self.col.abs_diff(other.col))
     }
 
+    /// The highest of other scores within a step of where it is.
+    pub fn around(&self, scores: &Scores) -> f32 {
+        let near = |at: usize| at.saturating_sub(1)..(at + 2).min(SHIFTS);
+        let lines = scores.get(near(self.row)).unwrap_or(&[]);
+        let beside = lines.iter().flat_map(|line| line.get(near(self.col)).unwrap_or(&[]));
+        beside.fold(f32::MIN, |highest, &score| highest.max(score))
+    }
+
     /// The highest off the main lobe.
     pub fn second(&self, scores: &Scores) -> f32 {
         let others = scores

@@ -1,0 +1,35 @@
+//! What each risk is made of, a line a patch, for whoever fits or judges the odds.
+
+use super::{Outcome, Trial};
+use std::fmt::Write;
+
+/// The head of [`lines()`].
+pub const HEAD: &str =
+    "ground,reference,col,row,side,radius,score,lead,curvature,steadiness,holds,on_border,risk,accepted,off_px\n";
+
+/// Lines of the patches of one pair, `pair` being the places of ground and reference among the files.
+pub fn lines(trial: &Trial, pair: (usize, usize), outcomes: &[Outcome]) -> String {
+    outcomes.iter().fold(String::new(), |mut text, Outcome { at: [col, row], directions, found, .. }| {
+        let evidence = &found.peak.evidence;
+        let off_px = directions.off[0].hypot(directions.off[1]);
+        let is = u8::from;
+        // To a string this cannot fail.
+        let _ = writeln!(
+            text,
+            "{},{},{col:.2},{row:.2},{},{},{},{},{},{},{},{},{},{},{off_px:.3}",
+            pair.0,
+            pair.1,
+            trial.side,
+            trial.radius,
+            evidence.score,
+            evidence.lead,
+            evidence.curvature,
+            evidence.steadiness,
+            is(found.holds),
+            is(found.peak.on_border),
+            found.risk,
+            is(directions.accepted),
+        );
+        text
+    })
+}
