@@ -4,7 +4,7 @@ mod picture;
 
 use plumbline_survey::error::InputError;
 use plumbline_survey::smooth::{
-    Epochs, Estimate, Fit, Options, Samples, SmoothError, read_instants, smooth, unwrap_degrees,
+    Epochs, Estimate, Fit, Options, Samples, SmoothError, read_instants, smooth, turned_over, unwrap_degrees,
 };
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -48,8 +48,8 @@ pub struct Summary {
     pub alpha: f64,
     /// Effective number of parameters, tr H.
     pub edf: f64,
-    /// Standard deviation of a sample with weight 1, in the column's unit.
-    pub sigma0: f64,
+    /// Standard deviation of a sample with weight 1, in the column's unit; null where the samples do not tell their noise.
+    pub sigma0: Option<f64>,
     /// n V'PV / (n - tr H)².
     pub gcv: f64,
     /// Whether GCV found its minimum at an end of its range.
@@ -83,6 +83,8 @@ impl Smoothed {
         for (index, column) in wanted.columns.iter().enumerate() {
             if wanted.angles.contains(column) {
                 unwrap_degrees(&mut samples.channels[index]).map_err(|error| samples.error_at(&error, Some(column)))?;
+            } else if let Some(error) = turned_over(&samples.channels[index]) {
+                return Err(samples.error_at(&error, Some(column)));
             }
             let fit = smooth(&epochs, &samples.channels[index], &samples.weights, &wanted.options);
             fits.push(fit.map_err(|error| samples.error_at(&error, Some(column)))?);
@@ -100,10 +102,12 @@ impl Smoothed {
             let _ = write!(text, ",{column},{column}_rate,{column}_sigma");
         }
         text.push('\n');
+        let tells: Vec<bool> = self.fits.iter().map(Fit::tells_noise).collect();
         let mut row = |t_s: f64, estimates: &mut dyn Iterator<Item = Estimate>| {
             let _ = write!(text, "{t_s}");
-            for Estimate { value, rate, sigma } in estimates {
-                let _ = write!(text, ",{value},{rate},{sigma}");
+            for (Estimate { value, rate, sigma }, tells) in estimates.zip(&tells) {
+                let _ = write!(text, ",{value},{rate},");
+                let _ = if *tells { write!(text, "{sigma}") } else { Ok(()) };
             }
             text.push('\n');
         };
@@ -131,7 +135,7 @@ impl Smoothed {
             Summary {
                 alpha: fit.alpha,
                 edf: fit.edf,
-                sigma0: fit.sigma0,
+                sigma0: fit.tells_noise().then_some(fit.sigma0),
                 gcv: fit.gcv,
                 alpha_at_bound: fit.alpha_at_bound,
                 constant: trend.constant,
@@ -152,20 +156,33 @@ impl Smoothed {
                 0 => String::new(),
                 count => format!(", {count} samples left out"),
             };
+            let sigma0 = if fit.tells_noise() { format!("sigma0 {:.6}", fit.sigma0) } else { "no sigma".to_owned() };
             format!(
-                "{column}: alpha {:.4e}{bound}, {:.2} parameters for {} samples, sigma0 {:.6}{rejected}",
+                "{column}: alpha {:.4e}{bound}, {:.2} parameters for {} samples, {sigma0}{rejected}",
                 fit.alpha,
                 fit.edf,
-                self.samples.t_s.len(),
-                fit.sigma0
+                self.samples.t_s.len()
             )
         };
         self.columns.iter().zip(&self.fits).map(line).collect()
     }
 
-    /// What a reader has to know whatever else is printed: gaps that were bridged.
+    /// What a reader has to know whatever else is printed: gaps that were bridged, columns whose noise is not known.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
+        let silent = self.columns.iter().zip(&self.fits).filter(|(_, fit)| !fit.tells_noise());
+        let silent = silent.map(|(column, fit)| {
+            format!(
+                "column {column}: GCV ends at its least alpha, {:.1e}: the samples do not tell their noise, and {column}_sigma is left \
+                 empty; where the noise is known, give the --alpha at which sigma0 is that",
+                fit.alpha
+            )
+        });
+        silent.chain(self.bridged()).collect()
+    }
+
+    /// Gaps that were bridged.
+    fn bridged(&self) -> Vec<String> {
         let Some(fit) = self.fits.first() else { return Vec::new() };
         let sentence = |gap: &plumbline_survey::smooth::Gap| {
             format!("gap of {:.3} s bridged, {} s to {} s", gap.length_s(), gap.from_s, gap.to_s)

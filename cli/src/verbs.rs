@@ -25,8 +25,10 @@ mod smooth;
 mod stitch;
 mod tiles;
 
-use crate::outcome::{Failure, Outcome};
+use crate::outcome::{Failure, Outcome, note};
+use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
+use plumbline_survey::camera_file::CameraFile;
 
 /// Real-time rectification and scene matching: simulated flights of the firmware, and its algorithms on single
 /// pictures.
@@ -40,6 +42,8 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     /// Fly the firmware over real or procedural ground and judge its fixes
+    ///
+    /// A frame without a fix says why, on the page and in fixes.csv: docs/refusals.md explains every reason.
     Fly(fly::Args),
     /// Run the application again on a flight's log and compare, bit for bit
     Replay(replay::Args),
@@ -140,7 +144,28 @@ pub fn one_sentence(error: &clap::Error) -> String {
     // What was likely meant stands apart.
     let meant = text.lines().find_map(|line| line.trim().strip_prefix("tip: a similar"));
     let meant = meant.map_or_else(String::new, |meant| format!("; a similar{meant}"));
-    format!("plumbline: {}{meant}", sentence.strip_prefix("error: ").unwrap_or(&sentence))
+    format!("plumbline: {}{meant}{}", sentence.strip_prefix("error: ").unwrap_or(&sentence), points(error))
+}
+
+/// What to type where numbers that belong behind `--` stand without it.
+fn points(error: &clap::Error) -> String {
+    // An argument that is no text is no point either.
+    let words: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    let takes_points = words.first().is_some_and(|verb| ["map", "motion", "intersect"].contains(&verb.as_str()));
+    if error.kind() != ErrorKind::UnknownArgument || !takes_points || words.iter().any(|word| word == "--") {
+        return String::new();
+    }
+    let is_point = |word: &str| word.contains(',') && word.split(',').all(|part| part.trim().parse::<f64>().is_ok());
+    // Numbers behind an option's name are its value.
+    let is_value = |index: usize| index > 0 && words[index - 1].starts_with("--") && !words[index - 1].contains('=');
+    let loose = words.iter().enumerate().filter(|(index, word)| is_point(word) && !is_value(*index));
+    let loose: Vec<&str> = loose.map(|(_, word)| word.as_str()).collect();
+    if loose.is_empty() { String::new() } else { format!("; points come last and after --: -- {}", loose.join(" ")) }
+}
+
+/// Asks on stderr about fields of view that are likely in radians.
+fn ask(camera: &CameraFile) {
+    camera.doubt().iter().for_each(|question| note(question));
 }
 
 /// A finite number.

@@ -5,6 +5,7 @@ mod cost;
 pub mod exposure;
 pub mod faults;
 pub mod fixes;
+pub mod frames;
 pub mod globe;
 pub mod kept;
 mod matching;

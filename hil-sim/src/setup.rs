@@ -29,7 +29,7 @@ use plumbline_firmware::stores::tiles::TileHead;
 use plumbline_firmware::wire::signature::Key;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::Raster;
+use plumbline_survey::io::raster::{Raster, check_metric};
 use std::path::Path;
 
 /// How far from the centre a flight goes at most, metres: larger grounds are not used to their borders, so that the
@@ -245,12 +245,17 @@ fn scenario_reference(scenario: &Scenario) -> Option<&Path> {
 fn picture(path: &Path, surface: Option<(Grid, Option<u32>)>, knows_nodata: bool) -> Result<Ground, InputError> {
     let raster = Raster::read(path)?;
     let epsg = raster.crs.ok_or_else(|| {
-        InputError::new(format!("{}: the orthophoto names no reference system (EPSG)", path.display()))
+        InputError::new(format!(
+            "{}: the orthophoto names no reference system; where it is known: gdal_edit.py -a_srs EPSG:CODE {}",
+            path.display(),
+            path.display()
+        ))
     })?;
+    check_metric(path, &raster.geo, epsg, (raster.cols, raster.rows))?;
     let surface = match surface {
         Some((_, Some(other))) if other != epsg => {
             return Err(InputError::new(format!(
-                "{} is in EPSG:{epsg}, but the elevation model in EPSG:{other}",
+                "{} is in EPSG:{epsg}, but the elevation model in EPSG:{other}: gdalwarp -t_srs EPSG:{epsg} -r bilinear DEM OUT.tif",
                 path.display()
             )));
         }

@@ -118,6 +118,9 @@ pub fn write(path: &Path, camera: &CameraFile) -> Result<(), InputError> {
     write_file(path, camera.checked_toml_string(path)?.as_bytes())
 }
 
+/// A field of view of 120 degrees in radians: wider ones belong to fisheyes, which are not described so.
+const RADIANS_MOST: f64 = 2.1;
+
 impl CameraFile {
     /// A camera of (columns, rows) and full fields of view (across, along) in degrees, and nothing else. Not checked.
     #[must_use]
@@ -145,6 +148,21 @@ impl CameraFile {
     pub fn tangent_per_px(&self) -> (f64, f64) {
         let per_px = |fov_deg: f64, count: u32| (0.5 * fov_deg.to_radians()).tan() / (0.5 * f64::from(count));
         (per_px(self.fov_h_deg, self.cols), per_px(self.fov_v_deg, self.rows))
+    }
+
+    /// What else the fields of view may mean: both are as small as angles in radians are.
+    #[must_use]
+    pub fn doubt(&self) -> Option<String> {
+        let fields = [self.fov_h_deg, self.fov_v_deg];
+        if fields.iter().any(|field| *field > RADIANS_MOST) {
+            return None;
+        }
+        let [h, v] = fields.map(f64::to_degrees);
+        Some(format!(
+            "fov_h_deg = {} and fov_v_deg = {} are degrees, which few lenses have so small; were they radians, write fov_h_deg = {h:.4} and \
+             fov_v_deg = {v:.4}",
+            self.fov_h_deg, self.fov_v_deg
+        ))
     }
 
     /// Reads and checks a camera file.

@@ -26,7 +26,7 @@ mod samples;
 mod spline;
 mod trend;
 
-pub use angles::unwrap_degrees;
+pub use angles::{turned_over, unwrap_degrees};
 pub use epochs::{Epochs, GAP_SPACINGS};
 pub use error::{Gap, SmoothError, TURN_MAX_DEG};
 pub use fit::{Estimate, Fit};

@@ -12,8 +12,8 @@ const MOUNTS: &str = "mounts --eo left.csv --eo right.csv";
 /// The reference's golden block.
 fn scene(name: &str) -> Folder {
     let folder = Folder::new(name);
-    folder.write("block.json", include_str!("../vectors/calibrate/block.json"));
-    folder.write("obs.csv", include_str!("../vectors/calibrate/observations.csv"));
+    folder.write("block.json", include_str!("../../examples/calibrate/block.json"));
+    folder.write("obs.csv", include_str!("../../examples/calibrate/observations.csv"));
     let eo = "Name,Easting,Northing,Height,Omega[deg],Phi[deg],Kappa[deg]\n";
     folder.write("left.csv", format!("{eo}a,0,0,100,0,0,0\nb,50,0,100,0,0,90\n"));
     folder.write("right.csv", format!("{eo}a,1,0,100,0,20,0\nb,50,1,100,-20,0,90\n"));

@@ -23,7 +23,7 @@ ITEM = {
     "properties": {
         "type": {"const": "SimpleItem"},
         "frame": {"enum": [0, 2]},
-        "command": {"enum": [16, 178, 203]},
+        "command": {"enum": [16, 20, 22, 84, 178, 203]},
         "autoContinue": {"type": "boolean"},
         "doJumpId": {"type": "integer", "minimum": 1},
         "params": {"type": "array", "minItems": 7, "maxItems": 7, "items": NUMBER_OR_NULL},
@@ -32,8 +32,8 @@ ITEM = {
         "AltitudeMode": {"enum": [1, 2, 3, 4]},
     },
     "additionalProperties": False,
-    # A waypoint has its altitude's keys all or none, and a place.
-    "if": {"properties": {"command": {"const": 16}}},
+    # A waypoint or a take-off has its altitude's keys all or none, and a place.
+    "if": {"properties": {"command": {"enum": [16, 22, 84]}}},
     "then": {
         "required": ["AMSLAltAboveTerrain", "Altitude", "AltitudeMode"],
         "properties": {
@@ -118,6 +118,14 @@ def check(folder):
     assert [item["doJumpId"] for item in items] == list(range(1, len(items) + 1))
     waypoints = through_pymavlink(plan["mission"])
     assert len(waypoints) == len(items) + 1
+    # Take-off and return stand around the rest.
+    takeoffs = {1: mavutil.mavlink.MAV_CMD_NAV_TAKEOFF, 2: mavutil.mavlink.MAV_CMD_NAV_TAKEOFF,
+                20: mavutil.mavlink.MAV_CMD_NAV_VTOL_TAKEOFF}
+    if waypoints[1].command != mavutil.mavlink.MAV_CMD_DO_CHANGE_SPEED:
+        takeoff, back = waypoints.pop(1), waypoints.pop()
+        assert takeoff.command == takeoffs[plan["mission"]["vehicleType"]]
+        assert takeoff.z == waypoints[2].z
+        assert back.command == mavutil.mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
     speed = waypoints[1]
     assert speed.command == mavutil.mavlink.MAV_CMD_DO_CHANGE_SPEED
     assert (speed.param1, speed.param2) == (1, flown["speed_m_s"])

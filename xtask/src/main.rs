@@ -17,6 +17,7 @@ mod panics;
 mod places;
 mod process;
 mod python;
+mod release;
 mod selftest;
 mod set_up;
 mod signing;
@@ -50,6 +51,7 @@ fn main() -> ExitCode {
             let both = panics::emulated().and_then(|()| panics::flight_computer());
             both.map_or_else(failed, |()| ExitCode::SUCCESS)
         }),
+        "release" => Ok(release::release(&rest).map_or_else(failed, |()| ExitCode::SUCCESS)),
         "test" => test::test(&rest),
         "nightly" => none_left(&rest).map(|()| test::nightly()),
         "" => Err(help("")),
@@ -62,7 +64,7 @@ fn main() -> ExitCode {
 }
 
 /// Each verb with its arguments and what it does.
-const VERBS: [(&str, &str); 11] = [
+const VERBS: [(&str, &str); 12] = [
     ("build", "all images, and the command plumbline in release"),
     ("fly [OPTIONS OF plumbline fly]", "builds, then flies in the emulator unless told otherwise"),
     ("test [--all | STEP]", "all that must hold: every day, with the long steps, or one step of what has been built"),
@@ -76,6 +78,7 @@ const VERBS: [(&str, &str); 11] = [
     ("compare --matching ORTHO ORTHO ...", "the core's matchers between years: coverage, wrong ones, risk"),
     ("figures", "what flights and the budget measure, into docs/figures.md"),
     ("fuzz [--inputs N] [--seed S] [--target READER]", "damaged inputs for each reader of bytes"),
+    ("release [TARGET ...]", "archives of the command for x86-64 and arm64, under target/archives"),
     ("panics", "which functions in a frame's way could panic"),
 ];
 

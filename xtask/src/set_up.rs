@@ -80,6 +80,10 @@ fn from_source(machine: &Machine) -> Result<Compiler, Failure> {
 }
 
 /// The linker of the toolchain in use, else Debian's.
+pub fn rust_lld() -> Result<PathBuf, Failure> {
+    linker(&Machine::here())
+}
+
 fn linker(machine: &Machine) -> Result<PathBuf, Failure> {
     let of_toolchain = output(rustc_in_use().args(["--print", "sysroot"])).and_then(|sysroot| {
         let hosts = std::fs::read_dir(Path::new(&sysroot).join("lib/rustlib")).ok()?;
@@ -135,7 +139,12 @@ pub fn component(component: &str, verb: &str) -> Result<(), Failure> {
 
 /// Whether the compiler in use has the library for the boards.
 fn has_target() -> bool {
-    output(rustc_in_use().args(["--print", "target-libdir", "--target", THUMB]))
+    has_library(THUMB)
+}
+
+/// Whether the compiler in use has the library of a target.
+pub fn has_library(target: &str) -> bool {
+    output(rustc_in_use().args(["--print", "target-libdir", "--target", target]))
         .and_then(|folder| std::fs::read_dir(folder).ok())
         .is_some_and(|files| files.flatten().any(|file| file.file_name().to_string_lossy().starts_with("libcore-")))
 }

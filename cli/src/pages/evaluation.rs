@@ -92,6 +92,7 @@ impl Page<'_> {
                             tr { th { (why) small { (explained(why)) } } td class="n" { (count) } }
                         } }
                     }
+                    p class="note" { "docs/refusals.md has every reason with what to look at." }
                 }
             }
         }

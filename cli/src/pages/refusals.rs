@@ -87,4 +87,18 @@ mod tests {
         let known = (1..=u8::MAX).filter_map(Refusal::from_code);
         assert_eq!(known.filter(|refusal| explained(refusal.name()).is_empty()).collect::<Vec<_>>(), []);
     }
+
+    /// The page of refusals has a row for each code of the firmware, and for what the simulator says of a frame that is lost.
+    #[test]
+    fn every_reason_is_on_its_page() {
+        let page = include_str!("../../../docs/refusals.md");
+        let rows: Vec<&str> = page.lines().filter(|line| line.contains("| `")).collect();
+        let known: Vec<Refusal> = (1..=u8::MAX).filter_map(Refusal::from_code).collect();
+        for refusal in &known {
+            let row = format!("| {} | `{}` | ", refusal.code(), refusal.name());
+            assert_eq!(rows.iter().filter(|line| line.starts_with(&row)).count(), 1, "{row}");
+        }
+        assert!(page.contains("| | `lost` | "));
+        assert_eq!(rows.len(), known.len() + 1, "no row of a reason that there is not");
+    }
 }

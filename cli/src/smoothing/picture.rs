@@ -31,17 +31,18 @@ impl Smoothed {
         let kept: Vec<usize> = drawn().filter(|i| !is_out(i)).collect();
         let points = |all: &[usize], value: &dyn Fn(usize) -> f64| all.iter().map(|&i| (t[i], value(i))).collect();
         let curve = curve(fit, t, step);
-        let band = curve.iter().map(|(t, at)| (*t, at.value - 2.0 * at.sigma, at.value + 2.0 * at.sigma)).collect();
-        let spread = curve.iter().map(|(t, at)| (*t, -2.0 * at.sigma, 2.0 * at.sigma)).collect();
+        let two = if fit.tells_noise() { 2.0 } else { 0.0 };
+        let band = curve.iter().map(|(t, at)| (*t, at.value - two * at.sigma, at.value + two * at.sigma)).collect();
+        let spread = curve.iter().map(|(t, at)| (*t, -two * at.sigma, two * at.sigma)).collect();
+        let sigma0 = if fit.tells_noise() { format!("sigma0 {:.4e}", fit.sigma0) } else { "no sigma".to_owned() };
         let line = curve.iter().map(|(t, at)| (*t, at.value)).collect();
         let sparse = if step > 1 { format!("; one sample of {step} is drawn") } else { String::new() };
         let upper = Panel {
             caption: format!(
-                "{name}: samples (grey), curve and its two-sigma band (blue){}; alpha {:.3e}, edf {:.1}, sigma0 {:.4e}{sparse}",
+                "{name}: samples (grey), curve and its two-sigma band (blue){}; alpha {:.3e}, edf {:.1}, {sigma0}{sparse}",
                 if fit.rejected.is_empty() { "" } else { ", left out (red)" },
                 fit.alpha,
-                fit.edf,
-                fit.sigma0
+                fit.edf
             ),
             share: 4,
             marks: vec![
@@ -58,8 +59,8 @@ impl Smoothed {
             share: 2,
             marks: vec![
                 (Mark::Band(spread), FITTED),
-                (Mark::Level(-2.0 * fit.sigma0), FITTED),
-                (Mark::Level(2.0 * fit.sigma0), FITTED),
+                (Mark::Level(-two * fit.sigma0), FITTED),
+                (Mark::Level(two * fit.sigma0), FITTED),
                 (Mark::Dots(points(&kept, &|i| fit.residuals[i])), MEASURED),
             ],
         };

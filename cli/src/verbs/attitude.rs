@@ -53,6 +53,9 @@ impl FollowUp {
 /// A follow-up angle nearer than this to the exact one is the followed one.
 const FOLLOWED_DEG: f64 = 1e-3;
 
+/// A pitch below this is a gimbal's: no camera whose axis is so near the horizon takes a picture to be rectified.
+const GIMBAL_DEG: f64 = 75.0;
+
 impl AttitudeArgs {
     /// Heading, pitch and roll, degrees, and the follow-up angle.
     pub fn new([heading_deg, pitch_deg, roll_deg]: [f64; 3], follow_up_deg: FollowUp) -> Self {
@@ -72,11 +75,40 @@ impl AttitudeArgs {
         let [_, pitch_rad, roll_rad] = self.angles_rad();
         if pitch_rad.cos() < 1e-3 || roll_rad.cos() < 1e-3 {
             return Err(Failure::Input(InputError::new(format!(
-                "--pitch-deg {} --roll-deg {}: the camera looks at or above the horizon",
-                self.pitch_deg, self.roll_deg
+                "--pitch-deg {} --roll-deg {}: the camera looks at or above the horizon{}",
+                self.pitch_deg,
+                self.roll_deg,
+                self.gimbal()
             ))));
         }
         Ok(attitude)
+    }
+
+    /// The attitude of a camera that takes a picture of the ground.
+    ///
+    /// # Errors
+    /// As [`Self::attitude`]; a pitch that is that of a gimbal, whose -90 looks down.
+    pub fn looking_down(&self) -> Result<Attitude, Failure> {
+        let attitude = self.attitude()?;
+        let gimbal = self.gimbal();
+        if gimbal.is_empty() {
+            return Ok(attitude);
+        }
+        let what = "the camera looks nearly at the horizon";
+        Err(Failure::Input(InputError::new(format!("--pitch-deg {}: {what}{gimbal}", self.pitch_deg))))
+    }
+
+    /// What was likely meant by a pitch near -90.
+    fn gimbal(&self) -> String {
+        if (-95.0..=-GIMBAL_DEG).contains(&self.pitch_deg) {
+            // As many digits as were given.
+            let meant = (1e6 * (self.pitch_deg + 90.0)).round() / 1e6;
+            return format!(
+                "; 0 is a camera that looks straight down: for a gimbal's pitch of {} write --pitch-deg {meant}",
+                self.pitch_deg
+            );
+        }
+        String::new()
     }
 
     /// The follow-up angle to use in f64 radians, given the exact one.

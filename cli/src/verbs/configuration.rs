@@ -12,6 +12,7 @@ use plumbline_sim::configuration::settings::configuration;
 use plumbline_sim::link::why;
 use plumbline_sim::setup::planned::limits;
 use plumbline_sim::setup::planned::store::of_file;
+use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::input;
 use plumbline_survey::io::output::write_file;
@@ -75,10 +76,21 @@ struct KeySummary {
     bytes: usize,
 }
 
+/// Flash of the flight computer for a plan: region PLAN of `memory.x`.
+const PLAN_BYTES: usize = 64 * 1024;
+
 /// The plan store.
 fn plan(path: &Path, args: &Args) -> Result<Outcome, Failure> {
     let file = PlanFile::read(path)?;
     let store = of_file(&file).map_err(|error| InputError::new(format!("{}: {error}", path.display())))?;
+    if store.len() > PLAN_BYTES {
+        return Err(Failure::Input(InputError::new(format!(
+            "{}: its {} photos take {} bytes of the {PLAN_BYTES} that a board has for a plan: plan parts of the area, or fewer photos",
+            path.display(),
+            file.photo_count,
+            store.len()
+        ))));
+    }
     write_file(&args.out, &store)?;
     let limits = limits(&file);
     let summary = PlanSummary {
@@ -146,6 +158,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         (Some(camera), None) => camera,
         (None, None) => return Err(Failure::Input(InputError::new("--camera, --plan or --signing-key is missing"))),
     };
+    super::ask(&CameraFile::read(camera)?);
     let name = args.settings.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
     let text = args.settings.as_ref().map(|path| input::text(path)).transpose()?;
     let configuration = configuration(camera, args.head, text.as_deref().map(|text| (text, name.as_str())))?;
@@ -174,4 +187,17 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         )
     };
     Outcome::new(args.json, &summary, text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::PLAN_BYTES;
+
+    #[test]
+    fn a_plan_has_the_room_that_the_memory_map_gives_it() {
+        let map = include_str!("../../../memory.x");
+        let region = map.lines().find(|line| line.trim().starts_with("PLAN ")).expect("a region");
+        let length = region.split("LENGTH = ").nth(1).and_then(|length| length.trim().strip_suffix('K'));
+        assert_eq!(length.and_then(|length| length.parse().ok()), Some(PLAN_BYTES / 1024), "{region}");
+    }
 }

@@ -77,6 +77,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let table = Table::read(&args.frames)?;
     check(args, &table)?;
     let camera = CameraFile::read(&args.camera)?;
+    super::ask(&camera);
     if !camera.heads.is_empty() {
         let what = "a camera with heads: the frames must be those of an ordinary one";
         return Err(Failure::Input(InputError::new(format!("{}: {what}", args.camera.display()))));

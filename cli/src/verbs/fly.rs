@@ -128,6 +128,9 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
     /// Write frame, patch, mask and reference of the first N frames as PNG
+    ///
+    /// flown_frames.csv and flown_reference.tif beside them are what `plumbline evaluate` takes: frames with place and attitude as
+    /// the board had them and with the truth, and the reference tile as a map.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     dump: Option<u32>,
     /// Print report.json on stdout

@@ -54,6 +54,7 @@ struct Line<T> {
 
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let file = read(&args.camera)?;
+    super::ask(&file);
     let camera = core_camera(&file)?;
     let attitude = args.attitude.attitude()?;
     if args.model == Model::Simplified {

@@ -1,5 +1,6 @@
 //! `plumbline plan`: flight lines over terrain (paper 004).
 
+mod questions;
 mod request;
 mod text;
 
@@ -7,6 +8,8 @@ use crate::files::{Files, create_folder};
 use crate::outcome::{Failure, Outcome, note};
 use crate::pages;
 use crate::progress;
+use clap::ValueEnum;
+use plumbline_survey::plan::export::vehicle::{self, Vehicle};
 use plumbline_survey::plan::terrain::Terrain;
 use plumbline_survey::plan::{ModelFile, export};
 use request::Prepared;
@@ -38,9 +41,15 @@ pub struct Args {
     /// Direction of the strips, degrees from grid north, or auto for the shortest flight
     #[arg(long, value_name = "DEG|auto", default_value = "90", value_parser = request::heading, allow_hyphen_values = true)]
     strip_heading_deg: request::Heading,
-    /// Ground speed
-    #[arg(long, default_value_t = 35.0, value_parser = super::positive, allow_negative_numbers = true)]
-    speed_m_s: f64,
+    /// Tilt of the camera to any side for which the overlaps are kept, degrees
+    ///
+    /// A camera that is fixed to its vehicle leans with it: 2 degrees take some 6 points off an overlap of 60 % of a field of view of 50
+    /// degrees. With an allowance bases and distances are those of a camera that sees so much less on every side.
+    #[arg(long, default_value_t = 0.0, value_parser = request::not_negative, allow_negative_numbers = true)]
+    tilt_deg: f64,
+    /// Ground speed; 35 unless given, 10 of a multirotor
+    #[arg(long, value_parser = super::positive, allow_negative_numbers = true)]
+    speed_m_s: Option<f64>,
     /// Least time from one exposure to the next; at least 38 ms, the paper's time for one rectification
     #[arg(long, default_value_t = request::FRAME_S, value_parser = super::positive, allow_negative_numbers = true)]
     min_interval_s: f64,
@@ -65,6 +74,18 @@ pub struct Args {
     /// What simulated noise comes from
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
+    /// What plan.plan is edited for
+    #[arg(long, value_enum, default_value = "fixed-wing")]
+    vehicle: Kind,
+    /// Whose mission plan.plan is
+    #[arg(long, value_enum, default_value = "ardupilot")]
+    autopilot: Autopilot,
+    /// Begin plan.plan with a take-off to the flying height and end it with the return to launch
+    ///
+    /// The take-off stands under the first waypoint: move it to where the vehicle does. The way from there to the first strip and back is
+    /// not checked against the terrain. How a return ends, on the ground or circling above, is the autopilot's parameters'.
+    #[arg(long)]
+    takeoff_and_return: bool,
     /// Put every photo into the autopilot's mission, as a camera trigger, instead of the turns alone
     #[arg(long)]
     trigger_items: bool,
@@ -80,6 +101,46 @@ pub struct Args {
     /// Print plan.json on stdout
     #[arg(long)]
     json: bool,
+}
+
+/// `--vehicle`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    FixedWing,
+    Vtol,
+    Multirotor,
+}
+
+/// `--autopilot`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Autopilot {
+    Ardupilot,
+    Px4,
+}
+
+/// Speeds where none is given: an aeroplane's of paper 004's kind, and what multirotors are surveyed with.
+const SPEED_M_S: [f64; 2] = [35.0, 10.0];
+
+impl Args {
+    fn speed_m_s(&self) -> f64 {
+        let [on_wings, on_rotors] = SPEED_M_S;
+        self.speed_m_s.unwrap_or(if self.vehicle == Kind::Multirotor { on_rotors } else { on_wings })
+    }
+
+    fn vehicle(&self) -> Vehicle {
+        Vehicle {
+            kind: match self.vehicle {
+                Kind::FixedWing => vehicle::Kind::FixedWing,
+                Kind::Vtol => vehicle::Kind::Vtol,
+                Kind::Multirotor => vehicle::Kind::Multirotor,
+            },
+            autopilot: match self.autopilot {
+                Autopilot::Ardupilot => vehicle::Autopilot::Ardupilot,
+                Autopilot::Px4 => vehicle::Autopilot::Px4,
+            },
+            has_takeoff: self.takeoff_and_return,
+        }
+    }
 }
 
 /// How high to fly: one of three.
@@ -116,8 +177,13 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let dem = ModelFile::of(&args.dem)?;
     let file = planned.file(&prepared.request, &prepared.place, &prepared.camera, prepared.noise, &dem)?;
     bar.set_message("writing");
-    let outputs =
-        export::Outputs { planned: &planned, file: &file, place: &prepared.place, trigger_items: args.trigger_items };
+    let outputs = export::Outputs {
+        planned: &planned,
+        file: &file,
+        place: &prepared.place,
+        trigger_items: args.trigger_items,
+        vehicle: args.vehicle(),
+    };
     let mut files = outputs.files()?;
     files.push(("report.html", pages::plan::page(&outputs).into_bytes()));
     create_folder(&args.out)?;
@@ -136,6 +202,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
             export::ITEMS_MAX
         ));
     }
+    questions::questions(&prepared.camera, &file).iter().for_each(|question| note(question));
     let outcome = Outcome::new(args.json, &file, || text::text_of(&file, &args.out))?;
     Ok(outcome.failed(file.checks.unsafe_because().filter(|_| !args.force)))
 }

@@ -84,6 +84,7 @@ struct Summary {
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
     check_files(args)?;
     let file = read(&args.camera)?;
+    super::ask(&file);
     let camera = core_camera(&file)?;
     let orientation = Orientation::new(&args.orientation)?;
     let place = args.place.place()?;

@@ -15,6 +15,7 @@ use plumbline_sim::world::tile::area::area;
 use plumbline_sim::world::tile::{Frame, SIDE_MAX, Tile};
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
+use plumbline_survey::io::geojson;
 use plumbline_survey::io::output::write_file;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -84,7 +85,11 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let bounds = ground.bounds();
     let wanted = args.area.as_deref().map_or(Ok(bounds), |text| area(text, &crs))?;
-    check_area(&bounds, &wanted, args.resolution_m).map_err(refuse)?;
+    let meant = || {
+        let file = args.area.as_deref().filter(|text| text.split(',').count() != 4).map(Path::new);
+        file.map_or("", |file| geojson::swapped(file, Some(crs.epsg()), |[x, y]| bounds.contains(x, y)))
+    };
+    check_area(&bounds, &wanted, args.resolution_m).map_err(|why| refuse(format!("{why}{}", meant())))?;
     let frame = Frame::within(&ground, &wanted, args.resolution_m);
     check_frame(&frame).map_err(refuse)?;
     let tile = Tile::lay(&ground, &frame, &Radiometry::SAME);

@@ -61,6 +61,31 @@ const KEYS: [&str; 24] = [
     "name",
 ];
 
+/// Keys that blocks with a known answer have beside these; nothing is read of them.
+const ANSWERS: [&str; 2] = ["solution", "truth_heads_rad"];
+/// Keys that are written for others: `weights` for what `sigma_px` says.
+const MEANT: [(&str, &str); 6] = [
+    ("weights", "sigma_px, the standard deviation of an image coordinate (weight 1 / sigma_px^2)"),
+    ("weight", "sigma_px, the standard deviation of an image coordinate (weight 1 / sigma_px^2)"),
+    ("sigma", "sigma_px, the standard deviation of an image coordinate"),
+    ("f_mm", "f_px, the focal length in pixels (f_mm / pixel_mm)"),
+    ("gcps", "fixed_points, indices into point_start"),
+    ("distortion", "heads_interior, a table a head with any of xp, yp, k1, k2, k3, p1, p2"),
+];
+
+/// Refuses keys that mean nothing: a misspelt one would silently be left out of the adjustment.
+fn check_keys<'k>(keys: impl Iterator<Item = &'k String>, name: &str) -> Result<(), InputError> {
+    for key in keys.filter(|key| ![&KEYS[..], &ANSWERS[..]].concat().contains(&key.as_str())) {
+        let meant = MEANT.iter().find(|(other, _)| key == other);
+        let hint = match meant {
+            Some((_, meant)) => format!("what was meant is {meant}"),
+            None => format!("the keys are {}", KEYS.join(", ")),
+        };
+        return Err(InputError::new(format!("{name}: the key {key} means nothing here; {hint}")));
+    }
+    Ok(())
+}
+
 /// Frame sizes that the camera file needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sizes {
@@ -95,7 +120,7 @@ pub struct Block {
     pub loss: Loss,
     /// For the camera file.
     pub sizes: Sizes,
-    /// Keys that mean nothing here.
+    /// Answers that stand in the file and are not read.
     pub ignored: Vec<String>,
 }
 
@@ -113,12 +138,13 @@ impl Block {
     ///
     /// # Errors
     /// The text is no JSON object, or a key is missing, of the wrong shape, not finite, out of its range, or names what is
-    /// not there.
+    /// not there; or a key that means nothing.
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
         let value: Value =
             serde_json::from_str(text).map_err(|error| InputError::new(format!("{name} is not JSON: {error}")))?;
         let file = Field { at: format!("{name}:"), value: &value };
         let Some(object) = value.as_object() else { return Err(file.wrong("an object")) };
+        check_keys(object.keys(), name)?;
         let mut heads = heads(&file)?;
         let stations = stations(&file)?;
         let points = points(&file)?;

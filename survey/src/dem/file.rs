@@ -25,6 +25,7 @@ pub struct DemFile {
     path: PathBuf,
     cols: usize,
     rows: usize,
+    bands: usize,
     geo: GeoTransform,
     epsg: Option<u32>,
     height_unit_m: f64,
@@ -61,6 +62,7 @@ impl DemFile {
                 path: path.into(),
                 cols: tiff.cols as usize,
                 rows: tiff.rows as usize,
+                bands: tiff.bands,
                 geo,
                 epsg,
                 height_unit_m,
@@ -72,7 +74,7 @@ impl DemFile {
             let system = prj::beside(path)?;
             let (epsg, height_unit_m) =
                 (system.map(|system| system.epsg), system.map_or(1.0, |system| system.height_unit_m));
-            Self { path: path.into(), cols, rows, geo, epsg, height_unit_m, kind: Kind::Ascii(header) }
+            Self { path: path.into(), cols, rows, bands: 1, geo, epsg, height_unit_m, kind: Kind::Ascii(header) }
         } else {
             return Err(refuse("it is neither a GeoTIFF nor an ESRI ASCII grid".into()));
         };
@@ -92,6 +94,12 @@ impl DemFile {
     #[must_use]
     pub fn size(&self) -> (usize, usize) {
         (self.cols, self.rows)
+    }
+
+    /// Bands, of which the first is read.
+    #[must_use]
+    pub fn bands(&self) -> usize {
+        self.bands
     }
 
     /// Its outermost posts (centres of pixels): x0, y0, x1, y1 in its own x and y.

@@ -32,6 +32,23 @@ pub struct Polygon {
 /// One sentence: unreadable, not GeoJSON, no polygon, coordinates that are no numbers or cannot be places, a system that is
 /// not known.
 pub fn polygons(path: &Path, epsg: Option<u32>) -> Result<Vec<Polygon>, InputError> {
+    read(path, epsg, &|corner| corner)
+}
+
+/// What was likely meant by a file whose polygons do not lie where they have to: the hint for the sentence that refuses it, where with
+/// latitude and longitude swapped a corner of them does.
+#[must_use]
+pub fn swapped(path: &Path, epsg: Option<u32>, lies_right: impl Fn([f64; 2]) -> bool) -> &'static str {
+    let polygons = epsg.and_then(|_| read(path, epsg, &|[x, y]| [y, x]).ok()).unwrap_or_default();
+    let is_there = polygons.iter().flat_map(|polygon| &polygon.outer).any(|corner| lies_right(*corner));
+    if is_there {
+        "; with its numbers swapped it would: GeoJSON has the longitude first, [longitude, latitude]"
+    } else {
+        ""
+    }
+}
+
+fn read(path: &Path, epsg: Option<u32>, order: &dyn Fn([f64; 2]) -> [f64; 2]) -> Result<Vec<Polygon>, InputError> {
     let name = path.display();
     let refuse = |why: String| InputError::new(format!("{name}: {why}"));
     let json: Value =
@@ -48,15 +65,19 @@ pub fn polygons(path: &Path, epsg: Option<u32>) -> Result<Vec<Polygon>, InputErr
         Some(crs) => named(crs).map_err(&refuse)?,
     };
     for corner in found.iter_mut().flat_map(|polygon| &mut polygon.outer) {
-        let [x, y] = *corner;
+        let [x, y] = order(*corner);
         let (lat, lon) = match &system {
             System::Named(crs) if crs.epsg() == epsg => continue,
             System::Named(crs) => crs.to_wgs84(x, y).map_err(|error| error.at(name.to_string()))?,
             System::Degrees if x.abs() <= 180.0 && y.abs() <= 90.0 => (y, x),
             System::Degrees => {
-                return Err(refuse(format!(
-                    "{x}, {y} is no longitude and latitude in degrees; coordinates of another system need a member crs that names it"
-                )));
+                let is_swapped = x.abs() <= 90.0 && y.abs() <= 180.0;
+                let what = if is_swapped {
+                    "the longitude comes first, [longitude, latitude]"
+                } else {
+                    "coordinates of another system need a member crs that names it"
+                };
+                return Err(refuse(format!("{x}, {y} is no longitude and latitude in degrees; {what}")));
             }
         };
         let (x, y) = target.from_wgs84(lat, lon).map_err(|error| error.at(name.to_string()))?;
@@ -143,6 +164,20 @@ mod tests {
         assert_eq!(of(&polygon, Some(4326)).expect("degrees").len(), 4);
         let named = r#"{"type":"Polygon","crs":{"properties":{"name":"urn:ogc:def:crs:EPSG::31287"}},"coordinates":[[[1,2],[3,4],[5,0]]]}"#;
         assert_eq!(of(named, Some(31287)).expect("its own"), [[1.0, 2.0], [3.0, 4.0], [5.0, 0.0]]);
+    }
+
+    #[test]
+    fn numbers_in_the_wrong_order_are_known() {
+        let ring = "[[[47.1,14.1],[47.1,14.2],[47.2,14.2],[47.1,14.1]]]";
+        let path = scratch("geojson-swapped").join("area.geojson");
+        std::fs::write(&path, format!(r#"{{"type":"Polygon","coordinates":{ring}}}"#)).expect("written");
+        let is_near = |[x, y]: [f64; 2]| (x - 458_235.0).hypot(y - 355_886.0) < 20_000.0;
+        assert!(swapped(&path, Some(31287), is_near).contains("longitude first"));
+        assert_eq!(swapped(&path, Some(31287), |_| false), "");
+        assert_eq!(swapped(&path, None, |_| true), "", "local metres have no order to be wrong in");
+        let far =
+            of(r#"{"type":"Polygon","coordinates":[[[-37.8,144.9],[1,2],[3,4]]]}"#, Some(32755)).expect_err("swapped");
+        assert!(far.contains("longitude comes first"), "{far}");
     }
 
     #[test]

@@ -57,10 +57,17 @@ impl Turns {
 }
 
 impl Checks {
-    /// Why the flight is not safe, if it is not: the clearance that was asked for is not there.
+    /// Why the flight is not safe, if it is not: the clearance that was asked for is not there, or nobody knows it.
     #[must_use]
     pub fn unsafe_because(&self) -> Option<String> {
         let (least_m, wanted_m) = (self.clearance_min_m, self.clearance_wanted_m);
+        if least_m >= wanted_m && self.passes_unknown {
+            return Some(
+                "the elevation model has posts without a height beside the strips or under the turns, so the clearance there is not \
+                 known; --force accepts it"
+                    .to_owned(),
+            );
+        }
         (least_m < wanted_m).then(|| {
             let least = if least_m > 0.0 {
                 format!("the flight passes {least_m:.1} m above the terrain")
@@ -82,6 +89,11 @@ impl Checks {
         let length_m = turns.length_m(strips);
         let base_m = view.base_height_m;
         let on_the_way_m = highest_of(layout, on_the_way(strips, turns.radius_m)).unwrap_or(base_m);
+        let unknown = unknown_posts(layout);
+        let unknown = unknown.as_ref().map(Terrain::new);
+        let passes_unknown = unknown.as_ref().is_some_and(|unknown| {
+            on_the_way(strips, turns.radius_m).any(|zone| unknown.highest_in(&layout.axes, &zone).is_some())
+        });
         let [half_along, half_across] = view.footprint_m.map(|side| 0.5 * side);
         let seen = strips.iter().map(|strip| around(strip, half_along, half_across));
         let nearest_m = altitude_m - highest_of(layout, seen).unwrap_or(base_m).max(base_m);
@@ -100,8 +112,10 @@ impl Checks {
             length_m,
             flight_time_s: length_m / request.limits.speed_m_s,
             turn_radius_m: turns.radius_m,
-            photos_beyond_dem: beyond_dem(layout, strips),
+            photos_beyond_dem: beyond_dem(layout, strips, unknown.as_ref()),
             clearance_wanted_m: request.min_clearance_m,
+            passes_unknown,
+            leaves_model: on_the_way(strips, turns.radius_m).any(|zone| is_outside(layout, &zone)),
         })
     }
 }
@@ -138,17 +152,28 @@ fn highest_of(layout: &Layout<'_>, zones: impl Iterator<Item = Zone>) -> Option<
     zones.filter_map(|zone| layout.terrain.highest_in(&layout.axes, &zone)).reduce(f64::max)
 }
 
+/// Whether a zone reaches beyond the model, whose outermost posts stand for half a step around them.
+fn is_outside(layout: &Layout<'_>, zone: &Zone) -> bool {
+    let dem = layout.terrain.dem();
+    let ([x0, y0, x1, y1], [dx, dy]) = (dem.bounds(), dem.step_m.map(|step| 0.5 * step));
+    let corners = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[i, j]| layout.axes.point([zone.along[i], zone.across[j]]));
+    corners.iter().any(|[x, y]| *x < x0 - dx || *x > x1 + dx || *y < y0 - dy || *y > y1 + dy)
+}
+
+/// A model in which the posts stand out of which nothing is known; `None` where all are.
+fn unknown_posts(layout: &Layout<'_>) -> Option<Dem> {
+    let dem = layout.terrain.dem();
+    dem.heights.iter().any(|height| height.is_nan()).then(|| {
+        let heights = dem.heights.iter().map(|height| if height.is_nan() { 1.0 } else { f64::NAN });
+        Dem { heights: heights.collect(), ..*dem }
+    })
+}
+
 /// Photos whose footprints on the base plane reach beyond the outermost posts or hold one whose height is unknown.
-fn beyond_dem(layout: &Layout<'_>, strips: &[Strip]) -> usize {
+fn beyond_dem(layout: &Layout<'_>, strips: &[Strip], unknown: Option<&Terrain<'_>>) -> usize {
     let dem = layout.terrain.dem();
     let [x0, y0, x1, y1] = dem.bounds();
     let [half_along, half_across] = layout.view.footprint_m.map(|side| 0.5 * side);
-    // Posts where nothing is known stand out in a model of their own.
-    let unknown = dem.heights.iter().any(|height| height.is_nan()).then(|| {
-        let heights = dem.heights.iter().map(|height| if height.is_nan() { 1.0 } else { f64::NAN });
-        Dem { heights: heights.collect(), ..*dem }
-    });
-    let unknown = unknown.as_ref().map(Terrain::new);
     let is_beyond = |along: f64, across: f64| {
         let footprint = Zone {
             along: [along - half_along, along + half_along],
@@ -157,7 +182,7 @@ fn beyond_dem(layout: &Layout<'_>, strips: &[Strip]) -> usize {
         let corners =
             [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[i, j]| layout.axes.point([footprint.along[i], footprint.across[j]]));
         corners.iter().any(|[x, y]| *x < x0 || *x > x1 || *y < y0 || *y > y1)
-            || unknown.as_ref().is_some_and(|unknown| unknown.highest_in(&layout.axes, &footprint).is_some())
+            || unknown.is_some_and(|unknown| unknown.highest_in(&layout.axes, &footprint).is_some())
     };
     strips.iter().map(|strip| strip.along_m.iter().filter(|along| is_beyond(**along, strip.across_m)).count()).sum()
 }

@@ -9,6 +9,7 @@ mod kml;
 mod mission;
 #[cfg(test)]
 mod tests;
+pub mod vehicle;
 
 use crate::error::InputError;
 use crate::io::output::{check_file, write_files};
@@ -18,6 +19,7 @@ use crate::plan::{PlanFile, Planned};
 use std::path::{Path, PathBuf};
 
 pub use mission::ITEMS_MAX;
+use vehicle::Vehicle;
 
 /// The files that may be written.
 pub const FILES: [&str; 6] = ["plan.json", "plan.plan", "plan.geojson", "plan.kml", "coverage.tif", "report.html"];
@@ -33,6 +35,8 @@ pub struct Outputs<'p> {
     pub place: &'p Place,
     /// Whether the autopilot's mission has every photo.
     pub trigger_items: bool,
+    /// Who flies it.
+    pub vehicle: Vehicle,
 }
 
 impl Outputs<'_> {

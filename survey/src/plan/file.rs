@@ -37,6 +37,9 @@ pub struct PlanFile {
     pub speed_m_s: f64,
     /// Least time between two exposures.
     pub min_interval_s: f64,
+    /// Tilt of the camera to any side for which the overlap is kept; 0 in files of older versions.
+    #[serde(default)]
+    pub tilt_deg: f64,
     /// Overlap that was asked for, shares of 1.
     pub overlap_wanted: Overlap,
     /// Smallest overlap of any pair on commonly seen ground; `None` where there is no pair.
@@ -234,6 +237,12 @@ pub struct Checks {
     /// Clearance that was asked for; 0 in files of older versions.
     #[serde(default)]
     pub clearance_wanted_m: f64,
+    /// Whether strips or turns pass over posts whose height is unknown: then the clearance is, too.
+    #[serde(default)]
+    pub passes_unknown: bool,
+    /// Whether strips or turns reach beyond the elevation model: what is there nobody looked at.
+    #[serde(default)]
+    pub leaves_model: bool,
 }
 
 /// What constant bases would cost.

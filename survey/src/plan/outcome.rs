@@ -39,6 +39,7 @@ impl Planned<'_> {
             strip_heading_deg: layout.axes.heading_deg(),
             speed_m_s,
             min_interval_s,
+            tilt_deg: request.tilt_deg,
             overlap_wanted: Overlap { forward: layout.overlaps.forward, side: layout.overlaps.side },
             overlap_min: OverlapMin { forward: self.achieved.forward, side: self.achieved.side },
             photo_count: photos,

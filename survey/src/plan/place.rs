@@ -30,8 +30,11 @@ impl Place {
         if let Some([lat, lon]) = origin_deg
             && !(lat.abs() <= LATITUDE_MAX_DEG && lon.abs() <= 180.0)
         {
+            let is_swapped = lon.abs() <= LATITUDE_MAX_DEG && lat.abs() <= 180.0;
+            let meant =
+                if is_swapped { format!("; were they swapped, write --origin {lon},{lat}") } else { String::new() };
             return Err(InputError::new(format!(
-                "--origin {lat},{lon} is no latitude within {LATITUDE_MAX_DEG} and longitude within 180 degrees"
+                "--origin {lat},{lon} is no latitude within {LATITUDE_MAX_DEG} and longitude within 180 degrees{meant}"
             )));
         }
         Ok(Place { frame, origin_deg })

@@ -12,7 +12,7 @@ pub struct Request {
     pub area: Area,
     /// Height above the base plane.
     pub height_m: f64,
-    /// Tangents of half of what every photo sees, along and across ([`super::visible`]).
+    /// Tangents of half of what every photo sees, along and across ([`super::visible`]), whatever its tilt of up to [`Self::tilt_deg`].
     pub half_tangent: [f64; 2],
     /// Tangent of a pixel, along and across.
     pub tangent_per_px: [f64; 2],
@@ -30,4 +30,6 @@ pub struct Request {
     pub min_clearance_m: f64,
     /// Seed of the simulated noise.
     pub seed: u64,
+    /// Tilt that was allowed for, to either side.
+    pub tilt_deg: f64,
 }

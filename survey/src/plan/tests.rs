@@ -116,6 +116,7 @@ fn with_peak(corners: &[[f64; 2]], [x, y]: [f64; 2], peak_m: f64, speed_m_s: f64
         exposure_s: 0.002,
         min_clearance_m: 50.0,
         seed: 1,
+        tilt_deg: 0.0,
     };
     let terrain = Terrain::new(&dem);
     let planned = request.plan(&terrain, &|_, _| ()).map_err(|error| error.to_string())?;

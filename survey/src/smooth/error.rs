@@ -34,6 +34,8 @@ const NAMED: usize = 5;
 pub enum SmoothError {
     /// An angle that turns so far from one sample to the next that the way round is not certain.
     TurnTooFar { sample: usize, turn_deg: f64 },
+    /// A value that looks like an angle counted over its end, in a channel that is not smoothed as one.
+    TurnedOver { sample: usize, turn_deg: f64 },
     /// Fewer samples than the order can smooth.
     TooFew { samples: usize, order: Order },
     /// A time or value that is not a finite number.
@@ -82,6 +84,7 @@ impl SmoothError {
     fn sample(&self) -> Option<usize> {
         match self {
             SmoothError::TurnTooFar { sample, .. }
+            | SmoothError::TurnedOver { sample, .. }
             | SmoothError::NotFinite { sample, .. }
             | SmoothError::NotForward { sample, .. }
             | SmoothError::SpacingOutOfRange { sample, .. }
@@ -96,6 +99,11 @@ impl SmoothError {
         match self {
             SmoothError::TurnTooFar { turn_deg, .. } => {
                 format!("the angle turns by {turn_deg:.1} deg; beyond {TURN_MAX_DEG} the way round is not certain")
+            }
+            SmoothError::TurnedOver { turn_deg, .. } => {
+                format!(
+                    "the value jumps by {turn_deg:.1}, as an angle does that is counted over 180 or 360 degrees; if it is one, name it under --angles"
+                )
             }
             SmoothError::TooFew { samples, order } => {
                 let samples = if *samples == 1 { "1 sample".to_owned() } else { format!("{samples} samples") };

@@ -28,7 +28,8 @@ pub struct Fit {
     pub alpha_at_bound: bool,
     /// tr H: the effective number of parameters.
     pub edf: f64,
-    /// √(V'PV / (n - tr H)): standard deviation of a sample with weight 1. The paper's 0.11 m leaves tr H out.
+    /// √(V'PV / (n - tr H)): standard deviation of a sample with weight 1. The paper's 0.11 m leaves tr H out. It says nothing
+    /// where GCV ended at its least alpha ([`Fit::tells_noise`]).
     pub sigma0: f64,
     /// n V'PV / (n - tr H)².
     pub gcv: f64,
@@ -122,6 +123,15 @@ impl Fit {
         let all = self.epochs.t_s();
         let (from_s, to_s) = (all[0], all[all.len() - 1]);
         if (from_s..=to_s).contains(&t_s) { Ok(()) } else { Err(SmoothError::OutOfRange { t_s, from_s, to_s }) }
+    }
+
+    /// Whether sigmas say something: where GCV ends at its least alpha the curve passes through the samples, which are so rough, or
+    /// so free of noise, that what they leave of it is an accident of that alpha.
+    #[must_use]
+    pub fn tells_noise(&self) -> bool {
+        let counting = self.leverage.iter().filter(|leverage| **leverage > 0.0).count();
+        // At the other end the curve is a polynomial of few parameters, and the noise is all that it leaves.
+        !self.alpha_at_bound || self.edf < 0.5 * counting as f64
     }
 
     /// What all other samples say at sample `i`, for the same alpha: L_i + V_i / (1 - h_ii). Nothing is fitted

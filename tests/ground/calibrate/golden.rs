@@ -3,8 +3,8 @@
 use plumbline_survey::calibrate::{Block, Calibration, Observations};
 use serde_json::Value;
 
-pub const BLOCK: &str = include_str!("../../vectors/calibrate/block.json");
-pub const OBSERVATIONS: &str = include_str!("../../vectors/calibrate/observations.csv");
+pub const BLOCK: &str = include_str!("../../../examples/calibrate/block.json");
+pub const OBSERVATIONS: &str = include_str!("../../../examples/calibrate/observations.csv");
 
 fn solution() -> Value {
     let file: Value = serde_json::from_str(BLOCK).expect("JSON");

@@ -10,8 +10,8 @@ use plumbline_survey::calibrate::{Block, Calibration, Observations, Symmetrised}
 use serde_json::{Value, json};
 use std::sync::OnceLock;
 
-const BLOCK: &str = include_str!("../../../../tests/vectors/calibrate/block.json");
-const OBSERVATIONS: &str = include_str!("../../../../tests/vectors/calibrate/observations.csv");
+const BLOCK: &str = include_str!("../../../../examples/calibrate/block.json");
+const OBSERVATIONS: &str = include_str!("../../../../examples/calibrate/observations.csv");
 
 struct Calibrated {
     block: Block,

@@ -1,6 +1,7 @@
 //! What the board spent, refused and counted.
 
 use super::Report;
+use crate::pages::refusals::explained;
 use maud::{Markup, html};
 use plumbline_charts::format::{NOT_MEASURED, bytes, number, percent, whole};
 use plumbline_firmware::wire::telemetry::STAGES;
@@ -79,7 +80,7 @@ impl Report<'_> {
                 tbody {
                     @for (reason, &count) in &summary.refused {
                         tr {
-                            th { (reason.replace('_', " ")) }
+                            th { (reason.replace('_', " ")) small { (explained(reason)) } }
                             td class="n" { (count) }
                             td class="n" { (percent(count as f64 / summary.frames.max(1) as f64)) }
                         }
@@ -87,6 +88,7 @@ impl Report<'_> {
                     @if summary.refused.is_empty() { tr { th { "none" } td class="n" { "0" } td class="n" { (percent(0.0)) } } }
                 }
             }
+            @if !summary.refused.is_empty() { p class="note" { "docs/refusals.md has every reason with what to look at." } }
         }
     }
 

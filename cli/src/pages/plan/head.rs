@@ -27,7 +27,7 @@ impl Page<'_> {
                 div class="keys" {
                     (key(&whole(file.photo_count as u64), "photos"))
                     (key(&number(file.gsd_m, 3, "m"), "ground sample distance, base plane"))
-                    (key(&format!("{} / {}", least(file.overlap_min.forward), number(100.0 * file.overlap_min.side.unwrap_or(f64::NAN), 1, "%")), "least overlap on the ground, forward / side"))
+                    (key(&format!("{} / {}", least(file.overlap_min.forward), number(100.0 * file.overlap_min.side.unwrap_or(f64::NAN), 1, "%")), "least overlap on commonly seen ground, forward / side"))
                     (key(&maybe(accuracy.map(|accuracy| accuracy.plan_m), 3, "m"), "predicted horizontal error, RMS"))
                     (key(&maybe(accuracy.map(|accuracy| accuracy.height_m), 3, "m"), "predicted height error, RMS"))
                     (key(&number(file.checks.flight_time_s / 60.0, 1, "min"), "flight, strips and turns"))
@@ -42,6 +42,8 @@ impl Page<'_> {
         let share = |share: f64| number(100.0 * share, 0, "");
         let wanted =
             format!("{}/{}", share(file.overlap_wanted.forward), number(100.0 * file.overlap_wanted.side, 0, "%"));
+        let tilt =
+            if file.tilt_deg > 0.0 { format!(" and at a tilt of up to {}°", file.tilt_deg) } else { String::new() };
         let chosen = if file.combinations.is_empty() { "asked for" } else { "chosen" };
         let saved = match file.constant_base.map_or(0, |constant| constant.photos_saved) {
             _ if file.constant_base.is_none() => {
@@ -55,7 +57,7 @@ impl Page<'_> {
         };
         let known = if file.checks.photos_beyond_dem > 0 { " that the elevation model knows" } else { "" };
         format!(
-            "Overlap {wanted}, {chosen}, is kept everywhere on the ground{known} by bases that follow the terrain: {}, {saved}.",
+            "Overlap {wanted}, {chosen}, is kept everywhere on the ground{known}{tilt} by bases that follow the terrain: {}, {saved}.",
             photos(file.photo_count)
         )
     }

@@ -42,8 +42,10 @@ impl Page<'_> {
             section {
                 h2 { "Assumptions" }
                 ul {
-                    li { "Photos are level, turned into the strip’s heading, and taken where they are planned. There is no wind. What tilt, drift and "
-                        "navigation take off the overlap has to be asked for beforehand." }
+                    li { "Photos are "
+                        @if file.tilt_deg > 0.0 { "tilted by " (file.tilt_deg) "° at most to any side (predicted errors are those of level ones)" } @else { "level" }
+                        ", turned into the strip’s heading, and taken where they are planned. There is no wind. What "
+                        @if file.tilt_deg == 0.0 { "tilt (--tilt-deg), " } "drift and navigation take off the overlap has to be asked for beforehand." }
                     li { "Heights are those of the elevation model, bilinear between its posts. Trees, houses and masts are in it or not; what stands "
                         "above it lessens overlap and clearance." }
                     li { "Flying heights are above the elevation model’s height datum. plan.plan and plan.kml take that for mean sea level." }
@@ -54,11 +56,14 @@ impl Page<'_> {
                         Some(_) => li { "Lengths are those of the grid: its scale is not taken off. A model in degrees is worked on in metres about the area’s "
                             "centre, where parallels away from the centre are 0.1 to 0.2 % off within 10 km." },
                     }
+                    @if file.checks.leaves_model {
+                        li { "Strips or turns reach beyond the elevation model: the clearance there is not known." }
+                    }
                     @if file.checks.photos_beyond_dem > 0 {
                         li { (whole(file.checks.photos_beyond_dem as u64)) " photos look beyond the elevation model. What is there is not known: neither "
                             "overlap nor clearance is guaranteed." }
                     }
-                    li { "Turns are flown level with 30° of bank in still air; take-off, climb and landing are not part of the plan." }
+                    li { "Turns are flown level with 30° of bank in still air; take-off, climb, the way to the first strip and back, and landing are not checked." }
                 }
             }
         }

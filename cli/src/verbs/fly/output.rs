@@ -36,6 +36,7 @@ impl Output {
             .may_read("--replay", args.replay.as_ref())
             .may_read("--plan", args.plan.as_ref())
             .may_write_into("--out", args.out.as_ref(), &WRITTEN)
+            .may_write_into("--dump", args.out.as_ref().filter(|_| args.dump.is_some()), &dump::EVALUATED)
             .may_write("--log", args.log.as_ref())
             .check()?;
         Ok(args.out.as_ref().map(|folder| Output { folder: folder.clone(), dump: args.dump.unwrap_or(0) }))

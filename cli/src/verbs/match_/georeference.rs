@@ -1,9 +1,8 @@
 //! Where pictures lie, and so where a match does.
 
 use plumbline_sim::camera::still_match::Place;
-use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::{GeoTransform, Placed};
+use plumbline_survey::io::raster::{GeoTransform, Placed, check_metres};
 use serde::Serialize;
 use std::path::Path;
 
@@ -43,12 +42,9 @@ impl Georeference {
     /// # Errors
     /// Both have one, and their grids, or the sizes of their pixels, are not the same.
     pub fn read(patch: &Path, reference: &Path, patch_size: (usize, usize)) -> Result<Option<Self>, InputError> {
-        let Some(Placed { geo, epsg, .. }) = placed(reference) else { return Ok(None) };
-        if epsg.and_then(|epsg| Crs::from_epsg(epsg).ok()).is_some_and(|crs| crs.is_geographic()) {
-            let name = reference.display();
-            eprintln!(
-                "plumbline: {name} is in degrees: no metres are given; gdalwarp -t_srs EPSG:UTM-ZONE {name} OUT.tif makes them"
-            );
+        let Some(Placed { geo, epsg, size, .. }) = placed(reference) else { return Ok(None) };
+        if let Some(Err(why)) = epsg.map(|epsg| check_metres(reference, &geo, epsg, size)) {
+            eprintln!("plumbline: no metres are given: {why}");
             return Ok(None);
         }
         let claimed = match placed(patch) {

@@ -7,6 +7,7 @@ use plumbline_core::budget::PAPER_TIME_MS;
 use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::dem::{Dem, DemFile, Frame};
 use plumbline_survey::error::InputError;
+use plumbline_survey::io::geojson;
 use plumbline_survey::plan::Request;
 use plumbline_survey::plan::area::{Area, bounds, read_corners};
 use plumbline_survey::plan::checks::Turns;
@@ -55,12 +56,12 @@ impl Prepared {
         let camera = CameraFile::read(&args.camera)?;
         let height_m = height_m(args, &camera)?;
         let file = DemFile::open(&args.dem)?;
-        let corners = corners(&args.area, file.epsg())?;
-        let world = bounds(&corners);
-        within(&file, &world)?;
+        one_band(&file)?;
+        let (corners, world) = area_on(&file, &args.area)?;
         let half_tangent =
             half_tangents(&camera).map_err(|error| InputError::new(format!("{}: {error}", args.camera.display())))?;
-        let far_m = far_m(half_tangent, height_m, args.speed_m_s);
+        let half_tangent = tilted(half_tangent, args.tilt_deg)?;
+        let far_m = far_m(half_tangent, height_m, args.speed_m_s());
         let place = Place::new(frame(file.epsg(), world, far_m)?, args.origin)?;
         let area = Area::in_frame(&corners, place.frame())?;
         let (across_px, along_px) = camera.tangent_per_px();
@@ -75,7 +76,7 @@ impl Prepared {
                 Heading::Auto => None,
             },
             limits: Limits {
-                speed_m_s: args.speed_m_s,
+                speed_m_s: args.speed_m_s(),
                 min_interval_s: args.min_interval_s,
                 accuracy_m: args.limits_m,
             },
@@ -87,6 +88,7 @@ impl Prepared {
             exposure_s: 1e-3 * args.exposure_ms,
             min_clearance_m: args.min_clearance_m,
             seed: args.seed,
+            tilt_deg: args.tilt_deg,
             area,
         };
         too_fast(&request)?;
@@ -123,6 +125,18 @@ fn height_m(args: &Args, camera: &CameraFile) -> Result<f64, InputError> {
     Ok(scale * focal_px * pixel_mm * 1e-3)
 }
 
+/// What a photo sees however it leans: on the side that rises least so much less.
+fn tilted(half_tangent: [f64; 2], tilt_deg: f64) -> Result<[f64; 2], InputError> {
+    let left = half_tangent.map(|tangent| (tangent.atan() - tilt_deg.to_radians()).tan());
+    if left.iter().all(|tangent| *tangent > 0.0) {
+        return Ok(left);
+    }
+    let [along_deg, across_deg] = half_tangent.map(|tangent| tangent.atan().to_degrees());
+    Err(InputError::new(format!(
+        "--tilt-deg {tilt_deg} leaves nothing of a camera that sees {along_deg:.1} degrees along and {across_deg:.1} across on each side"
+    )))
+}
+
 /// Noise as it is written into the plan.
 fn noise(args: &Args, camera: &CameraFile) -> Noise {
     let usual_px = camera.pixel_mm.map_or(IMAGE_SIGMA_PX, |pixel_mm| IMAGE_SIGMA_MM / pixel_mm);
@@ -131,6 +145,18 @@ fn noise(args: &Args, camera: &CameraFile) -> Noise {
         position_m: args.position_sigma_m,
         attitude_deg: args.attitude_sigma_deg,
     }
+}
+
+/// Corners of the area in the elevation model's x and y, and their bounds, which lie on it.
+fn area_on(file: &DemFile, area: &str) -> Result<(Vec<[f64; 2]>, [f64; 4]), InputError> {
+    let inside = |[x, y]: [f64; 2]| within(file, &[x, y, x, y]).is_ok();
+    let meant = |error: InputError| {
+        InputError::new(format!("{error}{}", geojson::swapped(Path::new(area), file.epsg(), inside)))
+    };
+    let corners = corners(area, file.epsg()).map_err(meant)?;
+    let world = bounds(&corners);
+    within(file, &world).map_err(meant)?;
+    Ok((corners, world))
 }
 
 /// Corners of the area in the elevation model's x and y.
@@ -144,6 +170,17 @@ fn corners(area: &str, epsg: Option<u32>) -> Result<Vec<[f64; 2]>, InputError> {
         Err(_) if Path::new(area).exists() => read_corners(Path::new(area), epsg),
         Err(_) => refuse("it is neither four numbers X0,Y0,X1,Y1 nor a file"),
     }
+}
+
+/// Which of several bands is the ground nobody knows, and a plan over another one may fly into it.
+fn one_band(file: &DemFile) -> Result<(), InputError> {
+    let (bands, path) = (file.bands(), file.path().display());
+    if bands == 1 {
+        return Ok(());
+    }
+    Err(InputError::new(format!(
+        "{path} has {bands} bands, and a flight must clear the highest of what they are: gdal_translate -b BAND {path} OUT.tif takes one"
+    )))
 }
 
 /// The area has to lie on the model's posts, or within half a step around them: a cell's height is that of its post.
@@ -211,7 +248,14 @@ pub fn overlaps(text: &str) -> Result<Overlaps, String> {
         Err(why) => Err(format!("{part}: {why}")),
     };
     let (forward, side) = text.split_once('/').ok_or("forward and side overlap such as 60/30 are needed")?;
-    Ok(Overlaps { forward: share(forward)?, side: share(side)? })
+    let overlaps = Overlaps { forward: share(forward)?, side: share(side)? };
+    let is_share = |overlap: f64| overlap > 0.0 && overlap < 0.01;
+    if is_share(overlaps.forward) || is_share(overlaps.side) {
+        let [forward, side] =
+            [overlaps.forward, overlaps.side].map(|share| (1e6 * 100.0 * 100.0 * share).round() / 1e6);
+        return Err(format!("overlaps are percent; for shares of 1 write {forward}/{side}"));
+    }
+    Ok(overlaps)
 }
 
 pub fn heading(text: &str) -> Result<Heading, String> {

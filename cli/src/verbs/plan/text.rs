@@ -5,21 +5,16 @@ use plumbline_survey::plan::file::PlanFile;
 use std::path::Path;
 
 pub fn text_of(plan: &PlanFile, out: &Path) -> String {
-    let percent = |share: Option<f64>| share.map_or("none".to_owned(), |share| format!("{:.2} %", 100.0 * share));
     let checks = &plan.checks;
-    let lines = plan.lines();
     let mut text = format!(
-        "{} photos on {lines} lines, heading {} degrees, {:.1} m above the base plane at {:.1} m, {:.3} m a pixel\n\
-         overlap wanted {}/{} %, least on the ground {} forward, {} side\n",
+        "{} photos on {} lines, heading {} degrees, {:.1} m above the base plane at {:.1} m, {:.3} m a pixel\n{}",
         plan.photo_count,
-        plan.strip_heading_deg,
+        plan.lines(),
+        (100.0 * plan.strip_heading_deg).round() / 100.0,
         plan.height_m,
         plan.base_height_m,
         plan.gsd_m,
-        short(plan.overlap_wanted.forward),
-        short(plan.overlap_wanted.side),
-        percent(plan.overlap_min.forward),
-        percent(plan.overlap_min.side)
+        overlaps(plan)
     );
     if let Some(accuracy) = &plan.accuracy {
         text.push_str(&format!(
@@ -62,6 +57,22 @@ pub fn text_of(plan: &PlanFile, out: &Path) -> String {
     }
     text.push_str(&format!("written to {}\n", out.display()));
     text
+}
+
+/// What was wanted, and the least of each kind with what it is of.
+fn overlaps(plan: &PlanFile) -> String {
+    let percent = |share: Option<f64>| share.map_or("none".to_owned(), |share| format!("{:.2} %", 100.0 * share));
+    let tilt =
+        if plan.tilt_deg > 0.0 { format!(" at a tilt of up to {} degrees", plan.tilt_deg) } else { String::new() };
+    format!(
+        "overlap wanted {}/{} %{tilt}, least on commonly seen ground {} forward, {} side\n  \
+         (of a photo, seen by its neighbour too, at the highest terrain of both); two strips truly see {} of a swath in common at least\n",
+        short(plan.overlap_wanted.forward),
+        short(plan.overlap_wanted.side),
+        percent(plan.overlap_min.forward),
+        percent(plan.overlap_min.side),
+        percent(plan.swath_min.side)
+    )
 }
 
 /// A share as percent, with a decimal where it has one.

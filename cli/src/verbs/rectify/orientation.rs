@@ -55,7 +55,7 @@ impl Orientation {
         ) {
             ([Some(heading), Some(pitch), Some(roll)], _) => {
                 let given = AttitudeArgs::new([*heading, *pitch, *roll], follow_up_deg.unwrap_or(FollowUp::Auto));
-                let attitude = given.attitude()?;
+                let attitude = given.looking_down()?;
                 let (follow_up, is_followed) = (given.follow_up(attitude), given.is_followed(attitude));
                 Ok(Orientation::Vehicle { attitude, follow_up, is_followed })
             }

@@ -31,6 +31,9 @@ struct Row {
 /// A frame is steep that sees further than 75 degrees from the nadir: nearly four heights.
 const STEEP: f64 = 3.732;
 
+/// A flight all of whose pitches are below this is not a vehicle's but what a gimbal says of a camera that looks down: -75 degrees.
+const GIMBAL_RAD: f64 = -75.0 * std::f64::consts::PI / 180.0;
+
 impl AttitudeLog {
     /// Reads a CSV file.
     ///
@@ -110,7 +113,14 @@ impl AttitudeLog {
             });
             farthest.into_iter().fold(0.0, f64::max)
         };
-        Ok(self.flown(scenario)?.iter().map(reach).filter(|reach| *reach <= STEEP).fold(0.0, f64::max))
+        let flown = self.flown(scenario)?;
+        if flown.iter().all(|row| row.angles_rad[1] < GIMBAL_RAD) {
+            return Err(InputError::new(format!(
+                "{}, pitch_deg: every frame looks at the horizon; 0 is a camera that looks straight down, so to a gimbal's pitch add 90",
+                self.name
+            )));
+        }
+        Ok(flown.iter().map(reach).filter(|reach| *reach <= STEEP).fold(0.0, f64::max))
     }
 
     /// The rows about the scenario's flight.

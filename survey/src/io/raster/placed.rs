@@ -15,6 +15,8 @@ const START_BYTES: u64 = 64;
 /// The place of a georeferenced picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placed {
+    /// Columns and rows.
+    pub size: (usize, usize),
     /// From pixels to the world and back.
     pub geo: GeoTransform,
     /// EPSG code of the horizontal system; `None` where the file names none.
@@ -36,12 +38,12 @@ impl Placed {
             return Ok(None);
         }
         let (file, _) = open(path)?;
-        let tags = TiffFile::open(std::io::BufReader::new(file), len, path)?.geo;
+        let TiffFile { cols, rows, geo: tags, .. } = TiffFile::open(std::io::BufReader::new(file), len, path)?;
         if tags.pixel_scale.is_none() && tags.transformation.is_none() {
             return Ok(None);
         }
         let refuse = |why: String| InputError::new(format!("cannot use raster {}: {why}", path.display()));
         let Georeference { geo, crs: epsg, nodata, .. } = Georeference::read(&tags).map_err(refuse)?;
-        Ok(Some(Placed { geo, epsg, nodata }))
+        Ok(Some(Placed { size: (cols as usize, rows as usize), geo, epsg, nodata }))
     }
 }

@@ -51,6 +51,27 @@ pub(super) fn broken(path: &Path, error: &TiffError) -> InputError {
     InputError::new(format!("cannot read {} as TIFF: {error}", path.display()))
 }
 
+/// Compressions that are not read, by the names that GDAL gives them; codes from libtiff's `tiff.h`.
+const COMPRESSIONS: [(u16, &str); 6] = [
+    (50_000, "ZSTD"),
+    (50_001, "WebP"),
+    (34_887, "LERC"),
+    (34_925, "LZMA"),
+    (34_712, "JPEG 2000"),
+    (50_002, "JPEG XL"),
+];
+
+/// Refuses a compression that is not read, with the command that changes it.
+fn compression<R: Read + Seek>(decoder: &mut Decoder<R>, path: &Path) -> Result<(), InputError> {
+    let code = decoder.find_tag(Tag::Compression).map_err(|error| broken(path, &error))?;
+    let code = code.and_then(|code| code.into_u16().ok()).unwrap_or(1);
+    let Some((_, name)) = COMPRESSIONS.iter().find(|(known, _)| *known == code) else { return Ok(()) };
+    let path = path.display();
+    Err(InputError::new(format!(
+        "{path} is compressed by {name}, which is not read: gdal_translate -co COMPRESS=DEFLATE {path} OUT.tif"
+    )))
+}
+
 impl<R: Read + Seek> TiffFile<R> {
     /// Reads the header of a file of `file_len` bytes; `path` is for the error's sentence only.
     ///
@@ -64,6 +85,7 @@ impl<R: Read + Seek> TiffFile<R> {
         let memory = usize::try_from(file_len).unwrap_or(usize::MAX).saturating_mul(32);
         let mut decoder = Decoder::new(reader).map_err(broken)?.with_limits(limits(memory));
 
+        compression(&mut decoder, path)?;
         let (cols, rows) = decoder.dimensions().map_err(broken)?;
         let colour = decoder.colortype().map_err(broken)?;
         let bands = match colour {

@@ -3,9 +3,10 @@
 //! Two waypoints a strip, a turn's radius before its first exposure and behind its last, so that the vehicle is level and on
 //! the line when the photos begin; the exposures themselves are made on board, at the planned places. Waypoints are
 //! absolute (MAV_FRAME_GLOBAL): the plan's heights, which are above the elevation model's height datum, are taken for heights
-//! above mean sea level. Take-off and landing are the pilot's.
+//! above mean sea level. Take-off and return are the pilot's unless they are asked for.
 
 use super::Outputs;
+use super::vehicle::RETURN;
 use crate::error::InputError;
 use crate::plan::flown::Leg;
 use serde_json::{Value, json};
@@ -26,23 +27,23 @@ const GLOBAL: u8 = 0;
 const MISSION: u8 = 2;
 /// QGroundControl's altitude mode "AMSL".
 const ABSOLUTE: u8 = 2;
-/// MAV_AUTOPILOT_ARDUPILOTMEGA and MAV_TYPE_FIXED_WING: what an offline plan is edited for; uploads ask the vehicle.
-const FIRMWARE: u8 = 3;
-const VEHICLE: u8 = 1;
 
 impl Outputs<'_> {
-    /// Items of the mission: the speed, two waypoints a strip and, where wanted, two items a photo.
+    /// Items of the mission: the speed, two waypoints a strip and, where wanted, two items a photo, take-off and return.
     #[must_use]
     pub fn mission_items(&self) -> usize {
         let of_photos = if self.trigger_items { 2 * self.file.photo_count } else { 0 };
-        1 + 2 * self.file.strips.len() + of_photos
+        1 + 2 * self.file.strips.len() + of_photos + if self.vehicle.has_takeoff { 2 } else { 0 }
     }
 
     /// The file's text.
     pub(super) fn mission(&self) -> Result<String, InputError> {
         let mut items = Vec::with_capacity(self.mission_items());
+        if self.vehicle.has_takeoff {
+            items.push(self.takeoff()?);
+        }
         let change_speed = [json!(1), json!(self.file.speed_m_s), json!(-1), json!(0), json!(0), json!(0), json!(0)];
-        items.push(command(1, CHANGE_SPEED, &change_speed));
+        items.push(command(items.len() + 1, CHANGE_SPEED, &change_speed));
         for leg in self.legs() {
             let [from_m, to_m] = self.led(&leg);
             items.push(self.waypoint(items.len() + 1, &leg, from_m)?);
@@ -62,6 +63,9 @@ impl Outputs<'_> {
             }
             items.push(self.waypoint(items.len() + 1, &leg, to_m)?);
         }
+        if self.vehicle.has_takeoff {
+            items.push(command(items.len() + 1, RETURN, &[0; 7].map(|value| json!(value))));
+        }
         let plan = json!({
             "fileType": "Plan",
             "groundStation": "QGroundControl",
@@ -70,8 +74,8 @@ impl Outputs<'_> {
             "rallyPoints": { "points": [], "version": 2 },
             "mission": {
                 "version": 2,
-                "firmwareType": FIRMWARE,
-                "vehicleType": VEHICLE,
+                "firmwareType": self.vehicle.autopilot.mav_autopilot(),
+                "vehicleType": self.vehicle.kind.mav_type(),
                 "globalPlanAltitudeMode": ABSOLUTE,
                 "cruiseSpeed": self.file.speed_m_s,
                 "hoverSpeed": self.file.speed_m_s,
@@ -100,21 +104,33 @@ impl Outputs<'_> {
         Ok(json!([lat, lon, centimetres(ground_m)]))
     }
 
+    /// The climb to the flying height at the planned home.
+    fn takeoff(&self) -> Result<Value, InputError> {
+        let home = self.home()?;
+        let (command, pitch_deg) = self.vehicle.takeoff();
+        Ok(self.at(1, command, pitch_deg, [&home[1], &home[0]].map(|degrees| degrees.as_f64().unwrap_or_default())))
+    }
+
     fn waypoint(&self, number: usize, leg: &Leg<'_>, along_m: f64) -> Result<Value, InputError> {
-        let [lon, lat] = self.known(self.planned.layout.axes.point([along_m, leg.strip.across_m]))?;
+        let lon_lat = self.known(self.planned.layout.axes.point([along_m, leg.strip.across_m]))?;
+        // No hold, the vehicle's own radius of acceptance, through the point, whatever yaw.
+        Ok(self.at(number, WAYPOINT, 0.0, lon_lat))
+    }
+
+    /// An item with a place, at the flying height.
+    fn at(&self, number: usize, command: u16, first: f64, [lon, lat]: [f64; 2]) -> Value {
         let altitude_m = centimetres(self.altitude_m());
-        Ok(json!({
+        json!({
             "AMSLAltAboveTerrain": null,
             "Altitude": altitude_m,
             "AltitudeMode": ABSOLUTE,
             "autoContinue": true,
-            "command": WAYPOINT,
+            "command": command,
             "doJumpId": number,
             "frame": GLOBAL,
-            // No hold, the vehicle's own radius of acceptance, through the point, whatever yaw.
-            "params": [0, 0, 0, null, lat, lon, altitude_m],
+            "params": [first, 0, 0, null, lat, lon, altitude_m],
             "type": "SimpleItem",
-        }))
+        })
     }
 
     /// A place that is known to lie on Earth.

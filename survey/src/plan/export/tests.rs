@@ -6,6 +6,7 @@ mod kml;
 mod mission;
 
 use super::Outputs;
+use super::vehicle::Vehicle;
 use crate::camera_file::CameraFile;
 use crate::dem::{Dem, Frame};
 use crate::plan::area::Area;
@@ -26,6 +27,7 @@ struct Scene {
     corner: [f64; 2],
     heading_deg: f64,
     trigger_items: bool,
+    vehicle: Vehicle,
     /// Whether only the half below the diagonal is the area.
     is_triangle: bool,
     height: fn(f64, f64) -> f64,
@@ -45,6 +47,7 @@ fn grid() -> Scene {
         corner: [500_000.0, 5_300_000.0],
         heading_deg: 90.0,
         trigger_items: false,
+        vehicle: Vehicle::default(),
         is_triangle: false,
         height: hills,
     }
@@ -75,6 +78,7 @@ impl Scene {
             exposure_s: 0.002,
             min_clearance_m: 50.0,
             seed: 1,
+            tilt_deg: 0.0,
         };
         let planned = request.plan(&terrain, &|_, _| {}).expect("planned");
         let [fov_v, fov_h] = half_tangent.map(|tangent| 2.0 * tangent.atan().to_degrees());
@@ -85,7 +89,13 @@ impl Scene {
         let noise = Noise { image_px: 0.1, position_m: 0.015, attitude_deg: 0.0057 };
         let dem = ModelFile { name: "folder/a<b&c.tif".to_owned(), path: String::new(), sha256: String::new() };
         let file = planned.file(&request, &self.place, &camera, noise, &dem).expect("a file");
-        look(&Outputs { planned: &planned, file: &file, place: &self.place, trigger_items: self.trigger_items });
+        look(&Outputs {
+            planned: &planned,
+            file: &file,
+            place: &self.place,
+            trigger_items: self.trigger_items,
+            vehicle: self.vehicle,
+        });
     }
 }
 

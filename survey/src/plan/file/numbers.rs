@@ -28,7 +28,7 @@ use Range::{Above0, Any, Count, From0, Heading, Seed, Share, To1, Whole};
 
 /// Every number by its keys, ascending, with whether it may be `null`. What else belongs together is in `check.rs`.
 #[rustfmt::skip]
-const NUMBERS: [(&str, Range, bool); 68] = [
+const NUMBERS: [(&str, Range, bool); 69] = [
     ("accuracy.cells", Count, false),
     ("accuracy.gaps", Count, false),
     ("accuracy.height_m", From0, false),
@@ -96,6 +96,7 @@ const NUMBERS: [(&str, Range, bool); 68] = [
     ("strips[].photos[].y", Any, false),
     ("strips[].photos[].z", Any, false),
     ("swath_min.side", To1, true),
+    ("tilt_deg", From0, false),
     ("version", Count, false),
 ];
 

@@ -1,0 +1,33 @@
+//! What a plan may be and nobody means, and what it rests on unseen: told on stderr, whatever is planned.
+
+use plumbline_survey::camera_file::CameraFile;
+use plumbline_survey::plan::PlanFile;
+
+/// Highest flight over the base plane that is not asked about: above it a vehicle of this kind is rarely let fly.
+const HEIGHT_M: f64 = 1000.0;
+/// Pixels on the ground between which nothing is asked, metres.
+const GSD_M: [f64; 2] = [0.003, 10.0];
+
+/// A question a line, each with what else may have been meant.
+pub fn questions(camera: &CameraFile, plan: &PlanFile) -> Vec<String> {
+    let mut questions: Vec<String> = camera.doubt().into_iter().collect();
+    if plan.height_m > HEIGHT_M {
+        questions.push(format!(
+            "{:.0} m above the base plane: is that meant? --gsd-m is metres a pixel, --scale the denominator alone, and the camera file has degrees",
+            plan.height_m
+        ));
+    }
+    if plan.checks.leaves_model {
+        questions.push(
+            "strips or turns reach beyond the elevation model: the clearance there is not known, and a model that reaches further tells it"
+                .to_owned(),
+        );
+    }
+    if plan.gsd_m < GSD_M[0] || plan.gsd_m > GSD_M[1] {
+        questions.push(format!(
+            "a pixel is {:.4} m on the ground: is that meant? --gsd-m and --height-m are metres",
+            plan.gsd_m
+        ));
+    }
+    questions
+}

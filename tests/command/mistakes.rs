@@ -1,0 +1,192 @@
+//! What people type and do not mean: each is refused, or asked about, with what was probably meant and what to type.
+
+use crate::folder::Folder;
+use crate::pictures::{Crs, geotiff, texture};
+use crate::refusals::Refusals;
+use serde_json::Value;
+
+const RECTIFY: &str = "rectify --camera camera.toml --frame frame.png --heading-deg 0 --roll-deg 0 --height-m 100 --resolution-m 5 --out p.png";
+const MAP: &str = "map --camera camera.toml --heading-deg 0 --pitch-deg 5 --roll-deg 0";
+const CALIBRATE: &str = "calibrate --block block.json --observations obs.csv --out four.toml";
+
+#[test]
+fn a_gimbals_pitch_and_points_without_dashes() {
+    let folder = Folder::with_scene("mistakes-angles");
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(&format!("{RECTIFY} --pitch-deg -89"), &["gimbal's pitch of -89", "write --pitch-deg 1"]);
+    refusals.expect(&format!("{RECTIFY} --pitch-deg -90"), &["gimbal's pitch of -90", "write --pitch-deg 0"]);
+    refusals.expect(&format!("{RECTIFY} --pitch-deg -83.25"), &["write --pitch-deg 6.75"]);
+    refusals.expect(&format!("{MAP} 10,20 -3,4.5"), &["points come last and after --: -- 10,20 -3,4.5"]);
+    refusals.expect(&format!("{MAP} -10,20"), &["-- -10,20"]);
+    refusals.expect(
+        "intersect --focal-mm 50 --station-1-m 0,0,100 --station-2-m 0,50,100 1,2,3,4",
+        &["after --: -- 1,2,3,4"],
+    );
+    refusals.done();
+    folder.run(&format!("{MAP} -- 10,20 -3,4.5")).done();
+    folder.run(&format!("{RECTIFY} --pitch-deg -8")).done();
+}
+
+/// An attitude log of a gimbal, whose -89 is nearly straight down.
+#[test]
+fn a_gimbals_log() {
+    let folder = Folder::with_ground("mistakes-gimbal");
+    let rows: String = (0..=100).map(|row| format!("{},0.5,{},30.0\n", f64::from(row) * 0.1, -89 - row % 2)).collect();
+    folder.write("log.csv", format!("t_s,roll_deg,pitch_deg,yaw_deg\n{rows}"));
+    let mut refusals = Refusals::new(&folder);
+    refusals
+        .expect("fly --ground ground.tif --frames 10 --replay log.csv --out out", &["log.csv, pitch_deg", "add 90"]);
+    refusals.done();
+}
+
+#[test]
+fn a_map_in_degrees_or_in_web_mercator_is_told_how_to_become_one_in_metres() {
+    let folder = Folder::with_scene("mistakes-maps");
+    let ground = texture((256, 256), (0.0, 0.0));
+    // Their corner is 500000, 5330000 or 15, 48 degrees.
+    geotiff(&folder.path("degrees.tif"), &ground, 5e-5, Crs::Geographic(4326));
+    geotiff(&folder.path("web.tif"), &ground, 5.0, Crs::Projected(3857));
+    folder.write("frames.csv", frames());
+    let mut refusals = Refusals::new(&folder);
+    for verb in [
+        "fly --frames 1 --ground degrees.tif",
+        "tiles --ortho degrees.tif --resolution-m 5 --out t.bin",
+        "evaluate --frames frames.csv --camera camera.toml --reference degrees.tif --out out",
+    ] {
+        refusals.expect(verb, &["in degrees (EPSG:4326)", "on the ground", "gdalwarp -t_srs EPSG:326", "degrees_utm"]);
+        let web = verb.replace("degrees.tif", "web.tif");
+        refusals.expect(&web, &["in Web Mercator (EPSG:3857)", "gdalwarp -t_srs EPSG:326", "web_utm"]);
+    }
+    refusals.done();
+}
+
+fn frames() -> String {
+    let row = "frame.png,500300,5329700,100,0,0,0\n";
+    format!("file,east_m,north_m,height_m,heading_deg,pitch_deg,roll_deg\n{row}{row}{row}")
+}
+
+/// The compression of a file changed to ZSTD in its header.
+#[test]
+fn a_compression_that_is_not_read_is_told_with_what_changes_it() {
+    let folder = Folder::with_ground("mistakes-zstd");
+    let mut bytes = folder.read("ground.tif");
+    // Tag 259, of 16 bits (type 3), one value.
+    let entry = [259u16.to_le_bytes(), 3u16.to_le_bytes()].concat();
+    let at = bytes.windows(4).position(|window| window == entry).expect("a little-endian TIFF with its compression");
+    bytes[at + 8..at + 10].copy_from_slice(&50_000u16.to_le_bytes());
+    folder.write("zstd.tif", bytes);
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(
+        "tiles --ortho zstd.tif --resolution-m 5 --out t.bin",
+        &["zstd.tif", "ZSTD", "gdal_translate -co COMPRESS=DEFLATE"],
+    );
+    refusals.done();
+}
+
+#[test]
+fn latitude_and_longitude_swapped() {
+    let folder = Folder::with_ground("mistakes-swapped");
+    let area = |corners: &str| format!(r#"{{"type":"Polygon","coordinates":[[{corners}]]}}"#);
+    folder.write("dem.asc", include_str!("../../examples/plan/dem.asc"));
+    folder.write("dem.prj", include_str!("../../examples/plan/dem.prj"));
+    folder.write("camera.toml", include_str!("../../examples/camera.toml"));
+    folder.write("swapped.json", area("[48.2062,16.3473],[48.2070,16.3581],[48.2097,16.3595],[48.2062,16.3473]"));
+    folder.write("far.json", area("[-37.8,144.9],[-37.9,144.9],[-37.9,145.0],[-37.8,144.9]"));
+    let plan = "plan --dem dem.asc --area swapped.json --camera camera.toml --gsd-m 0.25 --overlap 70/40 --out out";
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(plan, &["longitude first"]);
+    refusals.expect(&plan.replace("swapped", "far"), &["the longitude comes first"]);
+    let local = plan.replace("dem.asc", "local.asc").replace("swapped.json", "600100,5340100,600900,5340600");
+    folder.write("local.asc", include_str!("../../examples/plan/dem.asc"));
+    let mut refuse = |arguments: &str, names: &[&str]| refusals.expect(arguments, names);
+    refuse(&format!("{local} --origin 144.9,-37.8"), &["--origin -37.8,144.9"]);
+    refusals.done();
+}
+
+#[test]
+fn overlaps_as_shares_and_fields_of_view_in_radians() {
+    let folder = Folder::with_scene("mistakes-plan");
+    folder.write("dem.asc", include_str!("../../examples/plan/dem.asc"));
+    let plan =
+        "plan --dem dem.asc --area 600100,5340100,600900,5340600 --camera camera.toml --gsd-m 1.2 --out out --overlap";
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(&format!("{plan} 0.7/0.4"), &["percent", "write 70/40"]);
+    refusals.expect(&format!("{plan} 70/0.4"), &["percent"]);
+    refusals.expect(&format!("{plan} 70/40 --tilt-deg 30"), &["--tilt-deg 30", "30.0 degrees along"]);
+    refusals.done();
+    assert_eq!(folder.run(&format!("{plan} 70/40")).done().stderr.matches("is that meant").count(), 0);
+    let high = folder.run(&format!("{} 70/40", plan.replace("1.2", "15"))).stderr;
+    assert!(
+        high.contains("above the base plane: is that meant?") && high.contains("15.0000 m on the ground"),
+        "{high}"
+    );
+    // 60 degrees in radians.
+    let camera = folder.text("camera.toml").replace("60.0", "1.0472");
+    folder.write("camera.toml", camera);
+    for arguments in [format!("{plan} 70/40"), format!("{MAP} -- 1,2")] {
+        let said = folder.run(&arguments).stderr;
+        assert!(said.contains("were they radians, write fov_h_deg = 60.000"), "{said}");
+    }
+}
+
+#[test]
+fn unknown_keys_of_a_block_and_opencvs_axes() {
+    let folder = Folder::new("mistakes-block");
+    let block = include_str!("../../examples/calibrate/block.json");
+    let observations = include_str!("../../examples/calibrate/observations.csv");
+    folder.write("block.json", block);
+    let mut refusals = Refusals::new(&folder);
+    let turned = |turn: fn(f64, f64) -> (f64, f64)| {
+        let mut text = "station,head,point,x_px,y_px\n".to_owned();
+        for line in observations.lines().skip(1) {
+            let fields: Vec<&str> = line.split(',').collect();
+            let number = |k: usize| fields[k].parse::<f64>().expect("a number");
+            let (x, y) = turn(number(3), number(4));
+            text += &format!("{},{},{},{x},{y}\n", fields[0], fields[1], fields[2]);
+        }
+        text
+    };
+    folder.write("obs.csv", turned(|x, y| (x, -y)));
+    refusals.expect(CALIBRATE, &["y_px counts downward, as OpenCV has it", "write -y_px"]);
+    folder.write("obs.csv", turned(|x, y| (y, x)));
+    refusals.expect(CALIBRATE, &["x_px and y_px are swapped"]);
+    // From the corner of a frame of 7230 x 5430 pixels, y down; the block has to say how large it is.
+    let mut sized: Value = serde_json::from_str(block).expect("JSON");
+    (sized["cols"], sized["rows"]) = (7230.into(), 5430.into());
+    folder.write("block.json", sized.to_string());
+    folder.write("obs.csv", turned(|x, y| (x + 3614.5, 2714.5 - y)));
+    refusals.expect(CALIBRATE, &["top left corner", "(rows - 1) / 2 - y_px"]);
+    folder.write("obs.csv", observations);
+    for (key, meant) in [("weights", "sigma_px"), ("f_mm", "f_px"), ("sigma_pixel", "the keys are f_px")] {
+        let mut other = sized.clone();
+        other[key] = serde_json::json!([1.0]);
+        folder.write("block.json", other.to_string());
+        refusals.expect(CALIBRATE, &[&format!("the key {key} means nothing"), meant]);
+    }
+    refusals.done();
+}
+
+#[test]
+fn an_angle_counted_over_its_end_and_samples_that_do_not_tell_their_noise() {
+    let folder = Folder::new("mistakes-smooth");
+    folder.write("log.csv", include_str!("../../examples/attitude.csv"));
+    let smooth = "smooth --in log.csv --time t_s --columns yaw_deg --out fit.csv";
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(smooth, &["column yaw_deg", "line ", "jumps by -3", "name it under --angles"]);
+    refusals.done();
+    folder.run(&format!("{smooth} --angles yaw_deg")).done();
+    // Free of noise: GCV takes its least alpha, at which residuals are those of the smoothing and not of a sensor.
+    let rows: String = (0..200).map(|i| format!("{},{}\n", f64::from(i) * 0.1, (f64::from(i) * 1.3).sin())).collect();
+    folder.write("clean.csv", format!("t_s,a\n{rows}"));
+    let run = folder.run("smooth --in clean.csv --time t_s --columns a --out fit.csv --json").done();
+    assert!(
+        run.stderr.contains("column a: GCV ends at its least alpha") && run.stderr.contains("a_sigma is left"),
+        "{run:?}"
+    );
+    let json: Value = serde_json::from_str(&run.stdout).expect("JSON");
+    assert!(json["a"]["sigma0"].is_null() && json["a"]["alpha_at_bound"] == true, "{json}");
+    assert!(folder.text("fit.csv").lines().skip(1).all(|row| row.ends_with(',')));
+    // With noise there are sigmas.
+    let noisy = folder.run(&format!("{smooth} --angles yaw_deg --json")).json();
+    assert!(noisy["yaw_deg"]["sigma0"].as_f64() > Some(0.0), "{noisy}");
+}
