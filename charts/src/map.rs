@@ -7,8 +7,8 @@ use plotters::element::PathElement;
 use plotters::style::Color;
 use std::ops::Range;
 
-/// Side of a picture under a map: about half of what is shown of it on a screen.
-const PICTURE_PX: usize = 300;
+/// Side of a picture under a map: about what is shown of it on a screen.
+const PICTURE_PX: usize = 480;
 
 /// A square of ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,20 +42,21 @@ impl Map {
         self.plot_under(label, "", draw)
     }
 
-    /// As [`Self::plot`], over a picture: `grey` of a place, (east, north).
+    /// As [`Self::plot`], over a picture: `grey` of a place, (east, north); the page shows through where there is none.
     ///
     /// # Errors
     /// [`PlotError`].
     pub fn plot_over(
         &self,
         label: &str,
-        grey: impl Fn((f64, f64)) -> u8,
+        grey: impl Fn((f64, f64)) -> Option<u8>,
         draw: impl FnOnce(&mut Chart<'_, '_>) -> Drawn,
     ) -> Result<Markup, PlotError> {
         let along = |index: usize| (index as f64 + 0.5) / (0.5 * PICTURE_PX as f64) - 1.0;
         let pixel = |index: usize| grey(self.at(along(index % PICTURE_PX), -along(index / PICTURE_PX)));
-        let pixels: Vec<u8> = (0..PICTURE_PX * PICTURE_PX).map(pixel).collect();
-        self.plot_under(label, &uri(&encode(PICTURE_PX, PICTURE_PX, Colour::Grey, &pixels)), draw)
+        let samples = |grey: Option<u8>| grey.map_or([0, 0], |grey| [grey, u8::MAX]);
+        let pixels: Vec<u8> = (0..PICTURE_PX * PICTURE_PX).flat_map(|index| samples(pixel(index))).collect();
+        self.plot_under(label, &uri(&encode(PICTURE_PX, PICTURE_PX, Colour::GreyAlpha, &pixels)), draw)
     }
 
     fn plot_under(
@@ -74,6 +75,11 @@ impl Map {
             y_label: &|value| plain(*value),
         };
         plot_over(label, picture, &axes, draw)
+    }
+
+    /// Metres of a share of half the side.
+    pub fn metres(&self, share: f64) -> f64 {
+        self.half * share
     }
 
     /// An arrow to the north, at positions as [`Map::at`] takes them.

@@ -50,6 +50,8 @@ pub enum Mark {
 pub struct Panel {
     /// What stands above it.
     pub caption: String,
+    /// What its ordinate is, with its unit.
+    pub y_text: String,
     /// Its height, in units of 90 pixels.
     pub share: u32,
     /// Back to front.
@@ -141,7 +143,8 @@ fn draw(text: &mut String, x: &Range<f64>, x_text: &str, panels: &[Panel]) -> Dr
             .label_style(font())
             .axis_desc_style(font())
             .x_label_formatter(&x_format)
-            .y_label_formatter(&y_format);
+            .y_label_formatter(&y_format)
+            .y_desc(panel.y_text.as_str());
         if is_last {
             mesh.x_desc(x_text);
         }
@@ -191,11 +194,11 @@ mod tests {
     #[test]
     fn panels_stand_below_each_other_and_ranges_hold_what_is_drawn() {
         let line = Mark::Line(vec![(0.0, 1.0), (1.0, f64::NAN), (2.0, 3.0), (3.0, 4.0)]);
-        let panel = Panel { caption: "one".into(), share: 2, marks: vec![(line, FITTED)] };
+        let panel = Panel { caption: "one".into(), y_text: "height (m)".into(), share: 2, marks: vec![(line, FITTED)] };
         let level = Panel { caption: "two".into(), marks: vec![(Mark::Level(7.0), MEASURED)], ..panel.clone() };
         let text = svg(0.0..3.0, "time (s)", &[panel, level]).unwrap();
         assert!(text.starts_with("<svg width=\"1200\" height=\"480\""), "{}", &text[..80]);
-        assert!(["one", "two", "time (s)"].iter().all(|word| text.contains(word)));
+        assert!(["one", "two", "time (s)", "height (m)"].iter().all(|word| text.contains(word)));
         assert_eq!(range([1.0, f64::NAN, 3.0].into_iter()), 1.0 - 0.12..3.0 + 0.12);
         assert_eq!(range([].into_iter()), -1.0..1.0);
     }

@@ -22,9 +22,6 @@ const RIGHT: u32 = 34;
 /// Font size of axes, drawing units.
 pub const FONT: u32 = 36;
 
-/// How strong a picture under a plot is, so that lines show.
-const PALE: f64 = 0.45;
-
 /// Text and axes.
 pub const INK: RGBColor = RGBColor(40, 40, 38);
 const RULE: RGBColor = RGBColor(214, 211, 203);
@@ -34,7 +31,9 @@ pub const RECTIFIED: RGBColor = RGBColor(31, 90, 140);
 pub const UNRECTIFIED: RGBColor = RGBColor(150, 145, 133);
 /// What was refused.
 pub const REFUSED: RGBColor = RGBColor(179, 38, 30);
-/// Figures of a paper.
+/// Where something was believed to be.
+pub const ESTIMATED: RGBColor = RGBColor(43, 107, 63);
+/// Figures of a paper, plans, limits.
 pub const PAPER: RGBColor = RGBColor(176, 106, 0);
 
 /// A chart with linear axes.
@@ -91,18 +90,23 @@ pub fn plot_over(
 ) -> Result<Markup, PlotError> {
     let mut text = String::new();
     draw_into(&mut text, axes, draw).map_err(|error| PlotError(format!("{label} ({error})")))?;
-    // The page's own opening tag: inside HTML no namespace is needed, and the style sheet sets the size.
+    // The page's own opening tag: inside HTML no namespace is needed, and the style sheet sets the size. A script that marks a
+    // place is told where the inside lies and what it ranges over.
     let inside = text.split_once('>').map_or("", |(_, inside)| inside);
     let (cols, rows) = (SIZE.0 - LEFT - RIGHT, SIZE.1 - TOP - BOTTOM);
     let under = if picture.is_empty() {
         String::new()
     } else {
         format!(
-            "<image x=\"{LEFT}\" y=\"{TOP}\" width=\"{cols}\" height=\"{rows}\" opacity=\"{PALE}\" preserveAspectRatio=\"none\" href=\"{picture}\"/>"
+            "<image class=\"under\" x=\"{LEFT}\" y=\"{TOP}\" width=\"{cols}\" height=\"{rows}\" preserveAspectRatio=\"none\" href=\"{picture}\"/>"
         )
     };
+    let ranges = format!("{} {} {} {}", axes.x.start, axes.x.end, axes.y.start, axes.y.end);
     Ok(html! {
-        (PreEscaped(format!("<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{label}\">{under}{inside}", SIZE.0, SIZE.1)))
+        (PreEscaped(format!(
+            "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{label}\" data-inside=\"{LEFT} {TOP} {cols} {rows}\" data-ranges=\"{ranges}\">{under}{inside}",
+            SIZE.0, SIZE.1
+        )))
     })
 }
 

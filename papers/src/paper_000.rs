@@ -33,6 +33,9 @@ fn photo(y_m: f64) -> Photo {
     }
 }
 
+/// Decimals of its numbers: image motion is small.
+pub const DECIMALS: usize = 6;
+
 /// Paper 000 by our own code.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reproduction {
@@ -57,16 +60,21 @@ impl Reproduction {
         Reproduction { paper: "000", seed: super::SEED, points: intersection::POINTS, rows, sweep }
     }
 
-    /// The whole as text that ends with a line break.
-    pub fn text(&self) -> String {
-        let mut text = lines(&[format!(
+    /// What it is reproduced by.
+    pub fn head(&self) -> String {
+        format!(
             "Paper {}: Table 2 by 300 seed points, figures 4 and 5 by {} ground points of seed {} and {} stamps.",
             self.paper,
             self.points,
             self.seed,
             self.sweep.len()
-        )]);
-        rows_into(&mut text, &self.rows, 6);
+        )
+    }
+
+    /// The whole as text that ends with a line break.
+    pub fn text(&self) -> String {
+        let mut text = lines(&[self.head()]);
+        rows_into(&mut text, &self.rows, DECIMALS);
         text
     }
 }

@@ -3,24 +3,25 @@
 use super::{Reproduction, Row};
 use std::fmt::Write;
 
+/// Decimals of most papers' numbers.
+pub const DECIMALS: usize = 3;
 /// Characters of a line at most.
 const WIDTH: usize = 110;
 const INDENT: &str = "      ";
 const LABEL: &str = "DIFFERENCE  ";
 
-/// The whole as text that ends with a line break.
-pub fn text(reproduction: &Reproduction) -> String {
-    let head = format!(
+/// What paper 003 is reproduced by.
+pub fn head(reproduction: &Reproduction) -> String {
+    format!(
         "Paper {}: Table 2 by {} trials of seed {}, Table 3 by {} frames of seed {}.",
         reproduction.paper, reproduction.trials, reproduction.seed, reproduction.frames, reproduction.flight_seed
-    );
-    table(head, &reproduction.rows)
+    )
 }
 
-/// A line, then the rows with up to three decimals.
+/// A line, then the rows with up to [`DECIMALS`].
 pub fn table(head: String, rows: &[Row]) -> String {
     let mut text = lines(&[head]);
-    rows_into(&mut text, rows, 3);
+    rows_into(&mut text, rows, DECIMALS);
     text
 }
 
@@ -49,8 +50,8 @@ pub fn rows_into(text: &mut String, rows: &[Row], decimals: usize) {
     }
 }
 
-/// So many decimals at most, none that says nothing.
-fn number(value: Option<f64>, decimals: usize) -> String {
+/// So many decimals at most, none that says nothing; a dash where there is no number.
+pub fn number(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(
         || "-".to_owned(),
         |value| {
@@ -94,7 +95,7 @@ mod tests {
         let long = "word ".repeat(40);
         let rows = vec![row("a", Some(2.0), None), row("longer", None, Some(&long))];
         let reproduction = Reproduction { paper: "003", seed: 1, trials: 2, flight_seed: 3, frames: 4, rows };
-        let text = text(&reproduction);
+        let text = table(head(&reproduction), &reproduction.rows);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[2].len(), lines[3].len());
         assert_eq!(lines[3], "  a               1.25         2");

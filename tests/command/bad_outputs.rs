@@ -64,7 +64,7 @@ fn fly_out() {
 fn fly_out_with_a_folder_in_the_way() {
     let folder = Folder::with_ground("fly-in-the-way");
     let mut refusals = Refusals::new(&folder);
-    for file in ["fixes.csv", "poses.csv", "report.json", "report.html", "fixes.geojson", "track.kml"] {
+    for file in ["fixes.csv", "poses.csv", "report.json", "report.html", "fixes.geojson", "track.kml", "tile.tif"] {
         fs::create_dir_all(folder.path(&format!("{file}.out/{file}"))).expect("made");
         refusals.expect(&format!("{FLY} --frames 1 --out {file}.out"), &[file]);
     }

@@ -150,7 +150,8 @@ fn the_page_has_the_plans_figures_and_needs_nothing_else() {
     ] {
         assert!(page.contains(&figure), "{figure}");
     }
-    let dots = page.split("stroke=\"#b3261e\"").next().and_then(|before| before.rsplit("d=\"").next());
+    let (_, map) = page.split_once("</style>").expect("a style");
+    let dots = map.split("stroke=\"#b3261e\"").next().and_then(|before| before.rsplit("d=\"").next());
     assert_eq!(dots.map(|path| path.matches("h0").count()), Some(photos as usize), "a dot each");
     for outside in ["http:", "https:", "<script", "src=\"/", "@import"] {
         assert!(!page.contains(outside), "{outside}");

@@ -31,6 +31,9 @@ fn paper_001() {
     for figure in 1..=4 {
         assert!(folder.text(&format!("figures/figure_{figure}.svg")).starts_with("<svg"));
     }
+    let page = folder.text("figures/report.html");
+    let differ = all["rows"].as_array().expect("rows").iter().filter(|row| row["difference"].is_string()).count();
+    assert!(page.contains(&format!("{differ} differ")) && page.matches("data:image/svg+xml").count() == 4, "{differ}");
     let text = folder.run("reproduce 001").done().stdout;
     assert!(text.contains("DIFFERENCE") && text.contains("0.11"), "{text}");
 }

@@ -13,6 +13,7 @@ mod fly;
 mod fuzz;
 mod lanes;
 mod mission;
+mod pages;
 mod panics;
 mod places;
 mod process;

@@ -4,7 +4,7 @@ mod head;
 mod map;
 mod offsets;
 
-use super::refusals::explained;
+use super::refusals::{FEW, explained};
 use maud::{Markup, html};
 use plumbline_charts::page::page;
 use plumbline_charts::plot::PlotError;
@@ -33,8 +33,11 @@ impl Page<'_> {
     pub fn html(&self) -> Result<String, PlotError> {
         let map = self.map()?;
         let offsets = self.offsets()?;
+        let figures = &self.summary.figures;
+        let are_few = (figures.accepted as f64) < FEW * figures.frames as f64;
         let body = html! {
             (self.head())
+            @if are_few { (self.refusals()) }
             section {
                 h2 { "Where, and how far off" }
                 p class="note" {
@@ -43,7 +46,7 @@ impl Page<'_> {
                 }
                 div class="plots" { (map) (offsets) }
             }
-            (self.refusals())
+            @if !are_few { (self.refusals()) }
             (self.frames())
         };
         Ok(page("Plumbline evaluation", &body))

@@ -1,8 +1,8 @@
 //! `report.html`: a flight on one page that needs nothing but itself.
 //!
-//! Everything on it is computed from the flight; given are the paper's figures alone, in `paper`. There is no script
-//! and no request: pictures are data URIs, plots are inline SVG, the style stands in the page. The same flight gives
-//! the same bytes, so no date stands on it.
+//! Everything on it is computed from the flight; given are the paper's figures alone, in `paper`. There is no request: pictures
+//! are data URIs, plots are inline SVG, style and script (`player`) stand in the page. The same flight gives the same bytes, so no
+//! date stands on it.
 
 mod board;
 mod errors;
@@ -15,10 +15,13 @@ mod overlay;
 mod paper;
 mod parameters;
 mod plan;
+mod player;
 mod plots;
 mod protection;
 mod provenance;
 mod strip;
+mod surface;
+mod verdict;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -64,18 +67,17 @@ impl Report<'_> {
         let protection = self.protection()?;
         let body = html! {
             (self.head())
-            (self.against_the_paper())
+            (plots)
             (self.faults())
             (live)
             (kept)
             (protection)
-            (plots)
+            (plan)
             (self.error_parts())
             (self.instants())
-            (plan)
-            (self.strip())
             (self.board())
             (self.parameters())
+            (self.against_the_paper())
             (self.provenance())
         };
         Ok(page(&title, &body))

@@ -2,13 +2,15 @@
 //!
 //! Everything on it is computed from the plan. Style and plots are those of a flight's [page](super::flight). The same plan
 //! gives the same bytes. However large the plan, the page stays small: the relief has at most some 600,000 pixels, the cells
-//! are as many as the planner looks at, and photos are thinned out.
+//! are as many as the planner looks at, many lines are thinned out, and many photos are shown by their density.
 
 mod accuracy;
 mod combinations;
+mod density;
 mod head;
 mod map;
 mod notes;
+mod profiles;
 mod relief;
 mod tables;
 
@@ -28,6 +30,7 @@ pub fn page(outputs: &Outputs<'_>) -> String {
     let body = html! {
         (page.head())
         (page.plan())
+        (page.profiles())
         (page.coverage())
         (page.overlaps())
         (page.combinations())

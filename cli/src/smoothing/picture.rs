@@ -44,6 +44,7 @@ impl Smoothed {
                 fit.alpha,
                 fit.edf
             ),
+            y_text: name.clone(),
             share: 4,
             marks: vec![
                 (Mark::Band(band), FITTED),
@@ -56,6 +57,7 @@ impl Smoothed {
             caption:
                 "residuals, curve minus sample (grey); two sigmas of the curve (blue area) and of a sample (lines)"
                     .to_owned(),
+            y_text: format!("residual of {name}"),
             share: 2,
             marks: vec![
                 (Mark::Band(spread), FITTED),

@@ -1,15 +1,16 @@
 //! `plumbline boresight`: how a camera of one head sits in its vehicle, from a flight.
 
 use super::attitude::{FollowUp, follow_up};
-use crate::files::Files;
+use crate::files::{Files, create_folder};
 use crate::outcome::{Failure, Outcome, note};
+use crate::pages::boresight::{NAMES, Page};
 use plumbline_sim::vehicle::servo::follow_up_exact;
 use plumbline_survey::calibrate::boresight::{
     Boresight, BoresightError, FIXES_MIN, Footprint, Joined, SD_MAX_RAD, estimate, read,
 };
 use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::output::write_file;
+use plumbline_survey::io::output::{write_file, write_files};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -38,12 +39,16 @@ pub struct Args {
     /// followed exactly, `none`: it did not turn
     #[arg(long, value_parser = follow_up, allow_negative_numbers = true)]
     follow_up_deg: Option<FollowUp>,
+    /// Folder for the report, report.html
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
 }
 
-const NAMES: [&str; 3] = ["phi", "omega", "kappa"];
+/// The page's file.
+const REPORT: &str = "report.html";
 
 #[derive(Debug, Serialize)]
 struct Summary {
@@ -67,6 +72,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         .reads("--fixes", &args.fixes)
         .reads("--poses", &args.poses)
         .writes("--out", &args.out)
+        .may_write_into("--report", args.report.as_ref(), &[REPORT])
         .check()?;
     let mut camera = CameraFile::read(&args.camera)?;
     if !camera.heads.is_empty() {
@@ -90,9 +96,18 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let boresight_deg =
         std::array::from_fn(|k| if found.determined[k] { found.angles_rad[k].to_degrees() } else { told_deg[k] });
     camera.boresight = Some(boresight_deg);
-    write_file(&args.out, camera.checked_toml_string(&args.out)?.as_bytes())?;
+    let camera = camera.checked_toml_string(&args.out)?;
     let summary = summary(boresight_deg, &found, &joined);
-    notes(&summary, &found).iter().for_each(|line| note(line));
+    let notes = notes(&summary, &found);
+    match &args.report {
+        None => write_file(&args.out, camera.as_bytes())?,
+        Some(folder) => {
+            let page = Page { found: &found, joined: &joined, told_deg, boresight_deg, notes: &notes }.html()?;
+            create_folder(folder)?;
+            write_files(&[(&args.out, camera.as_bytes()), (&folder.join(REPORT), page.as_bytes())])?;
+        }
+    }
+    notes.iter().for_each(|line| note(line));
     Outcome::new(args.json, &summary, || text_of(&summary))
 }
 

@@ -32,7 +32,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Frames shown in the report, spread over the flight.
-const PICTURED: u32 = 6;
+const PICTURED: u32 = 12;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -117,7 +117,7 @@ pub struct Args {
     /// Fail, with exit code 1, where fewer percent of the frames have a fix
     #[arg(long, value_name = "PERCENT", value_parser = percent, allow_negative_numbers = true)]
     require_rate: Option<f64>,
-    /// Folder for fixes.csv, poses.csv, report.json, report.html, fixes.geojson and track.kml; nothing is written unless given
+    /// Folder for fixes.csv, poses.csv, report.json, report.html, fixes.geojson, track.kml and tile.tif; nothing is written unless given
     ///
     /// poses.csv is the truth: where the antenna was on the grid of fixes.csv, how high the camera above the ground, heading
     /// from grid north, pitch, roll and follow-up angle at each stamp, as a navigation without error would log them for

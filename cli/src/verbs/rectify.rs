@@ -188,7 +188,7 @@ fn write(args: &Args, patch: &Patch, place: &Place) -> Result<(), Failure> {
         // 0 is no-data: what is black and valid is a grey above.
         let grey = |(pixel, valid): (&u8, &u8)| if *valid == 0 { 0 } else { (*pixel).max(1) };
         let pixels = patch.picture.pixels.iter().zip(&mask.pixels).map(grey).collect();
-        let bytes = grey_geotiff_bytes(&Picture { pixels, ..patch.picture }, &geo, place.epsg())?;
+        let bytes = grey_geotiff_bytes(&Picture { pixels, ..patch.picture }, &geo, place.epsg(), Some(0))?;
         write_file(&args.out, &bytes)?;
     } else {
         write_grey_png(&args.out, &patch.picture)?;

@@ -2,12 +2,14 @@
 
 use crate::files::{Files, create_folder};
 use crate::outcome::{Failure, Outcome, note};
+use crate::pages::reproduction::{self, Figure};
 use crate::progress;
 use plumbline_papers::{
-    Reproduction, paper_000, paper_001, paper_002, paper_004, table_3, text, write_figures, write_figures_000,
+    Reproduction, Row, paper_000, paper_001, paper_002, paper_004, table_3, text, write_figures, write_figures_000,
 };
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::output::write_file;
+use serde::Serialize;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -18,13 +20,16 @@ pub struct Args {
     /// Print one JSON document
     #[arg(long)]
     json: bool,
-    /// Folder for the figures of 000, 001 or 003; none are made unless given
+    /// Folder for a page, report.html, and the figures of 000, 001 or 003; nothing is written unless given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Frames of the flight behind Table 3
     #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=1_000_000), allow_negative_numbers = true)]
     frames: u32,
 }
+
+/// The page's file.
+const PAGE: &str = "report.html";
 
 /// The files of a paper's figures; of the other papers there are only tables.
 fn figures(paper: &str) -> &'static [&'static str] {
@@ -37,11 +42,8 @@ fn figures(paper: &str) -> &'static [&'static str] {
 }
 
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
-    let figures = figures(&args.paper);
-    if args.out.is_some() && figures.is_empty() {
-        return Err(InputError::new(format!("--out: paper {} has no figures, only tables", args.paper)).into());
-    }
-    Files::default().may_write_into("--out", args.out.as_ref(), figures).check()?;
+    let files = [figures(&args.paper), &[PAGE]].concat();
+    Files::default().may_write_into("--out", args.out.as_ref(), &files).check()?;
     // Before the work, so that nobody waits for a refusal.
     args.out.iter().try_for_each(|folder| create_folder(folder))?;
     match args.paper.as_str() {
@@ -53,11 +55,32 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     }
 }
 
+/// The page, with the figures that lie in the folder by now.
+fn write_page(args: &Args, head: &str, rows: &[Row], decimals: usize) -> Result<(), Failure> {
+    let Some(folder) = &args.out else { return Ok(()) };
+    let read = |name: &'static str| {
+        let path = folder.join(name);
+        let bytes = std::fs::read(&path)
+            .map_err(|error| InputError::because(format!("cannot read {}", path.display()), error))?;
+        Ok((name, bytes))
+    };
+    let figures: Vec<Figure> = figures(&args.paper).iter().map(|name| read(name)).collect::<Result<_, InputError>>()?;
+    let page = reproduction::page(&args.paper, head, rows, decimals, &figures);
+    Ok(write_file(&folder.join(PAGE), page.as_bytes())?)
+}
+
+/// Writes the page, and says the same in words.
+fn tell(args: &Args, document: &impl Serialize, head: String, rows: &[Row]) -> Result<Outcome, Failure> {
+    write_page(args, &head, rows, text::DECIMALS)?;
+    Outcome::new(args.json, document, || text::table(head, rows))
+}
+
 fn of_000(args: &Args) -> Result<Outcome, Failure> {
     let reproduction = paper_000::Reproduction::new();
     if let Some(folder) = &args.out {
         write_figures_000(folder, &reproduction)?;
     }
+    write_page(args, &reproduction.head(), &reproduction.rows, paper_000::DECIMALS)?;
     Outcome::new(args.json, &reproduction, || reproduction.text())
 }
 
@@ -69,7 +92,7 @@ fn of_001(args: &Args) -> Result<Outcome, Failure> {
         }
     }
     let head = format!("Paper 001: means over noise of {} seeds.", reproduction.seeds.len());
-    Outcome::new(args.json, &reproduction, || text::table(head, &reproduction.rows))
+    tell(args, &reproduction, head, &reproduction.rows)
 }
 
 fn of_002(args: &Args) -> Result<Outcome, Failure> {
@@ -79,7 +102,7 @@ fn of_002(args: &Args) -> Result<Outcome, Failure> {
     let reproduction = reproduction.map_err(|error| Failure::Work(format!("a simulated block: {error:?}")))?;
     let (seeds, noise_px) = (reproduction.seeds.len(), paper_002::world::NOISE_PX);
     let head = format!("Paper 002: blocks of {seeds} seeds, image noise {noise_px} px.");
-    Outcome::new(args.json, &reproduction, || text::table(head, &reproduction.rows))
+    tell(args, &reproduction, head, &reproduction.rows)
 }
 
 fn of_003(args: &Args) -> Result<Outcome, Failure> {
@@ -91,7 +114,7 @@ fn of_003(args: &Args) -> Result<Outcome, Failure> {
     if let Some(folder) = &args.out {
         write_figures(folder, &flown)?;
     }
-    Outcome::new(args.json, &reproduction, || text::text(&reproduction))
+    tell(args, &reproduction, text::head(&reproduction), &reproduction.rows)
 }
 
 fn of_004(args: &Args) -> Result<Outcome, Failure> {
@@ -102,5 +125,5 @@ fn of_004(args: &Args) -> Result<Outcome, Failure> {
         );
     }
     let head = "Paper 004: plans over terrain, simulated noise of seed 1.".to_owned();
-    Outcome::new(args.json, &reproduction, || text::table(head, &reproduction.rows))
+    tell(args, &reproduction, head, &reproduction.rows)
 }

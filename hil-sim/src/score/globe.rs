@@ -1,6 +1,7 @@
-//! `fixes.geojson` and `track.kml`: a flight's fixes for a geographic information system, and its track for a virtual globe.
+//! `fixes.geojson`, `tile.tif` and `track.kml`: a flight's fixes and its reference for a geographic information system, and its track for
+//! a virtual globe.
 //!
-//! Both have WGS 84 longitudes and latitudes (RFC 7946, KML 2.2). Altitudes are those of the ground's height datum, which KML takes to be
+//! The first and the last have WGS 84 longitudes and latitudes (RFC 7946, KML 2.2). Altitudes are those of the ground's height datum, which KML takes to be
 //! mean sea level.
 
 use super::fixes::probability;
@@ -8,8 +9,24 @@ use crate::run::Flight;
 use crate::setup::Setup;
 use crate::vehicle::mount::antenna;
 use plumbline_survey::error::InputError;
+use plumbline_survey::io::picture::Picture;
+use plumbline_survey::io::raster::{GeoTransform, grey_geotiff_bytes};
 use serde_json::{Value, json};
 use std::fmt::Write;
+
+/// The reference tile as it lay in flash, a GeoTIFF on the grid that fixes are on.
+///
+/// # Errors
+/// A reference system that no GeoTIFF can name.
+pub fn tile(setup: &Setup) -> Result<Vec<u8>, InputError> {
+    let (flash, step_m) = (&setup.flash, setup.scenario.vehicle.resolution_m);
+    let [cols, rows] = [flash.head.size.0, flash.head.size.1].map(usize::from);
+    let half_m = |count: usize| 0.5 * (count as f64 - 1.0) * step_m;
+    let [east_m, north_m] = setup.tile_centre;
+    let geo = GeoTransform { x0: east_m - half_m(cols), y0: north_m + half_m(rows), step_x: step_m, step_y: step_m };
+    let picture = Picture { cols, rows, pixels: flash.tile.clone() };
+    grey_geotiff_bytes(&picture, &geo, Some(setup.crs.epsg()), None)
+}
 
 /// A point a fix, with its frame, stamp, sigmas, risk, and distance from the truth.
 ///

@@ -27,26 +27,23 @@ pub fn pictures() -> Result<Vec<(&'static str, String)>, String> {
     let left = Mark::Line(
         dense.iter().map(|&t| (t, fit.value(t).map_or(f64::NAN, |value| value - simulation.truth(t)))).collect(),
     );
-    let panel = |caption: String, share, marks| Panel { caption, share, marks };
+    let panel = |caption: String, y_text: &str, share, marks| Panel { caption, y_text: y_text.into(), share, marks };
     let figures = [
         (
             "figure_1",
-            vec![panel("Figure 1: simulated Z of the projection centre, m".into(), 4, vec![(truth, MEASURED)])],
+            vec![panel("Figure 1: simulated Z of the projection centre".into(), "Z (m)", 4, vec![(truth, MEASURED)])],
         ),
-        ("figure_2", vec![panel("Figure 2: simulated errors of GPS in Z, m".into(), 4, vec![(errors, MEASURED)])]),
+        (
+            "figure_2",
+            vec![panel("Figure 2: simulated errors of GPS in Z".into(), "error (m)", 4, vec![(errors, MEASURED)])],
+        ),
         (
             "figure_3",
             vec![
+                panel(fitted(&fit), "Z (m)", 4, vec![(samples, MEASURED), (Mark::Line(curve(&fit, &dense)), FITTED)]),
                 panel(
-                    format!(
-                        "Figure 3: samples (grey) and fitted Z (blue), m; second differences, alpha = {:.2} by GCV, {:.1} parameters",
-                        fit.alpha, fit.edf
-                    ),
-                    4,
-                    vec![(samples, MEASURED), (Mark::Line(curve(&fit, &dense)), FITTED)],
-                ),
-                panel(
-                    "fitted minus true Z, m, and two sigmas".into(),
+                    "fitted minus true Z, and two sigmas".into(),
+                    "error (m)",
                     2,
                     vec![
                         (Mark::Band(band.into_iter().map(|(t, two)| (t, -two, two)).collect()), FITTED),
@@ -57,19 +54,28 @@ pub fn pictures() -> Result<Vec<(&'static str, String)>, String> {
         ),
         (
             "figure_4",
-            vec![panel(
-                format!(
-                    "Figure 4: corrections V of the samples, m; sigma0 = {:.4} m, sqrt(V'V / n) = {:.4} m",
-                    fit.sigma0,
-                    (fit.vpv / t.len() as f64).sqrt()
-                ),
-                4,
-                vec![(Mark::Line(over(&|i| fit.residuals[i])), FITTED)],
-            )],
+            vec![panel(corrected(&fit, t.len()), "V (m)", 4, vec![(Mark::Line(over(&|i| fit.residuals[i])), FITTED)])],
         ),
     ];
     let draw = |(name, panels): (&'static str, Vec<Panel>)| Ok((name, svg(t[0]..t[t.len() - 1], "t (s)", &panels)?));
     figures.into_iter().map(draw).collect()
+}
+
+/// What stands above figure 3.
+fn fitted(fit: &Fit) -> String {
+    format!(
+        "Figure 3: samples (grey) and fitted Z (blue); second differences, alpha = {:.2} by GCV, {:.1} parameters",
+        fit.alpha, fit.edf
+    )
+}
+
+/// What stands above figure 4, of so many samples.
+fn corrected(fit: &Fit, count: usize) -> String {
+    format!(
+        "Figure 4: corrections V of the samples; sigma0 = {:.4} m, sqrt(V'V / n) = {:.4} m",
+        fit.sigma0,
+        (fit.vpv / count as f64).sqrt()
+    )
 }
 
 /// The samples' instants and some between them.

@@ -84,6 +84,8 @@ pub struct Boresight {
     pub sigma0: f64,
     /// Indices of fixes off by more than [`OUTLIER_SIGMAS`].
     pub outliers: Vec<usize>,
+    /// What is left of each fix less its position, east and north, metres.
+    pub residuals_m: Vec<[f64; 2]>,
 }
 
 /// Why there is no boresight.
@@ -188,6 +190,7 @@ struct Solved {
     /// How much the variances of phi and omega gain by the offset, the larger.
     inflation: f64,
     outliers: Vec<usize>,
+    residuals_m: Vec<[f64; 2]>,
 }
 
 /// A fix against the model: standardised residual, and its derivatives.
@@ -275,7 +278,10 @@ impl Adjustment<'_> {
         let gained = |k: usize| alone.as_ref().map_or(f64::INFINITY, |alone| inverse[(k, k)] / alone[(k, k)]);
         let inflation = (0..2).filter(|k| self.free[*k]).map(gained).fold(1.0, f64::max);
         let outliers = (0..rows.len()).filter(|index| lengths[*index] > OUTLIER_SIGMAS * scale).collect();
-        Ok(Some(Solved { unknowns, sigma0, sd, inflation, outliers }))
+        let metres =
+            |(row, sighting): (&Row, &Sighting)| [0, 1].map(|axis| row.residual[axis] * sighting.sigma_m[axis]);
+        let residuals_m = rows.iter().zip(self.sightings).map(metres).collect();
+        Ok(Some(Solved { unknowns, sigma0, sd, inflation, outliers, residuals_m }))
     }
 
     /// The inverse over the free unknowns, 0 elsewhere.
@@ -311,6 +317,7 @@ impl Adjustment<'_> {
             offset: self.free[3].then(|| ([x[3], x[4]], [solved.sd[3], solved.sd[4]])),
             sigma0: solved.sigma0,
             outliers: solved.outliers.clone(),
+            residuals_m: solved.residuals_m.clone(),
         }
     }
 }

@@ -27,6 +27,7 @@ pub fn picture(outcomes: &[Outcome]) -> Result<String, String> {
     let panels = [
         Panel {
             caption: "Coverage: share of all patches that can be taken, surest first (blue: directions, grey: high-pass)".into(),
+            y_text: "share of the patches".into(),
             share: 4,
             marks: vec![
                 (curve(of(|outcome| outcome.high_pass)), MEASURED),
@@ -36,6 +37,7 @@ pub fn picture(outcomes: &[Outcome]) -> Result<String, String> {
         Panel {
             caption: "Observed share of wrong ones, log 10 (rings), where any was; on the red line stated risks are true, below they are too high"
                 .into(),
+            y_text: "share of wrong ones (log 10)".into(),
             share: 4,
             marks: vec![
                 (Mark::Line(vec![(SHOWN.start, SHOWN.start), (SHOWN.end, SHOWN.end)]), LEFT_OUT),

@@ -21,8 +21,8 @@ impl Page<'_> {
                     } }
                     figure { (self.standardised_histogram()) figcaption {
                         b { "Standardised residuals. " }
-                        span class="key box" style="--c:#1f5a8c" {} "residuals over their standard deviations, beyond ±5 in the outer classes; "
-                        span class="key line" style="--c:#b06a00" {} "the normal distribution."
+                        span class="key box k-ours" {} "residuals over their standard deviations, beyond ±5 in the outer classes; "
+                        span class="key line k-paper" {} "the normal distribution."
                     } }
                     div { (self.control_table()) }
                 }

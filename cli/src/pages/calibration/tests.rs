@@ -46,7 +46,8 @@ fn with(keys: Value) -> String {
 /// Nothing from outside, no number missing, every tag closed in its turn.
 fn is_whole(page: &str) {
     for outside in ["http", "src=", "<script", "<link", "@import", "url("] {
-        assert!(!page.contains(outside), "{outside}");
+        // A picture may refer to a part of itself.
+        assert!(!page.replace("url(#", "").contains(outside), "{outside}");
     }
     for broken in ["NaN", "inf", "e308"] {
         // The style sheet and the words of the page hold none of them either.

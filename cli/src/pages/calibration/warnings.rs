@@ -20,9 +20,9 @@ impl Page<'_> {
         }
         html! {
             @if !warnings.is_empty() {
-                section {
-                    h2 { "Warnings" }
-                    @for warning in warnings { p { (warning) } }
+                div class="warnings" role="note" {
+                    h2 { (warnings.len()) @if warnings.len() == 1 { " warning" } @else { " warnings" } }
+                    ul { @for warning in warnings { li { (warning) } } }
                 }
             }
         }

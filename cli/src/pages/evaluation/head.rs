@@ -17,7 +17,8 @@ impl Page<'_> {
                     (self.table.name) " · EPSG:" (self.summary.epsg) " · " (self.summary.resolution_m) " m a pixel · search ±"
                     (self.setup.scenario.vehicle.search_px) " px"
                 }
-                p class="verdict" { (verdict(figures)) " " (sentence(&self.summary.platform.says)) }
+                @let (class, words) = verdict(figures);
+                p class="verdict" { span class=(class) { (words) } " " (sentence(&self.summary.platform.says)) }
                 @if figures.wrong > 0 {
                     p class="verdict bad" { "Wrong fixes: " (figures.wrong) ", more than " (RIGHT_PX) " px from " (self.middle()) "." }
                 }
@@ -51,16 +52,17 @@ fn keys(figures: &Figures) -> Markup {
     }
 }
 
-fn verdict(figures: &Figures) -> String {
+/// The class of the verdict's colour, and the verdict.
+fn verdict(figures: &Figures) -> (&'static str, String) {
     match (figures.accepted, figures.nees_mean) {
-        (0, _) | (_, None) => "None of the frames became a fix.".to_owned(),
+        (0, _) | (_, None) => ("bad", "None of the frames became a fix.".to_owned()),
         (_, Some(nees)) if nees > 4.0 => {
-            format!("The stated sigmas are {:.1} times too small on this flight.", (0.5 * nees).sqrt())
+            ("bad", format!("The stated sigmas are {:.1} times too small on this flight.", (0.5 * nees).sqrt()))
         }
         (_, Some(nees)) if nees < 1.0 => {
-            format!("The stated sigmas are {:.1} times larger than they need to be.", (2.0 / nees).sqrt())
+            ("warn", format!("The stated sigmas are {:.1} times larger than they need to be.", (2.0 / nees).sqrt()))
         }
-        _ => "The fixes are as good as they say.".to_owned(),
+        _ => ("good", "The fixes are as good as they say.".to_owned()),
     }
 }
 

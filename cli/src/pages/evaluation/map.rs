@@ -1,6 +1,7 @@
 //! Where the frames were taken, over the reference.
 
 use super::Page;
+use crate::pages::tile;
 use maud::{Markup, html};
 use plotters::element::{Circle, PathElement};
 use plotters::series::LineSeries;
@@ -28,7 +29,7 @@ impl Page<'_> {
         let map = Map::around(places.iter(), MARGIN, SIDE_MIN_M);
         let svg = map.plot_over(
             "Frames over the reference: north over east, metres",
-            |at| self.grey(at),
+            |at| tile::grey(self.setup, at),
             |chart| {
                 chart.draw_series(LineSeries::new(places.iter().copied(), PAPER.stroke_width(3)))?;
                 chart.draw_series(refused.map(|(at, _)| Circle::new(*at, 8, UNRECTIFIED.filled())))?;
@@ -44,20 +45,10 @@ impl Page<'_> {
         Ok(html! {
             figure { (svg) figcaption {
                 b { "Frames over the reference" } ", metres from the tile’s centre; a ring around the first one. "
-                span class="key dot" style="--c:#1f5a8c" {} "right, "
-                span class="key dot" style="--c:#b3261e" {} "wrong, "
-                span class="key dot" style="--c:#969185" {} "without a fix. Lines: from the navigation’s position to the fix, five times as long."
+                span class="key dot k-ours" {} "right, "
+                span class="key dot k-bad" {} "wrong, "
+                span class="key dot k-raw" {} "without a fix. Lines: from the navigation’s position to the fix, five times as long."
             } }
         })
-    }
-
-    /// The reference at a place, (east, north) of its centre; white beyond it.
-    fn grey(&self, (east, north): (f64, f64)) -> u8 {
-        let (flash, step_m) = (&self.setup.flash, self.setup.scenario.vehicle.resolution_m);
-        let (cols, rows) = (f64::from(flash.head.size.0), f64::from(flash.head.size.1));
-        let (col, row) = ((east / step_m + 0.5 * cols).floor(), (0.5 * rows - north / step_m).floor());
-        let is_inside = (0.0..cols).contains(&col) && (0.0..rows).contains(&row);
-        let index = row as usize * cols as usize + col as usize;
-        flash.tile.get(index).copied().filter(|_| is_inside).unwrap_or(u8::MAX)
     }
 }

@@ -45,7 +45,7 @@ impl Report<'_> {
                             }
                             tr {
                                 th { "… where it should lie" small { "95 % of flights with this many independent, rightly stated errors." } }
-                                td class="n" { (expected_nees(summary.accepted)) }
+                                td class="n" { (expected_nees(summary.accepted).map_or_else(|| NONE.to_owned(), range)) }
                             }
                         }
                     }
@@ -56,11 +56,13 @@ impl Report<'_> {
     }
 }
 
-/// The mean of `count` draws of χ² with 2 degrees of freedom, which has mean 2 and variance 4.
-fn expected_nees(count: usize) -> String {
-    if count == 0 {
-        return NONE.to_owned();
-    }
+/// Where the mean of `count` draws of χ² with 2 degrees of freedom, which has mean 2 and variance 4, lies in 95 % of cases; `None`
+/// of none.
+pub(super) fn expected_nees(count: usize) -> Option<(f64, f64)> {
     let reach = 1.96 * 2.0 / (count as f64).sqrt();
-    format!("{} to {}", number((2.0 - reach).max(0.0), 2, ""), number(2.0 + reach, 2, ""))
+    (count > 0).then(|| ((2.0 - reach).max(0.0), 2.0 + reach))
+}
+
+fn range((low, high): (f64, f64)) -> String {
+    format!("{} to {}", number(low, 2, ""), number(high, 2, ""))
 }

@@ -2,22 +2,15 @@
 
 use super::Report;
 use maud::{Markup, html};
-use plotters::element::{Circle, Text};
 use plotters::series::LineSeries;
-use plotters::style::{Color, IntoFont};
+use plotters::style::Color;
 use plumbline_charts::format::{maybe, number, whole};
-use plumbline_charts::map::Map;
-use plumbline_charts::plot::{
-    Axes, FONT, INK, PAPER, PlotError, RECTIFIED, REFUSED, UNRECTIFIED, from_zero, plain, plot,
-};
+use plumbline_charts::plot::{Axes, PAPER, PlotError, RECTIFIED, REFUSED, from_zero, plain, plot};
 use plumbline_sim::score::kept::{Kept, Navigated};
 use plumbline_sim::vehicle::aloft::moment::Moment;
 
 /// Points of a curve at most: more than the page has pixels.
 const POINTS_MAX: usize = 2000;
-/// Margin around the tracks, as a share of their larger side; narrowest picture, metres.
-const MARGIN: f64 = 0.08;
-const SIDE_MIN_M: f64 = 20.0;
 
 impl Report<'_> {
     /// Nothing of other flights.
@@ -25,7 +18,6 @@ impl Report<'_> {
         let Some(kept) = self.summary.navigation.as_ref().and_then(Navigated::kept) else { return Ok(html! {}) };
         let every = kept.track.moments.len().div_ceil(POINTS_MAX).max(1);
         let moments: Vec<&Moment> = kept.track.moments.iter().step_by(every).collect();
-        let tracks = self.tracks(kept, &moments)?;
         let errors = errors(kept, &moments, true)?;
         let close = errors_with_fixes(kept, &moments)?;
         Ok(html! {
@@ -35,13 +27,6 @@ impl Report<'_> {
                     "The aeroplane flew where its autopilot believed to be: by inertial sensors, barometer, compass, satellite navigation until it was lost, and what the firmware sent. Without fixes: the same filter on the same flight, which got none since."
                 }
                 div class="two" {
-                    figure { (tracks) figcaption {
-                        b { "Tracks. " }
-                        span class="key line" style="--c:#b06a00" {} "as planned, "
-                        span class="key line" style="--c:#969185" {} "as flown, "
-                        span class="key line" style="--c:#1f5a8c" {} "as the autopilot believed; "
-                        span class="key line" style="--c:#b3261e" {} "where satellite navigation was lost."
-                    } }
                     figure { (close) figcaption {
                         b { "Horizontal error of the autopilot’s position " } "with fixes. "
                         (lost_key(kept))
@@ -49,8 +34,8 @@ impl Report<'_> {
                     } }
                     figure { (errors) figcaption {
                         b { "The same " }
-                        span class="key line" style="--c:#1f5a8c" {} "with fixes and "
-                        span class="key line" style="--c:#b06a00" {} "without. "
+                        span class="key line k-ours" {} "with fixes and "
+                        span class="key line k-paper" {} "without. "
                         (lost_key(kept))
                     } }
                 }
@@ -58,53 +43,12 @@ impl Report<'_> {
             }
         })
     }
-
-    /// The reference at a place, (east, north) of its centre; white beyond it.
-    fn grey(&self, (east, north): (f64, f64)) -> u8 {
-        let (flash, step_m) = (&self.setup.flash, self.setup.scenario.vehicle.resolution_m);
-        let (cols, rows) = (f64::from(flash.head.size.0), f64::from(flash.head.size.1));
-        let (col, row) = ((east / step_m + 0.5 * cols).floor(), (0.5 * rows - north / step_m).floor());
-        let is_inside = (0.0..cols).contains(&col) && (0.0..rows).contains(&row);
-        let index = row as usize * cols as usize + col as usize;
-        flash.tile.get(index).copied().filter(|_| is_inside).unwrap_or(u8::MAX)
-    }
-
-    /// North over east of the tile's centre.
-    fn tracks(&self, kept: &Kept, moments: &[&Moment]) -> Result<Markup, PlotError> {
-        let [east, north] = self.setup.tile_centre;
-        let place = |[e, n]: [f64; 2]| (e - east, n - north);
-        let of = |pick: fn(&Moment) -> [f64; 3]| -> Vec<(f64, f64)> {
-            moments.iter().map(|moment| pick(moment)).map(|[e, n, _]| place([e, n])).collect()
-        };
-        let (truth, believed) = (of(|moment| moment.truth_m), of(|moment| moment.believed_m));
-        let corners = kept.track.waypoints.iter().chain(kept.track.waypoints.first());
-        let planned: Vec<(f64, f64)> = corners.map(|point| place(*point)).collect();
-        let lost = kept.gnss_lost_s.and_then(|lost_s| {
-            let first = moments.iter().position(|moment| moment.at_s >= lost_s)?;
-            truth.get(first).copied()
-        });
-        let map = Map::around(truth.iter().chain(&planned).chain(&believed), MARGIN, SIDE_MIN_M);
-        map.plot_over(
-            "Planned, true and estimated track: north over east, metres",
-            |at| self.grey(at),
-            |chart| {
-                chart.draw_series(LineSeries::new(planned.iter().copied(), PAPER.stroke_width(3)))?;
-                chart.draw_series(LineSeries::new(truth.iter().copied(), UNRECTIFIED.stroke_width(8)))?;
-                chart.draw_series(LineSeries::new(believed.iter().copied(), RECTIFIED.stroke_width(3)))?;
-                chart.draw_series(lost.iter().map(|&at| Circle::new(at, 10, REFUSED.filled())))?;
-                map.north_arrow(chart, 0.9, 0.72..0.93)?;
-                let letter = ("sans-serif", FONT).into_font().color(&INK);
-                chart.draw_series([Text::new("N", map.at(0.8, 0.92), letter)])?;
-                Ok(())
-            },
-        )
-    }
 }
 
 fn lost_key(kept: &Kept) -> Markup {
     html! {
         @if kept.gnss_lost_s.is_some() {
-            span class="key line" style="--c:#b3261e" {} "satellite navigation lost. "
+            span class="key line k-bad" {} "satellite navigation lost. "
         }
     }
 }

@@ -29,7 +29,7 @@ impl Report<'_> {
                     figure { (curve) figcaption {
                         b { "The autopilot’s horizontal error. " }
                         @if navigation.is_some_and(|navigation| navigation.gnss_lost_at_s.is_some()) {
-                            span class="key line" style="--c:#b3261e" {} "satellite navigation lost. "
+                            span class="key line k-bad" {} "satellite navigation lost. "
                         }
                         "Seconds from the first exposure."
                     } }

@@ -31,9 +31,9 @@ impl Report<'_> {
                 (figures(flown))
                 figure { (map) figcaption {
                     b { "Photos. " }
-                    span class="key line" style="--c:#969185" {} "area, "
-                    span class="key ring" style="--c:#b3261e" {} "planned, "
-                    span class="key dot" style="--c:#1f5a8c" {} "taken, where they truly were. "
+                    span class="key line k-raw" {} "area, "
+                    span class="key ring k-bad" {} "planned, "
+                    span class="key dot k-ours" {} "taken, where they truly were. "
                     "Metres from the reference tile’s centre, grid north up, equal axes."
                 } }
                 @for note in &planned.notes { p class="note" { (note) } }

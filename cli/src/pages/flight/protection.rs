@@ -33,17 +33,17 @@ impl Report<'_> {
                     figure { (stanford) figcaption {
                         b { "Stanford diagram. " }
                         "Horizontal error over protection level: "
-                        span class="key dot" style="--c:#1f5a8c" {} "frames whose error was within it, "
-                        span class="key dot" style="--c:#b3261e" {} "those beyond it, above the "
-                        span class="key line" style="--c:#282826" {} "diagonal. Logarithmic; what is smaller lies on the edge."
+                        span class="key dot k-ours" {} "frames whose error was within it, "
+                        span class="key dot k-bad" {} "those beyond it, above the "
+                        span class="key line k-ink" {} "diagonal. Logarithmic; what is smaller lies on the edge."
                     } }
                     @if let Some(timeline) = timeline {
                         figure { (timeline) figcaption {
                             b { "Horizontal error of the board’s position, " }
-                            span class="key line" style="--c:#1f5a8c" {} "error and "
-                            span class="key line" style="--c:#b06a00" {} "protection level. "
+                            span class="key line k-ours" {} "error and "
+                            span class="key line k-paper" {} "protection level. "
                             @if kept.is_some_and(|kept| kept.gnss_lost_s.is_some()) {
-                                span class="key line" style="--c:#b3261e" {} "satellite navigation lost. "
+                                span class="key line k-bad" {} "satellite navigation lost. "
                             }
                             "Seconds of the simulated time."
                         } }

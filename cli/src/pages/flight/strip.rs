@@ -1,33 +1,36 @@
-//! Frame, patch, reference and overlay of a few frames.
+//! Frame, patch, reference, overlay and score surface of some frames.
 
+use super::surface::Surface;
 use super::{Report, overlay};
-use crate::dump::{Views, views};
+use crate::dump::{Rectified, Views, views};
 use maud::{Markup, html};
 use plumbline_charts::format::number;
 use plumbline_sim::run::FrameRecord;
 use plumbline_sim::score::{Scored, length, reason};
 
-/// Frames shown.
-const FRAMES_MAX: usize = 6;
+/// Frames shown: 24 of some 60 KB each keep the page below two megabytes.
+const FRAMES_MAX: usize = 24;
 
 impl Report<'_> {
-    pub(super) fn strip(&self) -> Markup {
-        let kept: Vec<(&FrameRecord, &Scored)> =
-            self.flight.frames.iter().zip(self.scored).filter(|(record, _)| record.frame.is_some()).collect();
-        let shown = spread(kept.len()).filter_map(|index| {
-            let (record, scored) = kept.get(index)?;
-            Some((*record, *scored, views(self.setup, record)?))
+    /// The frames that are shown, by their places in the flight.
+    pub(super) fn pictured(&self) -> Vec<usize> {
+        let kept: Vec<usize> =
+            (0..self.flight.frames.len()).filter(|&index| self.flight.frames[index].frame.is_some()).collect();
+        spread(kept.len()).filter_map(|place| kept.get(place).copied()).collect()
+    }
+
+    /// A card for each of them; a script shows one at a time.
+    pub(super) fn strip(&self, pictured: &[usize]) -> Markup {
+        let shown = pictured.iter().filter_map(|&index| {
+            let record = &self.flight.frames[index];
+            Some((record, &self.scored[index], views(self.setup, record)?))
         });
         html! {
-            section {
-                h2 { "Pictures" }
-                p class="note" {
-                    "Frame: row 0 forward. Patch: rectified on board, grid north up, " (self.setup.scenario.vehicle.resolution_m)
-                    " m a pixel. Reference: where the patch was matched, to the nearest whole pixel. Overlay: patch red, reference cyan, both brought to one contrast; where they agree it is grey."
-                }
-                div class="cards" {
-                    @for (record, scored, views) in shown { (self.card(record, scored, &views)) }
-                }
+            div id="pictures" class="cards" { @for (record, scored, views) in shown { (self.card(record, scored, &views)) } }
+            p class="note" {
+                "Frame: row 0 forward. Patch: rectified on board, grid north up, " (self.setup.scenario.vehicle.resolution_m)
+                " m a pixel. Reference: where the patch was matched, to the nearest whole pixel. Overlay: patch red, reference cyan, both brought to one contrast; where they agree it is grey. "
+                "Scores: correlation of patch and reference for each shift of a pixel, from dark to bright; a ring where it was matched, a cross where the vehicle truly was."
             }
         }
     }
@@ -46,14 +49,33 @@ impl Report<'_> {
         let rectified = views.rectified.as_ref();
         let reference = rectified.and_then(|r| r.reference.as_ref());
         html! {
-            figure class="card" {
-                div class="four" {
+            figure class="card" data-frame=(frame) {
+                div class="five" {
                     (picture("frame", Some(overlay::frame(&views.frame))))
                     (picture("patch", rectified.map(overlay::patch)))
                     (picture("reference", reference.map(overlay::reference)))
                     (picture("overlay", rectified.zip(reference).map(|(r, reference)| overlay::overlay(r, reference))))
+                    (self.scores(record, scored, rectified))
                 }
                 figcaption { b { "Frame " (frame) } " · " (self.attitude(record)) " · " (outcome(record, scored)) }
+            }
+        }
+    }
+
+    /// The score surface with its range.
+    fn scores(&self, record: &FrameRecord, scored: &Scored, rectified: Option<&Rectified>) -> Markup {
+        let surface = record.report.as_ref().zip(rectified).and_then(|(r, rectified)| Surface::new(self, r, rectified));
+        let found = record.report.and_then(|report| report.matched);
+        html! {
+            div {
+                @if let Some(surface) = surface {
+                    @let (low, high) = surface.range();
+                    (surface.svg(scored.frame, found.map(|m| [m.d_col, m.d_row].map(f64::from)), scored.truth_px))
+                    span { "scores, " (number(low.into(), 2, "")) " to " (number(high.into(), 2, "")) }
+                } @else {
+                    div class="missing" { "none" }
+                    span { "scores" }
+                }
             }
         }
     }
@@ -102,9 +124,9 @@ mod tests {
     fn the_frames_shown_reach_from_first_to_last() {
         let of = |count| spread(count).collect::<Vec<_>>();
         assert!(of(0).is_empty());
-        assert_eq!(of(1), [0]);
-        assert_eq!(of(3), [0, 1, 2]);
-        assert_eq!(of(6), [0, 1, 2, 3, 4, 5]);
-        assert_eq!(of(11), [0, 2, 4, 6, 8, 10]);
+        assert_eq!((of(1), of(3)), (vec![0], vec![0, 1, 2]));
+        assert_eq!(of(FRAMES_MAX), (0..FRAMES_MAX).collect::<Vec<_>>());
+        let last = 3 * (FRAMES_MAX - 1);
+        assert_eq!(of(last + 1), (0..=last).step_by(3).collect::<Vec<_>>());
     }
 }

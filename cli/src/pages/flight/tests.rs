@@ -15,7 +15,7 @@ pub(crate) struct Flown {
     pub(crate) setup: Setup,
     pub(crate) flight: Flight,
     pub(crate) scored: Vec<Scored>,
-    summary: Summary,
+    pub(crate) summary: Summary,
 }
 
 impl Flown {
@@ -31,9 +31,12 @@ impl Flown {
         Flown { setup, flight, scored, summary }
     }
 
+    pub(crate) fn report(&self) -> Report<'_> {
+        Report { setup: &self.setup, flight: &self.flight, scored: &self.scored, summary: &self.summary }
+    }
+
     fn html(&self) -> String {
-        let report = Report { setup: &self.setup, flight: &self.flight, scored: &self.scored, summary: &self.summary };
-        report.html().expect("a page")
+        self.report().html().expect("a page")
     }
 }
 
@@ -57,20 +60,23 @@ fn number_cells(page: &str) -> Vec<&str> {
 fn the_page_needs_nothing_but_itself_and_no_number_is_missing() {
     let flown = flown();
     let page = flown.html();
-    for outside in ["http://", "https://", "src=\"/", "<script", "<link", "@import", "url("] {
+    for outside in ["http://", "https://", "src=\"/", "<script src", "<link", "@import", "url("] {
         assert!(!page.contains(outside), "{outside}");
     }
     assert!(page.contains("name=\"viewport\""));
     let sources = contents(&page, "src=\"");
     assert_eq!(sources.len(), 24, "six frames of four pictures");
     assert!(sources.iter().all(|source| source.starts_with("data:image/png;base64,")));
-    assert_eq!(page.matches("<svg ").count(), 4);
-    assert_eq!(page.matches("</svg>").count(), 4);
+    // Track, errors, their histogram, the board's own position, and a score surface a frame.
+    assert_eq!(page.matches("<svg ").count(), 4 + 6);
+    assert_eq!(page.matches("</svg>").count(), 4 + 6);
 
     let cells = number_cells(&page);
     assert!(cells.len() > 30, "{}", cells.len());
     assert!(cells.iter().all(|cell| !cell.trim().is_empty()), "{cells:?}");
-    assert!(!page.contains("NaN") && !page.contains("inf "));
+    // What pictures are written in may hold any letters.
+    let words: String = page.split("base64,").map(|part| part.split_once('"').map_or(part, |(_, rest)| rest)).collect();
+    assert!(!words.contains("NaN") && !words.contains("inf "));
     // In this process there is nothing to count instructions with, and the page says so.
     assert!(page.contains(plumbline_charts::format::NOT_MEASURED));
     let mean = flown.summary.matching_error_px.rectified_mean.expect("accepted frames");

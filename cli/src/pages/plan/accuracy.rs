@@ -42,14 +42,19 @@ impl Classes {
         }
     }
 
-    /// Equal ones between the smallest and the largest of standard deviations.
-    fn lengths(values: impl Iterator<Item = f64> + Clone) -> Self {
-        let (low, high) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max));
-        let count = if high > low { COLOURS.len() } else { usize::from(high == low) };
-        let edge = |k: usize| low + (high - low) * k as f64 / count as f64;
+    /// Of standard deviations, as many cells in each: between quantiles, so that a few bad cells do not take all colours.
+    fn lengths(values: impl Iterator<Item = f64>) -> Self {
+        let mut values: Vec<f64> = values.collect();
+        values.sort_by(f64::total_cmp);
+        let last = values.len().saturating_sub(1);
+        let quantile = |k: usize| values.get(last * k / COLOURS.len()).copied();
+        let mut limits: Vec<f64> = (1..=COLOURS.len()).filter_map(quantile).collect();
+        // Where many are equal, quantiles are.
+        limits.dedup();
+        let lows = values.first().copied().into_iter().chain(limits.iter().copied());
         Classes {
-            limits: (1..=count).map(|k| if k == count { high } else { edge(k) }).collect(),
-            names: (0..count).map(|k| format!("{:.3} to {}", edge(k), number(edge(k + 1), 3, "m"))).collect(),
+            names: lows.zip(&limits).map(|(low, high)| format!("{low:.3} to {}", number(*high, 3, "m"))).collect(),
+            limits,
             is_small_good: true,
         }
     }
@@ -66,13 +71,14 @@ impl Classes {
         self.colour(self.limits.iter().take_while(|limit| value > **limit).count())
     }
 
+    /// A bar of the classes' colours with their names, and the colour of what has none.
     fn legend(&self, gap: &str) -> Markup {
-        let key = |[r, g, b]: [u8; 3], name: &str| {
-            html! { span class="class" { span class="key box" style=(format!("--c:#{r:02x}{g:02x}{b:02x}")) {} (name) } " " }
-        };
+        let style = |[r, g, b]: [u8; 3]| format!("--c:#{r:02x}{g:02x}{b:02x}");
         html! {
-            @for (class, name) in self.names.iter().enumerate() { (key(self.colour(class), name)) }
-            (key(GAP, gap))
+            span class="steps" {
+                @for (class, name) in self.names.iter().enumerate() { span style=(style(self.colour(class))) { (name) } }
+            }
+            span class="class" { span class="key box" style=(style(GAP)) {} (gap) }
         }
     }
 }
@@ -104,7 +110,7 @@ impl Page<'_> {
                     } }
                 }
                 p class="note" {
-                    (whole(known.len() as u64)) " cells of " (number(self.outputs.planned.cells.step_m, 1, "m"))
+                    "Classes of standard deviations have as many cells each. " (whole(known.len() as u64)) " cells of " (number(self.outputs.planned.cells.step_m, 1, "m"))
                     ", at their centres: photos that see it with no terrain between, and the covariance of the point that they all intersect."
                 }
             }
@@ -151,9 +157,12 @@ mod tests {
 
     #[test]
     fn the_finest_are_the_darkest() {
-        let classes = Classes::lengths([0.1, 0.6, 0.35].into_iter());
-        assert_eq!((classes.names.len(), classes.names[0].as_str()), (5, "0.100 to 0.200\u{202f}m"));
-        assert_eq!([classes.of(0.1), classes.of(0.35), classes.of(0.6)], [COLOURS[4], COLOURS[2], COLOURS[0]]);
+        // Of eleven values two are in each class, one more in the first, however far away the last is.
+        let values = (1..=10).map(|k| 0.1 * f64::from(k)).chain([50.0]);
+        let classes = Classes::lengths(values);
+        assert_eq!((classes.names.len(), classes.names[0].as_str()), (5, "0.100 to 0.300\u{202f}m"));
+        assert_eq!([classes.of(0.1), classes.of(0.6), classes.of(50.0)], [COLOURS[4], COLOURS[2], COLOURS[0]]);
+        assert_eq!(Classes::lengths([0.2, 0.2, 0.2, 0.2, 0.2, 0.3].into_iter()).names.len(), 2);
         assert_eq!(Classes::lengths([0.2].into_iter()).of(0.2), COLOURS[4]);
         assert!(Classes::lengths([].into_iter()).names.is_empty());
     }

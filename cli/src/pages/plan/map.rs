@@ -1,7 +1,7 @@
 //! The map: terrain, area, strips with their directions, photos and a few footprints; and the frame that other maps share.
 
 use super::Page;
-use super::relief;
+use super::relief::{self, Relief, TINTS};
 use maud::{Markup, html};
 use plumbline_charts::format::{decimals, nice, number};
 use plumbline_survey::plan::export::Outputs;
@@ -18,9 +18,13 @@ const MARGIN: f64 = 0.03;
 /// Margin around a part, and a part's shorter side as a share of the longer at least.
 const PART_MARGIN: f64 = 0.06;
 const NARROW: f64 = 0.4;
-/// Most lines that are drawn, and about how many photos on them: more would cover the ground.
-const LINES_MAX: usize = 60;
-const PHOTOS_MAX: usize = 4000;
+/// Most lines that are drawn: more would cover the ground.
+const LINES_MAX: usize = 40;
+/// Room for coordinates beside and below the map, drawing units.
+const ASIDE: f64 = 110.0;
+const FOOT: f64 = 64.0;
+/// Coordinates along an edge, about.
+const TICKS: f64 = 5.0;
 /// Length of the scale bar as a share of the width.
 const BAR: f64 = 0.25;
 
@@ -33,7 +37,7 @@ pub struct Map {
     /// Drawing units, down.
     height: f64,
     /// The terrain's picture.
-    relief: String,
+    relief: Relief,
 }
 
 impl Map {
@@ -110,13 +114,16 @@ impl Map {
         let foot = height / scale - 24.0;
         let bar = format!("M24 {foot:.1}v-12M24 {foot:.1}h{:.1}v-12", self.units(bar_m) / scale);
         let text = if bar_m >= 1000.0 { number(bar_m / 1000.0, 0, "km") } else { number(bar_m, decimals(bar_m), "m") };
+        let [view_left, view_top, view_width, view_height] =
+            if is_first { [left - ASIDE, top, width + ASIDE, height + FOOT] } else { part };
         let arrow = format!("M{} 20l11 34l-11 -8l-11 8z", WIDTH - 34.0);
         html! {
-            svg viewBox=(format!("{left:.1} {top:.1} {width:.1} {height:.1}")) role="img" aria-label=(label) {
+            svg class="relief" viewBox=(format!("{view_left:.1} {view_top:.1} {view_width:.1} {view_height:.1}")) role="img" aria-label=(label) {
                 @if is_first {
-                    image id="relief" href=(self.relief) width=(WIDTH) height=(format!("{:.1}", self.height)) preserveAspectRatio="none" {}
+                    image id="relief" href=(self.relief.uri) width=(WIDTH) height=(format!("{:.1}", self.height)) preserveAspectRatio="none" {}
                 } @else { use href="#relief" {} }
                 (over)
+                @if is_first { (self.coordinates()) }
                 g transform=(format!("translate({left:.1} {top:.1}) scale({scale:.4})")) font-size="26" fill="#1d1d1b" stroke="#fdfcf9" stroke-width="5" paint-order="stroke" {
                     path d=(bar) fill="none" stroke-width="9" {}
                     path d=(bar) fill="none" stroke="#1d1d1b" stroke-width="4" {}
@@ -124,6 +131,45 @@ impl Map {
                     path d=(arrow) {}
                     text x=(WIDTH - 34.0) y="82" text-anchor="middle" { "N" }
                 }
+            }
+        }
+    }
+
+    /// Coordinates beside the left and below the lower edge of the whole map, with their ticks.
+    fn coordinates(&self) -> Markup {
+        let step_m = nice(WIDTH / self.units_per_m / TICKS);
+        let digits = decimals(step_m);
+        let ticks = |from_m: f64, to_m: f64| {
+            let first = (from_m / step_m).ceil() as i64;
+            (first..=(to_m / step_m).floor() as i64).map(move |k| k as f64 * step_m)
+        };
+        let columns = ticks(self.west_m, self.west_m + WIDTH / self.units_per_m).map(|x| (x, self.at([x, 0.0])[0]));
+        let rows =
+            ticks(self.north_m - self.height / self.units_per_m, self.north_m).map(|y| (y, self.at([0.0, y])[1]));
+        html! {
+            g font-size="18" class="soft" {
+                @for (x, at) in columns {
+                    path d=(format!("M{at:.1} {:.1}v8", self.height)) stroke="currentColor" stroke-width="2" {}
+                    text x=(format!("{:.1}", at.clamp(30.0, WIDTH - 40.0))) y=(format!("{:.1}", self.height + 28.0)) text-anchor="middle" { (number(x, digits, "")) }
+                }
+                @for (y, at) in rows {
+                    path d=(format!("M0 {at:.1}h-8")) stroke="currentColor" stroke-width="2" {}
+                    text x="-12" y=(format!("{:.1}", at.clamp(14.0, self.height - 2.0) + 6.0)) text-anchor="end" { (number(y, digits, "")) }
+                }
+                text x=(0.5 * WIDTH) y=(format!("{:.1}", self.height + 56.0)) text-anchor="middle" { "x (m)" }
+                text transform=(format!("translate({:.1} {:.1}) rotate(-90)", -ASIDE + 18.0, 0.5 * self.height)) text-anchor="middle" { "y (m)" }
+            }
+        }
+    }
+
+    /// The tints of the relief with the heights they stand for.
+    fn legend(&self) -> Markup {
+        let Some([low, high]) = self.relief.heights_m else { return html! {} };
+        let colours = TINTS.map(|[r, g, b]| format!("rgb({r:.0} {g:.0} {b:.0})")).join(", ");
+        html! {
+            div class="ramp" {
+                div style=(format!("background:linear-gradient(to right, {colours})")) {}
+                span { (number(low, 0, "m")) } span { (number(0.5 * (low + high), 0, "m")) } span { (number(high, 0, "m")) }
             }
         }
     }
@@ -146,7 +192,7 @@ impl Page<'_> {
         // An odd step shows lines of both directions.
         let every_line = self.lines().div_ceil(LINES_MAX) | 1;
         let shown: Vec<Leg<'_>> = outputs.legs().filter(|leg| leg.strip.line.is_multiple_of(every_line)).collect();
-        let every_photo = shown.iter().map(|leg| leg.strip.along_m.len()).sum::<usize>().div_ceil(PHOTOS_MAX).max(1);
+        let density = self.density();
         let (mut strips, mut dots, mut arrows, mut way) = (String::new(), String::new(), String::new(), Vec::new());
         for leg in &shown {
             let across_m = leg.strip.across_m;
@@ -155,7 +201,7 @@ impl Page<'_> {
             let leads = outputs.led(leg).map(|along_m| point(along_m, across_m));
             arrows.push_str(&arrow(map.at(ends[0]), map.at(leads[1])));
             way.extend(leads);
-            for along_m in leg.strip.along_m.iter().step_by(every_photo) {
+            for along_m in leg.strip.along_m.iter().filter(|_| density.is_none()) {
                 let [right, down] = map.at(point(*along_m, across_m));
                 let _ = write!(dots, "M{right:.1} {down:.1}h0");
             }
@@ -164,28 +210,49 @@ impl Page<'_> {
             way.clear();
         }
         let over = html! {
+            @if let Some((picture, _)) = &density { (picture) }
             (map.outline(outputs, map.whole()))
             path d=(self.footprints()) fill="#b06a00" fill-opacity="0.12" stroke="#b06a00" stroke-width="3" stroke-linejoin="round" {}
             path d=(map.path(&way)) fill="none" stroke="#1f5a8c" stroke-width="2" stroke-dasharray="3 7" stroke-linejoin="round" {}
             path d=(strips) fill="none" stroke="#1f5a8c" stroke-width="3" {}
             path d=(arrows) fill="#1f5a8c" {}
             path d=(dots) fill="none" stroke="#b3261e" stroke-width="8" stroke-linecap="round" {}
+            (self.numbers(every_line))
         };
         html! {
             section {
                 h2 { "The plan" }
                 figure {
                     (map.svg("Map of the terrain with area, strips, photos and footprints", true, map.whole(), &over))
+                    (map.legend())
+                    @if let Some((_, legend)) = &density { (legend) }
                     figcaption {
-                        span class="key line" style="--c:#1d1d1b" {} "Area; "
-                        span class="key line" style="--c:#1f5a8c" {} "strips, "
+                        "Terrain by its height above the datum. "
+                        span class="key line k-ink" {} "Area; "
+                        span class="key line k-ours" {} "strips, "
                         @if every_line > 1 { "one line of " (every_line) ", arrows in the direction of flight; " }
                         @else { "arrows in the direction of flight, dashed from each end point to the next lead-in; " }
-                        span class="key dot" style="--c:#b3261e" {} "photos"
-                        @if every_photo > 1 { ", one of " (every_photo) }
-                        "; " span class="key box" style="--c:#b06a00" {} "footprints of three photos of a strip and one of the next, on the terrain. "
-                        "Grid north up, light from the north-west; where the elevation model ends the ground is plain."
+                        @if density.is_none() { span class="key dot k-bad" {} "photos; " }
+                        span class="key box k-paper" {} "footprints of three photos of a strip and one of the next, on the terrain. "
+                        "Numbers: strips in the order of flight. Coordinates in metres: the elevation model’s, or from the area’s centre where it has degrees. Grid north up, light from the north-west; where the elevation model ends the ground is plain."
                     }
+                }
+            }
+        }
+    }
+
+    /// The strips' numbers, where they begin, of one line of `every_line`.
+    fn numbers(&self, every_line: usize) -> Markup {
+        let outputs = self.outputs;
+        let legs = outputs.legs().enumerate().filter(|(_, leg)| leg.strip.line.is_multiple_of(every_line));
+        // On the lead-in, away from the photos.
+        let place =
+            |leg: &Leg<'_>| self.map.at(outputs.planned.layout.axes.point([outputs.led(leg)[0], leg.strip.across_m]));
+        html! {
+            g font-size="18" font-weight="600" fill="#1f5a8c" stroke="#fdfcf9" stroke-width="5" paint-order="stroke" text-anchor="middle" {
+                @for (index, leg) in legs {
+                    @let [right, down] = place(&leg);
+                    text x=(format!("{:.1}", right.clamp(14.0, WIDTH - 14.0))) y=(format!("{:.1}", down + 6.0)) { (index + 1) }
                 }
             }
         }

@@ -15,12 +15,21 @@ const SKY: f64 = 0.35;
 const SLOPE: f64 = 0.35;
 const RAISED_MAX: f64 = 8.0;
 /// Low, middle and high ground.
-const TINTS: [[f64; 3]; 3] = [[205.0, 219.0, 196.0], [240.0, 233.0, 208.0], [233.0, 219.0, 208.0]];
+pub const TINTS: [[f64; 3]; 3] = [[205.0, 219.0, 196.0], [240.0, 233.0, 208.0], [233.0, 219.0, 208.0]];
 /// Where nothing is known: the page's tint.
 const UNKNOWN: [u8; 3] = [244, 242, 236];
 
+/// A shaded relief.
+#[derive(Debug)]
+pub struct Relief {
+    /// The picture's address.
+    pub uri: String,
+    /// Lowest and highest terrain in it; nothing where none is known.
+    pub heights_m: Option<[f64; 2]>,
+}
+
 /// The terrain within x0, y0, x1, y1 (working metres), north up.
-pub fn picture(dem: &Dem, bounds: [f64; 4]) -> String {
+pub fn picture(dem: &Dem, bounds: [f64; 4]) -> Relief {
     let [x0, y0, x1, y1] = bounds;
     let (width_m, height_m) = (x1 - x0, y1 - y0);
     let least_m = POST_SHARE * dem.step_m[0].min(dem.step_m[1]);
@@ -58,7 +67,7 @@ pub fn picture(dem: &Dem, bounds: [f64; 4]) -> String {
             })
         })
         .collect();
-    uri(&encode(cols, rows, Colour::Rgb, &pixels))
+    Relief { uri: uri(&encode(cols, rows, Colour::Rgb, &pixels)), heights_m: (low <= high).then_some([low, high]) }
 }
 
 /// Light of a slope, 1 on level ground.

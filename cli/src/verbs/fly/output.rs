@@ -6,12 +6,14 @@ use crate::files::{Files, create_folder};
 use crate::outcome::Failure;
 use crate::pages::flight::Report;
 use plumbline_sim::score;
+use plumbline_sim::score::globe::tile;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::output::write_files;
 use std::path::PathBuf;
 
 /// What a flight leaves behind in it.
-const WRITTEN: [&str; 6] = ["fixes.csv", "poses.csv", "report.json", "report.html", "fixes.geojson", "track.kml"];
+const WRITTEN: [&str; 7] =
+    ["fixes.csv", "poses.csv", "report.json", "report.html", "fixes.geojson", "track.kml", "tile.tif"];
 
 /// A folder that can be written to once the flight is over.
 pub struct Output {
@@ -48,10 +50,11 @@ impl Output {
         create_folder(&self.folder)?;
         dump::write(&self.folder, report.setup, report.flight, self.dump)?;
         // All of them or none: a full disk leaves no mixture of two flights.
-        let files = score::files(report.setup, report.flight, report.scored, report.summary)?;
-        let page = ("report.html", page);
-        let paths: Vec<_> = files.iter().chain([&page]).map(|(name, text)| (self.folder.join(name), text)).collect();
-        write_files(&paths.iter().map(|(path, text)| (path.as_path(), text.as_bytes())).collect::<Vec<_>>())?;
+        let texts = score::files(report.setup, report.flight, report.scored, report.summary)?;
+        let texts = texts.into_iter().chain([("report.html", page)]).map(|(name, text)| (name, text.into_bytes()));
+        let files: Vec<_> = texts.chain([("tile.tif", tile(report.setup)?)]).collect();
+        let paths: Vec<_> = files.iter().map(|(name, bytes)| (self.folder.join(name), bytes)).collect();
+        write_files(&paths.iter().map(|(path, bytes)| (path.as_path(), bytes.as_slice())).collect::<Vec<_>>())?;
         Ok(())
     }
 }

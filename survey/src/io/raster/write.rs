@@ -66,20 +66,25 @@ pub fn geotiff_bytes(
             .map(|value: f32| if value.is_finite() { value } else { nodata })
     };
     let samples: Vec<f32> = (0..cols * rows).flat_map(pixel).collect();
-    let tags = Tags { geo, keys: geo_keys(geographic), nodata, metadata: metadata(bands) };
+    let tags = Tags { geo, keys: geo_keys(geographic), nodata: Some(nodata.into()), metadata: metadata(bands) };
     encode::<Gray32Float>((width, height), &samples, bands.len(), &tags).map_err(|error| refuse(error.to_string()))
 }
 
-/// A grey picture of 8 bits as a GeoTIFF, deflated, a pixel an area; 0 is written as no-data. `epsg` as in [`geotiff_bytes`].
+/// A grey picture of 8 bits as a GeoTIFF, deflated, a pixel an area. `nodata`: the grey that is none. `epsg` as in [`geotiff_bytes`].
 ///
 /// # Errors
 /// The picture is empty, or the system is not known.
-pub fn grey_geotiff_bytes(picture: &Picture, geo: &GeoTransform, epsg: Option<u32>) -> Result<Vec<u8>, InputError> {
+pub fn grey_geotiff_bytes(
+    picture: &Picture,
+    geo: &GeoTransform,
+    epsg: Option<u32>,
+    nodata: Option<u8>,
+) -> Result<Vec<u8>, InputError> {
     let refuse = |why: String| InputError::new(format!("cannot write a picture: {why}"));
     let (Ok(width @ 1..), Ok(height @ 1..)) = (u32::try_from(picture.cols), u32::try_from(picture.rows)) else {
         return Err(refuse(format!("{} x {} pixels are none, or too many", picture.cols, picture.rows)));
     };
-    let tags = Tags { geo, keys: geo_keys(system(epsg)?), nodata: 0.0, metadata: metadata(&[]) };
+    let tags = Tags { geo, keys: geo_keys(system(epsg)?), nodata: nodata.map(f64::from), metadata: metadata(&[]) };
     encode::<Gray8>((width, height), &picture.pixels, 1, &tags).map_err(|error| refuse(error.to_string()))
 }
 
@@ -93,7 +98,7 @@ fn system(epsg: Option<u32>) -> Result<Option<(u16, bool)>, InputError> {
 struct Tags<'a> {
     geo: &'a GeoTransform,
     keys: Vec<u16>,
-    nodata: f32,
+    nodata: Option<f64>,
     metadata: String,
 }
 
@@ -119,7 +124,9 @@ where
     directory.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, west, north, 0.0][..])?;
     directory.write_tag(Tag::GeoKeyDirectoryTag, &tags.keys[..])?;
     // In all digits, so that software that compares in 64 bits finds it as well.
-    directory.write_tag(Tag::GdalNodata, f64::from(tags.nodata).to_string().to_lowercase().as_str())?;
+    if let Some(nodata) = tags.nodata {
+        directory.write_tag(Tag::GdalNodata, nodata.to_string().to_lowercase().as_str())?;
+    }
     directory.write_tag(GDAL_METADATA, tags.metadata.as_str())?;
     image.write_data(samples)?;
     Ok(file.into_inner())

@@ -25,7 +25,8 @@ impl Report<'_> {
             })
             .filter(|(_, sigma)| sigma.is_finite())
             .collect();
-        let refused: Vec<f64> = frames().filter(|(_, s)| !s.accepted).map(|(_, s)| f64::from(s.frame)).collect();
+        let drawn = self.drawn().into_iter().map(|index| &self.scored[index]);
+        let refused: Vec<f64> = drawn.filter(|s| !s.accepted).map(|s| f64::from(s.frame)).collect();
         let last = self.scored.last().map_or(1, |scored| scored.frame.max(1));
         let axes = Axes {
             x: 0.0..f64::from(last),

@@ -1,0 +1,87 @@
+//! `report.html` of a reproduced paper: its figures beside ours, why they differ where they do, and the pictures.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use maud::{Markup, html};
+use plumbline_papers::Row;
+use plumbline_papers::text::number;
+
+/// A picture by the name of its file, and the file.
+pub type Figure = (&'static str, Vec<u8>);
+
+/// The page. `head` says what of, with a full stop; `decimals` are those of the numbers at most.
+pub fn page(paper: &str, head: &str, rows: &[Row], decimals: usize, figures: &[Figure]) -> String {
+    let differ = rows.iter().filter(|row| row.difference.is_some()).count();
+    let body = html! {
+        header {
+            p class="kicker" { "Plumbline " (env!("CARGO_PKG_VERSION")) " · reproduction" }
+            h1 { "Paper " (paper) }
+            p class="note" { (head) }
+            p class="verdict" {
+                (rows.len()) " figures by this project’s own code beside the paper’s: "
+                @if differ == 0 { span class="good" { "none differs." } }
+                @else { span class="warn" { (differ) @if differ == 1 { " differs" } @else { " differ" } } ", with the reason below." }
+            }
+        }
+        @for table in rows.chunk_by(|a, b| a.table == b.table) { (section(table, decimals)) }
+        @if !figures.is_empty() {
+            section {
+                h2 { "Pictures" }
+                div class="two" { @for figure in figures { (picture(figure)) } }
+            }
+        }
+    };
+    plumbline_charts::page::page(&format!("Plumbline: paper {paper}"), &body)
+}
+
+/// A table of the paper. What is said of a row holds of those below it that say the same.
+fn section(rows: &[Row], decimals: usize) -> Markup {
+    let above = |index: usize| index.checked_sub(1).and_then(|above| rows[above].difference.as_ref());
+    html! {
+        section {
+            h2 { (rows.first().map_or("", |row| row.table)) }
+            table class="wide" {
+                thead { tr { th { "Quantity" } th class="r" { "Paper" } th class="r" { "Ours" } } }
+                tbody { @for (index, row) in rows.iter().enumerate() {
+                    tr {
+                        th { (row.quantity) @if let Some(why) = &row.difference {
+                            small { b class="warn" { "differs: " } @if above(index) == Some(why) { "as above" } @else { (why) } }
+                        } }
+                        td class="n" { (number(row.paper, decimals)) }
+                        td class="n" { (number(row.ours, decimals)) }
+                    }
+                } }
+            }
+        }
+    }
+}
+
+fn picture((name, bytes): &Figure) -> Markup {
+    let kind = if name.ends_with(".svg") { "svg+xml" } else { "png" };
+    html! {
+        figure {
+            img class="sheet" src=(format!("data:image/{kind};base64,{}", STANDARD.encode(bytes))) alt=(name);
+            figcaption class="hash" { (name) }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_differs_says_why_once() {
+        let row = |quantity: &str, difference: Option<&str>| Row {
+            table: "Table 9",
+            quantity: quantity.to_owned(),
+            paper: Some(1.5),
+            ours: None,
+            difference: difference.map(str::to_owned),
+        };
+        let rows = [row("a, m", None), row("b, m", Some("another wind")), row("c, m", Some("another wind"))];
+        let page = page("009", "Of nothing.", &rows, 3, &[("figure_1.svg", b"<svg/>".to_vec())]);
+        assert_eq!((page.matches("another wind").count(), page.matches("as above").count()), (1, 1));
+        assert!(page.contains("3 figures") && page.contains("2 differ") && page.contains("data:image/svg+xml;base64,"));
+    }
+}
