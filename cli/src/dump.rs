@@ -1,5 +1,5 @@
 //! A frame's pictures: what the camera delivered, what the firmware made of it, and what it was matched with; and the frames as
-//! `plumbline evaluate` takes them, with the reference tile as a map.
+//! `plumbline evaluate` takes them.
 //!
 //! The firmware sends its patch but no mask. The mask is made again by the core, from the frame and from the situation
 //! that the firmware reported bit by bit; it is used only where it belongs to a patch of the same size.
@@ -18,7 +18,6 @@ use plumbline_sim::setup::Setup;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::output::write_file;
 use plumbline_survey::io::picture::{Picture, write_grey_png};
-use plumbline_survey::io::raster::{GeoTransform, grey_geotiff_bytes};
 use std::path::Path;
 
 /// The pictures of a frame that was kept.
@@ -120,8 +119,8 @@ fn reference(setup: &Setup, report: &FrameReport, size: (u16, u16)) -> Option<Pi
 /// The pictures of a frame, by the first part of their names.
 const KINDS: [&str; 4] = ["frame", "patch", "mask", "reference"];
 
-/// The frames for `plumbline evaluate`, and the map that it takes.
-pub const EVALUATED: [&str; 2] = ["flown_frames.csv", "flown_reference.tif"];
+/// The frames for `plumbline evaluate`.
+pub const EVALUATED: &str = "flown_frames.csv";
 
 /// Writes `frame_0000.png`, `patch_0000.png`, `mask_0000.png` and `reference_0000.png` for the first `count` frames, and
 /// [`EVALUATED`] if there are any. A refused frame has no patch. What an earlier flight left in the folder is removed first, as it
@@ -134,8 +133,7 @@ pub fn write(folder: &Path, setup: &Setup, flight: &Flight, count: u32) -> Resul
     if count > 0 {
         let name = |record: &FrameRecord| name_of("frame", record);
         let kept = flight.frames.iter().take(count as usize).filter(|record| record.frame.is_some());
-        write_file(&folder.join(EVALUATED[0]), frames::csv(setup, kept, name).as_bytes())?;
-        write_file(&folder.join(EVALUATED[1]), &map(setup)?)?;
+        write_file(&folder.join(EVALUATED), frames::csv(setup, kept, name).as_bytes())?;
     }
     for record in flight.frames.iter().take(count as usize) {
         let Some(views) = views(setup, record) else { continue };
@@ -158,22 +156,11 @@ fn name_of(kind: &str, record: &FrameRecord) -> String {
     format!("{kind}_{:04}.png", record.exposure.frame)
 }
 
-/// The reference tile as a GeoTIFF.
-fn map(setup: &Setup) -> Result<Vec<u8>, InputError> {
-    let (head, [east_m, north_m]) = (&setup.flash.head, setup.tile_centre);
-    let (cols, rows) = (usize::from(head.size.0), usize::from(head.size.1));
-    let step_m = setup.scenario.vehicle.resolution_m;
-    let half_m = |count: usize| 0.5 * (count as f64 - 1.0) * step_m;
-    let geo = GeoTransform { x0: east_m - half_m(cols), y0: north_m + half_m(rows), step_x: step_m, step_y: step_m };
-    let pixels = setup.flash.tile.iter().take(cols * rows).copied().collect();
-    grey_geotiff_bytes(&Picture { cols, rows, pixels }, &geo, Some(setup.crs.epsg()))
-}
-
 /// Removes the pictures of an earlier flight, and its table of them.
 fn remove_pictures(folder: &Path) -> Result<(), InputError> {
     let refuse = |path: &Path, error| InputError::new(format!("cannot remove {}: {error}", path.display()));
     for entry in std::fs::read_dir(folder).map_err(|error| refuse(folder, error))?.flatten() {
-        if entry.file_name().to_str().is_some_and(|name| is_picture(name) || EVALUATED.contains(&name)) {
+        if entry.file_name().to_str().is_some_and(|name| is_picture(name) || name == EVALUATED) {
             std::fs::remove_file(entry.path()).map_err(|error| refuse(&entry.path(), error))?;
         }
     }

@@ -6,6 +6,7 @@ mod interrupt;
 mod outcome;
 mod pages;
 mod progress;
+mod recording;
 mod smoothing;
 mod verbs;
 

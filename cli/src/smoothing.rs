@@ -3,8 +3,9 @@
 mod picture;
 
 use plumbline_survey::error::InputError;
+use plumbline_survey::logs::{self, File, Log};
 use plumbline_survey::smooth::{
-    Epochs, Estimate, Fit, Options, Samples, SmoothError, read_instants, smooth, turned_over, unwrap_degrees,
+    Epochs, Estimate, Fields, Fit, Options, Recorded, Samples, SmoothError, read_instants, smooth, turned_over, unwrap_degrees,
 };
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -14,11 +15,13 @@ use std::path::Path;
 /// What to fit, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Wanted<'a> {
-    /// The log, CSV.
+    /// The log, CSV or of a flight.
     pub file: &'a Path,
-    /// Its column of time.
-    pub time: &'a str,
-    /// Its columns that are fitted.
+    /// The message of a flight log.
+    pub message: Option<&'a str>,
+    /// Its column of time; of a flight log its clock unless given.
+    pub time: Option<&'a str>,
+    /// Its columns that are fitted; of a flight log all that change unless given.
     pub columns: &'a [String],
     /// Those of them that are angles in degrees, to be unwrapped.
     pub angles: &'a [String],
@@ -36,6 +39,7 @@ pub struct Smoothed {
     time: String,
     columns: Vec<String>,
     samples: Samples,
+    notes: Vec<String>,
     fits: Vec<Fit>,
     /// Where the curves are wanted, if not at the samples.
     instants: Option<Vec<f64>>,
@@ -71,16 +75,14 @@ impl Smoothed {
     /// Columns that are named twice or are not there, a log that cannot be read, samples that cannot be fitted, instants
     /// outside the log.
     pub fn of(wanted: &Wanted<'_>) -> Result<Self, InputError> {
-        check_names(wanted)?;
-        let columns: Vec<&str> = wanted.columns.iter().map(String::as_str).collect();
-        let mut samples = Samples::read(wanted.file, wanted.time, &columns, wanted.weights)?;
+        let Recorded { mut samples, time, columns, notes } = read(wanted)?;
         let order = wanted.options.order;
         if samples.t_s.len() <= order.differences() {
             return Err(samples.error_at(&SmoothError::TooFew { samples: samples.t_s.len(), order }, None));
         }
         let epochs = Epochs::new(samples.t_s.clone()).map_err(|error| samples.error_at(&error, None))?;
         let mut fits = Vec::new();
-        for (index, column) in wanted.columns.iter().enumerate() {
+        for (index, column) in columns.iter().enumerate() {
             if wanted.angles.contains(column) {
                 unwrap_degrees(&mut samples.channels[index]).map_err(|error| samples.error_at(&error, Some(column)))?;
             } else if let Some(error) = turned_over(&samples.channels[index]) {
@@ -89,8 +91,8 @@ impl Smoothed {
             let fit = smooth(&epochs, &samples.channels[index], &samples.weights, &wanted.options);
             fits.push(fit.map_err(|error| samples.error_at(&error, Some(column)))?);
         }
-        let instants = wanted.at.map(|path| instants(path, wanted.time, &fits)).transpose()?;
-        Ok(Smoothed { time: wanted.time.to_owned(), columns: wanted.columns.to_vec(), samples, fits, instants })
+        let instants = wanted.at.map(|path| instants(path, &time, &fits)).transpose()?;
+        Ok(Smoothed { time, columns, samples, notes, fits, instants })
     }
 
     /// Time, then value, rate and sigma of each column; a row an instant.
@@ -167,7 +169,7 @@ impl Smoothed {
         self.columns.iter().zip(&self.fits).map(line).collect()
     }
 
-    /// What a reader has to know whatever else is printed: gaps that were bridged, columns whose noise is not known.
+    /// What a reader has to know whatever else is printed: what of a log was left out, gaps that were bridged, columns whose noise is not known.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let silent = self.columns.iter().zip(&self.fits).filter(|(_, fit)| !fit.tells_noise());
@@ -181,28 +183,60 @@ impl Smoothed {
         silent.chain(self.bridged()).collect()
     }
 
-    /// Gaps that were bridged.
+    /// What of a log was left out, and gaps that were bridged.
     fn bridged(&self) -> Vec<String> {
-        let Some(fit) = self.fits.first() else { return Vec::new() };
+        let Some(fit) = self.fits.first() else { return self.notes.clone() };
         let sentence = |gap: &plumbline_survey::smooth::Gap| {
             format!("gap of {:.3} s bridged, {} s to {} s", gap.length_s(), gap.from_s, gap.to_s)
         };
-        fit.gaps.iter().map(sentence).collect()
+        self.notes.iter().cloned().chain(fit.gaps.iter().map(sentence)).collect()
     }
 }
 
+/// The samples of a table or of a flight log.
+fn read(wanted: &Wanted<'_>) -> Result<Recorded, InputError> {
+    let name = wanted.file.display().to_string();
+    let text = match (logs::open(wanted.file)?, wanted.message) {
+        (File::Text(text), None) => text,
+        (File::Text(_), Some(_)) => {
+            return Err(InputError::new(format!("{name} is a table (CSV), and --message is for flight logs")));
+        }
+        (File::Log(kind, bytes), Some(message)) => {
+            let is_asked =
+                |name: &str| message.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(':'));
+            let log = Log::read(&name, kind, &bytes, &is_asked)?;
+            let fields = Fields { time: wanted.time, columns: wanted.columns, weights: wanted.weights };
+            let recorded = Recorded::read(&log, message, &fields)?;
+            check_names(&recorded.time, &recorded.columns, wanted.angles)?;
+            return Ok(recorded);
+        }
+        (File::Log(kind, bytes), None) => {
+            let messages = Log::read(&name, kind, &bytes, &|_| false)?.messages();
+            return Err(InputError::new(format!("{name} is a {kind} log: --message says which of {messages}")));
+        }
+    };
+    let Some(time) = wanted.time.filter(|_| !wanted.columns.is_empty()) else {
+        let header = text.lines().next().unwrap_or_default();
+        return Err(InputError::new(format!("{name} is a table (CSV): --time and --columns say which of {header}")));
+    };
+    check_names(time, wanted.columns, wanted.angles)?;
+    let columns: Vec<&str> = wanted.columns.iter().map(String::as_str).collect();
+    let samples = Samples::of_table(&text, name, time, &columns, wanted.weights)?;
+    Ok(Recorded { samples, time: time.to_owned(), columns: wanted.columns.to_vec(), notes: Vec::new() })
+}
+
 /// Names that make sense together.
-fn check_names(wanted: &Wanted<'_>) -> Result<(), InputError> {
+fn check_names(time: &str, columns: &[String], angles: &[String]) -> Result<(), InputError> {
     let refuse = |what: String| Err(InputError::new(what));
     let suffixes = ["", "_rate", "_sigma"];
-    let mut out = vec![wanted.time.to_owned()];
-    for name in wanted.columns.iter().flat_map(|column| suffixes.map(|suffix| format!("{column}{suffix}"))) {
+    let mut out = vec![time.to_owned()];
+    for name in columns.iter().flat_map(|column| suffixes.map(|suffix| format!("{column}{suffix}"))) {
         if out.contains(&name) {
             return refuse(format!("--columns: two columns of the result would be called {name}"));
         }
         out.push(name);
     }
-    match wanted.angles.iter().find(|angle| !wanted.columns.contains(angle)) {
+    match angles.iter().find(|angle| !columns.contains(angle)) {
         Some(angle) => refuse(format!("--angles: {angle} is not among --columns")),
         None => Ok(()),
     }

@@ -79,6 +79,8 @@ pub struct Setup {
     pub plan: Option<Planned>,
     /// The frames of a flight that are there already.
     pub pictures: Option<Pictures>,
+    /// What a user has to know of the log that is replayed.
+    pub notes: Vec<String>,
 }
 
 impl Setup {
@@ -116,6 +118,7 @@ impl Setup {
         };
         let area = area.map_err(|error| of_ground(&scenario, &error.to_string()))?;
         let course = kept::course(&scenario, &area)?;
+        let notes = log.as_ref().map(|log| log.notes(&scenario)).transpose()?.unwrap_or_default();
         let motion = match log {
             _ if let Some(course) = &course => Motion::recorded(vec![(0.0, kept::start(course))]),
             Some(log) => Motion::replay(&scenario, &area, log)?,
@@ -123,7 +126,7 @@ impl Setup {
         };
         let wanted = wanted_of(&scenario, &area);
         let setup = Setup::finish(scenario, payload, (ground, reference), crs, motion, &wanted, Vec::new())?;
-        Ok(Setup { course, ..setup })
+        Ok(Setup { course, notes, ..setup })
     }
 
     /// Makes the reference tile over `wanted`, of the other orthophoto where there is one, and what lies in flash.
@@ -165,6 +168,7 @@ impl Setup {
             signing,
             plan: None,
             pictures: None,
+            notes: Vec::new(),
         })
     }
 

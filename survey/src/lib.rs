@@ -16,6 +16,7 @@ pub mod crs;
 pub mod dem;
 pub mod error;
 pub mod io;
+pub mod logs;
 pub mod plan;
 pub mod smooth;
 

@@ -12,7 +12,8 @@
 //!    g; sigma0 with the degrees of freedom that the curve leaves; what each sample is predicted by the others.
 //! 4. [`Trend`]: the parametric part, split off afterwards.
 //!
-//! [`Samples`] reads the channels of a CSV file, [`unwrap_degrees`] makes angles continuous.
+//! [`Samples`] reads the channels of a CSV file, [`Recorded`] those of a flight log's message, [`unwrap_degrees`] makes angles
+//! continuous.
 
 mod angles;
 mod band;
@@ -22,6 +23,7 @@ mod fit;
 mod gate;
 mod gcv;
 mod problem;
+mod recorded;
 mod samples;
 mod spline;
 mod trend;
@@ -32,6 +34,7 @@ pub use error::{Gap, SmoothError, TURN_MAX_DEG};
 pub use fit::{Estimate, Fit};
 pub use gcv::ALPHA_MIN;
 pub use problem::{ALPHA_LEAST, ALPHA_MAX_CONDITION};
+pub use recorded::{Fields, LOG_TIME, Recorded};
 pub use samples::{Samples, read_instants};
 pub use trend::{Line, Trend};
 

@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod compare;
+mod flight_logs;
 mod heads;
 mod logs;
 mod real;

@@ -24,7 +24,7 @@ fn damaged_inputs_are_survived() {
 }
 
 #[test]
-#[ignore = "long: 100,000 damaged inputs for each of ten readers"]
+#[ignore = "long: 100,000 damaged inputs for each of eleven readers"]
 fn many_damaged_inputs_are_survived() {
     are_survived(100_000);
 }

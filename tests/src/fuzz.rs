@@ -4,6 +4,7 @@
 //! same seed makes the same inputs, on every machine. `cargo test` runs 2,000 of each target, its long tests 100,000,
 //! `cargo xtask fuzz` ten million, and cargo-fuzz's coverage-guided search starts from [`Target::seeds`] too (`fuzz/`).
 
+mod flight_log;
 mod line;
 mod log;
 mod mavlink;
@@ -43,6 +44,7 @@ pub fn targets() -> Vec<Box<dyn Target>> {
         Box::new(signing::Signed::new()),
         Box::new(stores::Camera),
         Box::new(log::Log::new()),
+        Box::new(flight_log::FlightLog),
         Box::new(line::Device),
         Box::new(line::Host),
     ]

@@ -9,8 +9,19 @@ use std::process::Command;
 /// Inputs for each reader, of either kind.
 const INPUTS: &str = "10000000";
 /// The readers, as `fuzz/Cargo.toml` has them.
-const TARGETS: [&str; 10] =
-    ["mavlink", "line_device", "line_host", "configuration", "tiles", "plan", "key", "signing", "camera_file", "log"];
+const TARGETS: [&str; 11] = [
+    "mavlink",
+    "line_device",
+    "line_host",
+    "configuration",
+    "tiles",
+    "plan",
+    "key",
+    "signing",
+    "camera_file",
+    "log",
+    "flight_log",
+];
 
 /// `cargo xtask fuzz [--inputs N] [--seed S] [--target NAME]`.
 pub fn fuzz(args: &[String]) -> Result<(), Failure> {

@@ -18,6 +18,7 @@ mod panics;
 mod places;
 mod process;
 mod python;
+mod recording;
 mod release;
 mod selftest;
 mod set_up;

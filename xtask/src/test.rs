@@ -5,7 +5,9 @@ use super::places::{self, THUMB};
 use super::process::{cargo, run};
 use super::set_up::Compiler;
 use super::steps::{self, Outcome};
-use super::{Failure, board, budget, build, flight, fuzz, lanes, mission, pages, panics, selftest, set_up, signing};
+use super::{
+    Failure, board, budget, build, flight, fuzz, lanes, mission, pages, panics, recording, selftest, set_up, signing,
+};
 use std::env;
 use std::process::ExitCode;
 
@@ -76,6 +78,7 @@ const PHASES: [Phase; 3] = [
             ("flight computer: boot rehearsal", LONG, |_| board::rehearsal::rehearse()),
             ("missions as a ground station reads them", LONG, |_| mission::check()),
             ("pages in a browser", LONG, |_| pages::check()),
+            ("recordings as another reader of MCAP has them", LONG, |_| recording::check()),
             ("signed messages as pymavlink has them", LONG, |_| signing::check()),
             ("ten million damaged inputs for each reader", (Nightly, Nightly), |_| fuzz::fuzz(&[]).into()),
         ],

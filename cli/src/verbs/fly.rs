@@ -80,8 +80,12 @@ pub struct Args {
     /// How it differs from the ground is real then: nothing that the scenario makes up is added, but what --set says.
     #[arg(long, value_name = "ORTHO2")]
     reference: Option<PathBuf>,
-    /// Attitude log to fly (CSV with t_s, roll_deg, pitch_deg, yaw_deg), from its first row
-    #[arg(long, value_name = "CSV")]
+    /// Attitude log to fly, from its first row: ULog, DataFlash, telemetry, or CSV with t_s, roll_deg, pitch_deg, yaw_deg
+    ///
+    /// A log is known by its content. What the autopilot flew by is taken: vehicle_attitude of a ULog (.ulg), ATT of a DataFlash
+    /// log (.bin), ATTITUDE or ATTITUDE_QUATERNION of telemetry (.tlog), whichever was sent more often. A table may have t_ms or t_us,
+    /// angles in _rad, or a quaternion qw, qx, qy, qz.
+    #[arg(long, value_name = "LOG")]
     replay: Option<PathBuf>,
     /// Plan to fly: plan.json, as `plumbline plan` writes it
     ///
@@ -127,10 +131,15 @@ pub struct Args {
     /// Write the flight's log, for `plumbline replay`; with --link inproc
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
+    /// Write the flight for Foxglove and other viewers of MCAP: true pose, fixes and their ellipses, map, pictures
+    ///
+    /// The pictures are those of a few frames spread over the flight, and with --dump N of the first N.
+    #[arg(long, value_name = "MCAP")]
+    export: Option<PathBuf>,
     /// Write frame, patch, mask and reference of the first N frames as PNG
     ///
-    /// flown_frames.csv and flown_reference.tif beside them are what `plumbline evaluate` takes: frames with place and attitude as
-    /// the board had them and with the truth, and the reference tile as a map.
+    /// flown_frames.csv beside them is what `plumbline evaluate` takes, with tile.tif as the map: frames with place and attitude as
+    /// the board had them and with the truth.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     dump: Option<u32>,
     /// Print report.json on stdout
@@ -182,7 +191,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::Input(InputError::new("--log is for --link inproc; a board keeps its log itself")));
     }
     if let (Some(autopilot), Some(truth)) = (&args.autopilot, &args.truth) {
-        return live::run(args, [autopilot, truth], output.as_ref());
+        return live::run(args, [autopilot, truth], &output);
     }
     let setup = setting::setup(args)?;
     let has_power_faults = setup.scenario.faults.timed.of(What::PowerOff).next().is_some();
@@ -190,7 +199,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::Input(InputError::new(NO_REBOOT)));
     }
     let frames = setup.scenario.run.frames;
-    for note in setup.plan.iter().flat_map(|plan| &plan.notes) {
+    for note in setup.plan.iter().flat_map(|plan| &plan.notes).chain(&setup.notes) {
         outcome::note(note);
     }
     let (mut link, mut linked) = watched(args, link(args, &setup)?)?;
@@ -217,9 +226,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut summary = score::summarise(&setup, &flight, &scored, &linked);
     summary.aborted = aborted.map(|why| why.to_string());
     let report = Report { setup: &setup, flight: &flight, scored: &scored, summary: &summary };
-    if let Some(output) = &output {
-        output.write(&report)?;
-    }
+    output.write(&report)?;
     let failure = failure.or_else(|| too_few(args, summary.accepted, summary.frames));
     Ok(Outcome::new(args.json, &summary, || text::table(&summary, args.out.as_deref()))?.failed(failure))
 }

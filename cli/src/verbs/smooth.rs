@@ -11,14 +11,20 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The log, CSV with a header
-    #[arg(long = "in", value_name = "CSV")]
+    /// The log: CSV with a header, or a flight log: ULog (.ulg), DataFlash (.bin) or MAVLink telemetry (.tlog)
+    #[arg(long = "in", value_name = "LOG")]
     input: PathBuf,
-    /// Its column of time, seconds
+    /// The message of a flight log, as vehicle_attitude, ATT or ATTITUDE
+    ///
+    /// Of several that say it the first is taken; NAME:INSTANCE is another one, as sensor_accel:1, XKF1:1 or, by system and component,
+    /// ATTITUDE:2.1. A name that is not there is told with those that are.
+    #[arg(long, value_name = "NAME", value_parser = column)]
+    message: Option<String>,
+    /// Its column of time, seconds; of a flight log t_s, its clock, unless given
     #[arg(long, value_name = "COLUMN")]
-    time: String,
-    /// Its columns to smooth, each for itself
-    #[arg(long, value_name = "A,B", value_delimiter = ',', required = true, num_args = 1, value_parser = column)]
+    time: Option<String>,
+    /// Its columns to smooth, each for itself; of a flight log all that change unless given
+    #[arg(long, value_name = "A,B", value_delimiter = ',', num_args = 1, value_parser = column)]
     columns: Vec<String>,
     /// Differences of the penalty: 2 (lines are smooth) or 3 (parabolas)
     #[arg(long, default_value = "2", value_parser = order, allow_negative_numbers = true)]
@@ -84,7 +90,8 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     check_files(args)?;
     let wanted = Wanted {
         file: &args.input,
-        time: &args.time,
+        message: args.message.as_deref(),
+        time: args.time.as_deref(),
         columns: &args.columns,
         angles: &args.angles,
         weights: args.weights.as_deref(),

@@ -118,9 +118,9 @@ pub struct RunLink {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Replay {
-    /// CSV with the columns `t_s`, `roll_deg`, `pitch_deg`, `yaw_deg`.
+    /// CSV with the columns `t_s`, `roll_deg`, `pitch_deg`, `yaw_deg`, or a flight log.
     pub att: PathBuf,
-    /// The `t_s` at which the flight begins; the log's first row unless given.
+    /// Seconds of the log's clock at which the flight begins; the log's first row unless given.
     #[serde(default)]
     pub start_s: Option<f64>,
     /// Seconds of the log flown in a second; below 1 calms the log down.

@@ -1,4 +1,4 @@
-//! Samples from a CSV file: a header, then a row a sample.
+//! Samples over time: from a table (CSV: a header, then a row a sample), or from a log.
 
 use super::SmoothError;
 use crate::error::InputError;
@@ -16,20 +16,46 @@ pub struct Samples {
     pub weights: Vec<f64>,
     /// What messages call the file.
     name: String,
-    /// Line of each sample.
-    lines: Vec<usize>,
+    /// What a sample is called: a line of a table, a sample of a log.
+    place: &'static str,
+    /// Its number there.
+    numbers: Vec<usize>,
 }
 
 impl Samples {
+    /// Of a message of a log; `name` is what messages call it, `numbers` say which of its samples they are, from 1.
+    pub(super) fn of_log(
+        name: String,
+        t_s: Vec<f64>,
+        channels: Vec<Vec<f64>>,
+        weights: Vec<f64>,
+        numbers: Vec<usize>,
+    ) -> Self {
+        Samples { t_s, channels, weights, name, place: "sample", numbers }
+    }
+
+    /// As [`Samples::of_table`], of a file.
+    ///
+    /// # Errors
+    /// As [`Samples::of_table`]; the file cannot be read.
+    pub fn read(path: &Path, time: &str, columns: &[&str], weights: Option<&str>) -> Result<Self, InputError> {
+        let (text, name) = text_of(path)?;
+        Self::of_table(&text, name, time, columns, weights)
+    }
+
     /// Reads `columns` over the column `time`, with the weights of a column where one is named. A field may be empty
     /// where its weight is 0.
     ///
     /// # Errors
-    /// The file cannot be read, a column is missing or there twice, a row is too short or too long, a field is not a
-    /// finite number.
-    pub fn read(path: &Path, time: &str, columns: &[&str], weights: Option<&str>) -> Result<Self, InputError> {
-        let (text, name) = text_of(path)?;
-        let table = Table::parse(&text, name)?;
+    /// A column is missing or there twice, a row is too short or too long, a field is not a finite number.
+    pub fn of_table(
+        text: &str,
+        name: String,
+        time: &str,
+        columns: &[&str],
+        weights: Option<&str>,
+    ) -> Result<Self, InputError> {
+        let table = Table::parse(text, name)?;
         let t_s = table.numbers(table.column(time)?)?;
         let weights = match weights {
             Some(column) => table.numbers(table.column(column)?)?,
@@ -44,16 +70,18 @@ impl Samples {
             };
             channels.push((0..table.rows.len()).map(value).collect::<Result<_, _>>()?);
         }
-        let lines = table.rows.iter().map(|(line, _)| *line).collect();
-        Ok(Samples { t_s, channels, weights, name: table.name, lines })
+        let numbers = table.rows.iter().map(|(line, _)| *line).collect();
+        Ok(Samples { t_s, channels, weights, name: table.name, place: "line", numbers })
     }
 
     /// An error about these samples: the file, the column where it is one's own, the line.
     #[must_use]
     pub fn error_at(&self, error: &SmoothError, column: Option<&str>) -> InputError {
         let column = column.map(|column| format!(", column {column}")).unwrap_or_default();
-        let line_of = |sample: usize| self.lines.get(sample).map_or_else(String::new, |line| format!("line {line}"));
-        InputError::new(format!("{}{column}: {}", self.name, error.sentence(&line_of)))
+        let place_of = |sample: usize| {
+            self.numbers.get(sample).map_or_else(String::new, |number| format!("{} {number}", self.place))
+        };
+        InputError::new(format!("{}{column}: {}", self.name, error.sentence(&place_of)))
     }
 }
 

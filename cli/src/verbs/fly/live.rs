@@ -35,7 +35,7 @@ const RECONNECTS_MAX: u32 = 20;
 const REBOOT: Duration = Duration::from_millis(500);
 
 /// Flies until the flight ends.
-pub fn run(args: &Args, ends: [&End; 2], output: Option<&Output>) -> Result<Outcome, Failure> {
+pub fn run(args: &Args, ends: [&End; 2], output: &Output) -> Result<Outcome, Failure> {
     if args.link != Reach::InProcess {
         let why = "--autopilot flies the firmware in this process; --link is not for it";
         return Err(Failure::Input(InputError::new(why)));
@@ -83,9 +83,7 @@ pub fn run(args: &Args, ends: [&End; 2], output: Option<&Output>) -> Result<Outc
     (summary.live, summary.navigation) = (Some(live), navigation.map(Navigated::Live));
     summary.aborted = aborted.as_ref().map(|(_, why)| why.clone());
     let report = Report { setup: &setup, flight: &flight, scored: &scored, summary: &summary };
-    if let Some(output) = output {
-        output.write(&report)?;
-    }
+    output.write(&report)?;
     let failure = aborted.map(|(frames, why)| format!("{why}; {} of {frames} frames were taken", flight.frames.len()));
     Ok(Outcome::new(args.json, &summary, || text::table(&summary, args.out.as_deref()))?.failed(failure))
 }

@@ -5,13 +5,15 @@ use crate::scenario::footprint::{footprint_margin_at_m, half_tangents};
 use crate::scenario::{FollowUpMode, Payload, Scenario};
 use crate::vehicle::servo::{follow_up_exact, wrapped};
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::table::{Table, text_of};
+use plumbline_survey::logs::attitude::Attitude;
 use std::path::Path;
 
-/// The columns that a log must have; more are ignored.
-const COLUMNS: [&str; 4] = ["t_s", "roll_deg", "pitch_deg", "yaw_deg"];
 /// Rows farther apart than this, in seconds of the log, have a gap between them.
 const GAP_S: f64 = 0.3;
+/// So have those of a log with few rows a second that are farther apart than so many usual steps.
+const GAP_STEPS: f64 = 3.0;
+/// With longer steps than this, in seconds, a log does not show how a vehicle moves: multirotors turn at up to some hertz.
+const SPARSE_S: f64 = 0.25;
 
 /// An attitude log, read and checked: finite, strictly forward in time, at least two rows.
 #[derive(Debug)]
@@ -19,6 +21,9 @@ pub struct AttitudeLog {
     /// What messages call it.
     name: String,
     rows: Vec<Row>,
+    /// The usual step of its time, the median.
+    step_s: f64,
+    notes: Vec<String>,
 }
 
 #[derive(Debug)]
@@ -35,44 +40,72 @@ const STEEP: f64 = 3.732;
 const GIMBAL_RAD: f64 = -75.0 * std::f64::consts::PI / 180.0;
 
 impl AttitudeLog {
-    /// Reads a CSV file.
+    /// Reads a table (CSV) or a flight log.
     ///
     /// # Errors
-    /// As [`AttitudeLog::parse`], or when the file cannot be read.
+    /// As [`Attitude::read`]; fewer than two rows.
     pub fn load(path: &Path) -> Result<Self, InputError> {
-        let (text, name) = text_of(path)?;
-        Self::parse(&text, &name)
+        Self::of(Attitude::read(path)?)
     }
 
-    /// As [`AttitudeLog::load`], from the file's text.
+    /// As [`AttitudeLog::load`], from a table's text.
     ///
     /// # Errors
-    /// One sentence with the line and what is wrong there: a missing column, a value that is not a finite number, time that
-    /// does not go forward.
+    /// As [`Attitude::of_table`]; fewer than two rows.
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
-        let table = Table::parse(text, name.to_owned())?;
-        let columns = table.columns(COLUMNS)?;
-        let mut rows: Vec<Row> = Vec::with_capacity(table.rows.len());
-        for index in 0..table.rows.len() {
-            let [t_s, roll_deg, pitch_deg, yaw_deg] = table.numbers_of(index, columns)?;
-            let mut angles_rad = [yaw_deg, pitch_deg, roll_deg].map(f64::to_radians);
+        Self::of(Attitude::of_table(text, name)?)
+    }
+
+    fn of(Attitude { name, samples, notes }: Attitude) -> Result<Self, InputError> {
+        let mut rows: Vec<Row> = Vec::with_capacity(samples.len());
+        for sample in &samples {
+            let mut angles_rad = [sample.yaw_rad, sample.pitch_rad, sample.roll_rad];
             if let Some(before) = rows.last() {
-                if t_s <= before.t_s {
-                    return Err(table.wrong(index, columns[0], &format!("not later than {}", before.t_s)));
-                }
                 for (angle, before) in angles_rad.iter_mut().zip(before.angles_rad) {
                     *angle = before + wrapped(*angle - before);
                 }
             }
-            rows.push(Row { t_s, angles_rad });
+            rows.push(Row { t_s: sample.t_s, angles_rad });
         }
-        if rows.len() < 2 {
-            return Err(InputError::new(format!(
-                "{name}: the attitude log has {} rows, which is no flight",
-                rows.len()
-            )));
+        let mut steps: Vec<f64> = rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect();
+        steps.sort_by(f64::total_cmp);
+        match steps.get(steps.len() / 2) {
+            Some(&step_s) => Ok(AttitudeLog { name, rows, step_s, notes }),
+            None => {
+                Err(InputError::new(format!("{name}: the attitude log has {} rows, which is no flight", rows.len())))
+            }
         }
-        Ok(AttitudeLog { name: name.into(), rows })
+    }
+
+    /// What a user has to know of the log and of the part that the scenario flies.
+    ///
+    /// # Errors
+    /// [`InputError`] when the log does not cover the flight.
+    pub fn notes(&self, scenario: &Scenario) -> Result<Vec<String>, InputError> {
+        let mut notes = self.notes.clone();
+        if self.step_s > SPARSE_S {
+            notes.push(format!(
+                "{}: one attitude in {:.3} s; what the vehicle did in between is not in the log",
+                self.name, self.step_s
+            ));
+        }
+        let pairs = self.flown(scenario)?.windows(2).filter(|pair| pair[1].t_s - pair[0].t_s > self.gap_s());
+        let gaps: Vec<f64> = pairs.clone().map(|pair| pair[1].t_s - pair[0].t_s).collect();
+        if let Some(first) = pairs.clone().next() {
+            notes.push(format!(
+                "{}: {} gaps, the first at {:.3} s, the longest of {:.3} s; frames in them have no attitude and get no fix",
+                self.name,
+                gaps.len(),
+                first[0].t_s,
+                gaps.iter().fold(0.0, |most: f64, gap| most.max(*gap))
+            ));
+        }
+        Ok(notes)
+    }
+
+    /// Rows farther apart than this have a gap between them.
+    fn gap_s(&self) -> f64 {
+        GAP_S.max(GAP_STEPS * self.step_s)
     }
 
     /// Largest angle between the body's up axis and the vertical while the scenario flies, radians. With pitch and roll
@@ -139,8 +172,11 @@ impl AttitudeLog {
         };
         let end_s = start_s + time_scale * scenario.run.duration_us() as f64 * 1e-6;
         if start_s < first_s || end_s > last_s {
+            let fitting = if start_s < first_s { 0 } else { fitting(scenario, (last_s - start_s) / time_scale) };
+            let advice = if fitting > 0 { format!("; --frames {fitting} fits") } else { String::new() };
             return Err(InputError::new(format!(
-                "{}: the attitude log holds {first_s} s to {last_s} s, but {} frames need {start_s} s to {end_s:.3} s",
+                "{}: the attitude log holds {first_s:.3} s to {last_s:.3} s, but {} frames need {start_s:.3} s to \
+                 {end_s:.3} s{advice}",
                 self.name, scenario.run.frames
             )));
         }
@@ -152,11 +188,11 @@ impl AttitudeLog {
         self.rows.partition_point(|row| row.t_s <= t_s).saturating_sub(1).min(self.rows.len() - 2)
     }
 
-    /// Whether `t_s` lies strictly between two rows more than [`GAP_S`] apart.
+    /// Whether `t_s` lies strictly between two rows that have a gap between them.
     pub(super) fn in_gap(&self, t_s: f64) -> bool {
         let index = self.index_before(t_s);
         let (before, after) = (self.rows[index].t_s, self.rows[index + 1].t_s);
-        after - before > GAP_S && before < t_s && t_s < after
+        after - before > self.gap_s() && before < t_s && t_s < after
     }
 
     /// Heading within (−π, π], pitch and roll at `t_s`, by cubic Hermite interpolation. The rate is continuous, as a
@@ -192,4 +228,12 @@ impl AttitudeLog {
             (None, None) => 0.0,
         })
     }
+}
+
+/// How many frames a flight of so many seconds has.
+fn fitting(scenario: &Scenario, seconds: f64) -> u64 {
+    let interval_us = scenario.run.frame_interval_us();
+    let before_and_after_us = scenario.run.duration_us() - u64::from(scenario.run.frames) * interval_us;
+    // A negative number of microseconds becomes 0.
+    ((seconds * 1e6) as u64).saturating_sub(before_and_after_us) / interval_us
 }

@@ -268,11 +268,11 @@ fn a_log_that_cannot_be_flown_is_refused() {
     for (scenario, sentence) in [
         (
             replayed(None, 1.0, 400),
-            "a.csv: the attitude log holds 10 s to 109.98 s, but 400 frames need 10 s to 114.000 s",
+            "a.csv: the attitude log holds 10.000 s to 109.980 s, but 400 frames need 10.000 s to 114.000 s; --frames 383 fits",
         ),
         (
             replayed(Some(0.0), 1.0, 4),
-            "a.csv: the attitude log holds 10 s to 109.98 s, but 4 frames need 0 s to 5.000 s",
+            "a.csv: the attitude log holds 10.000 s to 109.980 s, but 4 frames need 0.000 s to 5.000 s",
         ),
     ] {
         let log = AttitudeLog::parse(&synthetic_log(), "a.csv").expect("sound");

@@ -1,0 +1,140 @@
+//! Flight logs as input of `fly --replay` and `smooth`: what is read of them, and which are refused.
+
+use crate::folder::{FLY, Folder};
+use crate::refusals::Refusals;
+use crate::smooth::csv;
+use plumbline_survey::io::data;
+use plumbline_tests::vectors::number;
+use std::fs;
+
+/// A log of the real data, copied into a folder under another name.
+fn copy(folder: &Folder, log: &str, name: &str) -> Option<Vec<u8>> {
+    let bytes = fs::read(data::for_test("flight logs", &format!("logs/{log}"))?).expect("it can be read");
+    folder.write(name, &bytes);
+    Some(bytes)
+}
+
+const LOGS: [&str; 4] = ["px4_a.ulg", "px4_zurich.ulg", "arduplane.BIN", "arduplane.tlog"];
+
+#[test]
+fn logs_are_flown_and_known_by_their_content() {
+    let folder = Folder::with_ground("logs-fly");
+    for log in LOGS {
+        let Some(_) = copy(&folder, log, "log.csv") else { return };
+        let run = folder.run(&format!("{FLY} --frames 4 --replay log.csv --json")).done();
+        assert!(run.stderr.contains("log.csv: ") && run.stderr.contains(" attitudes of "), "{log}: {}", run.stderr);
+    }
+}
+
+/// The flight of the log and that of the table made of it: the same poses but for the rounding of the table.
+#[test]
+fn a_log_is_flown_as_the_table_made_of_it() {
+    let folder = Folder::with_ground("logs-table");
+    let table = data::for_test("flight logs", "flights/zurich_lidar/att_q.csv");
+    let (Some(table), Some(_)) = (table, copy(&folder, "px4_zurich.ulg", "log.ulg")) else { return };
+    folder.write("table.csv", fs::read(table).expect("it can be read"));
+    let [log, table] = ["log.ulg", "table.csv"].map(|file| {
+        folder.run(&format!("{FLY} --frames 20 --replay {file} --out {file}.out")).done();
+        csv(&folder, &format!("{file}.out/poses.csv")).1
+    });
+    assert_eq!(log.len(), table.len());
+    for (a, b) in log.iter().zip(&table) {
+        // A step of a microsecond at 100 degrees a second, and what seven decimals of a quaternion leave.
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3), "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn a_message_is_a_table() {
+    let folder = Folder::new("logs-smooth");
+    // pyulog and pymavlink: samples, and the first value.
+    for (log, call, header, rows) in [
+        ("px4_a.ulg", "--message vehicle_attitude --columns q[3]", "t_s,q[3],q[3]_rate,q[3]_sigma", 779),
+        ("arduplane.BIN", "--message ATT --columns Roll,Pitch", "t_s,Roll,Roll_rate,Roll_sigma,Pitch", 963),
+        ("arduplane.BIN", "--message ATT --time TimeUS --columns Roll", "TimeUS,Roll", 963),
+        ("arduplane.tlog", "--message ATTITUDE --columns roll", "t_s,roll,roll_rate,roll_sigma", 60),
+        ("arduplane.tlog", "--message ATTITUDE", "t_s,pitch,pitch_rate,pitch_sigma,pitchspeed", 60),
+    ] {
+        let Some(_) = copy(&folder, log, "log") else { return };
+        let run = folder.run(&format!("smooth --in log {call} --alpha 1 --out fit.csv --json")).done();
+        let (names, fit) = csv(&folder, "fit.csv");
+        assert!(names.join(",").starts_with(header), "{names:?}");
+        assert_eq!(fit.len(), rows, "{log} {call}");
+        assert_eq!(run.stderr.contains("counts microseconds"), call.contains("TimeUS"), "{}", run.stderr);
+    }
+}
+
+#[test]
+fn logs_that_cannot_be_used_are_refused() {
+    let folder = Folder::with_ground("logs-bad");
+    let fly = |file: &str| format!("{FLY} --frames 4 --replay {file} --out out");
+    let smooth = |file: &str, message: &str| format!("smooth --in {file} {message} --out fit.csv");
+    folder.write("empty.ulg", "");
+    folder.write("begun.ulg", b"ULog\x01\x12\x35\x01\0\0\0\0\0\0\0\0");
+    folder.write("cut.ulg", b"ULog\x01\x12\x35\x01");
+    folder.write("other.bin", [0xab; 400]);
+    folder.write("zeros.tlog", [0; 400]);
+    folder.write("text.log", "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n");
+    folder.write("table.csv", "t_s,roll_deg\n0,1\n1,3\n2,2\n3,4\n");
+    folder.write("radians.csv", "t_s,roll_deg,pitch_deg,yaw_deg\n0,0.1,0,3.1\n1,0.2,0,-3.1\n");
+    folder.write("milliseconds.csv", "t_s,roll_deg,pitch_deg,yaw_deg\n0,1,0,31\n20,2,0,31\n40,2,0,31\n");
+    let mut refusals = Refusals::new(&folder);
+    for (file, names) in [
+        ("empty.ulg", &["empty.ulg is empty"][..]),
+        ("begun.ulg", &["begun.ulg", "holds no message"]),
+        ("cut.ulg", &["cut.ulg", "within its header"]),
+        ("other.bin", &["other.bin", "DataFlash (.bin)"]),
+        ("zeros.tlog", &["zeros.tlog", "(.tlog)"]),
+        ("text.log", &["text.log", "(.bin)"]),
+        ("radians.csv", &["radians.csv", "looks like radians", "roll_rad", "sed "]),
+        ("milliseconds.csv", &["milliseconds.csv", "steps of 20", "milliseconds", "t_ms"]),
+    ] {
+        refusals.expect(&fly(file), names);
+    }
+    refusals.expect(&smooth("table.csv", "--message ATT"), &["table.csv", "--message"]);
+    refusals.expect(&smooth("table.csv", "--columns roll_deg"), &["table.csv", "--time", "t_s,roll_deg"]);
+    refusals.expect(&smooth("begun.ulg", "--message vehicle_attitude"), &["begun.ulg", "holds no message"]);
+    if let Some(bytes) = copy(&folder, "px4_zurich.ulg", "log.ulg") {
+        folder.write("definitions.ulg", &bytes[..20_000]);
+        for (call, names) in [
+            (smooth("log.ulg", ""), &["log.ulg is a ULog log: --message", "vehicle_attitude"][..]),
+            (smooth("log.ulg", "--message ATT"), &["no message ATT, only", "input_rc (:0, :1)"]),
+            (smooth("log.ulg", "--message input_rc:7"), &["no message input_rc:7"]),
+            (smooth("log.ulg", "--message vehicle_attitude --columns roll"), &["no number roll, only", "q[0]"]),
+            (fly("definitions.ulg"), &["definitions.ulg"]),
+            (
+                format!("{FLY} --frames 200 --replay log.ulg --out out"),
+                &["log.ulg", "5080.904 s", "200 frames", "--frames 142 fits"],
+            ),
+        ] {
+            refusals.expect(&call, names);
+        }
+    }
+    if let Some(bytes) = copy(&folder, "arduplane.tlog", "log.tlog") {
+        folder.write("reboot.tlog", [&bytes[..], &bytes[..]].concat());
+        refusals.expect(
+            &fly("reboot.tlog"),
+            &["reboot.tlog, ATTITUDE_QUATERNION:1.1", "time goes back from 119.999 s to 60.001 s"],
+        );
+        refusals.expect(&smooth("reboot.tlog", "--message ATTITUDE"), &["reboot.tlog", "sample 61", "goes back"]);
+    }
+    refusals.done();
+}
+
+/// Half a log, and one with a hole in it, are flown as far as they go, and it is told what is missing.
+#[test]
+fn damaged_logs_are_flown_as_far_as_they_go() {
+    let folder = Folder::with_ground("logs-damaged");
+    for log in ["px4_zurich.ulg", "arduplane.BIN", "arduplane.tlog"] {
+        let Some(bytes) = copy(&folder, log, "whole") else { return };
+        let middle = bytes.len() / 2;
+        folder.write("half", &bytes[..middle + 1]);
+        folder.write("hole", [&bytes[..middle], &[0xfe; 999], &bytes[middle + 500..]].concat());
+        for (name, told) in [("half", "ends within a record"), ("hole", "are damaged and were skipped")] {
+            let run = folder.run(&format!("{FLY} --frames 4 --replay {name} --json")).done();
+            assert!(run.stderr.contains(told), "{log} {name}: {}", run.stderr);
+            let summary: serde_json::Value = serde_json::from_str(&run.stdout).expect("JSON");
+            assert_eq!(number(&summary, "frames"), 4.0);
+        }
+    }
+}
