@@ -269,12 +269,15 @@ pub(crate) fn picture(setup: &Setup, exposure: &Exposure, state: &(dyn Fn(u64) -
         let at_us = exposure.mid_us().saturating_add_signed(offset_us.round() as i64);
         setup.station(&state(at_us))
     };
+    let (state_now, ground) = (state(exposure.mid_us()), &setup.ground);
+    let weather = setup.weather.at(index, at_s, ground.height(state_now.east_m, state_now.north_m));
+    let through = (ground, &weather);
     let offsets_us = |row: usize| scenario.sample_offsets_us(exposure.set_us, row, setup.payload.camera.rows);
     if scenario.vehicle.rolling_shutter_ms == 0.0 {
         // All rows share their instants.
         let stations: Vec<_> = offsets_us(0).map(station).collect();
-        return setup.renderer.render_rows(&setup.ground, &|_| stations.clone(), levels, seed, index);
+        return setup.renderer.render_through(through, &|_| stations.clone(), levels, seed, index);
     }
     let stations = |row: usize| offsets_us(row).map(station).collect();
-    setup.renderer.render_rows(&setup.ground, &stations, levels, seed, index)
+    setup.renderer.render_through(through, &stations, levels, seed, index)
 }

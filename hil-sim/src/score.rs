@@ -13,6 +13,7 @@ pub mod navigation;
 pub mod plan;
 pub mod pose;
 pub mod protection;
+mod shifted;
 pub mod signing;
 pub mod stamps;
 mod statistics;
@@ -30,10 +31,11 @@ pub use matching::{MatchRate, MatchingError, length};
 use matching::{lengths, match_rate, matching_error};
 use plan::{Flown, flown};
 use plumbline_firmware::serial::message::Counts;
-use plumbline_firmware::wire::telemetry::{SituationReport, StampHealth};
+use plumbline_firmware::wire::telemetry::{FixReport, SituationReport, StampHealth};
 use plumbline_survey::error::InputError;
 use protection::{Placed, Protection, protection};
 use serde::Serialize;
+use shifted::Shifted;
 use statistics::{mean, percentile};
 use std::collections::BTreeMap;
 use unrectified::Unrectified;
@@ -91,10 +93,7 @@ fn score_frame(setup: &Setup, record: &FrameRecord, raw_px: Option<[f64; 2]>) ->
     let error_m = fix.map(|fix| {
         [f64::from(fix.east_m) + setup.tile_centre[0] - east_m, f64::from(fix.north_m) + setup.tile_centre[1] - north_m]
     });
-    let nees = fix.zip(error_m).map(|(fix, [e, n])| {
-        let [ee, en, nn] = [fix.variance_east_m2, fix.covariance_m2, fix.variance_north_m2].map(f64::from);
-        (e * e * nn - 2.0 * e * n * en + n * n * ee) / (ee * nn - en * en)
-    });
+    let nees = fix.zip(error_m).map(|(fix, error_m)| squared_sigmas(&fix, error_m));
     let cost = report.map(|r| r.instructions.iter().map(|&i| u64::from(i)).sum()).filter(|&sum| sum > 0);
     Scored {
         frame: record.exposure.frame,
@@ -109,6 +108,12 @@ fn score_frame(setup: &Setup, record: &FrameRecord, raw_px: Option<[f64; 2]>) ->
         place: protection::placed(record, antenna_m),
         cost,
     }
+}
+
+/// Squared error over its covariance, 2 degrees of freedom.
+fn squared_sigmas(fix: &FixReport, [e, n]: [f64; 2]) -> f64 {
+    let [ee, en, nn] = [fix.variance_east_m2, fix.covariance_m2, fix.variance_north_m2].map(f64::from);
+    (e * e * nn - 2.0 * e * n * en + n * n * ee) / (ee * nn - en * en)
 }
 
 /// Where the nadir would be sought with the pose that the firmware used, in pixels off the true one: the tilt's error
@@ -167,6 +172,9 @@ pub struct Summary {
     pub nees_mean: Option<f64>,
     /// Fixes that are off by more than 3 pixels, or by more than 5 of their own sigmas and 1.5 pixels.
     pub wrong_fixes: usize,
+    /// What the same fixes are against the map as it lies; left out where it lies right.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shifted: Option<Shifted>,
     /// Stamps against the true middles of the exposures, all frames.
     pub stamps: stamps::Stamps,
     /// See [`pose::Poses`].
@@ -293,6 +301,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
         ground_error_m: Spread { mean: mean(&ground), p95: percentile(&ground, 0.95) },
         nees_mean: mean(&accepted.iter().filter_map(|s| s.nees).collect::<Vec<_>>()),
         wrong_fixes: accepted.iter().filter(|scored| is_wrong(scored, setup.scenario.vehicle.resolution_m)).count(),
+        shifted: shifted::shifted(setup, flight, scored),
         stamps: stamps::stamps(&flight.frames),
         poses: pose::poses(&flight.frames),
         blur: blur::blur(&flight.frames),

@@ -6,6 +6,7 @@ pub mod frames;
 mod kept;
 mod live;
 pub mod planned;
+mod procedural;
 
 pub use along_plan::PlanToFly;
 pub use live::Start;
@@ -22,7 +23,7 @@ use crate::vehicle::motion::{Area, AttitudeLog, Motion, TrueState};
 use crate::vehicle::mount::{axis_station, payload_of};
 use crate::world::reference::Radiometry;
 use crate::world::tile::{Frame, SIDE_MAX, Tile};
-use crate::world::{Bounds, Grid, Ground, procedural};
+use crate::world::{Bounds, Grid, Ground, Weather};
 use frames::Pictures;
 use planned::Planned;
 use plumbline_firmware::stores::tiles::TileHead;
@@ -57,6 +58,8 @@ pub struct Setup {
     pub payload: Payload,
     /// What is flown over.
     pub ground: Ground,
+    /// What is in the air above it and on its water.
+    pub weather: Weather,
     /// How the reference differs from it.
     pub radiometry: Radiometry,
     /// Its reference system.
@@ -153,10 +156,12 @@ impl Setup {
         let flash = Flash { configuration, head, tile: tile.pixels, posts, plan, key };
         flash.stores()?;
         let renderer = Renderer::new(render_camera(&payload.camera), RENDER_SAMPLES);
+        let weather = Weather::new(scenario.run.seed, &scenario.world.weather, &scenario.world.land);
         Ok(Setup {
             scenario,
             payload,
             ground,
+            weather,
             radiometry,
             crs,
             motion,
@@ -190,7 +195,7 @@ impl Setup {
 /// What is flown over, and what the reference is made of where that is another picture.
 fn grounds_of(scenario: &Scenario) -> Result<(Ground, Option<Ground>), InputError> {
     let scenario::Ground::Ortho { ortho, dem, reference } = &scenario.world.ground else {
-        return Ok((procedural(scenario.run.seed), None));
+        return Ok(procedural::grounds(scenario));
     };
     let surface = dem.as_ref().map(|path| surface(path)).transpose()?;
     let ground = picture(ortho, surface, false)?;
@@ -354,7 +359,8 @@ fn radiometry_of(scenario: &Scenario) -> Radiometry {
 /// The tile over `wanted`.
 fn lay(scenario: &Scenario, radiometry: &Radiometry, wanted: &Bounds, reference: &Ground) -> Result<Tile, InputError> {
     let r = scenario.vehicle.resolution_m;
-    let frame = Frame::within(reference, wanted, r);
+    let [aside_east_m, aside_north_m] = scenario.world.reference.aside_m;
+    let frame = Frame::within(reference, &moved(wanted, [aside_east_m, aside_north_m]), r);
     let needed = PATCH_PX.min(16.0) + 2.0 * f64::from(scenario.vehicle.search_px);
     if !(frame.cols >= needed && frame.rows >= needed) {
         let (cols, rows) = (frame.cols, frame.rows);
@@ -371,7 +377,18 @@ fn lay(scenario: &Scenario, radiometry: &Radiometry, wanted: &Bounds, reference:
     }
     let tile = Tile::lay(reference, &frame, radiometry);
     let [east_m, north_m] = scenario.world.reference.bias_m;
+    let (east_m, north_m) = (east_m - aside_east_m, north_m - aside_north_m);
     Ok(Tile { west_m: tile.west_m + east_m, north_m: tile.north_m + north_m, ..tile })
+}
+
+/// So far to the east and north.
+fn moved(bounds: &Bounds, [east_m, north_m]: [f64; 2]) -> Bounds {
+    Bounds {
+        west_m: bounds.west_m + east_m,
+        east_m: bounds.east_m + east_m,
+        south_m: bounds.south_m + north_m,
+        north_m: bounds.north_m + north_m,
+    }
 }
 
 /// Larger by `by_m` on all sides.

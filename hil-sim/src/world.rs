@@ -10,8 +10,11 @@ mod mirror;
 mod procedural;
 pub mod reference;
 mod surface;
+mod swell;
 pub mod tile;
+mod weather;
 
 pub use grid::{Bounds, Grid};
 pub use ground::{Ground, GroundError};
-pub use procedural::{PROCEDURAL_PLACE, draped, procedural, procedural_around};
+pub use procedural::{PROCEDURAL_PLACE, draped, procedural, procedural_around, procedural_as};
+pub use weather::{Moment, Weather};

@@ -4,6 +4,7 @@ mod aborted;
 mod companion;
 mod exposure;
 mod faults;
+mod grounds;
 mod kept;
 mod live;
 mod planned;

@@ -9,7 +9,7 @@
 
 use super::lens::{distorted, undistorted};
 use crate::noise::pixels::{add_noise, to_grey};
-use crate::world::Ground;
+use crate::world::{Ground, Moment};
 use rayon::prelude::*;
 
 /// The camera as the renderer needs it. Angles in radians, offsets in pixels.
@@ -202,9 +202,22 @@ impl Renderer {
         seed: u64,
         frame_index: u64,
     ) -> Rendered {
+        self.render_through((ground, &Moment::default()), row_stations, (gain, noise_dn), seed, frame_index)
+    }
+
+    /// As [`Renderer::render_rows`], through the weather of that moment.
+    pub fn render_through(
+        &self,
+        (ground, weather): (&Ground, &Moment<'_>),
+        row_stations: &(dyn Fn(usize) -> Vec<Station> + Sync),
+        (gain, noise_dn): (f64, f64),
+        seed: u64,
+        frame_index: u64,
+    ) -> Rendered {
         let light = |row: usize, values: &mut [f64]| {
             let stations = row_stations(row);
-            let outside = stations.iter().map(|station| self.add_row(ground, station, row, values)).sum::<usize>();
+            let add = |station| self.add_row((ground, weather), station, row, values);
+            let outside = stations.iter().map(add).sum::<usize>();
             for value in values {
                 *value = *value / stations.len() as f64 * gain;
             }
@@ -242,7 +255,13 @@ impl Renderer {
     }
 
     /// Adds what the row `row` sees from `station` to `values`; how many rays met nothing.
-    fn add_row(&self, ground: &Ground, station: &Station, row: usize, values: &mut [f64]) -> usize {
+    fn add_row(
+        &self,
+        (ground, weather): (&Ground, &Moment<'_>),
+        station: &Station,
+        row: usize,
+        values: &mut [f64],
+    ) -> usize {
         let axes = station.axes();
         let origin = [station.east_m, station.north_m, station.up_m];
         let (cols, per_pixel) = (self.camera.cols, self.samples * self.samples);
@@ -258,6 +277,7 @@ impl Renderer {
             ground.intersect_all(origin, &directions, &mut along);
             seen.resize(directions.len(), f64::NAN);
             look(ground, origin, &directions, &along, &mut seen);
+            weather.pass(origin, &directions, &along, &mut seen);
             for (value, seen) in values.iter_mut().zip(seen.chunks_exact(per_pixel)) {
                 let mut sum = 0.0;
                 for &seen in seen {

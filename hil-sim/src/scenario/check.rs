@@ -2,7 +2,9 @@
 
 use super::bounds::within;
 use super::footprint::footprint_margin_m;
-use super::{AutoExposure, Camera, EdgeSource, FollowUpMode, Payload, Run, Scenario, Vehicle, What};
+use super::{
+    AutoExposure, Camera, Changes, EdgeSource, FollowUpMode, Ground, Land, Payload, Run, Scenario, Vehicle, What,
+};
 use plumbline_core::camera::SQUARE_MAX;
 use plumbline_survey::camera_file::{CameraFile, SIDE_MAX_PX};
 use plumbline_survey::error::InputError;
@@ -129,6 +131,7 @@ impl Scenario {
                 return Err("follow_up.servo_commanded = true needs a servo, but follow_up.mode is \"fixed\"".into());
             }
             self.check_navigation()?;
+            self.check_land()?;
             match (&self.camera, self.vehicle.head) {
                 (Camera::Keys(_), Some(head)) => {
                     Err(format!("head = {head} is one of a camera_file, which is not given"))
@@ -205,6 +208,31 @@ impl Scenario {
             ));
         }
         Ok(())
+    }
+
+    /// Refuses what only procedural ground can be where another one is flown over.
+    fn check_land(&self) -> Result<(), String> {
+        let world = &self.world;
+        if world.land.parcel_m > 0.0 && world.land.stripe_m > 0.0 {
+            return Err("land.parcel_m and land.stripe_m are both given, only one can be flown over".into());
+        }
+        let procedural = matches!(world.ground, Ground::Procedural);
+        match self.of_procedural_ground() {
+            Some(key) if !procedural => Err(format!("{key} is of procedural ground, but an orthophoto is flown over")),
+            _ => Ok(()),
+        }
+    }
+
+    /// The first part that is said of procedural ground and is not the default.
+    #[must_use]
+    pub fn of_procedural_ground(&self) -> Option<&'static str> {
+        let world = &self.world;
+        let said = [
+            ("[land]", world.land != Land::default()),
+            ("[changes]", world.changes != Changes::default()),
+            ("reference.other_seed", world.reference.other_seed.is_some()),
+        ];
+        said.into_iter().find(|(_, is_said)| *is_said).map(|(key, _)| key)
     }
 
     /// Checks that a synthetic flight does not see the horizon.

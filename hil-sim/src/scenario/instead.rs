@@ -4,7 +4,7 @@ use super::Scenario;
 use plumbline_survey::error::InputError;
 
 /// Keys by which a reference that is made of the ground's own picture differs from it.
-const MADE_UP: [&str; 5] = ["gamma", "gain", "offset_dn", "noise_dn", "changed_fraction"];
+const MADE_UP: [&str; 6] = ["gamma", "gain", "offset_dn", "noise_dn", "changed_fraction", "other_seed"];
 
 /// What is given beside the scenario.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

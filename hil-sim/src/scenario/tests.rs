@@ -125,6 +125,22 @@ fn assert_named(text: &str, words: &[&str]) {
     }
 }
 
+/// What ground and weather cannot be.
+#[test]
+fn ground_that_cannot_be_flown_over_is_named() {
+    for (text, words) in [
+        ("[land]\nparcel_m = 40.0\nstripe_m = 40.0", ["land.parcel_m and land.stripe_m are both given"].as_slice()),
+        ("[land]\nwater_fraction = 1.5", &["land.water_fraction = 1.5 is not between 0 and 1"]),
+        ("[changes]\nsun_elevation_deg = 0.0", &["changes.sun_elevation_deg = 0 is not between 5 and 90"]),
+        ("[changes.season]\nsnow = [1.0, 0.0]", &["line 2", "unknown field `snow`"]),
+        ("[weather]\nhaze = -0.1", &["weather.haze = -0.1 is not between 0 and 1"]),
+        ("[ground]\northo = \"o.tif\"\n[changes]\nflooded_fraction = 0.5", &["[changes] is of procedural ground"]),
+        ("[ground]\northo = \"o.tif\"\n[reference]\nother_seed = 5", &["reference.other_seed is of procedural ground"]),
+    ] {
+        assert_named(text, words);
+    }
+}
+
 /// What makes no sense in a flight that fixes keep.
 #[test]
 fn what_a_navigation_cannot_be_flown_with_is_named() {

@@ -3,8 +3,10 @@
 
 use super::bounds::Bounded;
 use super::ground::Ground;
+use super::land::{Changes, Land};
 use super::navigation::Navigation;
 use super::vehicle::Boresight;
+use super::weather::Weather;
 use serde::{Deserialize, Serialize};
 
 /// Keys carry their units.
@@ -35,6 +37,12 @@ pub struct World {
     pub reference: Reference,
     /// What is flown over.
     pub ground: Ground,
+    /// What procedural ground is like.
+    pub land: Land,
+    /// What has happened to it since the reference was made.
+    pub changes: Changes,
+    /// What stands between it and the camera.
+    pub weather: Weather,
     /// How the autopilot finds its way, where the flight is kept by its fixes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub navigation: Option<Navigation>,
@@ -55,6 +63,9 @@ impl Default for World {
             autopilot: Autopilot::default(),
             reference: Reference::default(),
             ground: Ground::Procedural,
+            land: Land::default(),
+            changes: Changes::default(),
+            weather: Weather::default(),
             navigation: None,
         }
     }
@@ -226,6 +237,10 @@ pub struct Reference {
     pub changed_fraction: Option<f64>,
     /// How far it says that it lies beside where it does, east and north: the map's bias.
     pub bias_m: [f64; 2],
+    /// How far beside the flight the ground lies that it shows as the ground under it, east and north.
+    pub aside_m: [f64; 2],
+    /// Seed of the procedural ground that it shows, where that is another one.
+    pub other_seed: Option<u64>,
     /// Distance between the posts of its elevation model, which is that of the ground where it has one; 0 = no model.
     pub elevation_posts_m: f64,
     /// How much higher the posts say that the ground is than it is.
@@ -244,6 +259,8 @@ impl Default for Reference {
             noise_dn: None,
             changed_fraction: None,
             bias_m: [0.0; 2],
+            aside_m: [0.0; 2],
+            other_seed: None,
             elevation_posts_m: 30.0,
             elevation_bias_m: 0.0,
             elevation_epsg: 0,
@@ -282,6 +299,8 @@ impl World {
             ("reference.noise_dn", reference.noise_dn.unwrap_or(0.0), 0.0, 255.0),
             ("reference.bias_m", reference.bias_m[0], -1000.0, 1000.0),
             ("reference.bias_m", reference.bias_m[1], -1000.0, 1000.0),
+            ("reference.aside_m", reference.aside_m[0], -1e5, 1e5),
+            ("reference.aside_m", reference.aside_m[1], -1e5, 1e5),
             ("reference.elevation_posts_m", reference.elevation_posts_m, 0.0, 1000.0),
             ("reference.elevation_bias_m", reference.elevation_bias_m, -1000.0, 1000.0),
             // As large as the codes of the register are.
@@ -289,6 +308,9 @@ impl World {
             ("reference.changed_fraction", reference.changed_fraction.unwrap_or(0.0), 0.0, 1.0),
         ];
         let keys = ["mount.true_boresight.phi_deg", "mount.true_boresight.omega_deg", "mount.true_boresight.kappa_deg"];
+        ranges.extend(self.land.ranges());
+        ranges.extend(self.changes.ranges());
+        ranges.extend(self.weather.ranges());
         ranges.extend(self.navigation.iter().flat_map(Navigation::ranges));
         ranges.extend(self.mount.true_boresight.iter().flat_map(|truly| truly.ranges(keys)));
         ranges

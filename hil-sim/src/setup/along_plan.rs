@@ -54,6 +54,12 @@ pub(super) fn prepare(scenario: Scenario, plan: &PlanToFly) -> Result<Setup, Inp
             scenario.file
         )));
     }
+    if let Some(key) = scenario.of_procedural_ground() {
+        return Err(InputError::new(format!(
+            "{}: {key} is of the procedural ground of flights without a plan",
+            scenario.file
+        )));
+    }
     let mut planned = Planned::read(&plan.file)?;
     let mut scenario = outfitted(scenario, plan, &mut planned);
     let payload = payload_of(&scenario)?;

@@ -44,6 +44,12 @@ impl Setup {
                 scenario.file
             )));
         }
+        if let Some(key) = scenario.of_procedural_ground() {
+            return Err(InputError::new(format!(
+                "{}: {key} is of the procedural ground of the simulated vehicle's flights",
+                scenario.file
+            )));
+        }
         let payload = payload_of(&scenario)?;
         let on_grid = |crs: &Crs| crs.from_wgs84(start.lat_deg, start.lon_deg);
         let (ground, reference) = match &scenario.world.ground {

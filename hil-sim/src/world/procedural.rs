@@ -8,15 +8,21 @@
 //! Local coordinates in here: `[x east, y north]` in metres from the centre of the land.
 
 mod buildings;
+mod changes;
 mod fractal;
 mod layout;
 mod paint;
 mod parcels;
+mod pattern;
 mod polygon;
+mod sun;
 mod trees;
+mod water;
 
 use super::{Bounds, Grid, Ground, GroundError};
+use crate::scenario::{Changes, Land};
 use std::sync::{Mutex, PoisonError};
+pub(super) use water::{Lakes, wavy};
 
 /// Pixels a side.
 const SIDE: usize = 3600;
@@ -33,14 +39,25 @@ const CONTRAST: f32 = 1.2;
 
 /// Landscapes that stay in memory, 100 MB each: a program flies over one, tests of flights over a few in turn.
 const KEPT: usize = 3;
-/// The last landscapes and their seeds, newest at the end. Painting one takes seconds of all cores.
-static PAINTED: Mutex<Vec<(u64, Ground)>> = Mutex::new(Vec::new());
+/// The last landscapes and what they were painted from, the last used at the end. Painting one takes seconds of all cores.
+static PAINTED: Mutex<Vec<(Painting, Ground)>> = Mutex::new(Vec::new());
+
+/// What decides a landscape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Painting {
+    seed: u64,
+    land: Land,
+    changes: Changes,
+}
 
 /// Streams of the seed, one an ingredient. Fractals use up to 16 numbers from theirs on.
 mod streams {
     pub(super) const LAYOUT: u64 = 1;
     pub(super) const TREES: u64 = 2;
     pub(super) const BUILDINGS: u64 = 3;
+    pub(super) const CHANGES: u64 = 4;
+    pub(super) const LAKES: u64 = 5;
+    pub(super) const WAVES: u64 = 6;
     pub(super) const SOIL: u64 = 0x30;
     pub(super) const GRAIN: u64 = 0x40;
 }
@@ -67,17 +84,27 @@ fn clipped(low: f64, high: f64) -> std::ops::Range<usize> {
 /// Flat at height 0 but for the houses (roofs 4 to 15 m high, in the surface); trees are painted, not raised. The same
 /// seed gives the same bytes. About 100 MB.
 pub fn procedural(seed: u64) -> Ground {
+    procedural_as(seed, Land::default(), Changes::default())
+}
+
+/// As [`procedural`], of such land, after such changes.
+pub fn procedural_as(seed: u64, land: Land, changes: Changes) -> Ground {
+    let painting = Painting { seed, land, changes };
     let painted = || PAINTED.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some((_, ground)) = painted().iter().find(|(of, _)| *of == seed) {
-        return ground.clone();
-    }
-    // Not locked: painting waits for other threads, and these may want a landscape too.
-    let ground = painted_anew(seed);
+    let taken = |kept: &mut Vec<(Painting, Ground)>| {
+        let index = kept.iter().position(|(of, _)| *of == painting)?;
+        Some(kept.remove(index).1)
+    };
+    // Not locked while painting, which waits for other threads that may want a landscape, too.
+    let found = taken(&mut painted());
+    let ground = found.unwrap_or_else(|| painted_anew(&painting));
     let mut kept = painted();
+    // Another thread may have painted the same.
+    let ground = taken(&mut kept).unwrap_or(ground);
     if kept.len() == KEPT {
         kept.remove(0);
     }
-    kept.push((seed, ground.clone()));
+    kept.push((painting, ground.clone()));
     ground
 }
 
@@ -87,17 +114,29 @@ pub fn procedural_around(seed: u64, epsg: u32, centre: [f64; 2], side_m: f64) ->
     procedural(seed).mirrored(epsg, centre, side_m)
 }
 
-fn painted_anew(seed: u64) -> Ground {
-    let layout = layout::Layout::new(seed);
+fn painted_anew(&Painting { seed, land, changes }: &Painting) -> Ground {
+    let mut layout = layout::Layout::new(seed);
     let grain = fractal::fractal(seed, streams::GRAIN, SIDE, 9);
+    let sun = sun::direction(&changes);
+    let lakes = (land.water_fraction > 0.0).then(|| Lakes::new(seed, land.water_fraction));
+    let stands = |at: [f64; 2]| !land.has_pattern() && lakes.as_ref().is_none_or(|lakes| lakes.is_dry(at));
+    let mut houses = buildings::place(seed, &layout);
+    let mut trees = trees::place(seed, &layout, &houses);
+    houses.retain(|house| stands(house.at()));
+    trees.retain(|tree| stands(tree.at()));
+    // What grows and is built stays when the fields change.
+    changes::make(&changes, seed, &mut layout);
     let mut albedo = paint::paint(&layout, &grain);
-    let houses = buildings::place(seed, &layout);
-    trees::draw(&mut albedo, &trees::place(seed, &layout, &houses), &grain);
+    pattern::lay(&land, &mut albedo, &grain);
+    trees::draw(&mut albedo, &trees, &grain, sun, changes.season.trees);
     let mut surface = vec![0f32; SIDE * SIDE];
-    buildings::draw(&mut albedo, &mut surface, &houses, &grain);
-    buildings::shade(&mut albedo, &surface, &houses);
+    buildings::draw(&mut albedo, &mut surface, &houses, &grain, sun);
+    buildings::shade(&mut albedo, &surface, &houses, sun);
     for value in &mut albedo {
         *value = (118.0 + CONTRAST * (*value - 118.0)).clamp(6.0, 250.0);
+    }
+    if let Some(lakes) = &lakes {
+        water::fill(lakes, seed, &mut albedo);
     }
     let grid = |data| Grid {
         cols: SIDE,
@@ -159,7 +198,8 @@ mod tests {
 
     #[test]
     fn same_seed_same_bytes_texture_everywhere_and_houses_with_heights() {
-        let lands = [1, 1, 7].map(painted_anew);
+        let painted = |seed| painted_anew(&Painting { seed, land: Land::default(), changes: Changes::default() });
+        let lands = [1, 1, 7].map(painted);
         let bytes = |grid: &Grid| grid.data.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
         let [one, again, other] = lands.each_ref().map(|land| bytes(land.albedo_grid()));
         assert!(one == again, "albedo of the same seed");
@@ -186,5 +226,38 @@ mod tests {
             assert!(low == 0.0 && (12.0..=15.0).contains(&high), "{low} to {high}");
             assert!(share(0.0) > 0.004 && share(0.0) < 0.1 && share(4.0) > 0.5 * share(0.0));
         }
+    }
+
+    /// Fields are mirrored, flooded ones one grey; the evening's shadows fall to the east, which the morning's do not.
+    #[test]
+    fn what_has_happened_to_the_land_is_painted() {
+        let changes = Changes {
+            sun_azimuth_deg: Some(270.0),
+            sun_elevation_deg: Some(20.0),
+            inverted_fraction: 1.0,
+            flooded_fraction: 0.3,
+            ..Changes::default()
+        };
+        let [before, after] = [Changes::default(), changes].map(|changes| procedural_as(1, Land::default(), changes));
+        let [one, other] = [&before, &after].map(|ground| &ground.albedo_grid().data);
+        let stretched = |grey: f32| 118.0 + CONTRAST * (grey - 118.0);
+        let share = |is: &dyn Fn(f32, f32) -> bool| {
+            one.iter().zip(other).filter(|(one, other)| is(**one, **other)).count() as f64 / one.len() as f64
+        };
+        let flooded = share(&|_, other| (other - stretched(52.0)).abs() < 0.01);
+        let mirrored = share(&|one, other| (one + other - 2.0 * stretched(122.0)).abs() < 0.01);
+        // Fields are some two thirds of the land, without their shadows, tracks and hedges.
+        println!("{flooded:.3} flooded, {mirrored:.3} mirrored");
+        assert!((0.08..0.3).contains(&flooded) && (0.2..0.7).contains(&mirrored), "{flooded} {mirrored}");
+
+        // What stands stays where it is. 6 m east of a wall that is at least 4 m high is in its shadow of 11 m in the evening.
+        let heights = &before.surface_grid().expect("houses").data;
+        assert!(heights == &after.surface_grid().expect("houses").data);
+        let foot = |i: &usize| heights[*i] > 4.0 && heights[*i + 1..].iter().take(4).any(|height| *height == 0.0);
+        let shaded: Vec<usize> =
+            (0..heights.len() - 40).filter(foot).map(|i| i + 12).filter(|i| heights[*i] == 0.0).collect();
+        let mean = |data: &[f32]| shaded.iter().map(|i| f64::from(data[*i])).sum::<f64>() / shaded.len() as f64;
+        println!("{} places: {:.1} in the morning, {:.1} in the evening", shaded.len(), mean(one), mean(other));
+        assert!(shaded.len() > 500 && mean(other) < mean(one) - 20.0, "{} {}", mean(one), mean(other));
     }
 }

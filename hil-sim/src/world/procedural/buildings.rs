@@ -5,9 +5,6 @@ use super::parcels::Use;
 use super::{SIDE, STEP_M, clipped, local_m, pixel_of, streams};
 use crate::noise::pixels::{stream, uniform, unit};
 
-/// Direction to the sun, east, north, up: from the south-south-east, 48 deg high.
-pub(super) const SUN: [f64; 3] = [0.2863, -0.6045, 0.7431];
-
 /// A wall leans by this much, two pixels: steeper ones, askew to the raster, would stand there as stairs.
 const WALL_M: f64 = 1.0;
 
@@ -26,6 +23,11 @@ pub(super) struct House {
 }
 
 impl House {
+    /// Its middle.
+    pub(super) fn at(&self) -> [f64; 2] {
+        self.at
+    }
+
     /// Position along and across the house.
     fn local(&self, at: [f64; 2]) -> [f64; 2] {
         let [x, y] = [at[0] - self.at[0], at[1] - self.at[1]];
@@ -153,7 +155,7 @@ fn add(layout: &Layout, house: House, houses: &mut Vec<House>) -> bool {
 }
 
 /// Paints paved yards and roofs, and raises the surface.
-pub(super) fn draw(albedo: &mut [f32], surface: &mut [f32], houses: &[House], grain: &[f32]) {
+pub(super) fn draw(albedo: &mut [f32], surface: &mut [f32], houses: &[House], grain: &[f32], sun: [f64; 3]) {
     for house in houses {
         let paved = 1.0 + 4.0 * house.detail;
         for (index, [u, v]) in house.pixels(paved) {
@@ -176,10 +178,10 @@ pub(super) fn draw(albedo: &mut [f32], surface: &mut [f32], houses: &[House], gr
             } else {
                 normal_v.map(|n| n * v.signum())
             };
-            let sunlit = (outward[0] * SUN[0] + outward[1] * SUN[1]).max(0.0);
+            let sunlit = (outward[0] * sun[0] + outward[1] * sun[1]).max(0.0);
             let wall = plaster * (0.45 + 0.7 * sunlit);
-            let towards = (normal_v[0] * SUN[0] + normal_v[1] * SUN[1]) * v.signum();
-            let light = (SUN[2] + steep * towards) / (1.0 + steep * steep).sqrt();
+            let towards = (normal_v[0] * sun[0] + normal_v[1] * sun[1]) * v.signum();
+            let light = (sun[2] + steep * towards) / (1.0 + steep * steep).sqrt();
             let roof = house.tone * (0.35 + 0.9 * light.max(0.0)) + on_the_roof(house, [u, v]);
             let on_roof = (-beyond / STEP_M).clamp(0.0, 1.0);
             albedo[index] = (wall + (roof - wall) * on_roof) as f32 + 5.0 * grain[index];
@@ -211,15 +213,15 @@ fn on_the_roof(house: &House, [u, v]: [f64; 2]) -> f64 {
 }
 
 /// Darkens what lies in the shadow of a house: from each point near one the sun is looked for over the surface.
-pub(super) fn shade(albedo: &mut [f32], surface: &[f32], houses: &[House]) {
-    let run = SUN[0].hypot(SUN[1]);
+pub(super) fn shade(albedo: &mut [f32], surface: &[f32], houses: &[House], sun: [f64; 3]) {
+    let run = sun[0].hypot(sun[1]);
     // Half a pixel a step; columns go east, rows go south.
-    let step = [0.5 * SUN[0] / run, -0.5 * SUN[1] / run];
-    let rise_m = 0.5 * STEP_M * SUN[2] / run;
+    let step = [0.5 * sun[0] / run, -0.5 * sun[1] / run];
+    let rise_m = 0.5 * STEP_M * sun[2] / run;
     let mut shaded: Vec<usize> = Vec::new();
     for house in houses {
         let steps = (house.ridge_m / rise_m) as usize + 1;
-        for (index, [u, v]) in house.pixels(house.ridge_m * run / SUN[2] + 1.0) {
+        for (index, [u, v]) in house.pixels(house.ridge_m * run / sun[2] + 1.0) {
             // Its own walls have their light already; a shadow border along them would be ragged.
             if u.abs() < house.half_length_m + WALL_M && v.abs() < house.half_width_m + WALL_M {
                 continue;

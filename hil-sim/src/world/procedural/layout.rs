@@ -1,7 +1,7 @@
 //! Where things are: the river, the main road, the villages, the parcels, and how straight lines are bent.
 
 use super::fractal::fractal;
-use super::parcels::{Parcels, Spot, Village};
+use super::parcels::{Parcel, Parcels, Spot, Village};
 use super::streams;
 use crate::noise::pixels::{stream, uniform};
 use rand_chacha::ChaCha8Rng;
@@ -204,5 +204,10 @@ impl Layout {
     /// The parcels, in straightened coordinates.
     pub(super) fn parcels(&self) -> &Parcels {
         &self.parcels
+    }
+
+    /// Each parcel, to look otherwise.
+    pub(super) fn parcels_mut(&mut self) -> &mut [Parcel] {
+        self.parcels.all_mut()
     }
 }

@@ -6,9 +6,15 @@ use super::{SIDE, local_m};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
+/// How far to the south-east the grain of a field is taken from that got another one, pixels. Chosen: farther than the grain's largest
+/// pieces.
+const OTHER_GRAIN: usize = 1300;
+
 /// Grey values of the land without trees and houses. `grain` is the fine texture, one value a pixel.
 pub(super) fn paint(layout: &Layout, grain: &[f32]) -> Vec<f32> {
     let roads: Vec<Crossing> = (0..SIDE).map(|col| layout.road_at(local_m(col))).collect();
+    let elsewhere =
+        |row: usize, col: usize| f64::from(grain[(row + OTHER_GRAIN) % SIDE * SIDE + (col + OTHER_GRAIN) % SIDE]);
     let mut albedo = vec![0f32; SIDE * SIDE];
     albedo.par_chunks_mut(SIDE).enumerate().for_each(|(row, line)| {
         let y = -local_m(row);
@@ -18,7 +24,8 @@ pub(super) fn paint(layout: &Layout, grain: &[f32]) -> Vec<f32> {
             let grain = f64::from(grain[row * SIDE + col]);
             let x = local_m(col);
             let (straight, soil) = at_x(x);
-            let tone = land(layout.parcels().locate(straight), straight, soil, grain);
+            let spot = layout.parcels().locate(straight);
+            let tone = land(spot, straight, soil, if spot.parcel.other_grain { elsewhere(row, col) } else { grain });
             let tone = with_river(tone, river.beyond(x) + 1.5 * soil, soil, grain);
             *value = with_road(tone, x, &roads[col], y, soil, grain) as f32;
         }
@@ -102,7 +109,7 @@ fn parcel_tone(spot: &Spot<'_>, [x, y]: [f64; 2], soil: f64, grain: f64) -> f64 
         }
         _ => {}
     }
-    tone
+    tone * parcel.gain + parcel.offset
 }
 
 /// The pair of wheel tracks left open every 24 m.

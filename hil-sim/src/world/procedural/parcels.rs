@@ -43,6 +43,33 @@ pub(super) enum Use {
     Yard,
 }
 
+/// What parcels of one use look like.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Looks {
+    /// Mean grey of a parcel, and how far its parcels are off it.
+    pub(super) tone: f64,
+    pub(super) spread: f64,
+    pub(super) grain: f64,
+    pub(super) row_contrast: f64,
+    pub(super) row_period_m: f64,
+}
+
+impl Use {
+    pub(super) fn looks(self) -> Looks {
+        let (tone, spread, grain, row_contrast, row_period_m) = match self {
+            Use::Ploughed => (92.0, 16.0, 11.0, 9.0, 2.4),
+            Use::Stubble => (168.0, 15.0, 12.0, 7.0, 3.0),
+            Use::Cereal => (122.0, 20.0, 11.0, 4.0, 1.6),
+            Use::RowCrop => (108.0, 18.0, 10.0, 10.0, 2.0),
+            Use::Meadow => (134.0, 12.0, 15.0, 2.5, 4.5),
+            Use::Orchard => (138.0, 8.0, 12.0, 0.0, 6.0),
+            Use::Wood => (58.0, 5.0, 10.0, 0.0, 5.0),
+            Use::Yard => (122.0, 14.0, 15.0, 0.0, 4.0),
+        };
+        Looks { tone, spread, grain, row_contrast, row_period_m }
+    }
+}
+
 #[derive(Clone, Debug)]
 pub(super) struct Parcel {
     pub(super) kind: Use,
@@ -54,6 +81,11 @@ pub(super) struct Parcel {
     pub(super) grain: f64,
     pub(super) row_period_m: f64,
     pub(super) row_contrast: f64,
+    /// Whether its grain is that of other land.
+    pub(super) other_grain: bool,
+    /// On all its greys: 1 and 0 as the land comes.
+    pub(super) gain: f64,
+    pub(super) offset: f64,
 }
 
 /// Where a point lies.
@@ -116,6 +148,10 @@ impl Parcels {
 
     pub(super) fn all(&self) -> &[Parcel] {
         &self.parcels
+    }
+
+    pub(super) fn all_mut(&mut self) -> &mut [Parcel] {
+        &mut self.parcels
     }
 
     pub(super) fn locate(&self, [x, y]: [f64; 2]) -> Spot<'_> {
@@ -206,26 +242,19 @@ impl Builder<'_> {
             d if d < 0.88 => Use::Orchard,
             _ => Use::Wood,
         };
-        // Mean tone and its spread, grain, contrast and spacing of the rows.
-        let (tone, spread, grain, contrast, period) = match kind {
-            Use::Ploughed => (92.0, 16.0, 11.0, 9.0, 2.4),
-            Use::Stubble => (168.0, 15.0, 12.0, 7.0, 3.0),
-            Use::Cereal => (122.0, 20.0, 11.0, 4.0, 1.6),
-            Use::RowCrop => (108.0, 18.0, 10.0, 10.0, 2.0),
-            Use::Meadow => (134.0, 12.0, 15.0, 2.5, 4.5),
-            Use::Orchard => (138.0, 8.0, 12.0, 0.0, 6.0),
-            Use::Wood => (58.0, 5.0, 10.0, 0.0, 5.0),
-            Use::Yard => (122.0, 14.0, 15.0, 0.0, 4.0),
-        };
+        let looks = kind.looks();
         Parcel {
             kind,
             along,
             centroid,
             area_m2,
-            tone: tone + spread * uniform(self.rng, -1.0, 1.0),
-            grain,
-            row_period_m: period * uniform(self.rng, 0.85, 1.3),
-            row_contrast: contrast * uniform(self.rng, 0.5, 1.2),
+            tone: looks.tone + looks.spread * uniform(self.rng, -1.0, 1.0),
+            grain: looks.grain,
+            row_period_m: looks.row_period_m * uniform(self.rng, 0.85, 1.3),
+            row_contrast: looks.row_contrast * uniform(self.rng, 0.5, 1.2),
+            other_grain: false,
+            gain: 1.0,
+            offset: 0.0,
         }
     }
 }

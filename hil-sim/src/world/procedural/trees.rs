@@ -1,6 +1,6 @@
 //! Trees: painted crowns with a bright and a dark side and a shadow on the ground. They have no height in the surface.
 
-use super::buildings::{House, SUN};
+use super::buildings::House;
 use super::layout::Layout;
 use super::parcels::{Edge, Use};
 use super::{SIDE, STEP_M, clipped, local_m, pixel_of, streams};
@@ -11,6 +11,13 @@ pub(super) struct Tree {
     at: [f64; 2],
     radius_m: f64,
     tone: f64,
+}
+
+impl Tree {
+    /// Where it stands.
+    pub(super) fn at(&self) -> [f64; 2] {
+        self.at
+    }
 }
 
 /// Candidates stand on a jittered lattice of this pitch; what grows at each depends on where it is.
@@ -54,12 +61,12 @@ pub(super) fn place(seed: u64, layout: &Layout, houses: &[House]) -> Vec<Tree> {
     trees
 }
 
-/// Paints shadow and crown of each tree.
-pub(super) fn draw(albedo: &mut [f32], trees: &[Tree], grain: &[f32]) {
+/// Paints shadow and crown of each tree; its tone has the season's gain and offset.
+pub(super) fn draw(albedo: &mut [f32], trees: &[Tree], grain: &[f32], sun: [f64; 3], [gain, offset]: [f64; 2]) {
     for tree in trees {
         // The crown's middle is about 1.4 radii above the ground.
-        let fall = 1.4 * tree.radius_m / SUN[2];
-        let shadow = [tree.at[0] - fall * SUN[0], tree.at[1] - fall * SUN[1]];
+        let fall = 1.4 * tree.radius_m / sun[2];
+        let shadow = [tree.at[0] - fall * sun[0], tree.at[1] - fall * sun[1]];
         disc(shadow, tree.radius_m, |index, [u, v]| {
             let edge = ((1.0 - u.hypot(v)) * tree.radius_m / STEP_M).clamp(0.0, 1.0) as f32;
             albedo[index] *= 1.0 - 0.45 * edge;
@@ -69,8 +76,8 @@ pub(super) fn draw(albedo: &mut [f32], trees: &[Tree], grain: &[f32]) {
             let reach = u.hypot(v) * (1.0 + 0.12 * rough);
             let edge = ((1.0 - reach) * tree.radius_m / STEP_M).clamp(0.0, 1.0);
             let up = (1.0 - reach * reach).max(0.0).sqrt();
-            let light = (u * SUN[0] + v * SUN[1] + up * SUN[2]).max(0.0);
-            let crown = tree.tone * (0.42 + 0.72 * light) + 9.0 * rough;
+            let light = (u * sun[0] + v * sun[1] + up * sun[2]).max(0.0);
+            let crown = (tree.tone * gain + offset) * (0.42 + 0.72 * light) + 9.0 * rough;
             albedo[index] += ((crown - f64::from(albedo[index])) * edge) as f32;
         });
     }
