@@ -5,7 +5,8 @@ mod picture;
 use plumbline_survey::error::InputError;
 use plumbline_survey::logs::{self, File, Log};
 use plumbline_survey::smooth::{
-    Epochs, Estimate, Fields, Fit, Options, Recorded, Samples, SmoothError, read_instants, smooth, turned_over, unwrap_degrees,
+    Epochs, Estimate, Fields, Fit, Options, Recorded, Samples, SmoothError, read_instants, smooth, turned_over,
+    unwrap_degrees,
 };
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -157,7 +157,7 @@ fn unknown_keys_of_a_block_and_opencvs_axes() {
     folder.write("obs.csv", turned(|x, y| (x + 3614.5, 2714.5 - y)));
     refusals.expect(CALIBRATE, &["top left corner", "(rows - 1) / 2 - y_px"]);
     folder.write("obs.csv", observations);
-    for (key, meant) in [("weights", "sigma_px"), ("f_mm", "f_px"), ("sigma_pixel", "the keys are f_px")] {
+    for (key, meant) in [("weights", "sigma_px"), ("f_mm", "f_px"), ("fixed_point", "fixed_points")] {
         let mut other = sized.clone();
         other[key] = serde_json::json!([1.0]);
         folder.write("block.json", other.to_string());

@@ -118,7 +118,8 @@ const FEET: &str =
 #[test]
 fn steep_ground_is_cleared_or_the_plan_fails() {
     let folder = Folder::with_scene("safety-steep");
-    let shapes: [(&str, fn(f64, f64) -> f64); 4] = [
+    type Shape = fn(f64, f64) -> f64;
+    let shapes: [(&str, Shape); 4] = [
         ("slope", |x, _| 0.5 * x),
         ("cliff", |x, _| if x > 200.0 { 280.0 } else { 0.0 }),
         ("ridge", |_, y| (260.0 - (y - 150.0).abs()).max(0.0)),

@@ -73,17 +73,21 @@ const MEANT: [(&str, &str); 6] = [
     ("distortion", "heads_interior, a table a head with any of xp, yp, k1, k2, k3, p1, p2"),
 ];
 
-/// Refuses keys that mean nothing: a misspelt one would silently be left out of the adjustment.
+/// Refuses keys that were meant to be others: one that is misspelt would silently be left out of the adjustment. What resembles none is
+/// told and passed over.
 fn check_keys<'k>(keys: impl Iterator<Item = &'k String>, name: &str) -> Result<(), InputError> {
-    for key in keys.filter(|key| ![&KEYS[..], &ANSWERS[..]].concat().contains(&key.as_str())) {
-        let meant = MEANT.iter().find(|(other, _)| key == other);
-        let hint = match meant {
-            Some((_, meant)) => format!("what was meant is {meant}"),
-            None => format!("the keys are {}", KEYS.join(", ")),
-        };
-        return Err(InputError::new(format!("{name}: the key {key} means nothing here; {hint}")));
+    let plain = |key: &str| key.to_lowercase().replace(['_', '-', ' '], "").trim_end_matches('s').to_owned();
+    let meant = |key: &str| {
+        let other = MEANT.iter().find(|(other, _)| key == *other).map(|(_, meant)| *meant);
+        other.or_else(|| KEYS.into_iter().find(|other| plain(key) == plain(other)))
+    };
+    let mut unknown = keys.filter(|key| ![&KEYS[..], &ANSWERS[..]].concat().contains(&key.as_str()));
+    match unknown.find_map(|key| Some((key, meant(key)?))) {
+        Some((key, meant)) => {
+            Err(InputError::new(format!("{name}: the key {key} means nothing here; what was meant is {meant}")))
+        }
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Frame sizes that the camera file needs.

@@ -262,6 +262,7 @@ mod tests {
             ground_error_m: Spread { mean: None, p95: None },
             nees_mean: None,
             wrong_fixes: 0,
+            shifted: None,
             stamps: stamps(&[]),
             poses: poses(&[]),
             blur: blur(&[]),
