@@ -360,7 +360,7 @@ fn radiometry_of(scenario: &Scenario) -> Radiometry {
 fn lay(scenario: &Scenario, radiometry: &Radiometry, wanted: &Bounds, reference: &Ground) -> Result<Tile, InputError> {
     let r = scenario.vehicle.resolution_m;
     let [aside_east_m, aside_north_m] = scenario.world.reference.aside_m;
-    let frame = Frame::within(reference, &moved(wanted, [aside_east_m, aside_north_m]), r);
+    let frame = Frame::within(reference, &wanted.moved([aside_east_m, aside_north_m]), r);
     let needed = PATCH_PX.min(16.0) + 2.0 * f64::from(scenario.vehicle.search_px);
     if !(frame.cols >= needed && frame.rows >= needed) {
         let (cols, rows) = (frame.cols, frame.rows);
@@ -379,26 +379,6 @@ fn lay(scenario: &Scenario, radiometry: &Radiometry, wanted: &Bounds, reference:
     let [east_m, north_m] = scenario.world.reference.bias_m;
     let (east_m, north_m) = (east_m - aside_east_m, north_m - aside_north_m);
     Ok(Tile { west_m: tile.west_m + east_m, north_m: tile.north_m + north_m, ..tile })
-}
-
-/// So far to the east and north.
-fn moved(bounds: &Bounds, [east_m, north_m]: [f64; 2]) -> Bounds {
-    Bounds {
-        west_m: bounds.west_m + east_m,
-        east_m: bounds.east_m + east_m,
-        south_m: bounds.south_m + north_m,
-        north_m: bounds.north_m + north_m,
-    }
-}
-
-/// Larger by `by_m` on all sides.
-fn grown(bounds: &Bounds, by_m: f64) -> Bounds {
-    Bounds {
-        west_m: bounds.west_m - by_m,
-        east_m: bounds.east_m + by_m,
-        south_m: bounds.south_m - by_m,
-        north_m: bounds.north_m + by_m,
-    }
 }
 
 #[cfg(test)]

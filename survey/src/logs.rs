@@ -1,7 +1,7 @@
 //! Flight logs as autopilots and ground stations keep them: PX4's ULog, ArduPilot's DataFlash, MAVLink telemetry.
 //!
-//! [`kind`]: which of them a file is, by its content. [`ulog`], [`dataflash`], [`telemetry`]: each format's records. What is
-//! damaged is passed over and counted, so that one bad sector does not cost a flight. [`series`]: the samples of one message,
+//! `kind`: which of them a file is, by its content. `ulog`, `dataflash`, `telemetry`: each format's records. What is
+//! damaged is passed over and counted, so that one bad sector does not cost a flight. `series`: the samples of one message,
 //! in the log's own units. [`attitude`]: the vehicle's attitude over time, of a log or of a table.
 
 pub mod attitude;

@@ -90,7 +90,7 @@ const COMMANDS: [&str; 5] = [
 ];
 
 fn calibration() -> String {
-    let of = |name: &str| places::root().join("tests/vectors/calibrate").join(name).display().to_string();
+    let of = |name: &str| places::root().join("examples/calibrate").join(name).display().to_string();
     let (block, observations) = (of("block.json"), of("observations.csv"));
     format!("calibrate --block {block} --observations {observations} --out heads.toml --report calibration")
 }

@@ -74,16 +74,17 @@ impl<'t> Pipeline<'t> {
             let nadir = self.tile.local(matched.centre.0 + shift.d_col, matched.centre.1 + shift.d_row);
             self.navigation.surface.held(nadir, sought.px_m);
             self.navigation.surface.count(true);
-            matched.is_decided = decided.is_some();
-            matched.is_elsewhere = decided.is_some_and(|decided| !sought.is_near(nadir, &decided));
+            let believed = decided.filter(Decided::is_believed);
+            matched.is_decided = believed.is_some();
+            matched.is_elsewhere = believed.is_some_and(|decided| !sought.is_near(nadir, &decided));
             self.navigation.surface.agreed = decided.is_some() && !matched.is_elsewhere;
             (matched.found.accepted, matched.risk) = (Ok(self.of_year(shift)), CONFIRMED_RISK);
             return;
         }
         self.navigation.surface.count(false);
         let Ok((decided, own)) = self.looked(matched, accepted.is_err(), &sought) else { return };
-        (matched.is_decided, matched.by_place) = (decided.is_some(), decided.is_some());
         let Some(decided) = decided else { return };
+        (matched.is_decided, matched.by_place) = (decided.is_believed(), true);
         let at = |found: &Match| self.tile.local(matched.centre.0 + found.shift.0, matched.centre.1 + found.shift.1);
         if let Some(found) = own.filter(|own| own.refined.is_some())
             && sought.is_near(at(&found), &decided)
@@ -103,7 +104,7 @@ impl<'t> Pipeline<'t> {
         }
         let own = own.and_then(|found| beside(found, together)).or_else(|| beside(by_itself?, together));
         // Between years the first frame that agrees is ten times as often wrong as those behind it.
-        let counts = decided.risk <= BELIEVED_RISK && (agreed || !self.navigation.surface.is_another_year());
+        let counts = decided.is_believed() && (agreed || !self.navigation.surface.is_another_year());
         self.navigation.surface.agreed = own.is_some();
         if let Some(found) = own.filter(|_| counts) {
             (matched.found, matched.risk) = (found, decided.risk + BESIDE_RISK);
@@ -181,6 +182,13 @@ impl<'t> Pipeline<'t> {
             Match { shift: shift_px, peak, grey_correlation: [grey, 0.0], refined, accepted: Ok(shift) }
         };
         Ok((together, own.map(found)))
+    }
+}
+
+impl Decided {
+    /// Whether a frame may have its fix there.
+    fn is_believed(&self) -> bool {
+        self.risk <= BELIEVED_RISK
     }
 }
 

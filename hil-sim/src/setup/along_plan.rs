@@ -2,7 +2,7 @@
 
 use super::planned::terrain::Terrain;
 use super::planned::{Planned, camera, store};
-use super::{Setup, TILE_SLACK_PX, grounds_of, grown};
+use super::{Setup, TILE_SLACK_PX, grounds_of};
 use crate::scenario::footprint::footprint_margin_m;
 use crate::scenario::{Camera, Ground as GroundOf, Payload, Scenario};
 use crate::vehicle::motion::{Motion, PlannedTrack};
@@ -81,8 +81,8 @@ pub(super) fn prepare(scenario: Scenario, plan: &PlanToFly) -> Result<Setup, Inp
     }
     let r = scenario.vehicle.resolution_m;
     let search_px = f64::from(scenario.vehicle.search_px);
-    let wanted = grown(&flown, r * (0.5 * PATCH_MAX_PX as f64 + search_px + TILE_SLACK_PX));
-    let seen = grown(&wanted, (sight_m - (wanted.east_m - flown.east_m)).max(0.0));
+    let wanted = flown.grown(r * (0.5 * PATCH_MAX_PX as f64 + search_px + TILE_SLACK_PX));
+    let seen = wanted.grown((sight_m - (wanted.east_m - flown.east_m)).max(0.0));
     let (ground, reference) = ground(&scenario, &planned, &terrain, &seen)?;
     let motion = Motion::planned(&scenario, track);
     let crs = Crs::from_epsg(ground.epsg())?;
@@ -148,7 +148,7 @@ fn terrain(
             return Err(InputError::new("the horizon comes into the frame: field of view or tilt are too large"));
         }
         let terrain =
-            Terrain::read(&planned.file, &plan.file, plan.dem.as_deref(), &planned.place, &grown(flown, sight_m))?;
+            Terrain::read(&planned.file, &plan.file, plan.dem.as_deref(), &planned.place, &flown.grown(sight_m))?;
         let [low_m, high_m] = terrain.range_m();
         scenario.run.flight.height_m = [(lowest_m - high_m).max(HEIGHT_MIN_M), (highest_m - low_m).max(HEIGHT_MIN_M)];
         // Ground below the base plane is seen farther out, and may be lower still there.
@@ -202,5 +202,5 @@ fn bounds_of(track: &PlannedTrack, deviation_m: f64) -> Bounds {
         bounds.south_m = bounds.south_m.min(north);
         bounds.north_m = bounds.north_m.max(north);
     }
-    grown(&bounds, SIGMAS * deviation_m)
+    bounds.grown(SIGMAS * deviation_m)
 }

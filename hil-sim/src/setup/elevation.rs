@@ -1,6 +1,5 @@
 //! The elevation model beside a tile: from the ground that is flown over, or from a file.
 
-use super::grown;
 use crate::scenario::{self, Scenario};
 use crate::world::tile::Tile;
 use crate::world::tile::elevation::Model;
@@ -59,7 +58,7 @@ pub fn of_file(
     let (width_m, depth_m) = ((tile.cols - 1) as f64 * r, (tile.rows - 1) as f64 * r);
     let [west_m, north_m] = [tile.west_m, tile.north_m];
     let tile_bounds = Bounds { west_m, east_m: west_m + width_m, south_m: north_m - depth_m, north_m };
-    let Bounds { west_m, east_m, south_m, north_m } = grown(&tile_bounds, AROUND * posts_m + r);
+    let Bounds { west_m, east_m, south_m, north_m } = tile_bounds.grown(AROUND * posts_m + r);
     let heights = Heights::over(&file, Some(crs), [west_m, south_m, east_m, north_m])?;
     let height = |east_m: f64, north_m: f64| heights.at(east_m, north_m);
     Model::over(tile, posts_m, vertical_epsg, height).map_err(named)

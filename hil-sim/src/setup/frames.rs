@@ -117,7 +117,7 @@ fn around(table: &Table, scenario: &Scenario) -> Bounds {
         south_m: bounds.south_m.min(north_m),
         north_m: bounds.north_m.max(north_m),
     });
-    super::grown(&bounds, aside_m)
+    bounds.grown(aside_m)
 }
 
 /// Refuses a reference that shows none of the places.

