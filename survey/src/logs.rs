@@ -23,6 +23,8 @@ use std::path::Path;
 
 /// First byte of the mark with which some programs begin a text in UTF-8.
 const BOM: u8 = 0xef;
+/// Farther back than this, in seconds, the clock was set anew. Nearer, messages overtook each other or came twice.
+const BACK_S: f64 = 1.0;
 
 /// What lies in a file that may be a log or a text.
 #[derive(Debug)]
@@ -31,6 +33,19 @@ pub enum File {
     Text(String),
     /// A log, and its bytes.
     Log(Kind, Vec<u8>),
+}
+
+/// Refuses an instant that is long before the one of the sample before it, both in seconds of the log's clock.
+///
+/// # Errors
+/// Time has gone back; what to do.
+pub(crate) fn no_reboot(before_s: f64, t_s: f64) -> Result<(), String> {
+    if t_s < before_s - BACK_S {
+        return Err(format!(
+            "time goes back from {before_s:.3} s to {t_s:.3} s, as when the autopilot boots anew: cut the log in two there"
+        ));
+    }
+    Ok(())
 }
 
 /// Opens a file of samples, whatever it is called.

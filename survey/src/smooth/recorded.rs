@@ -2,12 +2,10 @@
 
 use super::Samples;
 use crate::error::InputError;
-use crate::logs::{Log, Series};
+use crate::logs::{Log, Series, no_reboot};
 
 /// Name of the time in seconds of the log's clock, beside the message's own columns.
 pub const LOG_TIME: &str = "t_s";
-/// Farther back than this, in seconds, the clock was set anew. Nearer, messages overtook each other or came twice.
-const BACK_S: f64 = 1.0;
 /// Fields that say when a sample is of, and in which unit they count: no channels unless asked for.
 const TIMES: [(&str, &str); 7] = [
     ("timestamp", "microseconds"),
@@ -95,19 +93,14 @@ fn changing(series: &Series) -> Vec<String> {
 fn forward(name: &str, rows: &[usize], t: &[f64], t_s: &[f64]) -> Result<Vec<usize>, InputError> {
     let mut kept: Vec<usize> = Vec::with_capacity(rows.len());
     for &row in rows {
-        match kept.last() {
-            Some(&before) if t_s[row] < t_s[before] - BACK_S => {
-                return Err(InputError::new(format!(
-                    "{name}, sample {}: time goes back from {:.3} s to {:.3} s, as when the autopilot boots anew: cut the log \
-                     in two there",
-                    row + 1,
-                    t_s[before],
-                    t_s[row]
-                )));
+        if let Some(&before) = kept.last() {
+            let refused = |why| InputError::new(format!("{name}, sample {}: {why}", row + 1));
+            no_reboot(t_s[before], t_s[row]).map_err(refused)?;
+            if t[row] <= t[before] {
+                continue;
             }
-            Some(&before) if t[row] <= t[before] => {}
-            _ => kept.push(row),
         }
+        kept.push(row);
     }
     Ok(kept)
 }

@@ -1,9 +1,7 @@
 //! Samples of a log put in order: what is no attitude, or not later than the one before, is left out.
 
 use super::Sample;
-
-/// Farther back than this, in seconds, the clock was set anew. Nearer, messages overtook each other or came twice.
-const BACK_S: f64 = 1.0;
+use crate::logs::no_reboot;
 
 /// Samples as far as they were taken.
 #[derive(Debug, Default)]
@@ -25,16 +23,14 @@ impl Forward {
             self.none += 1;
             return Ok(());
         }
-        match self.samples.last() {
-            Some(before) if t_s < before.t_s - BACK_S => {
-                return Err(format!(
-                    "time goes back from {:.3} s to {t_s:.3} s, as when the autopilot boots anew: cut the log in two there",
-                    before.t_s
-                ));
+        if let Some(before) = self.samples.last() {
+            no_reboot(before.t_s, t_s)?;
+            if t_s <= before.t_s {
+                self.late += 1;
+                return Ok(());
             }
-            Some(before) if t_s <= before.t_s => self.late += 1,
-            _ => self.samples.push(Sample { t_s, roll_rad, pitch_rad, yaw_rad }),
         }
+        self.samples.push(Sample { t_s, roll_rad, pitch_rad, yaw_rad });
         Ok(())
     }
 
