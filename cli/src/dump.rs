@@ -102,15 +102,23 @@ fn rectified_again(setup: &Setup, report: &FrameReport, frame: &Picture) -> Opti
     Some((patch, mask))
 }
 
-/// The tile's pixels under the patch where it was matched.
-fn reference(setup: &Setup, report: &FrameReport, size: (u16, u16)) -> Option<Picture> {
+/// Where the upper left pixel of a patch of that size lies in the tile by the board's prediction, (column, row).
+pub fn predicted_corner(setup: &Setup, report: &FrameReport, size: (u16, u16)) -> Option<[f32; 2]> {
     let head = &setup.flash.head;
     let PositionReport { east_m, north_m } = report.predicted?;
-    let [d_col, d_row] = report.matched.map_or([0.0; 2], |matched| [matched.d_col, matched.d_row]);
     let middle = |side: u16| 0.5 * (f32::from(side) - 1.0);
-    let col = middle(head.size.0) + east_m / head.resolution_m + d_col - middle(size.0);
-    let row = middle(head.size.1) - north_m / head.resolution_m + d_row - middle(size.1);
-    let window = View::new(&setup.flash.tile, head.size)?.window(col.round() as i32, row.round() as i32, size)?;
+    Some([
+        middle(head.size.0) + east_m / head.resolution_m - middle(size.0),
+        middle(head.size.1) - north_m / head.resolution_m - middle(size.1),
+    ])
+}
+
+/// The tile's pixels under the patch where it was matched.
+fn reference(setup: &Setup, report: &FrameReport, size: (u16, u16)) -> Option<Picture> {
+    let [col, row] = predicted_corner(setup, report, size)?;
+    let [d_col, d_row] = report.matched.map_or([0.0; 2], |matched| [matched.d_col, matched.d_row]);
+    let at = ((col + d_col).round() as i32, (row + d_row).round() as i32);
+    let window = View::new(&setup.flash.tile, setup.flash.head.size)?.window(at.0, at.1, size)?;
     let (cols, rows) = (usize::from(size.0), usize::from(size.1));
     let pixels = (0..rows).filter_map(|row| window.run(row, 0, cols)).flatten().copied().collect();
     Some(Picture { cols, rows, pixels })

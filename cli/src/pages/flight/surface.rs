@@ -1,12 +1,12 @@
 //! The score surface of a frame: how well patch and reference agree at each whole-pixel shift around the prediction.
 
 use super::Report;
-use crate::dump::Rectified;
+use crate::dump::{Rectified, predicted_corner};
 use maud::{Markup, html};
 use plumbline_charts::png::{Colour, encode, uri};
 use plumbline_core::image::{Run, View};
 use plumbline_core::matching::grey_correlation;
-use plumbline_firmware::wire::telemetry::{FrameReport, PositionReport};
+use plumbline_firmware::wire::telemetry::FrameReport;
 
 /// Most pixels to each side that are shown of a wider search. Chosen: 49 squares still are seen one by one.
 const RADIUS_MAX: u16 = 24;
@@ -29,23 +29,18 @@ impl Surface {
     /// `None` where it leaves the tile.
     pub(super) fn new(report: &Report<'_>, frame: &FrameReport, rectified: &Rectified) -> Option<Self> {
         let flash = &report.setup.flash;
-        let (patch, head) = (&rectified.patch, &flash.head);
+        let patch = &rectified.patch;
         let radius = report.setup.scenario.vehicle.search_px.min(RADIUS_MAX);
-        let PositionReport { east_m, north_m } = frame.predicted?;
         // Around the match where it lies beyond what is shown around the prediction.
         let shift = frame.matched.map_or([0.0; 2], |matched| [matched.d_col, matched.d_row]);
         let is_far = shift.iter().any(|shift| shift.abs() > f32::from(radius) - 1.0);
         let around = if is_far { shift } else { [0.0; 2] };
         let size = (u16::try_from(patch.cols).ok()?, u16::try_from(patch.rows).ok()?);
-        let middle = |side: u16| 0.5 * (f32::from(side) - 1.0);
-        let exact = [
-            middle(head.size.0) + east_m / head.resolution_m - middle(size.0),
-            middle(head.size.1) - north_m / head.resolution_m - middle(size.1),
-        ];
+        let exact = predicted_corner(report.setup, frame, size)?;
         let corner = [0, 1].map(|axis| (exact[axis] + around[axis]).round());
         let wide = (size.0 + 2 * radius, size.1 + 2 * radius);
         let origin = corner.map(|at| at as i32 - i32::from(radius));
-        let window = View::new(&flash.tile, head.size)?.window(origin[0], origin[1], wide)?;
+        let window = View::new(&flash.tile, flash.head.size)?.window(origin[0], origin[1], wide)?;
         let (view, runs) = (View::new(&patch.pixels, size)?, runs(&rectified.mask.pixels, patch.cols));
         let far = radius as i16;
         let shifts = (-far..=far).flat_map(|row| (-far..=far).map(move |col| (col, row)));
