@@ -13,6 +13,7 @@ mod beginning;
 mod boresight;
 mod calibrate;
 mod command;
+mod elevation;
 mod evaluate;
 mod export;
 mod faults;

@@ -1,29 +1,15 @@
 //! `plumbline plan`: what it writes, what it leaves out, and what it refuses.
 
+use crate::elevation::grid;
 use crate::folder::{Folder, with};
 use crate::refusals::Refusals;
 use serde_json::Value;
 use std::collections::BTreeSet;
-use std::fmt::Write;
 
 const PLAN: &str =
     "plan --dem dem.asc --area 0,0,400,300 --camera camera.toml --height-m 300 --overlap 60/30 --out out";
 const LEFT_OUT: &str = "plan.plan and plan.kml are left out, and plan.geojson has local metres alone: the elevation model has no \
      reference system, and --origin is not given\n";
-
-/// An ESRI ASCII grid of 25 m over -1500 to 2000 both ways; `height` may be its no-data.
-fn grid(height: impl Fn(f64, f64) -> f64) -> String {
-    let mut text =
-        "ncols 141\nnrows 141\nxllcenter -1500\nyllcenter -1500\ncellsize 25\nNODATA_value -9999\n".to_owned();
-    for row in 0..141 {
-        let y = 2000.0 - 25.0 * f64::from(row);
-        for col in 0..141 {
-            let _ = write!(text, "{:.2} ", height(-1500.0 + 25.0 * f64::from(col), y));
-        }
-        text.push('\n');
-    }
-    text
-}
 
 fn hills(x: f64, y: f64) -> f64 {
     100.0 + 30.0 * (x / 300.0).sin() * (y / 200.0).cos()

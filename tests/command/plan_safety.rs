@@ -1,29 +1,15 @@
 //! Plans over ground of many kinds: one that ends with exit code 0 clears it, whoever looks.
 
+use crate::elevation::grid;
 use crate::folder::{Folder, with};
 use plumbline_survey::io::data::for_test;
 use plumbline_survey::io::raster::Raster;
 use serde_json::Value;
-use std::fmt::Write;
 use std::path::Path;
 
 /// What is kept clear unless it is said otherwise.
 const CLEARANCE_M: f64 = 50.0;
 const PLAN: &str = "plan --dem dem.asc --area 0,0,400,300 --camera camera.toml --height-m 300 --overlap 60/30 --origin 48,11 --out out";
-
-/// An ESRI ASCII grid of 25 m over -1500 to 2000 both ways.
-fn grid(height: impl Fn(f64, f64) -> f64) -> String {
-    let mut text =
-        "ncols 141\nnrows 141\nxllcenter -1500\nyllcenter -1500\ncellsize 25\nNODATA_value -9999\n".to_owned();
-    for row in 0..141 {
-        let y = 2000.0 - 25.0 * f64::from(row);
-        for col in 0..141 {
-            let _ = write!(text, "{:.2} ", height(-1500.0 + 25.0 * f64::from(col), y));
-        }
-        text.push('\n');
-    }
-    text
-}
 
 fn plan(folder: &Folder) -> Value {
     serde_json::from_str(&folder.text("out/plan.json")).expect("JSON")
