@@ -4,6 +4,7 @@
 use clap::Parser;
 use indicatif::ProgressBar;
 use plumbline_core::budget::{PATCH_MAX_PX, SEARCH_MAX_PX};
+use plumbline_core::pipeline::BELIEVED_RISK;
 use plumbline_survey::io::output::{check_file, write_file};
 use plumbline_tests::years::picture::picture;
 use plumbline_tests::years::table::{HEAD, line, reliability, reliability_lines, stated};
@@ -12,9 +13,6 @@ use rayon::prelude::*;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
-
-/// The risk at which frames together have decided on board.
-const RISK_MAX: f64 = 1e-4;
 
 #[derive(Debug, Parser)]
 #[command(
@@ -169,7 +167,7 @@ fn chains(
     }
     progress.finish_and_clear();
     let mut lines = vec![chain::HEAD.to_owned()];
-    lines.extend((1..=count).map(|cut| chain::line(&chains, cut, RISK_MAX)));
+    lines.extend((1..=count).map(|cut| chain::line(&chains, cut, f64::from(BELIEVED_RISK))));
     let links = chains.iter().flatten().flatten();
     lines.extend(reliability_lines(&reliability(links.map(|link| (link.risk, link.is_wrong)))));
     Ok(lines.join("\n") + "\n")

@@ -18,8 +18,8 @@ pub struct Link {
     pub is_wrong: bool,
 }
 
-/// Adds up to `count` patches from a place of the grid on, along its columns, each beside the one before, on a surface of the core's. A patch
-/// without texture adds nothing; where the highest place is on the surface's border there is no link.
+/// Adds up to `count` patches from a place of the grid on, along its columns, each beside the one before, on a surface of the core's that
+/// keeps all evidence, as in the map's own year. A patch without texture adds nothing; where the highest place is on the surface's border there is no link.
 pub fn chain(trial: &Trial, years: (&Year, &Year), at: [usize; 2], count: usize, seed: u64) -> Vec<Option<Link>> {
     let mut random = Random::new(seed);
     let true_shift = trial.shift(&mut random);
