@@ -187,7 +187,7 @@ impl Filter {
             self.settle_oldest(unknown);
         }
         if let Some(settled) = &self.settled {
-            self.jumps.known(settled, unknown);
+            self.jumps.known(moment.at, settled, unknown);
         }
         if self.settled.is_some_and(|settled| !settled.is_sound()) {
             self.begin_anew(moment);
@@ -275,6 +275,9 @@ impl Filter {
                 hypot(more_rad, begun.off_rad)
             }
             Judged::Expected(newest, more_rad) => {
+                if more_rad > 0.0 {
+                    self.jumps.swung(self.moment.at);
+                }
                 self.without = self.newest.map(|expected| Without::new(&expected, &newest));
                 self.newest = Some(newest);
                 if self.waiting.is_full() {

@@ -3,14 +3,16 @@
 //! A match that lies far off what was expected is a jump of the tilt or of the place, and that match does not tell which. What it would
 //! be of the tilt is added up until a turn tells: where the sum is what the tilt was before, the attitude has jumped back.
 
+use super::KNOWN_M_PER_S;
 use super::estimate::{Estimate, Innovation};
 use super::found::{Found, Unknown, moved_by_tilt, white};
 use crate::math::{hypot, ln, sqrt, squared};
+use crate::navigation::protection::larger_sigma_m;
 use crate::navigation::reckoning::JUMPING_US;
 use crate::units::Micros;
 use nalgebra::Vector2;
 
-/// Largest tilt that may have jumped, radians: further off it was the place. Chosen: turn and scale of a picture that was taken with such
+/// Largest tilt that may have jumped, radians: further off, and one sigma of what was expected beside, it was the place. Chosen: turn and scale of a picture that was taken with such
 /// an error are ten per cent off, which no match survives.
 const JUMP_MAX_RAD: f32 = 0.3;
 /// A jump is told when the tilt is known to so many times what is not known beforehand.
@@ -19,8 +21,9 @@ const TOLD: f32 = 1.2;
 /// place to anywhere within [`JUMP_MAX_RAD`]. Chosen: a jump of the place comes so near to that once in sixteen times, or in ten.
 const BACK_SHARE: f32 = 0.25;
 const BACK_ODDS: f32 = 10.0;
-/// What has jumped within so long is taken to swing, microseconds. Chosen: half of the period of 20 s with which a vehicle rocks slowly.
-const CALM_US: i32 = 10_000_000;
+/// What has jumped within so long is taken to swing, and what a turn has told of a jump has to hold for so long, microseconds. Chosen: half of
+/// the period of 20 s with which a vehicle rocks slowly.
+pub(super) const CALM_US: i32 = 10_000_000;
 /// With such a period a vehicle rocks slowly, microseconds: what has not swung for as long does not.
 const PERIOD_US: i32 = 2 * CALM_US;
 /// What one match alone takes to be a jump back of what may swing, or a jump of the place, has to hold for so long before frames have fixes
@@ -35,8 +38,11 @@ struct Last {
     at: Micros,
     by_rad: Vector2<f32>,
     is_back: bool,
-    /// It is one back by what a single match says, or none of the tilt.
+    /// It is one back by what a single match says or while the velocity may be anything, or none of the tilt.
     is_unproven: bool,
+    /// Since when no match has lain outside what was expected; from when a turn has told it on, if one has.
+    quiet_since: Micros,
+    is_told: bool,
 }
 
 /// What jumped, as far as nothing has told.
@@ -60,6 +66,17 @@ pub(super) struct Begun {
     pub off_rad: f32,
 }
 
+impl Last {
+    /// How long all has to be as expected for it to be proven, microseconds.
+    fn proven_us(&self) -> i32 {
+        match (self.is_back, self.is_unproven) {
+            (true, false) => 0,
+            (true, true) => PROVEN_US,
+            (false, _) => CALM_US,
+        }
+    }
+}
+
 impl Jumps {
     pub(super) const fn new() -> Self {
         Jumps { to_rad: None, last: None, usual_rad: [0.0; 2] }
@@ -75,16 +92,36 @@ impl Jumps {
         self.last.is_some_and(|last| (0..JUMPING_US).contains(&at.since(last.at)))
     }
 
-    /// By how much the tilt may be off, though a match said that it is back or that it was the place, radians.
+    /// By how much the tilt may be off, though a match said that it is back or that it was the place, or a turn has told it a moment ago,
+    /// radians.
     pub(super) fn unproven_rad(&self, at: Micros) -> f32 {
-        let is_open = |last: &Last| last.is_unproven && (0..PROVEN_US).contains(&at.since(last.at));
+        let is_open = |last: &Last| (0..last.proven_us()).contains(&at.since(last.quiet_since));
         self.last.filter(is_open).map_or(0.0, |last| last.by_rad.norm())
     }
 
-    /// What is known of the tilt from reported velocities on, which may tell a jump.
-    pub(super) fn known(&mut self, estimate: &Estimate, unknown: &Unknown) {
+    /// What is known of the tilt from velocities on that were reported for an instant, which may tell a jump.
+    pub(super) fn known(&mut self, at: Micros, estimate: &Estimate, unknown: &Unknown) {
+        let is_recent = self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
+        if is_recent && unknown.velocity_m_per_s > KNOWN_M_PER_S {
+            self.swung(at);
+        }
+        let is_open = self.unproven_rad(at) > 0.0;
+        let Some(last) = &mut self.last else { return };
         if self.to_rad.is_some() && estimate.tilt_sigma_rad() <= TOLD * unknown.tilt_rad {
-            (self.to_rad, self.usual_rad) = (None, estimate.tilt_rad());
+            self.to_rad = None;
+            (last.is_told, last.quiet_since) = (true, at);
+        } else if last.is_told && !is_open {
+            last.is_told = false;
+            self.usual_rad = estimate.tilt_rad();
+        }
+    }
+
+    /// A match lies outside what was expected, or nothing would, since the velocity may be anything: what is not proven yet has to hold from
+    /// here on.
+    pub(super) fn swung(&mut self, at: Micros) {
+        let is_open = self.unproven_rad(at) > 0.0;
+        if let Some(last) = self.last.as_mut().filter(|_| is_open) {
+            last.quiet_since = at;
         }
     }
 
@@ -99,9 +136,12 @@ impl Jumps {
     ) -> Begun {
         let known_rad = Vector2::from(known_rad);
         let by_rad = moved_by_tilt(found).transpose() * off / squared(found.height_m);
-        let by_tilt = by_rad.norm() <= JUMP_MAX_RAD;
+        let beside_rad = expected.map_or(0.0, |estimate| larger_sigma_m(&estimate.position().1) / found.height_m);
+        let by_tilt = by_rad.norm() <= JUMP_MAX_RAD + beside_rad;
         let last = self.last.filter(|_| self.is_jumping(at));
-        if by_tilt && last.is_some_and(|last| last.is_back) {
+        // What goes on after it was back was none.
+        let stays = |last: Last| last.is_back && by_rad.norm() <= BACK_SHARE * last.by_rad.norm();
+        if by_tilt && last.is_some_and(stays) {
             let found = found.with_tilt(self.usual_rad);
             return Begun { found, sigma_rad: unknown.tilt_rad, off_rad: by_rad.norm() };
         }
@@ -114,8 +154,11 @@ impl Jumps {
         let is_sudden = at.since(before) < JUMPING_US;
         let is_swinging = !is_sudden && self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
         let was_unproven = last.is_some_and(|last| last.is_unproven);
-        let is_unproven = was_unproven || !by_tilt || likely.is_some() && is_swinging;
-        self.last = Some(Last { at: last.map_or(at, |last| last.at), by_rad, is_back: back.is_some(), is_unproven });
+        let is_velocity_known = unknown.velocity_m_per_s <= KNOWN_M_PER_S;
+        let is_unproven = was_unproven || !by_tilt || !is_velocity_known || likely.is_some() && is_swinging;
+        let begun_at = last.map_or(at, |last| last.at);
+        let (is_back, quiet_since) = (back.is_some(), begun_at);
+        self.last = Some(Last { at: begun_at, by_rad, is_back, is_unproven, quiet_since, is_told: false });
         if let Some(back) = back {
             self.usual_rad = back.into();
         }
