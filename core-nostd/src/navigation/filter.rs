@@ -39,6 +39,10 @@ use satellites::{Moved, Satellites};
 /// Time constant by which a tilt is forgotten that comes and goes, seconds. Chosen: half of the period of 20 s with which a vehicle rocks
 /// slowly, within which the swing of an attitude that is late or scaled has gone on to the other side.
 const TRANSIENT_S: f32 = 10.0;
+/// And where the velocity is so uncertain that a swing may pass for its error: a swing and a half. Chosen.
+const HIDDEN_S: f32 = 3.0 * TRANSIENT_S;
+/// One sigma of the velocity from which on that is so, each axis, m/s. Chosen: a swing of five degrees 120 m up moves a match by 3 m/s.
+const HIDDEN_M_PER_S: f32 = 2.0;
 /// Longest way between two reported velocities, and beyond the newest, microseconds: beyond the filter begins anew.
 const STEP_MAX_US: i32 = 9_000_000;
 /// One sigma of how fast an acceleration changes, m/s³: beyond the newest velocity that was reported the last acceleration goes on.
@@ -172,7 +176,7 @@ impl Filter {
         let change = core::array::from_fn(|axis| moment.velocity_m_per_s[axis] - before.velocity_m_per_s[axis]);
         let is_thrown = hypot(change[0], change[1]) > ACCELERATION_MAX_M_PER_S2 * seconds;
         self.acceleration = if is_thrown { [0.0; 2] } else { change.map(|change| change / seconds) };
-        self.transient_rad /= 1.0 + seconds / TRANSIENT_S;
+        self.transient_rad /= 1.0 + seconds / if self.sees_swings() { TRANSIENT_S } else { HIDDEN_S };
         let usual_rad = self.jumps.usual_rad();
         if let Some(settled) = &mut self.settled {
             if is_thrown {
@@ -346,6 +350,12 @@ impl Filter {
         self.without = None;
         self.waiting.clear();
         0.0
+    }
+
+    /// Whether a tilt that swings would lie outside what is expected.
+    fn sees_swings(&self) -> bool {
+        let is_known = |newest: Estimate| newest.velocity().iter().all(|(_, variance)| *variance <= squared(HIDDEN_M_PER_S));
+        self.newest.is_none_or(is_known)
     }
 
     /// The match that has waited longest, moved to the newest reported velocity by what is known of the way.
