@@ -137,7 +137,10 @@ impl Filter {
     /// is left of a jump that neither has been taken back nor a turn has told. `unknown_rad`: where nothing is known.
     pub fn unexplained_rad(&self, unknown_rad: f32) -> f32 {
         let shown_rad = sqrt((squared(self.tilt_sigma_rad(unknown_rad)) - squared(unknown_rad)).max(0.0));
-        hypot(shown_rad, self.jumps.unproven_rad(self.moment.at))
+        let unproven_rad = self.jumps.unproven_rad(self.moment.at);
+        // It may be any swing.
+        let is_hidden = unproven_rad > 0.0 && !self.sees_swings();
+        hypot(shown_rad, if is_hidden { unproven_rad.max(TRANSIENT_MAX_RAD) } else { unproven_rad })
     }
 
     /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians: what wanders is in it as if
