@@ -9,7 +9,10 @@ use crate::outcome::{Failure, Outcome, note};
 use crate::pages;
 use crate::progress;
 use clap::ValueEnum;
+use plumbline_survey::error::InputError;
+use plumbline_survey::plan::checks::Turns;
 use plumbline_survey::plan::export::vehicle::{self, Vehicle};
+use plumbline_survey::plan::follow::Follow;
 use plumbline_survey::plan::terrain::Terrain;
 use plumbline_survey::plan::{ModelFile, export};
 use request::Prepared;
@@ -47,6 +50,15 @@ pub struct Args {
     /// degrees. With an allowance bases and distances are those of a camera that sees so much less on every side.
     #[arg(long, default_value_t = 0.0, value_parser = request::not_negative, allow_negative_numbers = true)]
     tilt_deg: f64,
+    /// Follow the terrain: keep the flying height above the ground straight below within METRES, by way points along the strips
+    ///
+    /// --height-m, --gsd-m or --scale then say the height above the ground instead of that above the base plane. Where the ground falls away
+    /// more steeply than --climb-percent the flight is higher, never lower. Overlap, clearance and accuracy are those of the heights flown.
+    #[arg(long, value_name = "METRES", value_parser = super::positive, allow_negative_numbers = true)]
+    follow_terrain: Option<f64>,
+    /// Steepest climb and descent of --follow-terrain, percent of the way; 10 unless given, 30 of a multirotor
+    #[arg(long, value_parser = super::positive, allow_negative_numbers = true, requires = "follow_terrain")]
+    climb_percent: Option<f64>,
     /// Ground speed; 35 unless given, 10 of a multirotor
     #[arg(long, value_parser = super::positive, allow_negative_numbers = true)]
     speed_m_s: Option<f64>,
@@ -86,7 +98,7 @@ pub struct Args {
     /// not checked against the terrain. How a return ends, on the ground or circling above, is the autopilot's parameters'.
     #[arg(long)]
     takeoff_and_return: bool,
-    /// Put every photo into the autopilot's mission, as a camera trigger, instead of the turns alone
+    /// Put every photo into the autopilot's mission as a camera trigger, beside the way points
     #[arg(long)]
     trigger_items: bool,
     /// Least height above the terrain along strips and turns; a plan below it is written, but the command fails
@@ -121,7 +133,27 @@ enum Autopilot {
 /// Speeds where none is given: an aeroplane's of paper 004's kind, and what multirotors are surveyed with.
 const SPEED_M_S: [f64; 2] = [35.0, 10.0];
 
+/// Climbs where none is given: what loaded aeroplanes and multirotors do at these speeds with something to spare, percent.
+const CLIMB_PERCENT: [f64; 2] = [10.0, 30.0];
+/// Steepest climb that is planned: of 45 degrees.
+const CLIMB_MAX_PERCENT: f64 = 100.0;
+
 impl Args {
+    /// How the ground is followed, if it is.
+    fn follow(&self) -> Result<Option<Follow>, InputError> {
+        let Some(tolerance_m) = self.follow_terrain else { return Ok(None) };
+        let [on_wings, on_rotors] = CLIMB_PERCENT;
+        let usual = if self.vehicle == Kind::Multirotor { on_rotors } else { on_wings };
+        let climb_percent = self.climb_percent.unwrap_or(usual);
+        if climb_percent > CLIMB_MAX_PERCENT {
+            return Err(InputError::new(format!(
+                "--climb-percent {climb_percent} is steeper than {CLIMB_MAX_PERCENT} %, a climb of 45 degrees"
+            )));
+        }
+        let lead_m = Turns::new(self.speed_m_s()).radius_m;
+        Ok(Some(Follow { tolerance_m, climb: 0.01 * climb_percent, lead_m }))
+    }
+
     fn speed_m_s(&self) -> f64 {
         let [on_wings, on_rotors] = SPEED_M_S;
         self.speed_m_s.unwrap_or(if self.vehicle == Kind::Multirotor { on_rotors } else { on_wings })
@@ -150,10 +182,10 @@ struct Height {
     /// Denominator of the image scale; needs pixel_mm in the camera file
     #[arg(long, value_name = "M", value_parser = super::positive, allow_negative_numbers = true)]
     scale: Option<f64>,
-    /// Height above the base plane
+    /// Height above the base plane; above the ground with --follow-terrain
     #[arg(long, value_name = "H", value_parser = super::positive, allow_negative_numbers = true)]
     height_m: Option<f64>,
-    /// Ground sample distance on the base plane, across the strips
+    /// Ground sample distance on the base plane, across the strips; on the ground with --follow-terrain
     #[arg(long, value_name = "G", value_parser = super::positive, allow_negative_numbers = true)]
     gsd_m: Option<f64>,
 }

@@ -14,6 +14,7 @@ use plumbline_survey::dem::Dem;
 use plumbline_survey::plan::area::Area;
 use plumbline_survey::plan::axes::Axes;
 use plumbline_survey::plan::cells::{Cells, Known, Summary};
+use plumbline_survey::plan::course::Course;
 use plumbline_survey::plan::intersect::Sigmas;
 use plumbline_survey::plan::lines::{Layout, Overlaps, Strip, View};
 use plumbline_survey::plan::sight::Ray;
@@ -275,7 +276,7 @@ impl Block {
 
     fn simulated(&self, seen: &[Vec<Ray>], taken: &[Taken]) -> Option<[f64; 2]> {
         let mut strips: Vec<Strip> =
-            self.lines.iter().map(|&line| Strip { line, across_m: 0.0, along_m: Vec::new() }).collect();
+            self.lines.iter().map(|&line| Strip { line, across_m: 0.0, along_m: Vec::new(), course: Course::default() }).collect();
         for photo in taken {
             strips[photo.strip].along_m.push(0.0);
         }
@@ -301,6 +302,7 @@ impl Block {
             area: area.mapped(|corner| self.axes.of(corner)),
             view: self.view,
             overlaps: Overlaps { forward: 0.0, side: 0.0 },
+            follow: None,
         };
         let place = |photo: &Taken| {
             let station = &photo.station;

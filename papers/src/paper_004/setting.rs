@@ -82,7 +82,7 @@ impl Test {
         let area = self.area();
         let base_height_m = base_height_m(terrain.dem(), &area)?;
         let view = View { height_m: self.height_m, base_height_m, footprint_m: self.footprint_m() };
-        Ok(Layout { terrain, axes: Axes::new(90.0), area, view, overlaps })
+        Ok(Layout { terrain, axes: Axes::new(90.0), area, view, overlaps, follow: None })
     }
 
     /// Strips with the nominal bases, as over level ground.

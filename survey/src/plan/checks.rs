@@ -11,6 +11,8 @@ use crate::error::InputError;
 /// Bank of a turn.
 const BANK_DEG: f64 = 30.0;
 const GRAVITY_M_S2: f64 = 9.81;
+/// What a slope may be off by in its last digits.
+const ROUNDING: f64 = 1e-6;
 /// Smear that still counts as sharp, pixels.
 pub const SHARP_PX: f64 = 0.5;
 
@@ -33,14 +35,16 @@ impl Turns {
     pub fn length_m(&self, strips: &[Strip]) -> f64 {
         let legs: Vec<Leg<'_>> = flown(strips).collect();
         let along: f64 = legs.iter().map(|leg| (leg.to_m() - leg.from_m()).abs()).sum();
-        let between = legs.windows(2).map(|pair| {
-            let straight_m = (pair[1].from_m() - pair[0].to_m()).abs();
-            // Parts of one line follow each other without a turn.
-            let is_on_line = pair[0].strip.line == pair[1].strip.line;
-            let across_m = pair[1].strip.across_m - pair[0].strip.across_m;
-            if is_on_line { straight_m } else { self.turn_m(across_m) + straight_m }
-        });
-        along + between.sum::<f64>()
+        along + legs.windows(2).map(|pair| self.between_m(&pair[0], &pair[1])).sum::<f64>()
+    }
+
+    /// From the end of a strip to the start of the next.
+    fn between_m(&self, left: &Leg<'_>, entered: &Leg<'_>) -> f64 {
+        let straight_m = (entered.from_m() - left.to_m()).abs();
+        // Parts of one line follow each other without a turn.
+        let is_on_line = left.strip.line == entered.strip.line;
+        let across_m = entered.strip.across_m - left.strip.across_m;
+        if is_on_line { straight_m } else { self.turn_m(across_m) + straight_m }
     }
 
     /// Half a turn onto a line at a distance: two quarters and a straight, or, where the line is nearer than a diameter,
@@ -57,25 +61,35 @@ impl Turns {
 }
 
 impl Checks {
-    /// Why the flight is not safe, if it is not: the clearance that was asked for is not there, or nobody knows it.
+    /// Why the flight is not safe, if it is not: the clearance that was asked for is not there, or nobody knows it, or the vehicle does not
+    /// climb to it in time.
     #[must_use]
     pub fn unsafe_because(&self) -> Option<String> {
         let (least_m, wanted_m) = (self.clearance_min_m, self.clearance_wanted_m);
-        if least_m >= wanted_m && self.passes_unknown {
-            return Some(
-                "the elevation model has posts without a height beside the strips or under the turns, so the clearance there is not \
-                 known; --force accepts it"
-                    .to_owned(),
-            );
-        }
-        (least_m < wanted_m).then(|| {
+        let why = if least_m < wanted_m {
             let least = if least_m > 0.0 {
                 format!("the flight passes {least_m:.1} m above the terrain")
             } else {
                 format!("the terrain rises {:.1} m above the flying height", -least_m)
             };
-            format!("{least} beside the strips or under the turns, less than --min-clearance-m {wanted_m}; --force accepts it")
-        })
+            format!("{least} beside the strips or under the turns, less than --min-clearance-m {wanted_m}")
+        } else if self.photos_off_dem > 0 {
+            format!(
+                "{} photos are taken beyond the elevation model, where the clearance is not known; a model that reaches further tells it",
+                self.photos_off_dem
+            )
+        } else if self.passes_unknown {
+            "the elevation model has posts without a height beside the strips or under the turns, so the clearance there is not known"
+                .to_owned()
+        } else if self.climb_wanted_percent > 0.0 && self.climb_percent > self.climb_wanted_percent * (1.0 + ROUNDING) {
+            format!(
+                "the height changes by {:.1} % of the way from one strip to the next, more than --climb-percent {}",
+                self.climb_percent, self.climb_wanted_percent
+            )
+        } else {
+            return None;
+        };
+        Some(format!("{why}; --force accepts it"))
     }
 
     /// Of strips.
@@ -83,29 +97,18 @@ impl Checks {
     /// # Errors
     /// The terrain reaches the flying height within sight of the strips.
     pub(super) fn new(layout: &Layout<'_>, strips: &[Strip], request: &Request) -> Result<Self, InputError> {
-        let view = &layout.view;
-        let altitude_m = view.base_height_m + view.height_m;
         let turns = Turns::new(request.limits.speed_m_s);
         let length_m = turns.length_m(strips);
-        let base_m = view.base_height_m;
-        let on_the_way_m = highest_of(layout, on_the_way(strips, turns.radius_m)).unwrap_or(base_m);
+        let way = Way::new(layout, strips, &turns);
         let unknown = unknown_posts(layout);
         let unknown = unknown.as_ref().map(Terrain::new);
         let passes_unknown = unknown.as_ref().is_some_and(|unknown| {
-            on_the_way(strips, turns.radius_m).any(|zone| unknown.highest_in(&layout.axes, &zone).is_some())
+            way.parts.iter().any(|(zone, _)| unknown.highest_in(&layout.axes, zone).is_some())
         });
-        let [half_along, half_across] = view.footprint_m.map(|side| 0.5 * side);
-        let seen = strips.iter().map(|strip| around(strip, half_along, half_across));
-        let nearest_m = altitude_m - highest_of(layout, seen).unwrap_or(base_m).max(base_m);
-        if nearest_m <= 0.0 {
-            return Err(InputError::new(format!(
-                "the terrain within sight of the strips rises to {:.1} m, above the flying height of {altitude_m:.1} m",
-                altitude_m - nearest_m
-            )));
-        }
+        let nearest_m = nearest_m(layout, strips)?;
         let px_per_s = request.limits.speed_m_s / (request.tangent_per_px[0] * nearest_m);
         Ok(Checks {
-            clearance_min_m: altitude_m - on_the_way_m,
+            clearance_min_m: way.clearance_m(layout),
             smear_px: px_per_s * request.exposure_s,
             exposure_s: request.exposure_s,
             exposure_max_s: SHARP_PX / px_per_s,
@@ -115,7 +118,10 @@ impl Checks {
             photos_beyond_dem: beyond_dem(layout, strips, unknown.as_ref()),
             clearance_wanted_m: request.min_clearance_m,
             passes_unknown,
-            leaves_model: on_the_way(strips, turns.radius_m).any(|zone| is_outside(layout, &zone)),
+            leaves_model: way.parts.iter().any(|(zone, _)| is_outside(layout, zone)),
+            photos_off_dem: strips.iter().map(|strip| off_dem(layout, strip)).sum(),
+            climb_percent: 100.0 * way.climb,
+            climb_wanted_percent: request.follow.map_or(0.0, |follow| 100.0 * follow.climb),
         })
     }
 }
@@ -129,27 +135,102 @@ fn around(strip: &Strip, beyond_m: f64, aside_m: f64) -> Zone {
     }
 }
 
-/// Where the aircraft may be: along the strips with a radius to all sides, and from the end of each to the start of the
-/// next. A turn onto a near line swings out by up to 1 + sqrt(3) radii.
-fn on_the_way(strips: &[Strip], radius_m: f64) -> impl Iterator<Item = Zone> {
-    let swing_m = (1.0 + 3.0_f64.sqrt()) * radius_m;
-    let legs: Vec<Leg<'_>> = flown(strips).collect();
-    let between: Vec<Zone> = legs
-        .windows(2)
-        .map(|pair| {
-            let ([from, to], [one, other]) =
-                ([pair[0].to_m(), pair[1].from_m()], [pair[0].strip.across_m, pair[1].strip.across_m]);
-            Zone {
-                along: [from.min(to) - swing_m, from.max(to) + swing_m],
-                across: [one.min(other) - radius_m, one.max(other) + radius_m],
-            }
-        })
-        .collect();
-    strips.iter().map(move |strip| around(strip, radius_m, radius_m)).chain(between)
+/// Where the aircraft may be, and how low at least; how steeply it climbs or descends.
+struct Way {
+    parts: Vec<(Zone, f64)>,
+    climb: f64,
 }
 
-fn highest_of(layout: &Layout<'_>, zones: impl Iterator<Item = Zone>) -> Option<f64> {
-    zones.filter_map(|zone| layout.terrain.highest_in(&layout.axes, &zone)).reduce(f64::max)
+impl Way {
+    /// Along the strips with a radius to all sides, and from the end of each to the start of the next. A turn onto a near line
+    /// swings out by up to 1 + sqrt(3) radii.
+    fn new(layout: &Layout<'_>, strips: &[Strip], turns: &Turns) -> Self {
+        let (view, radius_m) = (&layout.view, turns.radius_m);
+        let swing_m = (1.0 + 3.0_f64.sqrt()) * radius_m;
+        let mut way = Way { parts: Vec::new(), climb: 0.0 };
+        for strip in strips {
+            way.parts.extend(along(layout, strip, radius_m));
+            let Zone { along: [from_m, to_m], .. } = around(strip, radius_m, 0.0);
+            way.climb = way.climb.max(strip.course.steepest(from_m, to_m));
+        }
+        let legs: Vec<Leg<'_>> = flown(strips).collect();
+        for pair in legs.windows(2) {
+            let ([from, to], [one, other]) =
+                ([pair[0].to_m(), pair[1].from_m()], [pair[0].strip.across_m, pair[1].strip.across_m]);
+            let zone = Zone {
+                along: [from.min(to) - swing_m, from.max(to) + swing_m],
+                across: [one.min(other) - radius_m, one.max(other) + radius_m],
+            };
+            let ends = [pair[0].led(radius_m)[1], pair[1].led(radius_m)[0]];
+            let [left_m, entered_m] = [0, 1].map(|k| pair[k].strip.course.rise_m(ends[k]));
+            way.parts.push((zone, view.up_m(left_m.min(entered_m))));
+            way.climb = way.climb.max((left_m - entered_m).abs() / turns.between_m(&pair[0], &pair[1]));
+        }
+        way
+    }
+
+    /// Least height above the terrain, over the base plane where nothing is known.
+    fn clearance_m(&self, layout: &Layout<'_>) -> f64 {
+        let above = |(zone, up_m): &(Zone, f64)| {
+            layout.terrain.highest_in(&layout.axes, zone).map(|highest| up_m - highest)
+        };
+        let lowest_m = self.parts.iter().map(|part| part.1).fold(f64::INFINITY, f64::min);
+        let over_base_m = lowest_m - layout.view.base_height_m;
+        self.parts.iter().filter_map(above).reduce(f64::min).unwrap_or(over_base_m)
+    }
+}
+
+/// A strip in parts, each with its lowest height: at one height it is one, and where the ground is followed they are as long as a step of
+/// the model.
+fn along(layout: &Layout<'_>, strip: &Strip, radius_m: f64) -> Vec<(Zone, f64)> {
+    let whole = around(strip, radius_m, radius_m);
+    let [from_m, to_m] = whole.along;
+    let [dx, dy] = layout.terrain.dem().step_m;
+    let count = if strip.course.is_level() { 1.0 } else { ((to_m - from_m) / dx.min(dy)).ceil().max(1.0) };
+    let at = |k: usize| from_m + (to_m - from_m) * k as f64 / count;
+    let part = |k: usize| {
+        let along = [at(k), if k as f64 + 1.0 == count { to_m } else { at(k + 1) }];
+        (Zone { along, ..whole }, layout.view.up_m(strip.course.range_m(along)[0]))
+    };
+    (0..count as usize).map(part).collect()
+}
+
+/// The least height of a photo above the highest terrain that it may see, which is nowhere lower than H below it.
+///
+/// # Errors
+/// The terrain reaches the flying height there.
+fn nearest_m(layout: &Layout<'_>, strips: &[Strip]) -> Result<f64, InputError> {
+    let view = &layout.view;
+    let [half_along, half_across] = view.footprint_m.map(|side| 0.5 * side);
+    let depth_m = |zone: Zone, up_m: f64| {
+        let highest_m = layout.terrain.highest_in(&layout.axes, &zone);
+        (up_m - highest_m.unwrap_or(f64::NEG_INFINITY).max(up_m - view.height_m), up_m)
+    };
+    let of_strip = |strip: &Strip| {
+        let whole = around(strip, half_along, half_across);
+        if strip.course.is_level() {
+            return depth_m(whole, view.up_m(0.0));
+        }
+        let of_photo = |(at, up_m): (&f64, f64)| {
+            depth_m(Zone { along: [at - half_along, at + half_along], ..whole }, up_m)
+        };
+        let all = strip.along_m.iter().zip(view.ups_m(strip)).map(of_photo);
+        all.fold((f64::INFINITY, 0.0), |least, one| if one.0 < least.0 { one } else { least })
+    };
+    let least = strips.iter().map(of_strip).reduce(|least, one| if one.0 < least.0 { one } else { least });
+    match least.unwrap_or((view.height_m, 0.0)) {
+        (nearest_m, _) if nearest_m > 0.0 => Ok(nearest_m),
+        (nearest_m, up_m) => Err(InputError::new(format!(
+            "the terrain within sight of the strips rises to {:.1} m, above the flying height of {up_m:.1} m",
+            up_m - nearest_m
+        ))),
+    }
+}
+
+/// Photos of a strip that are taken beyond the model.
+fn off_dem(layout: &Layout<'_>, strip: &Strip) -> usize {
+    let across = [strip.across_m; 2];
+    strip.along_m.iter().filter(|at| is_outside(layout, &Zone { along: [**at; 2], across })).count()
 }
 
 /// Whether a zone reaches beyond the model, whose outermost posts stand for half a step around them.
@@ -189,6 +270,7 @@ fn beyond_dem(layout: &Layout<'_>, strips: &[Strip], unknown: Option<&Terrain<'_
 
 #[cfg(test)]
 mod tests {
+    use super::super::course::Course;
     use super::*;
 
     #[test]
@@ -205,7 +287,7 @@ mod tests {
 
     #[test]
     fn strips_are_flown_there_and_back() {
-        let strip = |line, across_m, along_m: &[f64]| Strip { line, across_m, along_m: along_m.to_vec() };
+        let strip = |line, across_m, along_m: &[f64]| Strip { line, across_m, along_m: along_m.to_vec(), course: Course::default() };
         let strips = [strip(0, 0.0, &[0.0, 100.0]), strip(0, 0.0, &[300.0, 400.0]), strip(1, 50.0, &[0.0, 450.0])];
         let turns = Turns { radius_m: 10.0 };
         let turn = 10.0 * std::f64::consts::PI + 30.0;

@@ -4,6 +4,7 @@
 //! distance with which they still reach the area's end is tried: a longer one with as many lines overlaps less. The same
 //! along the strips, where one base serves all of them.
 
+use super::course::Course;
 use super::lines::{END_M, Layout, Strip, too_many};
 use crate::error::InputError;
 
@@ -25,6 +26,11 @@ pub struct Constant {
 }
 
 impl Layout<'_> {
+    /// The same at one flying height.
+    pub(super) fn level(&self) -> Self {
+        Layout { area: self.area.clone(), follow: None, ..*self }
+    }
+
     /// The cheapest that has the wanted overlap everywhere on the ground.
     ///
     /// # Errors
@@ -56,7 +62,7 @@ impl Layout<'_> {
         let strips = runs.into_iter().map(|(line, across_m, run)| {
             let mut along_m: Vec<f64> = exposures(run, base_m).collect();
             along_m.extend(along_m.last().map(|last| last + base_m));
-            Strip { line, across_m, along_m }
+            Strip { line, across_m, along_m, course: Course::default() }
         });
         let strips = strips.collect();
         Ok(Constant { base_m, spacing_m, strips })

@@ -63,11 +63,6 @@ impl Outputs<'_> {
         flown(&self.planned.strips)
     }
 
-    /// Height of all photos above the height datum.
-    fn altitude_m(&self) -> f64 {
-        self.planned.layout.view.base_height_m + self.planned.layout.view.height_m
-    }
-
     /// Corners of the area, working metres, counter-clockwise, the first not repeated.
     #[must_use]
     pub fn area(&self) -> Vec<[f64; 2]> {

@@ -70,6 +70,9 @@ pub struct PlanFile {
     /// Smallest width that neighbouring strips truly see in common.
     #[serde(default)]
     pub swath_min: SwathMin,
+    /// How flying heights follow the ground; `None` where all photos have one height.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub follow: Option<FollowFile>,
     /// The elevation model's absolute path and the SHA-256 of its file; `None` in files of older versions.
     #[serde(default)]
     pub dem_path: Option<String>,
@@ -162,6 +165,10 @@ pub struct StripFile {
     pub heading_deg: f64,
     /// Exposures.
     pub photos: Vec<Photo>,
+    /// Way points where the ground is followed, from the low end too, a turn's radius before the first photo and behind the last; the height
+    /// changes evenly between them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub way: Vec<Photo>,
 }
 
 /// An exposure.
@@ -243,6 +250,26 @@ pub struct Checks {
     /// Whether strips or turns reach beyond the elevation model: what is there nobody looked at.
     #[serde(default)]
     pub leaves_model: bool,
+    /// Photos that are taken beyond the elevation model.
+    #[serde(default)]
+    pub photos_off_dem: usize,
+    /// Steepest climb or descent on strips and turns, in percent of the way.
+    #[serde(default)]
+    pub climb_percent: f64,
+    /// The steepest that was allowed; 0 where all is flown at one height.
+    #[serde(default)]
+    pub climb_wanted_percent: f64,
+}
+
+/// How flying heights follow the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FollowFile {
+    /// How far the height above the ground straight below may be off `height_m`, but where the climb allowed keeps it higher.
+    pub tolerance_m: f64,
+    /// The least height above the ground straight below, from a strip's first photo to its last.
+    pub above_ground_min_m: f64,
+    /// The greatest.
+    pub above_ground_max_m: f64,
 }
 
 /// What constant bases would cost.

@@ -24,6 +24,27 @@ impl Leg<'_> {
         self.end(!self.is_back)
     }
 
+    /// Where the way begins and ends: so far before the first exposure and behind the last.
+    #[must_use]
+    pub fn led(&self, out_m: f64) -> [f64; 2] {
+        let out_m = if self.is_back { -out_m } else { out_m };
+        [self.from_m() - out_m, self.to_m() + out_m]
+    }
+
+    /// The way points between two positions in the direction of flight: along, and height above the level flying height, ends included.
+    #[must_use]
+    pub fn way(&self, [from_m, to_m]: [f64; 2]) -> Vec<[f64; 2]> {
+        let course = &self.strip.course;
+        let point = |at: f64| [at, course.rise_m(at)];
+        let mut way = vec![point(from_m.min(to_m))];
+        way.extend(course.between(from_m.min(to_m), from_m.max(to_m)));
+        way.push(point(from_m.max(to_m)));
+        if self.is_back {
+            way.reverse();
+        }
+        way
+    }
+
     /// Exposures have at least one position.
     fn end(&self, is_high: bool) -> f64 {
         let along_m = &self.strip.along_m;

@@ -8,6 +8,8 @@
 
 use super::area::{Area, merged};
 use super::axes::Axes;
+use super::course::Course;
+use super::follow::Follow;
 use super::terrain::{Terrain, Zone};
 use crate::error::InputError;
 
@@ -17,6 +19,8 @@ const PHOTOS_MAX: usize = 500_000;
 pub(super) const END_M: f64 = 1e-6;
 /// Steps of a fixed point; each takes in more of the terrain, and a handful is usual.
 const STEPS_MAX: usize = 10_000;
+/// Share of the nominal bases and distances below which there is no plan.
+const SHORTEST: f64 = 1e-3;
 
 /// What a camera sees from its height.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,25 +51,21 @@ pub struct Strip {
     pub across_m: f64,
     /// Positions along, ascending.
     pub along_m: Vec<f64>,
+    /// How high it is flown.
+    pub course: Course,
 }
 
 impl View {
-    /// The footprint's share that is left at the highest of a zone's terrain, at most all of it: 1 - dh / H with dh at least 0.
-    ///
-    /// # Errors
-    /// The terrain reaches the camera.
-    fn share(&self, highest_m: Option<f64>) -> Result<f64, InputError> {
-        let above_m = highest_m.map_or(0.0, |highest| highest - self.base_height_m).max(0.0);
-        if above_m >= self.height_m {
-            return Err(InputError::new(format!(
-                "the terrain rises to {:.1} m within sight of a strip, above the flying height of {:.1} m ({:.1} m over the base plane at {:.1} m)",
-                self.base_height_m + above_m,
-                self.base_height_m + self.height_m,
-                self.height_m,
-                self.base_height_m
-            )));
-        }
-        Ok(1.0 - above_m / self.height_m)
+    /// Height above the height datum of a flight at a height above the level one.
+    #[must_use]
+    pub fn up_m(&self, rise_m: f64) -> f64 {
+        self.base_height_m + self.height_m + rise_m
+    }
+
+    /// Heights of a strip's photos above the height datum.
+    pub fn ups_m<'s>(&self, strip: &'s Strip) -> impl Iterator<Item = f64> + use<'s> {
+        let view = *self;
+        strip.along_m.iter().map(move |along_m| view.up_m(strip.course.rise_m(*along_m)))
     }
 
     /// Half a footprint over the height, along and across.
@@ -114,6 +114,8 @@ pub struct Layout<'a> {
     pub view: View,
     /// What is wanted.
     pub overlaps: Overlaps,
+    /// How the flying height follows the ground; `None` is one height for all.
+    pub follow: Option<Follow>,
 }
 
 impl Layout<'_> {
@@ -129,47 +131,41 @@ impl Layout<'_> {
         let [first_m, last_m] = self.across_m();
         let mut across_m = first_m;
         for line in 0.. {
+            let course = self.course(across_m);
             for run in self.runs(across_m) {
-                let along_m = self.exposures(across_m, run, PHOTOS_MAX - photos)?;
+                let along_m = self.exposures(&course, across_m, run, PHOTOS_MAX - photos)?;
                 photos += along_m.len();
-                strips.push(Strip { line, across_m, along_m });
+                strips.push(Strip { line, across_m, along_m, course: course.clone() });
             }
             if across_m >= last_m - END_M {
                 break;
             }
-            let planned_m = self.planned_m(across_m);
-            across_m +=
-                self.fixed_point(nominal_m, |distance_m| self.view.side_zone(across_m, distance_m, planned_m))?;
+            across_m += fixed_point(nominal_m, |distance_m| {
+                self.distance_m([&course, &self.course(across_m + distance_m)], across_m, distance_m)
+            })?;
         }
         Ok(strips)
     }
 
     /// Exposures of one run, from its low end.
-    fn exposures(&self, across_m: f64, [from_m, to_m]: [f64; 2], most: usize) -> Result<Vec<f64>, InputError> {
+    fn exposures(
+        &self,
+        course: &Course,
+        across_m: f64,
+        [from_m, to_m]: [f64; 2],
+        most: usize,
+    ) -> Result<Vec<f64>, InputError> {
         let [nominal_m, _] = self.view.nominal_m(&self.overlaps);
         let mut at_m = from_m;
         let mut along_m = vec![at_m];
         while at_m < to_m - END_M {
-            at_m += self.fixed_point(nominal_m, |base_m| self.view.forward_zone(at_m, base_m, across_m))?;
+            at_m += fixed_point(nominal_m, |base_m| self.base_m(course, across_m, at_m, base_m))?;
             along_m.push(at_m);
             if along_m.len() > most {
                 return Err(too_many());
             }
         }
         Ok(along_m)
-    }
-
-    fn fixed_point(&self, nominal_m: f64, zone: impl Fn(f64) -> Zone) -> Result<f64, InputError> {
-        let mut distance_m = nominal_m;
-        for _ in 0..STEPS_MAX {
-            let highest_m = self.terrain.highest_in(&self.axes, &zone(distance_m));
-            let suits_m = nominal_m * self.view.share(highest_m)?;
-            if suits_m >= distance_m {
-                return Ok(distance_m);
-            }
-            distance_m = suits_m;
-        }
-        Err(InputError::failed("the bases over this terrain do not settle"))
     }
 
     /// First and last value across of the area.
@@ -204,6 +200,25 @@ impl Layout<'_> {
         // The last exposure of a part overshoots its end by up to a base, and the next part starts a base further at least.
         merged(ranges.into_iter().map(|[from, to]| [from - nominal_m, to + nominal_m]).collect(), 2.0 * nominal_m)
     }
+}
+
+/// The longest base or distance, found from the nominal one down, that is no longer than what suits it.
+fn fixed_point(nominal_m: f64, suits: impl Fn(f64) -> Result<f64, InputError>) -> Result<f64, InputError> {
+    let mut distance_m = nominal_m;
+    for _ in 0..STEPS_MAX {
+        let suits_m = suits(distance_m)?;
+        if suits_m >= distance_m {
+            return Ok(distance_m);
+        }
+        if suits_m <= SHORTEST * nominal_m {
+            return Err(InputError::new(
+                "bases or distances shrink to nothing: the terrain comes too near to the flying height, or heights that follow it change \
+                 too steeply from line to line; fly higher, or try another --strip-heading-deg",
+            ));
+        }
+        distance_m = suits_m;
+    }
+    Err(InputError::failed("the bases over this terrain do not settle"))
 }
 
 pub(super) fn too_many() -> InputError {

@@ -1,9 +1,10 @@
 //! What was planned, as `plan.json` has it.
 
 use super::combinations::Limits;
-use super::file::{Accuracy, ConstantBase, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, SwathMin, VERSION};
+use super::file::{Accuracy, ConstantBase, FollowFile, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, SwathMin, VERSION};
 use super::flown::{Leg, flown};
-use super::lines::{line_count, photo_count};
+use super::follow::Follow;
+use super::lines::{Strip, line_count, photo_count};
 use super::model_file::ModelFile;
 use super::place::Place;
 use super::planner::Planned;
@@ -54,6 +55,7 @@ impl Planned<'_> {
             combinations: self.combinations.clone(),
             flight_order: self.flight_order(),
             swath_min: SwathMin { side: layout.swath_min(&self.strips) },
+            follow: self.follow(),
             dem_path: Some(dem.path.clone()),
             dem_sha256: Some(dem.sha256.clone()),
         })
@@ -62,22 +64,44 @@ impl Planned<'_> {
     /// The strips in the order of flight.
     fn strip_files(&self, place: &Place) -> Result<Vec<StripFile>, InputError> {
         let (axes, view) = (&self.layout.axes, &self.layout.view);
-        let z = view.base_height_m + view.height_m;
-        let photo = |across_m: f64, along_m: f64| {
-            let metres = axes.point([along_m, across_m]);
+        let at = |strip: &Strip, [along_m, rise_m]: [f64; 2]| {
+            let metres = axes.point([along_m, strip.across_m]);
             let ([x, y], deg) = (place.frame().world(metres), place.wgs84(metres)?);
-            Ok(Photo { x, y, z, lat: deg.map(|deg| deg.0), lon: deg.map(|deg| deg.1) })
+            Ok(Photo { x, y, z: view.up_m(rise_m), lat: deg.map(|deg| deg.0), lon: deg.map(|deg| deg.1) })
         };
         let strip = |leg: Leg<'_>| {
-            let photos = leg.strip.along_m.iter().map(|along_m| photo(leg.strip.across_m, *along_m));
+            let strip = leg.strip;
+            let photos = strip.along_m.iter().map(|along_m| at(strip, [*along_m, strip.course.rise_m(*along_m)]));
+            let mut way = if strip.course.is_level() { Vec::new() } else { leg.way(leg.led(self.checks.turn_radius_m)) };
+            if leg.is_back {
+                way.reverse();
+            }
             let turned_deg = if leg.is_back { 180.0 } else { 0.0 };
             Ok(StripFile {
-                line: leg.strip.line,
+                line: strip.line,
                 heading_deg: axes.heading_deg() + turned_deg,
                 photos: photos.collect::<Result<_, InputError>>()?,
+                way: way.into_iter().map(|point| at(strip, point)).collect::<Result<_, InputError>>()?,
             })
         };
         flown(&self.strips).map(strip).collect()
+    }
+
+    /// How the ground is followed, and what came of it.
+    fn follow(&self) -> Option<FollowFile> {
+        let layout = &self.layout;
+        let Follow { tolerance_m, .. } = layout.follow?;
+        let above = |strip: &Strip| {
+            let ends = [strip.along_m[0], strip.along_m[strip.along_m.len() - 1]];
+            let ground = layout.profile(strip.across_m, ends).into_iter();
+            let above = ground.map(|[at, ground]| layout.view.up_m(strip.course.rise_m(at)) - ground);
+            above.filter(|above| above.is_finite()).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], above| {
+                [low.min(above), high.max(above)]
+            })
+        };
+        let all = self.strips.iter().map(above).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])?;
+        let [above_ground_min_m, above_ground_max_m] = if all[0] <= all[1] { all } else { [layout.view.height_m; 2] };
+        Some(FollowFile { tolerance_m, above_ground_min_m, above_ground_max_m })
     }
 
     fn constant_base(&self) -> Option<ConstantBase> {

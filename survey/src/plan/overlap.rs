@@ -4,8 +4,8 @@
 //! scale, so the share of a photo that the next one sees too is 1 - B / (l (1 - dh / H)), smallest at the highest terrain of
 //! the overlap.
 
+use super::course::Course;
 use super::lines::{Layout, Strip};
-use super::terrain::Zone;
 
 /// Smallest overlaps of a set of strips; `None` where it has no such pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,31 +22,28 @@ impl Layout<'_> {
     pub fn achieved(&self, strips: &[Strip]) -> Achieved {
         let smallest = |values: &mut dyn Iterator<Item = f64>| values.reduce(f64::min);
         let mut forward = strips.iter().flat_map(|strip| {
-            strip.along_m.windows(2).map(|pair| self.forward_overlap(strip.across_m, pair[0], pair[1] - pair[0]))
+            strip.along_m.windows(2).map(|pair| {
+                self.forward_overlap_on(&strip.course, strip.across_m, pair[0], pair[1] - pair[0])
+            })
         });
-        let lines = lines(strips);
-        let mut side = lines.windows(2).map(|pair| self.side_overlap(pair[0], pair[1] - pair[0]));
+        let lines: Vec<&Strip> = strips.chunk_by(|a, b| a.line == b.line).map(|parts| &parts[0]).collect();
+        let mut side = lines.windows(2).map(|pair| {
+            let [low_m, high_m] = [pair[0].across_m, pair[1].across_m];
+            self.side_overlap_on([&pair[0].course, &pair[1].course], low_m, high_m - low_m)
+        });
         Achieved { forward: smallest(&mut forward), side: smallest(&mut side) }
     }
 
-    /// Overlap of a photo with the next, a base further.
+    /// Overlap of a photo with the next, a base further, both at the level flying height.
     #[must_use]
     pub fn forward_overlap(&self, across_m: f64, along_m: f64, base_m: f64) -> f64 {
-        self.overlap(base_m, self.view.footprint_m[0], &self.view.forward_zone(along_m, base_m, across_m))
+        self.forward_overlap_on(&Course::default(), across_m, along_m, base_m)
     }
 
-    /// Overlap of a line with the next.
+    /// Overlap of a line with the next, both at the level flying height.
     #[must_use]
     pub fn side_overlap(&self, across_m: f64, distance_m: f64) -> f64 {
-        let zone = self.view.side_zone(across_m, distance_m, self.planned_m(across_m));
-        self.overlap(distance_m, self.view.footprint_m[1], &zone)
-    }
-
-    fn overlap(&self, distance_m: f64, footprint_m: f64, zone: &Zone) -> f64 {
-        let highest_m = self.terrain.highest_in(&self.axes, zone).unwrap_or(self.view.base_height_m);
-        let share = 1.0 - (highest_m - self.view.base_height_m) / self.view.height_m;
-        // Terrain that reaches the camera leaves nothing to overlap.
-        if share > 0.0 { 1.0 - distance_m / (footprint_m * share) } else { f64::NEG_INFINITY }
+        self.side_overlap_on([&Course::default(); 2], across_m, distance_m)
     }
 }
 

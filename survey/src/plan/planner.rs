@@ -76,7 +76,7 @@ impl Request {
         let view = self.view(terrain)?;
         let layout = |heading_deg: f64, overlaps: Overlaps| {
             let axes = Axes::new(heading_deg);
-            Layout { terrain, axes, area: self.area.mapped(|corner| axes.of(corner)), view, overlaps }
+            Layout { terrain, axes, area: self.area.mapped(|corner| axes.of(corner)), view, overlaps, follow: self.follow }
         };
         let heading_deg = match self.heading_deg {
             Some(heading_deg) => heading_deg,
@@ -119,7 +119,7 @@ impl Request {
         let checks = Checks::new(&layout, &strips, self)?;
         Ok(Planned {
             achieved: to_rounding(layout.achieved(&strips), &layout.overlaps),
-            constant: layout.constant().ok(),
+            constant: layout.level().constant().ok(),
             base_min_m,
             summary: Summary::new(&known),
             simulated_m,

@@ -2,6 +2,7 @@
 
 use super::area::Area;
 use super::combinations::Limits;
+use super::follow::Follow;
 use super::intersect::Sigmas;
 use super::lines::Overlaps;
 
@@ -32,4 +33,6 @@ pub struct Request {
     pub seed: u64,
     /// Tilt that was allowed for, to either side.
     pub tilt_deg: f64,
+    /// How the flying height follows the ground; `None` is one height for all.
+    pub follow: Option<Follow>,
 }

@@ -15,21 +15,20 @@ impl Layout<'_> {
     pub fn swath_min(&self, strips: &[Strip]) -> Option<f64> {
         let sight = Sight::new(self);
         let [_, half] = self.view.half_tangent();
-        let across = |along_m: f64, across_m: f64, tangent: f64| {
-            self.axes.of(sight.meets([along_m, across_m], [0.0, tangent]))[1]
+        let across = |strip: &Strip, along_m: f64, tangent: f64| {
+            self.axes.of(sight.meets(strip, along_m, [0.0, tangent]))[1]
         };
         let lines: Vec<&[Strip]> = strips.chunk_by(|a, b| a.line == b.line).collect();
-        let pairs: Vec<(f64, f64, f64)> = lines
+        let pairs: Vec<(f64, &Strip, &Strip)> = lines
             .windows(2)
             .flat_map(|pair| {
-                let [low_m, high_m] = [pair[0][0].across_m, pair[1][0].across_m];
                 let positions = pair.iter().copied().flatten().flat_map(|strip| &strip.along_m);
-                positions.map(move |along_m| (*along_m, low_m, high_m))
+                positions.map(move |along_m| (*along_m, &pair[0][0], &pair[1][0]))
             })
             .collect();
-        let share = |&(along_m, low_m, high_m): &(f64, f64, f64)| {
-            let low = [-half, half].map(|tangent| across(along_m, low_m, tangent));
-            let high = [-half, half].map(|tangent| across(along_m, high_m, tangent));
+        let share = |&(along_m, low, high): &(f64, &Strip, &Strip)| {
+            let low = [-half, half].map(|tangent| across(low, along_m, tangent));
+            let high = [-half, half].map(|tangent| across(high, along_m, tangent));
             (low[1] - high[0]) / (low[1] - low[0]).max(high[1] - high[0])
         };
         pairs.par_iter().map(share).reduce_with(f64::min)

@@ -40,7 +40,7 @@ pub(super) fn view(base_height_m: f64) -> View {
 
 fn layout<'a>(terrain: &'a Terrain<'a>, area: Area, forward: f64, side: f64) -> Layout<'a> {
     let base = base_height_m(terrain.dem(), &area).expect("known");
-    Layout { terrain, axes: Axes::new(90.0), area, view: view(base), overlaps: Overlaps { forward, side } }
+    Layout { terrain, axes: Axes::new(90.0), area, view: view(base), overlaps: Overlaps { forward, side }, follow: None }
 }
 
 fn counts(strips: &[Strip]) -> Vec<usize> {
@@ -117,6 +117,7 @@ fn with_peak(corners: &[[f64; 2]], [x, y]: [f64; 2], peak_m: f64, speed_m_s: f64
         min_clearance_m: 50.0,
         seed: 1,
         tilt_deg: 0.0,
+        follow: None,
     };
     let terrain = Terrain::new(&dem);
     let planned = request.plan(&terrain, &|_, _| ()).map_err(|error| error.to_string())?;

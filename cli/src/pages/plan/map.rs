@@ -7,6 +7,7 @@ use plumbline_charts::format::{decimals, nice, number};
 use plumbline_survey::plan::export::Outputs;
 use plumbline_survey::plan::flown::Leg;
 use plumbline_survey::plan::footprint::Sight;
+use plumbline_survey::plan::lines::Strip;
 use std::fmt::Write;
 
 /// Drawing units across.
@@ -264,15 +265,15 @@ impl Page<'_> {
         let Some(middle) = strips.get(strips.len().saturating_sub(1) / 2) else { return String::new() };
         let sight = Sight::new(&self.outputs.planned.layout);
         let first = (middle.along_m.len() / 2).saturating_sub(1);
-        let mut photos: Vec<[f64; 2]> =
-            middle.along_m.iter().skip(first).take(3).map(|along_m| [*along_m, middle.across_m]).collect();
-        if let (Some(next), Some([along_m, _])) =
+        let mut photos: Vec<(&Strip, f64)> =
+            middle.along_m.iter().skip(first).take(3).map(|along_m| (middle, *along_m)).collect();
+        if let (Some(next), Some((_, along_m))) =
             (strips.iter().find(|strip| strip.line == middle.line + 1), photos.get(1))
         {
             let nearest = next.along_m.iter().min_by(|a, b| (*a - along_m).abs().total_cmp(&(*b - along_m).abs()));
-            photos.extend(nearest.map(|nearest| [*nearest, next.across_m]));
+            photos.extend(nearest.map(|nearest| (next, *nearest)));
         }
-        let closed = |[along_m, across_m]: [f64; 2]| format!("{}Z", self.map.path(&sight.corners(along_m, across_m)));
+        let closed = |(strip, along_m): (&Strip, f64)| format!("{}Z", self.map.path(&sight.corners(strip, along_m)));
         photos.into_iter().map(closed).collect()
     }
 }

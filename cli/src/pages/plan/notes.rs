@@ -20,7 +20,7 @@ impl Page<'_> {
                         @if outputs.place.is_known() {
                             (row("plan.plan", html! {
                                 "mission for QGroundControl: " (whole(items as u64)) " items, "
-                                @if outputs.trigger_items { "each photo a waypoint with a camera trigger" } @else { "two waypoints a strip; the photos are triggered on board" }
+                                @if outputs.trigger_items { "each photo a waypoint with a camera trigger" } @else if outputs.file.follow.is_some() { "the strips’ waypoints; the photos are triggered on board" } @else { "two waypoints a strip; the photos are triggered on board" }
                                 @if items > ITEMS_MAX { ". " span class="bad" { "Common autopilots take " (ITEMS_MAX) " items" } }
                             }))
                             (row("plan.kml", html! { "area, strips and photos for a virtual globe" }))
@@ -56,14 +56,20 @@ impl Page<'_> {
                         Some(_) => li { "Lengths are those of the grid: its scale is not taken off. A model in degrees is worked on in metres about the area’s "
                             "centre, where parallels away from the centre are 0.1 to 0.2 % off within 10 km." },
                     }
-                    @if file.checks.leaves_model {
+                    @if file.checks.photos_off_dem > 0 {
+                        li { (whole(file.checks.photos_off_dem as u64)) " photos are taken beyond the elevation model: the clearance there is not known." }
+                    } @else if file.checks.leaves_model {
                         li { "Strips or turns reach beyond the elevation model: the clearance there is not known." }
                     }
                     @if file.checks.photos_beyond_dem > 0 {
                         li { (whole(file.checks.photos_beyond_dem as u64)) " photos look beyond the elevation model. What is there is not known: neither "
                             "overlap nor clearance is guaranteed." }
                     }
-                    li { "Turns are flown level with 30° of bank in still air; take-off, climb, the way to the first strip and back, and landing are not checked." }
+                    @if file.follow.is_some() {
+                        li { "The height changes evenly from waypoint to waypoint, as autopilots fly it between waypoints of different heights; what a gust or a "
+                            "slow climb leaves comes off the clearance." }
+                    }
+                    li { "Turns are flown " @if file.follow.is_none() { "level " } "with 30° of bank in still air; take-off, climb, the way to the first strip and back, and landing are not checked." }
                 }
             }
         }

@@ -18,6 +18,8 @@ struct Profile<'p> {
     leg: Leg<'p>,
     /// From the first exposure in the direction of flight, and the terrain there; not finite where it is not known.
     ground: Vec<(f64, f64)>,
+    /// The flying height over the same places.
+    flown: Vec<(f64, f64)>,
     /// Least height above it.
     clearance_m: Option<f64>,
 }
@@ -54,34 +56,32 @@ impl Page<'_> {
         }
     }
 
-    fn altitude_m(&self) -> f64 {
-        self.outputs.file.base_height_m + self.outputs.file.height_m
-    }
-
     fn profile<'p>(&self, index: usize, leg: Leg<'p>) -> Profile<'p> {
         let layout = &self.outputs.planned.layout;
         let (from_m, to_m) = (leg.from_m(), leg.to_m());
         let [step_x, step_y] = layout.terrain.dem().step_m;
         let count = ((to_m - from_m).abs() / step_x.min(step_y)).ceil().clamp(1.0, POINTS_MAX);
-        let ground: Vec<(f64, f64)> = (0..=count as usize)
-            .map(|k| {
-                let along_m = from_m + (to_m - from_m) * k as f64 / count;
-                let [x, y] = layout.axes.point([along_m, leg.strip.across_m]);
-                ((along_m - from_m).abs(), layout.terrain.dem().height(x, y).unwrap_or(f64::NAN))
-            })
-            .collect();
-        let highest = ground.iter().map(|point| point.1).filter(|height| height.is_finite()).reduce(f64::max);
-        Profile { number: index + 1, leg, ground, clearance_m: highest.map(|highest| self.altitude_m() - highest) }
+        let (mut ground, mut flown) = (Vec::new(), Vec::new());
+        for k in 0..=count as usize {
+            let along_m = from_m + (to_m - from_m) * k as f64 / count;
+            let [x, y] = layout.axes.point([along_m, leg.strip.across_m]);
+            let at = (along_m - from_m).abs();
+            ground.push((at, layout.terrain.dem().height(x, y).unwrap_or(f64::NAN)));
+            flown.push((at, layout.view.up_m(leg.strip.course.rise_m(along_m))));
+        }
+        let above = ground.iter().zip(&flown).map(|(ground, flown)| flown.1 - ground.1);
+        let clearance_m = above.filter(|above| above.is_finite()).reduce(f64::min);
+        Profile { number: index + 1, leg, ground, flown, clearance_m }
     }
 
     fn picture(&self, profile: &Profile<'_>) -> Markup {
         let file = self.outputs.file;
-        let flown_m = self.altitude_m();
-        let of = |value: &dyn Fn(f64) -> f64| profile.ground.iter().map(|(at, ground)| (*at, value(*ground))).collect();
-        let above: Vec<(f64, f64)> = of(&|ground| flown_m - ground);
-        let gsd: Vec<(f64, f64)> = of(&|ground| file.gsd_m * (flown_m - ground) / file.height_m);
-        let from_m = profile.leg.from_m();
-        let photos = profile.leg.strip.along_m.iter().map(|along_m| ((along_m - from_m).abs(), flown_m)).collect();
+        let heights = || profile.ground.iter().zip(&profile.flown).map(|(ground, flown)| (ground.0, flown.1 - ground.1));
+        let above: Vec<(f64, f64)> = heights().collect();
+        let gsd: Vec<(f64, f64)> = heights().map(|(at, above)| (at, file.gsd_m * above / file.height_m)).collect();
+        let (from_m, view) = (profile.leg.from_m(), &self.outputs.planned.layout.view);
+        let ups_m = profile.leg.strip.along_m.iter().zip(view.ups_m(profile.leg.strip));
+        let photos = ups_m.map(|(along_m, up_m)| ((along_m - from_m).abs(), up_m)).collect();
         let end = profile.ground.last().map_or(1.0, |last| last.0.max(1.0));
         let line = |points: Vec<(f64, f64)>, colour| (Mark::Line(points), colour);
         let lowest = profile.ground.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
@@ -100,7 +100,7 @@ impl Page<'_> {
                 marks: vec![
                     terrain,
                     line(profile.ground.clone(), MEASURED),
-                    line(vec![(0.0, flown_m), (end, flown_m)], FITTED),
+                    line(profile.flown.clone(), FITTED),
                     (Mark::Dots(photos), FITTED),
                 ],
             },

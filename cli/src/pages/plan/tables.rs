@@ -86,7 +86,7 @@ impl Page<'_> {
                         }
                         @if let Some(constant) = constant {
                             tr {
-                                th { "Constant" small { "the cheapest that guarantees the same overlap everywhere" } }
+                                th { "Constant" small { "the cheapest " @if file.follow.is_some() { "at one height " } "that guarantees the same overlap everywhere" } }
                                 td class="n" { (count(constant.photos)) }
                                 td class="n" { (count(constant.lines)) }
                                 td class="n" { (number(constant.base_m, 1, "m")) }
@@ -120,7 +120,14 @@ impl Page<'_> {
                     thead { tr { th {} th class="r" { "This plan" } th { "Against" } th {} } }
                     tbody {
                         (row("Least height above the terrain", number(checks.clearance_min_m, 1, "m"), format!("{} at least, strips and turns, a turn’s radius to both sides", number(checks.clearance_wanted_m, 0, "m")),
-                            kept(checks.unsafe_because().is_none(), "clear", "too low")))
+                            kept(checks.unsafe_because().is_none(), "clear", if checks.clearance_min_m < checks.clearance_wanted_m { "too low" } else { "not known everywhere" })))
+                        @if let Some(follow) = &file.follow {
+                            (row("Height above the ground straight below the strips", format!("{} to {}", number(follow.above_ground_min_m, 0, ""), number(follow.above_ground_max_m, 0, "m")),
+                                format!("{} at least; more than {} only where the climb allowed does not get down in time", number(file.height_m - follow.tolerance_m, 0, "m"), number(file.height_m + follow.tolerance_m, 0, "m")),
+                                kept(follow.above_ground_min_m >= file.height_m - follow.tolerance_m - 0.01, "kept", "too low")))
+                            (row("Steepest climb or descent, strips and turns", number(checks.climb_percent, 1, "%"), format!("{} at most", number(checks.climb_wanted_percent, 1, "%")),
+                                kept(checks.climb_percent <= checks.climb_wanted_percent * 1.000_001, "kept", "too steep")))
+                        }
                         (row("Shortest interval between exposures", maybe(interval_s, 3, "s"), format!("{} at least", number(file.min_interval_s, 3, "s")),
                             kept(interval_s.is_none_or(|interval_s| interval_s >= file.min_interval_s), "kept", "too short")))
                         (row("Smear over the highest ground", number(checks.smear_px, 2, "px"),

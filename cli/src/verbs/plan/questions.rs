@@ -13,8 +13,9 @@ pub fn questions(camera: &CameraFile, plan: &PlanFile) -> Vec<String> {
     let mut questions: Vec<String> = camera.doubt().into_iter().collect();
     if plan.height_m > HEIGHT_M {
         questions.push(format!(
-            "{:.0} m above the base plane: is that meant? --gsd-m is metres a pixel, --scale the denominator alone, and the camera file has degrees",
-            plan.height_m
+            "{:.0} m above the {}: is that meant? --gsd-m is metres a pixel, --scale the denominator alone, and the camera file has degrees",
+            plan.height_m,
+            if plan.follow.is_some() { "ground" } else { "base plane" }
         ));
     }
     if plan.checks.leaves_model {

@@ -89,6 +89,7 @@ impl Prepared {
             min_clearance_m: args.min_clearance_m,
             seed: args.seed,
             tilt_deg: args.tilt_deg,
+            follow: args.follow()?,
             area,
         };
         too_fast(&request)?;

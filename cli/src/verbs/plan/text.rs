@@ -7,12 +7,11 @@ use std::path::Path;
 pub fn text_of(plan: &PlanFile, out: &Path) -> String {
     let checks = &plan.checks;
     let mut text = format!(
-        "{} photos on {} lines, heading {} degrees, {:.1} m above the base plane at {:.1} m, {:.3} m a pixel\n{}",
+        "{} photos on {} lines, heading {} degrees, {}, {:.3} m a pixel\n{}",
         plan.photo_count,
         plan.lines(),
         (100.0 * plan.strip_heading_deg).round() / 100.0,
-        plan.height_m,
-        plan.base_height_m,
+        height(plan),
         plan.gsd_m,
         overlaps(plan)
     );
@@ -29,8 +28,14 @@ pub fn text_of(plan: &PlanFile, out: &Path) -> String {
     }
     if let Some(constant) = &plan.constant_base {
         text.push_str(&format!(
-            "constant bases with the same guarantee: {} photos on {} lines; {} saved\n",
-            constant.photos, constant.lines, constant.photos_saved
+            "constant bases{} with the same guarantee: {} photos on {} lines; {}\n",
+            if plan.follow.is_some() { " at one height" } else { "" },
+            constant.photos,
+            constant.lines,
+            match constant.photos_saved {
+                saved if saved >= 0 => format!("{saved} saved"),
+                more => format!("{} fewer than this plan", -more),
+            }
         ));
     }
     text.push_str(&format!(
@@ -57,6 +62,22 @@ pub fn text_of(plan: &PlanFile, out: &Path) -> String {
     }
     text.push_str(&format!("written to {}\n", out.display()));
     text
+}
+
+/// How high it is flown, and over what.
+fn height(plan: &PlanFile) -> String {
+    let Some(follow) = &plan.follow else {
+        return format!("{:.1} m above the base plane at {:.1} m", plan.height_m, plan.base_height_m);
+    };
+    format!(
+        "{:.1} m above the ground, followed within {} m at climbs of {:.1} % ({} % at most): {:.1} to {:.1} m straight below",
+        plan.height_m,
+        follow.tolerance_m,
+        plan.checks.climb_percent,
+        plan.checks.climb_wanted_percent,
+        follow.above_ground_min_m,
+        follow.above_ground_max_m
+    )
 }
 
 /// What was wanted, and the least of each kind with what it is of.

@@ -32,10 +32,9 @@ impl Outputs<'_> {
             }),
         )];
         for (strip, (leg, file)) in legs.iter().zip(&self.file.strips).enumerate() {
-            let ends = [leg.from_m(), leg.to_m()].map(|along_m| self.photo(leg, along_m));
-            let [from, to] = ends;
+            let way = leg.way([leg.from_m(), leg.to_m()]).into_iter().map(|[along_m, _]| self.photo(leg, along_m));
             features.push(self.feature(
-                json!({ "type": "LineString", "coordinates": [from?, to?] }),
+                json!({ "type": "LineString", "coordinates": way.collect::<Result<Vec<_>, InputError>>()? }),
                 json!({
                     "kind": "strip",
                     "strip": strip,
@@ -59,7 +58,7 @@ impl Outputs<'_> {
             ));
         }
         let footprints = photos.par_iter().map(|(strip, number, leg, along_m)| {
-            let corners = sight.corners(*along_m, leg.strip.across_m);
+            let corners = sight.corners(leg.strip, *along_m);
             Ok(self.feature(
                 json!({ "type": "Polygon", "coordinates": [self.ring(corners.to_vec())?] }),
                 json!({ "kind": "footprint", "strip": strip, "number": number }),
@@ -91,8 +90,9 @@ impl Outputs<'_> {
     }
 
     fn photo(&self, leg: &Leg<'_>, along_m: f64) -> Result<[f64; 3], InputError> {
-        let [x, y] = self.position(self.planned.layout.axes.point([along_m, leg.strip.across_m]))?;
-        Ok([x, y, millimetres(self.altitude_m())])
+        let layout = &self.planned.layout;
+        let [x, y] = self.position(layout.axes.point([along_m, leg.strip.across_m]))?;
+        Ok([x, y, millimetres(layout.view.up_m(leg.strip.course.rise_m(along_m)))])
     }
 
     /// Longitude and latitude, or local metres.

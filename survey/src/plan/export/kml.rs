@@ -5,6 +5,7 @@
 
 use super::Outputs;
 use crate::error::InputError;
+use crate::plan::flown::Leg;
 use maud::{Markup, PreEscaped, html};
 use std::fmt::Write;
 
@@ -13,9 +14,8 @@ impl Outputs<'_> {
     pub(super) fn kml(&self) -> Result<String, InputError> {
         let ring = self.border()?;
         let strips = self.legs().enumerate().map(|(strip, leg)| {
-            let places = [leg.from_m(), leg.to_m()].map(|along_m| self.globe([along_m, leg.strip.across_m]));
-            let [from, to] = places;
-            let text = format!("{} {}", from?, to?);
+            let way = leg.way([leg.from_m(), leg.to_m()]).into_iter().map(|[along_m, _]| self.globe(&leg, along_m));
+            let text = way.collect::<Result<Vec<String>, InputError>>()?.join(" ");
             let photos = leg.strip.along_m.len();
             Ok(placemark(
                 &format!("strip {strip}"),
@@ -28,7 +28,7 @@ impl Outputs<'_> {
         });
         let photos = self.legs().enumerate().flat_map(|(strip, leg)| {
             leg.strip.along_m.iter().enumerate().map(move |(number, along_m)| {
-                let text = self.globe([*along_m, leg.strip.across_m])?;
+                let text = self.globe(&leg, *along_m)?;
                 Ok(placemark(
                     &format!("{strip}/{number}"),
                     "#photo",
@@ -80,10 +80,11 @@ impl Outputs<'_> {
         Ok(ring)
     }
 
-    /// Longitude, latitude and altitude of a photo's place `[along, across]`.
-    fn globe(&self, at: [f64; 2]) -> Result<String, InputError> {
-        let [lon, lat] = self.known(self.planned.layout.axes.point(at))?;
-        Ok(format!("{lon},{lat},{:.2}", self.altitude_m()))
+    /// Longitude, latitude and altitude of a place on a strip.
+    fn globe(&self, leg: &Leg<'_>, along_m: f64) -> Result<String, InputError> {
+        let layout = &self.planned.layout;
+        let [lon, lat] = self.known(layout.axes.point([along_m, leg.strip.across_m]))?;
+        Ok(format!("{lon},{lat},{:.2}", layout.view.up_m(leg.strip.course.rise_m(along_m))))
     }
 
     /// The elevation model without the folders it lies in.

@@ -1,7 +1,7 @@
 //! `plan.plan`: the plan as a mission of QGroundControl (plan file version 1, mission version 2).
 //!
 //! Two waypoints a strip, a turn's radius before its first exposure and behind its last, so that the vehicle is level and on
-//! the line when the photos begin; the exposures themselves are made on board, at the planned places. Waypoints are
+//! the line when the photos begin, and where the ground is followed those between; the exposures themselves are made on board, at the planned places. Waypoints are
 //! absolute (MAV_FRAME_GLOBAL): the plan's heights, which are above the elevation model's height datum, are taken for heights
 //! above mean sea level. Take-off and return are the pilot's unless they are asked for.
 
@@ -29,11 +29,12 @@ const MISSION: u8 = 2;
 const ABSOLUTE: u8 = 2;
 
 impl Outputs<'_> {
-    /// Items of the mission: the speed, two waypoints a strip and, where wanted, two items a photo, take-off and return.
+    /// Items of the mission: the speed, each strip's way points (two at one height) and, where wanted, two items a photo, take-off and return.
     #[must_use]
     pub fn mission_items(&self) -> usize {
         let of_photos = if self.trigger_items { 2 * self.file.photo_count } else { 0 };
-        1 + 2 * self.file.strips.len() + of_photos + if self.vehicle.has_takeoff { 2 } else { 0 }
+        let ways: usize = self.legs().map(|leg| leg.way(self.led(&leg)).len()).sum();
+        1 + ways + of_photos + if self.vehicle.has_takeoff { 2 } else { 0 }
     }
 
     /// The file's text.
@@ -45,23 +46,14 @@ impl Outputs<'_> {
         let change_speed = [json!(1), json!(self.file.speed_m_s), json!(-1), json!(0), json!(0), json!(0), json!(0)];
         items.push(command(items.len() + 1, CHANGE_SPEED, &change_speed));
         for leg in self.legs() {
-            let [from_m, to_m] = self.led(&leg);
-            items.push(self.waypoint(items.len() + 1, &leg, from_m)?);
-            if self.trigger_items {
-                let along_m = &leg.strip.along_m;
-                let ordered: Vec<f64> =
-                    if leg.is_back { along_m.iter().rev().copied().collect() } else { along_m.clone() };
-                for at_m in ordered {
-                    items.push(self.waypoint(items.len() + 1, &leg, at_m)?);
+            for (along_m, is_photo) in self.stops(&leg) {
+                items.push(self.waypoint(items.len() + 1, &leg, along_m)?);
+                if is_photo {
                     // The fifth parameter takes one photo.
-                    items.push(command(
-                        items.len() + 1,
-                        DIGICAM_CONTROL,
-                        &[0, 0, 0, 0, 1, 0, 0].map(|value| json!(value)),
-                    ));
+                    let one_photo = [0, 0, 0, 0, 1, 0, 0].map(|value| json!(value));
+                    items.push(command(items.len() + 1, DIGICAM_CONTROL, &one_photo));
                 }
             }
-            items.push(self.waypoint(items.len() + 1, &leg, to_m)?);
         }
         if self.vehicle.has_takeoff {
             items.push(command(items.len() + 1, RETURN, &[0; 7].map(|value| json!(value))));
@@ -89,8 +81,20 @@ impl Outputs<'_> {
     /// Where a strip's waypoints lie along it, a turn's radius before the first exposure and behind the last.
     #[must_use]
     pub fn led(&self, leg: &Leg<'_>) -> [f64; 2] {
-        let out_m = if leg.is_back { -1.0 } else { 1.0 } * self.planned.checks.turn_radius_m;
-        [leg.from_m() - out_m, leg.to_m() + out_m]
+        leg.led(self.planned.checks.turn_radius_m)
+    }
+
+    /// Where the mission has waypoints on a strip, in the order of flight, and whether a photo is taken there.
+    fn stops(&self, leg: &Leg<'_>) -> Vec<(f64, bool)> {
+        let mut stops: Vec<(f64, bool)> = leg.way(self.led(leg)).iter().map(|[at, _]| (*at, false)).collect();
+        if self.trigger_items {
+            stops.extend(leg.strip.along_m.iter().map(|at| (*at, true)));
+        }
+        stops.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if leg.is_back {
+            stops.reverse();
+        }
+        stops
     }
 
     /// Latitude, longitude and height of the ground under the first waypoint, for want of anything better; QGroundControl
@@ -104,22 +108,24 @@ impl Outputs<'_> {
         Ok(json!([lat, lon, centimetres(ground_m)]))
     }
 
-    /// The climb to the flying height at the planned home.
+    /// The climb to the first waypoint's height at the planned home.
     fn takeoff(&self) -> Result<Value, InputError> {
         let home = self.home()?;
         let (command, pitch_deg) = self.vehicle.takeoff();
-        Ok(self.at(1, command, pitch_deg, [&home[1], &home[0]].map(|degrees| degrees.as_f64().unwrap_or_default())))
+        let place = [&home[1], &home[0]].map(|degrees| degrees.as_f64().unwrap_or_default());
+        let first = self.legs().next().map_or(0.0, |leg| leg.strip.course.rise_m(self.led(&leg)[0]));
+        Ok(self.at(1, (command, pitch_deg), place, first))
     }
 
     fn waypoint(&self, number: usize, leg: &Leg<'_>, along_m: f64) -> Result<Value, InputError> {
         let lon_lat = self.known(self.planned.layout.axes.point([along_m, leg.strip.across_m]))?;
         // No hold, the vehicle's own radius of acceptance, through the point, whatever yaw.
-        Ok(self.at(number, WAYPOINT, 0.0, lon_lat))
+        Ok(self.at(number, (WAYPOINT, 0.0), lon_lat, leg.strip.course.rise_m(along_m)))
     }
 
-    /// An item with a place, at the flying height.
-    fn at(&self, number: usize, command: u16, first: f64, [lon, lat]: [f64; 2]) -> Value {
-        let altitude_m = centimetres(self.altitude_m());
+    /// A command and its first parameter at a place, so far above the level flying height.
+    fn at(&self, number: usize, (command, first): (u16, f64), [lon, lat]: [f64; 2], rise_m: f64) -> Value {
+        let altitude_m = centimetres(self.planned.layout.view.up_m(rise_m));
         json!({
             "AMSLAltAboveTerrain": null,
             "Altitude": altitude_m,

@@ -12,6 +12,7 @@ use crate::dem::{Dem, Frame};
 use crate::plan::area::Area;
 use crate::plan::combinations::Limits;
 use crate::plan::file::Noise;
+use crate::plan::follow::Follow;
 use crate::plan::intersect::Sigmas;
 use crate::plan::lines::Overlaps;
 use crate::plan::place::Place;
@@ -31,6 +32,7 @@ struct Scene {
     /// Whether only the half below the diagonal is the area.
     is_triangle: bool,
     height: fn(f64, f64) -> f64,
+    follow: Option<Follow>,
 }
 
 fn hills(x: f64, y: f64) -> f64 {
@@ -50,6 +52,7 @@ fn grid() -> Scene {
         vehicle: Vehicle::default(),
         is_triangle: false,
         height: hills,
+        follow: None,
     }
 }
 
@@ -79,6 +82,7 @@ impl Scene {
             min_clearance_m: 50.0,
             seed: 1,
             tilt_deg: 0.0,
+            follow: self.follow,
         };
         let planned = request.plan(&terrain, &|_, _| {}).expect("planned");
         let [fov_v, fov_h] = half_tangent.map(|tangent| 2.0 * tangent.atan().to_degrees());

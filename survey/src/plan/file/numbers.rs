@@ -28,7 +28,7 @@ use Range::{Above0, Any, Count, From0, Heading, Seed, Share, To1, Whole};
 
 /// Every number by its keys, ascending, with whether it may be `null`. What else belongs together is in `check.rs`.
 #[rustfmt::skip]
-const NUMBERS: [(&str, Range, bool); 69] = [
+const NUMBERS: [(&str, Range, bool); 80] = [
     ("accuracy.cells", Count, false),
     ("accuracy.gaps", Count, false),
     ("accuracy.height_m", From0, false),
@@ -51,11 +51,14 @@ const NUMBERS: [(&str, Range, bool); 69] = [
     ("camera.rows", Count, false),
     ("checks.clearance_min_m", Any, false),
     ("checks.clearance_wanted_m", From0, false),
+    ("checks.climb_percent", From0, false),
+    ("checks.climb_wanted_percent", From0, false),
     ("checks.exposure_max_s", Above0, false),
     ("checks.exposure_s", Above0, false),
     ("checks.flight_time_s", From0, false),
     ("checks.length_m", From0, false),
     ("checks.photos_beyond_dem", Count, false),
+    ("checks.photos_off_dem", Count, false),
     ("checks.smear_px", From0, false),
     ("checks.turn_radius_m", Above0, false),
     ("combinations[].forward", Share, false),
@@ -73,6 +76,9 @@ const NUMBERS: [(&str, Range, bool); 69] = [
     ("constant_base.spacing_m", Above0, false),
     ("epsg", Count, true),
     ("flight_order[][]", Count, false),
+    ("follow.above_ground_max_m", Any, false),
+    ("follow.above_ground_min_m", Any, false),
+    ("follow.tolerance_m", Above0, false),
     ("gsd_m", Above0, false),
     ("height_m", Above0, false),
     ("interval_min_s", Above0, false),
@@ -95,6 +101,11 @@ const NUMBERS: [(&str, Range, bool); 69] = [
     ("strips[].photos[].x", Any, false),
     ("strips[].photos[].y", Any, false),
     ("strips[].photos[].z", Any, false),
+    ("strips[].way[].lat", Any, true),
+    ("strips[].way[].lon", Any, true),
+    ("strips[].way[].x", Any, false),
+    ("strips[].way[].y", Any, false),
+    ("strips[].way[].z", Any, false),
     ("swath_min.side", To1, true),
     ("tilt_deg", From0, false),
     ("version", Count, false),
