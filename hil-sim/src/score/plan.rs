@@ -208,6 +208,8 @@ struct Block {
     view: View,
     sigmas: Sigmas,
     lines: Vec<usize>,
+    /// Whether the plan follows the ground: then each photo's height counts.
+    is_following: bool,
     seed: u64,
 }
 
@@ -248,6 +250,7 @@ impl Block {
                 attitude_rad: file.noise.attitude_deg.to_radians(),
             },
             lines: file.strips.iter().map(|strip| strip.line).collect(),
+            is_following: file.follow.is_some(),
             seed: setup.scenario.run.seed,
         })
     }
@@ -294,7 +297,7 @@ impl Block {
     }
 
     /// Smallest overlaps of successive photos of a strip and of neighbouring lines, each photo standing where its axis meets
-    /// the base plane: that is what its tilt does to a footprint but for its shape.
+    /// the base plane, or that of its own height: that is what its tilt does to a footprint but for its shape.
     fn overlap(&self, terrain: &Terrain<'_>, area: &Area, taken: &[Taken]) -> Pair {
         let layout = Layout {
             terrain,
@@ -304,22 +307,18 @@ impl Block {
             overlaps: Overlaps { forward: 0.0, side: 0.0 },
             follow: None,
         };
-        let place = |photo: &Taken| {
-            let station = &photo.station;
-            let down = station.axes().down;
-            let run = (station.up_m - self.view.base_height_m) / -down[2];
-            self.axes.of([station.east_m + run * down[0], station.north_m + run * down[1]])
-        };
         let smallest = |a: Option<f64>, b: f64| Some(a.map_or(b, |a| a.min(b)));
         let (mut forward, mut side) = (None, None);
-        // Of each line: places along and across.
-        let mut lines: Vec<(usize, Vec<[f64; 2]>)> = Vec::new();
+        // Of each line: places along and across, and heights above the plan's level one.
+        let mut lines: Vec<(usize, Vec<[f64; 3]>)> = Vec::new();
         for of_strip in taken.chunk_by(|a, b| a.strip == b.strip) {
-            let mut places: Vec<[f64; 2]> = of_strip.iter().map(place).collect();
+            let mut places: Vec<[f64; 3]> = of_strip.iter().map(|photo| self.stands(photo)).collect();
             places.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            let course = self.course(&places);
             for pair in places.windows(2) {
                 let across = 0.5 * (pair[0][1] + pair[1][1]);
-                forward = smallest(forward, layout.forward_overlap(across, pair[0][0], pair[1][0] - pair[0][0]));
+                let base = pair[1][0] - pair[0][0];
+                forward = smallest(forward, layout.forward_overlap_on(&course, across, pair[0][0], base));
             }
             let line = self.lines[of_strip[0].strip];
             match lines.iter_mut().find(|(number, _)| *number == line) {
@@ -328,6 +327,7 @@ impl Block {
             }
         }
         lines.sort_by_key(|(number, _)| *number);
+        lines.iter_mut().for_each(|(_, places)| places.sort_by(|a, b| a[0].total_cmp(&b[0])));
         for pair in lines.windows(2) {
             let [(_, one), (_, other)] = pair else { continue };
             let widest = other.iter().filter_map(|there| {
@@ -335,9 +335,27 @@ impl Block {
                 Some((there[1].min(beside[1]), (there[1] - beside[1]).abs()))
             });
             if let Some((across, distance)) = widest.max_by(|a, b| a.1.total_cmp(&b.1)) {
-                side = smallest(side, layout.side_overlap(across, distance));
+                let courses = [self.course(one), self.course(other)];
+                side = smallest(side, layout.side_overlap_on(courses.each_ref(), across, distance));
             }
         }
         Pair { forward, side }
+    }
+
+    /// Where a photo stands: along, across, and its height above the plan's level one.
+    fn stands(&self, photo: &Taken) -> [f64; 3] {
+        let station = &photo.station;
+        let down = station.axes().down;
+        let rise = if self.is_following { station.up_m - self.view.up_m(0.0) } else { 0.0 };
+        let run = (station.up_m - rise - self.view.base_height_m) / -down[2];
+        let [along, across] = self.axes.of([station.east_m + run * down[0], station.north_m + run * down[1]]);
+        [along, across, rise]
+    }
+
+    /// The heights of photos from place to place, in ascending order.
+    fn course(&self, places: &[[f64; 3]]) -> Course {
+        let mut points: Vec<[f64; 2]> = places.iter().map(|place| [place[0], place[2]]).collect();
+        points.dedup_by(|b, a| b[0] <= a[0]);
+        if self.is_following { Course::through(points) } else { Course::default() }
     }
 }

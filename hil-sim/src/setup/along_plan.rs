@@ -138,7 +138,8 @@ fn terrain(
     planned: &Planned,
     flown: &Bounds,
 ) -> Result<(Terrain, f64), InputError> {
-    let up = |pick: fn(f64, f64) -> f64, start: f64| planned.lines.iter().map(|line| line.up_m).fold(start, pick);
+    let heights = || planned.lines.iter().flat_map(|line| &line.heights).map(|point| point[1]);
+    let up = |pick: fn(f64, f64) -> f64, start: f64| heights().fold(start, pick);
     let off_m = SIGMAS * scenario.run.plan.deviation_m[1];
     let (lowest_m, highest_m) = (up(f64::min, f64::MAX) - off_m, up(f64::max, f64::MIN) + off_m);
     scenario.run.flight.height_m = [planned.file.height_m + off_m; 2];

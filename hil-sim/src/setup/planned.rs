@@ -11,6 +11,7 @@ use place::Place;
 use plumbline_core::exposure::Limits;
 use plumbline_survey::error::InputError;
 use plumbline_survey::plan::PlanFile;
+use plumbline_survey::plan::file::Photo;
 use std::path::Path;
 
 /// Share of a frame's width on the base plane that an exposure may be off its line. Side overlaps are planned in steps of
@@ -55,17 +56,21 @@ impl Planned {
             Planned { notes: place.note().into_iter().collect(), photos: Vec::new(), lines: Vec::new(), file, place };
         for (strip, of_file) in planned.file.strips.iter().enumerate() {
             let course_rad = of_file.heading_deg.to_radians() - planned.place.convergence_rad;
-            let points = of_file.photos.iter().map(|photo| {
-                let [east_m, north_m] = planned.place.grid([photo.x, photo.y])?;
-                Ok([east_m, north_m, photo.z])
-            });
-            let mut points = points.collect::<Result<Vec<[f64; 3]>, InputError>>()?;
             let along = |point: &[f64; 3]| point[0] * course_rad.sin() + point[1] * course_rad.cos();
-            // They stand from the strip's low end, whichever way it is flown.
-            if points.first().map(along) > points.last().map(along) {
-                points.reverse();
-            }
-            planned.lines.extend(line(&points, course_rad));
+            let on_grid = |photos: &[Photo]| {
+                let point = |photo: &Photo| {
+                    let [east_m, north_m] = planned.place.grid([photo.x, photo.y])?;
+                    Ok([east_m, north_m, photo.z])
+                };
+                let mut points = photos.iter().map(point).collect::<Result<Vec<[f64; 3]>, InputError>>()?;
+                // They stand from the strip's low end, whichever way it is flown.
+                if points.first().map(along) > points.last().map(along) {
+                    points.reverse();
+                }
+                Ok::<_, InputError>(points)
+            };
+            let (points, way) = (on_grid(&of_file.photos)?, on_grid(&of_file.way)?);
+            planned.lines.extend(line(&points, &way, course_rad));
             planned.photos.extend(points.into_iter().map(|place_m| PlannedPhoto { strip, place_m }));
         }
         Ok(planned)
@@ -93,11 +98,19 @@ pub fn limits(file: &PlanFile) -> Limits {
     }
 }
 
-/// The line over a strip's points: through the first and the last; a single point has the strip's own course.
-fn line(points: &[[f64; 3]], course_rad: f64) -> Option<Line> {
+/// The line over a strip's points: through the first and the last; a single point has the strip's own course. Its height is that of its way
+/// points, of a strip without any the photos'.
+fn line(points: &[[f64; 3]], way: &[[f64; 3]], course_rad: f64) -> Option<Line> {
     let (first, last) = (points.first()?, points.last()?);
     let (east, north) = (last[0] - first[0], last[1] - first[1]);
     let course_rad = if east.hypot(north) > 0.0 { east.atan2(north) } else { course_rad };
     let up_m = points.iter().map(|point| point[2]).sum::<f64>() / points.len() as f64;
-    Some(Line { ends_m: [[first[0], first[1]], [last[0], last[1]]], course_rad, up_m })
+    let (sin, cos) = course_rad.sin_cos();
+    let on_way = |point: &[f64; 3]| [(point[0] - first[0]) * sin + (point[1] - first[1]) * cos, point[2]];
+    let mut heights: Vec<[f64; 2]> = way.iter().map(on_way).collect();
+    heights.dedup_by(|b, a| b[0] <= a[0]);
+    if heights.is_empty() {
+        heights.push([0.0, up_m]);
+    }
+    Some(Line { ends_m: [[first[0], first[1]], [last[0], last[1]]], course_rad, heights })
 }

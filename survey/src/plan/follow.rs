@@ -149,3 +149,6 @@ fn thinned(points: &[[f64; 2]], ends: &[usize], tolerance_m: f64) -> Vec<[f64; 2
     }
     points.iter().zip(kept).filter(|(_, is_kept)| *is_kept).map(|(point, _)| *point).collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,6 +9,8 @@ const RUN_IN_S: f64 = 5.0;
 const RUN_OUT_S: f64 = 2.0;
 /// Seconds before the run-in: the board needs pulses, a clock and positions before it can expose anything.
 const BEFORE_S: f64 = 5.0;
+/// Seconds before and behind a way point over which a climb changes into the next.
+const ROUNDED_S: f64 = 1.5;
 /// Slowest and fastest parts of the deviations from the line, hertz: what an autopilot leaves.
 const DEVIATION_HZ: [f64; 2] = [0.01, 0.05];
 
@@ -19,8 +21,21 @@ pub struct Line {
     pub ends_m: [[f64; 2]; 2],
     /// Direction of flight, clockwise from grid north.
     pub course_rad: f64,
-    /// Above the height datum.
-    pub up_m: f64,
+    /// Way points of its height: distance from the first point, ascending, and height above the height datum. Between them it changes
+    /// evenly, before the first and behind the last it stays. One alone is a level line.
+    pub heights: Vec<[f64; 2]>,
+}
+
+impl Line {
+    /// Height at a distance from the first point.
+    fn up_m(&self, at_m: f64) -> f64 {
+        let next = self.heights.partition_point(|[at, _]| *at <= at_m);
+        match (next.checked_sub(1).map(|k| self.heights[k]), self.heights.get(next).copied()) {
+            (Some([from, low]), Some([to, high])) => low + (high - low) * (at_m - from) / (to - from),
+            (Some([_, up]), None) | (None, Some([_, up])) => up,
+            (None, None) => 0.0,
+        }
+    }
 }
 
 /// How strips are flown.
@@ -38,8 +53,8 @@ pub struct Manner {
 #[derive(Debug)]
 pub struct PlannedTrack {
     speed_m_s: f64,
-    /// Each with its beginning, metres of the track, and the height at both ends.
-    pieces: Vec<(f64, Piece, [f64; 2])>,
+    /// Each with its beginning, metres of the track, and how it climbs.
+    pieces: Vec<(f64, Piece, Climb)>,
     length_m: f64,
     /// East, north, up.
     deviations: [(f64, Wave); 3],
@@ -75,13 +90,14 @@ impl PlannedTrack {
             let lead_s = if before.is_none() { RUN_IN_S + BEFORE_S } else { RUN_IN_S };
             let back = Piece { from: pose(line.ends_m[0]), length_m: -lead_s * speed, curvature: 0.0 };
             let from = back.end();
+            let entered_m = line.up_m(-lead_s * speed);
             if let Some((left, up_m)) = before {
                 let pieces = shortest(left, from, manner.radius_m);
                 let whole: f64 = pieces.iter().map(|piece| piece.length_m).sum();
                 let mut done = 0.0;
                 for piece in pieces {
-                    let up_at = |along_m: f64| up_m + (line.up_m - up_m) * along_m / whole.max(f64::MIN_POSITIVE);
-                    track.push(piece, [up_at(done), up_at(done + piece.length_m)]);
+                    let up_at = |along_m: f64| up_m + (entered_m - up_m) * along_m / whole.max(f64::MIN_POSITIVE);
+                    track.push(piece, Climb::between(up_at(done), up_at(done + piece.length_m)));
                     done += piece.length_m;
                 }
             }
@@ -89,15 +105,25 @@ impl PlannedTrack {
             let along_m = (last[0] - first[0]).hypot(last[1] - first[1]);
             let length_m = along_m + (lead_s + RUN_OUT_S) * speed;
             let straight = Piece { from, length_m, curvature: 0.0 };
-            track.push(straight, [line.up_m; 2]);
-            before = Some((straight.end(), line.up_m));
+            track.straight(line, &straight, lead_s * speed);
+            before = Some((straight.end(), line.up_m(length_m - lead_s * speed)));
         }
         track
     }
 
-    fn push(&mut self, piece: Piece, up_m: [f64; 2]) {
+    /// A line's straight, which begins `lead_m` before its first point, in parts of one climb each.
+    fn straight(&mut self, line: &Line, straight: &Piece, lead_m: f64) {
+        let knots = knots(line, [-lead_m, straight.length_m - lead_m], ROUNDED_S * self.speed_m_s);
+        for pair in knots.windows(2) {
+            let (from, length_m) = (straight.at(pair[0].at_m + lead_m), pair[1].at_m - pair[0].at_m);
+            let climb = Climb { up_m: [pair[0].up_m, pair[1].up_m], slope: [pair[0].slope, pair[1].slope] };
+            self.push(Piece { from, length_m, curvature: 0.0 }, climb);
+        }
+    }
+
+    fn push(&mut self, piece: Piece, climb: Climb) {
         if piece.length_m > 0.0 {
-            self.pieces.push((self.length_m, piece, up_m));
+            self.pieces.push((self.length_m, piece, climb));
             self.length_m += piece.length_m;
         }
     }
@@ -117,15 +143,13 @@ impl PlannedTrack {
         let along_m = self.speed_m_s * t_s;
         let index = self.pieces.partition_point(|(begin_m, ..)| *begin_m <= along_m).saturating_sub(1);
         let mut on = OnTrack { place_m: [0.0; 3], velocity_m_s: [0.0; 3], course_rad: 0.0 };
-        if let Some((begin_m, piece, [up_m, up_end_m])) = self.pieces.get(index) {
+        if let Some((begin_m, piece, climb)) = self.pieces.get(index) {
             let pose = piece.at(along_m - begin_m);
             let share = (along_m - begin_m) / piece.length_m;
-            // A cubic whose rate is 0 at both ends, so that pieces meet smoothly.
-            let climb = up_end_m - up_m;
             let (sin, cos) = pose.course_rad.sin_cos();
-            on.place_m = [pose.east_m, pose.north_m, up_m + climb * smooth(share)];
+            on.place_m = [pose.east_m, pose.north_m, climb.up_m(share, piece.length_m)];
             on.velocity_m_s =
-                [self.speed_m_s * sin, self.speed_m_s * cos, climb * rate(share) * self.speed_m_s / piece.length_m];
+                [self.speed_m_s * sin, self.speed_m_s * cos, climb.slope(share, piece.length_m) * self.speed_m_s];
             on.course_rad = pose.course_rad;
         }
         for (axis, (sigma_m, wave)) in self.deviations.iter().enumerate() {
@@ -134,6 +158,57 @@ impl PlannedTrack {
         }
         on
     }
+}
+
+/// How the height changes over a piece: its values and slopes at both ends, a cubic between them, so that pieces meet smoothly.
+#[derive(Debug, Clone, Copy)]
+struct Climb {
+    up_m: [f64; 2],
+    slope: [f64; 2],
+}
+
+impl Climb {
+    /// Level at both ends.
+    fn between(from_m: f64, to_m: f64) -> Self {
+        Climb { up_m: [from_m, to_m], slope: [0.0; 2] }
+    }
+
+    fn up_m(&self, share: f64, length_m: f64) -> f64 {
+        let x = share.clamp(0.0, 1.0);
+        let slopes = self.slope[0] * x * (1.0 - x) * (1.0 - x) - self.slope[1] * x * x * (1.0 - x);
+        self.up_m[0] + (self.up_m[1] - self.up_m[0]) * smooth(share) + length_m * slopes
+    }
+
+    fn slope(&self, share: f64, length_m: f64) -> f64 {
+        let x = share.clamp(0.0, 1.0);
+        let slopes = self.slope[0] * (1.0 - x) * (1.0 - 3.0 * x) - self.slope[1] * x * (2.0 - 3.0 * x);
+        (self.up_m[1] - self.up_m[0]) * rate(share) / length_m + slopes
+    }
+}
+
+/// A place on a line, its height and how that changes.
+struct Knot {
+    at_m: f64,
+    up_m: f64,
+    slope: f64,
+}
+
+/// A line's heights from one place to another: even between way points, rounded off over `rounded_m` to both sides of each, level at both
+/// ends.
+fn knots(line: &Line, [from_m, to_m]: [f64; 2], rounded_m: f64) -> Vec<Knot> {
+    let mut at = vec![from_m];
+    at.extend(line.heights.iter().map(|point| point[0]).filter(|at| *at > from_m && *at < to_m));
+    at.push(to_m);
+    let points: Vec<[f64; 2]> = at.into_iter().map(|at| [at, line.up_m(at)]).collect();
+    let slopes: Vec<f64> = points.windows(2).map(|pair| (pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0])).collect();
+    let knot = |[at_m, up_m]: [f64; 2], off_m: f64, slope: f64| Knot { at_m: at_m + off_m, up_m: up_m + off_m * slope, slope };
+    let mut knots = vec![knot(points[0], 0.0, 0.0)];
+    for (k, pair) in points.windows(2).enumerate().filter(|_| slopes.iter().any(|slope| *slope != 0.0)) {
+        let off_m = rounded_m.min(0.4 * (pair[1][0] - pair[0][0]));
+        knots.extend([knot(pair[0], off_m, slopes[k]), knot(pair[1], -off_m, slopes[k])]);
+    }
+    knots.push(knot(points[points.len() - 1], 0.0, 0.0));
+    knots
 }
 
 /// 0 to 1 with a rate of 0 at both ends.
@@ -156,7 +231,7 @@ mod tests {
         let line = |north: f64, ends: [f64; 2], course_deg: f64, up_m: f64| Line {
             ends_m: ends.map(|east| [east, north]),
             course_rad: f64::to_radians(course_deg),
-            up_m,
+            heights: vec![[0.0, up_m]],
         };
         vec![
             line(0.0, [0.0, 900.0], 90.0, 300.0),
@@ -199,7 +274,7 @@ mod tests {
             for line in lines() {
                 let is_over = (0.0..=900.0).contains(&east) && (north - line.ends_m[0][1]).abs() < 1e-6;
                 if is_over && super::super::wrapped(on.course_rad - line.course_rad).abs() < 1e-9 {
-                    assert!((up - line.up_m).abs() < 1e-9);
+                    assert!((up - line.up_m(0.0)).abs() < 1e-9);
                     passed += 1;
                 }
             }
@@ -208,6 +283,29 @@ mod tests {
         assert!((8990..=9010).contains(&passed), "{passed}");
         let start = track.at(0.0);
         assert!((start.place_m[0] + 300.0).abs() < 1e-9, "{start:?}");
+    }
+
+    /// Between way points a climb is even; beside them it is off by no more than a parabola over 1.5 s to both sides is from its corner.
+    #[test]
+    fn heights_of_way_points_are_flown_evenly_and_smoothly() {
+        let mut lines = lines();
+        lines[0].heights = vec![[-100.0, 300.0], [300.0, 340.0], [700.0, 310.0]];
+        let track = PlannedTrack::new(&lines, &Manner { speed_m_s: 30.0, radius_m: 150.0, deviation_m: [0.0; 2] }, 7);
+        let mut seen = 0;
+        for step in 1..(track.duration_s() * 100.0) as usize {
+            let t_s = 0.01 * step as f64;
+            let (before, on, after) = (track.at(t_s - 1e-3), track.at(t_s), track.at(t_s + 1e-3));
+            assert!(((after.place_m[2] - before.place_m[2]) / 2e-3 - on.velocity_m_s[2]).abs() < 0.01, "{t_s}");
+            let [east, north, up] = on.place_m;
+            if (0.0..=900.0).contains(&east) && north.abs() < 1e-6 {
+                let wanted = lines[0].up_m(east);
+                let is_beside = [300.0, 700.0].iter().any(|at| (east - at).abs() < 45.0);
+                let off = (up - wanted).abs();
+                assert!(off < if is_beside { 45.0 * 0.175 / 4.0 + 1e-6 } else { 1e-9 }, "{east}: {off}");
+                seen += 1;
+            }
+        }
+        assert!(seen > 2_900, "{seen}");
     }
 
     #[test]
