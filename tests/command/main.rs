@@ -30,6 +30,7 @@ mod motion;
 mod pictures;
 mod pipes;
 mod plan;
+mod plan_follow;
 mod plan_safety;
 mod plans;
 mod oriented;

@@ -136,16 +136,25 @@ def check(folder):
         photos = strip["photos"] if strip["heading_deg"] < 180 else strip["photos"][::-1]
         place = lambda wp: (wp.x, wp.y)
         at = lambda photo: (photo["lat"], photo["lon"])
+        way = strip.get("way", [])
+        way = way if strip["heading_deg"] < 180 else way[::-1]
+        # What lies between the ends: photos, and way points where the ground is followed, by their distance.
+        start = at(way[0]) if way else at(photos[0])
+        between = [(metres(start, at(point)), point, False) for point in way[1:-1]]
+        between += [(metres(start, at(photo)), photo, True) for photo in photos if triggers]
         lead_in = next(rest)
-        for photo in photos if triggers else []:
-            waypoint, trigger = next(rest), next(rest)
-            assert metres(place(waypoint), at(photo)) < 0.02
-            assert (trigger.command, trigger.x) == (mavutil.mavlink.MAV_CMD_DO_DIGICAM_CONTROL, 1)
+        for _, point, is_photo in sorted(between, key=lambda stop: stop[0]):
+            waypoint = next(rest)
+            assert (waypoint.command, waypoint.frame) == (16, mavutil.mavlink.MAV_FRAME_GLOBAL)
+            assert metres(place(waypoint), at(point)) < 0.02 and abs(waypoint.z - point["z"]) <= 0.0051
+            if is_photo:
+                trigger = next(rest)
+                assert (trigger.command, trigger.x) == (mavutil.mavlink.MAV_CMD_DO_DIGICAM_CONTROL, 1)
         end = next(rest)
-        for waypoint, photo in [(lead_in, photos[0]), (end, photos[-1])]:
+        for waypoint, photo, point in [(lead_in, photos[0], way[:1]), (end, photos[-1], way[-1:])]:
             assert (waypoint.command, waypoint.frame) == (16, mavutil.mavlink.MAV_FRAME_GLOBAL)
             assert abs(metres(place(waypoint), at(photo)) / radius - 1) < 0.01
-            assert abs(waypoint.z - photo["z"]) <= 0.0051
+            assert abs(waypoint.z - (point[0] if point else photo)["z"]) <= 0.0051
         assert metres(place(lead_in), place(end)) > metres(at(photos[0]), at(photos[-1]))
     assert next(rest, None) is None
     return len(items)

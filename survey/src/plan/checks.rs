@@ -73,10 +73,10 @@ impl Checks {
                 format!("the terrain rises {:.1} m above the flying height", -least_m)
             };
             format!("{least} beside the strips or under the turns, less than --min-clearance-m {wanted_m}")
-        } else if self.photos_off_dem > 0 {
+        } else if self.strips_off_dem > 0 {
             format!(
-                "{} photos are taken beyond the elevation model, where the clearance is not known; a model that reaches further tells it",
-                self.photos_off_dem
+                "{} of the strips leave the elevation model, so the clearance there is not known; a model that reaches further tells it",
+                self.strips_off_dem
             )
         } else if self.passes_unknown {
             "the elevation model has posts without a height beside the strips or under the turns, so the clearance there is not known"
@@ -119,7 +119,7 @@ impl Checks {
             clearance_wanted_m: request.min_clearance_m,
             passes_unknown,
             leaves_model: way.parts.iter().any(|(zone, _)| is_outside(layout, zone)),
-            photos_off_dem: strips.iter().map(|strip| off_dem(layout, strip)).sum(),
+            strips_off_dem: strips.iter().filter(|strip| is_off_dem(layout, strip)).count(),
             climb_percent: 100.0 * way.climb,
             climb_wanted_percent: request.follow.map_or(0.0, |follow| 100.0 * follow.climb),
         })
@@ -227,10 +227,13 @@ fn nearest_m(layout: &Layout<'_>, strips: &[Strip]) -> Result<f64, InputError> {
     }
 }
 
-/// Photos of a strip that are taken beyond the model.
-fn off_dem(layout: &Layout<'_>, strip: &Strip) -> usize {
+/// Whether a strip leaves the model: all of its photos, or two that follow each other, are taken beyond it. The one by which a strip overshoots
+/// the area is on the way of the turn.
+fn is_off_dem(layout: &Layout<'_>, strip: &Strip) -> bool {
     let across = [strip.across_m; 2];
-    strip.along_m.iter().filter(|at| is_outside(layout, &Zone { along: [**at; 2], across })).count()
+    let is_off: Vec<bool> =
+        strip.along_m.iter().map(|at| is_outside(layout, &Zone { along: [*at; 2], across })).collect();
+    is_off.iter().all(|is_off| *is_off) || is_off.windows(2).any(|pair| pair[0] && pair[1])
 }
 
 /// Whether a zone reaches beyond the model, whose outermost posts stand for half a step around them.

@@ -250,9 +250,9 @@ pub struct Checks {
     /// Whether strips or turns reach beyond the elevation model: what is there nobody looked at.
     #[serde(default)]
     pub leaves_model: bool,
-    /// Photos that are taken beyond the elevation model.
+    /// Strips that leave the elevation model: all of their photos, or two that follow each other, are taken beyond it.
     #[serde(default)]
-    pub photos_off_dem: usize,
+    pub strips_off_dem: usize,
     /// Steepest climb or descent on strips and turns, in percent of the way.
     #[serde(default)]
     pub climb_percent: f64,

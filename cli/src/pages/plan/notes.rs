@@ -56,8 +56,8 @@ impl Page<'_> {
                         Some(_) => li { "Lengths are those of the grid: its scale is not taken off. A model in degrees is worked on in metres about the area’s "
                             "centre, where parallels away from the centre are 0.1 to 0.2 % off within 10 km." },
                     }
-                    @if file.checks.photos_off_dem > 0 {
-                        li { (whole(file.checks.photos_off_dem as u64)) " photos are taken beyond the elevation model: the clearance there is not known." }
+                    @if file.checks.strips_off_dem > 0 {
+                        li { (whole(file.checks.strips_off_dem as u64)) " strips leave the elevation model: the clearance there is not known." }
                     } @else if file.checks.leaves_model {
                         li { "Strips or turns reach beyond the elevation model: the clearance there is not known." }
                     }
