@@ -39,6 +39,38 @@ fn a_gimbals_log() {
     refusals.done();
 }
 
+/// The poses of a boresight flight as a gimbal and as radians have them.
+#[test]
+fn poses_of_a_gimbal_or_in_radians() {
+    let folder = Folder::with_scene("mistakes-poses");
+    let mut fixes = "mid_exposure_us,accepted,east_m,north_m,sigma_east_m,sigma_north_m\n".to_owned();
+    (0..60).for_each(|at| fixes.push_str(&format!("{at},1,{},0,0.3,0.3\n", 10 * at)));
+    folder.write("fixes.csv", fixes);
+    let poses = |angles: fn(f64) -> [f64; 3]| {
+        let row = |at: u32| {
+            let [heading, pitch, roll] = angles(f64::from(at));
+            format!("{at},{},0,120,{heading},{pitch},{roll}\n", 10 * at)
+        };
+        let head = "mid_exposure_us,east_m,north_m,height_m,heading_deg,pitch_deg,roll_deg\n";
+        format!("{head}{}", (0..60).map(row).collect::<String>())
+    };
+    let boresight = "boresight --camera camera.toml --fixes fixes.csv --poses poses.csv --out new.toml";
+    let mut refusals = Refusals::new(&folder);
+    folder.write("poses.csv", poses(|at| [3.0 * at, -89.0 - 0.9 * (at % 2.0), 0.5]));
+    refusals.expect(boresight, &["poses.csv, pitch_deg", "looks straight down", "gimbal's pitch add 90"]);
+    folder.write("poses.csv", poses(|at| [3.0 * at, -91.0, 0.5]));
+    refusals.expect(boresight, &["poses.csv, line 2", "pitch_deg", "gimbal's pitch add 90"]);
+    folder.write("poses.csv", poses(|at| [0.1 * at, 0.05 * (at / 3.0).sin(), 0.03]));
+    refusals.expect(boresight, &["from 0.00 to 5.90", "looks like radians", "multiply all three by 57.29578"]);
+    refusals.done();
+    // To the north alone nobody can tell: it is said, and done.
+    folder.write("poses.csv", poses(|at| [0.01 * at, 0.05 * (at / 3.0).sin(), 0.03]));
+    let run = folder.run(boresight);
+    assert!(run.stderr.contains("looks like radians") && run.code == Some(0), "{run:?}");
+    folder.write("poses.csv", poses(|at| [3.0 * at, 3.0 * (at / 3.0).sin(), 2.0]));
+    assert!(!folder.run(boresight).stderr.contains("radians"));
+}
+
 #[test]
 fn a_map_in_degrees_or_in_web_mercator_is_told_how_to_become_one_in_metres() {
     let folder = Folder::with_scene("mistakes-maps");

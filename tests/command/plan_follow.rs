@@ -77,8 +77,13 @@ fn photos_and_way_points_follow_the_ground_in_every_file() {
     let planned: Vec<f64> = ways.iter().flatten().map(|point| point[2]).collect();
     assert_eq!(altitudes.len(), planned.len());
     assert!(altitudes.iter().zip(&planned).all(|(a, z)| (a - z).abs() <= 0.0051), "{altitudes:?} {planned:?}");
-    assert!(items.iter().filter(|item| item["command"] == 16).all(|item| item["AltitudeMode"] == 2 && item["frame"] == 0));
-    assert!((number(&items[0], "Altitude") - planned[0]).abs() <= 0.0051, "it takes off to the first waypoint's height");
+    assert!(
+        items.iter().filter(|item| item["command"] == 16).all(|item| item["AltitudeMode"] == 2 && item["frame"] == 0)
+    );
+    assert!(
+        (number(&items[0], "Altitude") - planned[0]).abs() <= 0.0051,
+        "it takes off to the first waypoint's height"
+    );
     let page = folder.text("out/report.html");
     assert!(page.contains("above the ground, followed within"), "the page says so");
 }

@@ -71,7 +71,10 @@ fn strips_beyond_the_model_are_not_safe() {
             assert!(run.code == Some(0) && run.stderr.contains("beyond the elevation model"), "{area}: {run:?}");
             continue;
         }
-        assert!(run.code == Some(1) && run.stderr.contains("1 of the strips leave the elevation model"), "{area}: {run:?}");
+        assert!(
+            run.code == Some(1) && run.stderr.contains("1 of the strips leave the elevation model"),
+            "{area}: {run:?}"
+        );
         folder.run(&format!("{} --force", with(PLAN, "--area", area))).done();
     }
 }

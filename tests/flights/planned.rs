@@ -167,7 +167,12 @@ fn without_noise_photos_are_taken_where_they_are_planned_to_centimetres() {
     let (x, y) = (4.0 * BASE_M, 2.0 * SPACING_M);
     let area = Area::new(&[[BASE_M, 0.0], [x, 0.0], [x, y], [BASE_M, y]]).expect("an area");
     let along_m: Vec<f64> = (0..6).map(|n| f64::from(n) * BASE_M).collect();
-    let strips = [0, 1, 2].map(|line| Strip { line, across_m: line as f64 * SPACING_M, along_m: along_m.clone(), course: Course::default() });
+    let strips = [0, 1, 2].map(|line| Strip {
+        line,
+        across_m: line as f64 * SPACING_M,
+        along_m: along_m.clone(),
+        course: Course::default(),
+    });
     let footprint_m = [2.0 * HALF_TANGENT.1 * HEIGHT_M, 2.0 * HALF_TANGENT.0 * HEIGHT_M];
     let view = View { height_m: HEIGHT_M, base_height_m: BASE_HEIGHT_M, footprint_m };
     let pixel = [2.0 * HALF_TANGENT.1 / f64::from(PIXELS.1), 2.0 * HALF_TANGENT.0 / f64::from(PIXELS.0)];

@@ -115,6 +115,8 @@ def check(folder):
     flown = json.loads((folder / "plan.json").read_text())
     jsonschema.Draft202012Validator(PLAN).validate(plan)
     items = plan["mission"]["items"]
+    # What QGroundControl calls these: MAV_AUTOPILOT_ARDUPILOTMEGA or _PX4; fixed wing, quadrotor, VTOL.
+    assert plan["mission"]["firmwareType"] in (3, 12) and plan["mission"]["vehicleType"] in (1, 2, 20)
     assert [item["doJumpId"] for item in items] == list(range(1, len(items) + 1))
     waypoints = through_pymavlink(plan["mission"])
     assert len(waypoints) == len(items) + 1

@@ -10,7 +10,8 @@ use std::process::Command;
 /// What the script imports.
 const MODULES: [python::Module; 2] = [("jsonschema", "jsonschema==4.26.0"), ("pymavlink", "pymavlink==2.4.49")];
 
-/// Plans a small area, without and with a trigger for each photo and with a take-off, and has the missions read.
+/// Plans a small area for every vehicle and autopilot, without and with a trigger for each photo, at one height and following the ground,
+/// without and with a take-off, and has the missions read.
 pub fn check() -> Outcome {
     python::with(&MODULES).map_or_else(Outcome::Skipped, |python| planned_and_read(&python).into())
 }
@@ -26,13 +27,29 @@ fn planned_and_read(python: &Path) -> Result<(), Failure> {
     let grid = (0..141).map(row).collect::<Vec<_>>().join("\n");
     let head = "ncols 141\nnrows 141\nxllcenter -1500\nyllcenter -1500\ncellsize 25\n";
     fs::write(folder.join("dem.asc"), format!("{head}{grid}\n")).map_err(failed)?;
-    let vehicles = ["--vehicle", "vtol", "--autopilot", "px4", "--takeoff-and-return"];
-    for (out, extra) in [("line", &[][..]), ("triggers", &["--trigger-items"]), ("vtol", &vehicles)] {
+    for (out, extra) in missions() {
         let mut plan = Command::new(places::tested("plumbline"));
         plan.args(["plan", "--dem", "dem.asc", "--area", "0,0,400,300", "--camera", "camera.toml"]);
-        plan.args(["--height-m", "300", "--overlap", "60/30", "--origin", "48,11", "--out", out]).args(extra);
+        plan.args(["--height-m", "300", "--overlap", "60/30", "--origin", "48,11", "--out", &out]).args(extra);
         run(plan.current_dir(&folder))?;
-        run(Command::new(python).arg(places::root().join("tests/plan/qgc_plan.py")).arg(folder.join(out)))?;
+        run(Command::new(python).arg(places::root().join("tests/plan/qgc_plan.py")).arg(folder.join(&out)))?;
     }
     Ok(())
+}
+
+/// A folder for each mission, and its options.
+fn missions() -> Vec<(String, Vec<&'static str>)> {
+    let mut missions = vec![("line".to_owned(), Vec::new()), ("triggers".to_owned(), vec!["--trigger-items"])];
+    for vehicle in ["fixed-wing", "vtol", "multirotor"] {
+        for autopilot in ["ardupilot", "px4"] {
+            let of = ["--vehicle", vehicle, "--autopilot", autopilot];
+            let follow = ["--follow-terrain", "10", "--trigger-items"];
+            missions.push((format!("{vehicle}-{autopilot}"), [&of[..], &["--takeoff-and-return"]].concat()));
+            missions.push((
+                format!("{vehicle}-{autopilot}-follow"),
+                [&of[..], &follow, &["--takeoff-and-return"]].concat(),
+            ));
+        }
+    }
+    missions
 }

@@ -26,7 +26,7 @@ pub struct Args {
     /// follow_up_deg
     ///
     /// Positions are those of the point that fixes refer to, on their grid; the height is the camera's above the ground, the
-    /// heading from grid north. A pose belongs to the fix of the same mid_exposure_us.
+    /// heading from grid north. A pitch of 0 looks straight down: to a gimbal's add 90. A pose belongs to the fix of the same mid_exposure_us.
     #[arg(long, value_name = "CSV")]
     poses: PathBuf,
     /// The camera file to write
@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     camera.boresight = Some(boresight_deg);
     let camera = camera.checked_toml_string(&args.out)?;
     let summary = summary(boresight_deg, &found, &joined);
-    let notes = notes(&summary, &found);
+    let notes = [joined.doubt.clone().into_iter().collect(), notes(&summary, &found)].concat();
     match &args.report {
         None => write_file(&args.out, camera.as_bytes())?,
         Some(folder) => {

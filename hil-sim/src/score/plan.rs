@@ -278,8 +278,11 @@ impl Block {
     }
 
     fn simulated(&self, seen: &[Vec<Ray>], taken: &[Taken]) -> Option<[f64; 2]> {
-        let mut strips: Vec<Strip> =
-            self.lines.iter().map(|&line| Strip { line, across_m: 0.0, along_m: Vec::new(), course: Course::default() }).collect();
+        let mut strips: Vec<Strip> = self
+            .lines
+            .iter()
+            .map(|&line| Strip { line, across_m: 0.0, along_m: Vec::new(), course: Course::default() })
+            .collect();
         for photo in taken {
             strips[photo.strip].along_m.push(0.0);
         }

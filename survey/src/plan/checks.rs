@@ -102,9 +102,9 @@ impl Checks {
         let way = Way::new(layout, strips, &turns);
         let unknown = unknown_posts(layout);
         let unknown = unknown.as_ref().map(Terrain::new);
-        let passes_unknown = unknown.as_ref().is_some_and(|unknown| {
-            way.parts.iter().any(|(zone, _)| unknown.highest_in(&layout.axes, zone).is_some())
-        });
+        let passes_unknown = unknown
+            .as_ref()
+            .is_some_and(|unknown| way.parts.iter().any(|(zone, _)| unknown.highest_in(&layout.axes, zone).is_some()));
         let nearest_m = nearest_m(layout, strips)?;
         let px_per_s = request.limits.speed_m_s / (request.tangent_per_px[0] * nearest_m);
         Ok(Checks {
@@ -171,9 +171,8 @@ impl Way {
 
     /// Least height above the terrain, over the base plane where nothing is known.
     fn clearance_m(&self, layout: &Layout<'_>) -> f64 {
-        let above = |(zone, up_m): &(Zone, f64)| {
-            layout.terrain.highest_in(&layout.axes, zone).map(|highest| up_m - highest)
-        };
+        let above =
+            |(zone, up_m): &(Zone, f64)| layout.terrain.highest_in(&layout.axes, zone).map(|highest| up_m - highest);
         let lowest_m = self.parts.iter().map(|part| part.1).fold(f64::INFINITY, f64::min);
         let over_base_m = lowest_m - layout.view.base_height_m;
         self.parts.iter().filter_map(above).reduce(f64::min).unwrap_or(over_base_m)
@@ -211,9 +210,8 @@ fn nearest_m(layout: &Layout<'_>, strips: &[Strip]) -> Result<f64, InputError> {
         if strip.course.is_level() {
             return depth_m(whole, view.up_m(0.0));
         }
-        let of_photo = |(at, up_m): (&f64, f64)| {
-            depth_m(Zone { along: [at - half_along, at + half_along], ..whole }, up_m)
-        };
+        let of_photo =
+            |(at, up_m): (&f64, f64)| depth_m(Zone { along: [at - half_along, at + half_along], ..whole }, up_m);
         let all = strip.along_m.iter().zip(view.ups_m(strip)).map(of_photo);
         all.fold((f64::INFINITY, 0.0), |least, one| if one.0 < least.0 { one } else { least })
     };
@@ -290,7 +288,12 @@ mod tests {
 
     #[test]
     fn strips_are_flown_there_and_back() {
-        let strip = |line, across_m, along_m: &[f64]| Strip { line, across_m, along_m: along_m.to_vec(), course: Course::default() };
+        let strip = |line, across_m, along_m: &[f64]| Strip {
+            line,
+            across_m,
+            along_m: along_m.to_vec(),
+            course: Course::default(),
+        };
         let strips = [strip(0, 0.0, &[0.0, 100.0]), strip(0, 0.0, &[300.0, 400.0]), strip(1, 50.0, &[0.0, 450.0])];
         let turns = Turns { radius_m: 10.0 };
         let turn = 10.0 * std::f64::consts::PI + 30.0;

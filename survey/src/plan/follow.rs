@@ -56,7 +56,8 @@ impl Layout<'_> {
         let mut profile = self.profile(across_m, [from_m, to_m]);
         profile.iter_mut().for_each(|point| point[1] -= self.view.base_height_m);
         fill(&mut profile);
-        let (start_m, end_m) = (self.end_m(follow, across_m, [from_m; 2]), self.end_m(follow, across_m, [to_m, beyond_m]));
+        let (start_m, end_m) =
+            (self.end_m(follow, across_m, [from_m; 2]), self.end_m(follow, across_m, [to_m, beyond_m]));
         let last = profile.len() - 1;
         profile[0][1] = profile[0][1].max(start_m);
         profile[last][1] = profile[last][1].max(end_m);

@@ -1,7 +1,9 @@
 //! What was planned, as `plan.json` has it.
 
 use super::combinations::Limits;
-use super::file::{Accuracy, ConstantBase, FollowFile, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, SwathMin, VERSION};
+use super::file::{
+    Accuracy, ConstantBase, FollowFile, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, SwathMin, VERSION,
+};
 use super::flown::{Leg, flown};
 use super::follow::Follow;
 use super::lines::{Strip, line_count, photo_count};
@@ -72,7 +74,8 @@ impl Planned<'_> {
         let strip = |leg: Leg<'_>| {
             let strip = leg.strip;
             let photos = strip.along_m.iter().map(|along_m| at(strip, [*along_m, strip.course.rise_m(*along_m)]));
-            let mut way = if strip.course.is_level() { Vec::new() } else { leg.way(leg.led(self.checks.turn_radius_m)) };
+            let mut way =
+                if strip.course.is_level() { Vec::new() } else { leg.way(leg.led(self.checks.turn_radius_m)) };
             if leg.is_back {
                 way.reverse();
             }
@@ -95,9 +98,9 @@ impl Planned<'_> {
             let ends = [strip.along_m[0], strip.along_m[strip.along_m.len() - 1]];
             let ground = layout.profile(strip.across_m, ends).into_iter();
             let above = ground.map(|[at, ground]| layout.view.up_m(strip.course.rise_m(at)) - ground);
-            above.filter(|above| above.is_finite()).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], above| {
-                [low.min(above), high.max(above)]
-            })
+            above
+                .filter(|above| above.is_finite())
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], above| [low.min(above), high.max(above)])
         };
         let all = self.strips.iter().map(above).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])?;
         let [above_ground_min_m, above_ground_max_m] = if all[0] <= all[1] { all } else { [layout.view.height_m; 2] };

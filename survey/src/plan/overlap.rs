@@ -22,9 +22,10 @@ impl Layout<'_> {
     pub fn achieved(&self, strips: &[Strip]) -> Achieved {
         let smallest = |values: &mut dyn Iterator<Item = f64>| values.reduce(f64::min);
         let mut forward = strips.iter().flat_map(|strip| {
-            strip.along_m.windows(2).map(|pair| {
-                self.forward_overlap_on(&strip.course, strip.across_m, pair[0], pair[1] - pair[0])
-            })
+            strip
+                .along_m
+                .windows(2)
+                .map(|pair| self.forward_overlap_on(&strip.course, strip.across_m, pair[0], pair[1] - pair[0]))
         });
         let lines: Vec<&Strip> = strips.chunk_by(|a, b| a.line == b.line).map(|parts| &parts[0]).collect();
         let mut side = lines.windows(2).map(|pair| {

@@ -171,7 +171,8 @@ impl Layout<'_> {
         let at = |k: f64| from_m + (to_m - from_m) * k / count;
         let section = |k: usize| {
             let along = [at(k as f64), at(k as f64 + 1.0)];
-            let around = [along[0] - half_base_m, along[1] + half_base_m].map(|at| at.clamp(planned_m[0], planned_m[1]));
+            let around =
+                [along[0] - half_base_m, along[1] + half_base_m].map(|at| at.clamp(planned_m[0], planned_m[1]));
             let rise_m = courses.map(|course| course.range_m(around));
             let low_m = rise_m[0][0].min(rise_m[1][0]);
             let [near_m, far_m] = rise_m.map(|[_, high]| view.half_m(1, high - low_m));

@@ -76,7 +76,14 @@ impl Request {
         let view = self.view(terrain)?;
         let layout = |heading_deg: f64, overlaps: Overlaps| {
             let axes = Axes::new(heading_deg);
-            Layout { terrain, axes, area: self.area.mapped(|corner| axes.of(corner)), view, overlaps, follow: self.follow }
+            Layout {
+                terrain,
+                axes,
+                area: self.area.mapped(|corner| axes.of(corner)),
+                view,
+                overlaps,
+                follow: self.follow,
+            }
         };
         let heading_deg = match self.heading_deg {
             Some(heading_deg) => heading_deg,

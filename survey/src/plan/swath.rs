@@ -15,9 +15,8 @@ impl Layout<'_> {
     pub fn swath_min(&self, strips: &[Strip]) -> Option<f64> {
         let sight = Sight::new(self);
         let [_, half] = self.view.half_tangent();
-        let across = |strip: &Strip, along_m: f64, tangent: f64| {
-            self.axes.of(sight.meets(strip, along_m, [0.0, tangent]))[1]
-        };
+        let across =
+            |strip: &Strip, along_m: f64, tangent: f64| self.axes.of(sight.meets(strip, along_m, [0.0, tangent]))[1];
         let lines: Vec<&[Strip]> = strips.chunk_by(|a, b| a.line == b.line).collect();
         let pairs: Vec<(f64, &Strip, &Strip)> = lines
             .windows(2)

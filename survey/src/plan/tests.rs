@@ -40,7 +40,14 @@ pub(super) fn view(base_height_m: f64) -> View {
 
 fn layout<'a>(terrain: &'a Terrain<'a>, area: Area, forward: f64, side: f64) -> Layout<'a> {
     let base = base_height_m(terrain.dem(), &area).expect("known");
-    Layout { terrain, axes: Axes::new(90.0), area, view: view(base), overlaps: Overlaps { forward, side }, follow: None }
+    Layout {
+        terrain,
+        axes: Axes::new(90.0),
+        area,
+        view: view(base),
+        overlaps: Overlaps { forward, side },
+        follow: None,
+    }
 }
 
 fn counts(strips: &[Strip]) -> Vec<usize> {

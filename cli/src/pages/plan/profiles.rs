@@ -76,7 +76,8 @@ impl Page<'_> {
 
     fn picture(&self, profile: &Profile<'_>) -> Markup {
         let file = self.outputs.file;
-        let heights = || profile.ground.iter().zip(&profile.flown).map(|(ground, flown)| (ground.0, flown.1 - ground.1));
+        let heights =
+            || profile.ground.iter().zip(&profile.flown).map(|(ground, flown)| (ground.0, flown.1 - ground.1));
         let above: Vec<(f64, f64)> = heights().collect();
         let gsd: Vec<(f64, f64)> = heights().map(|(at, above)| (at, file.gsd_m * above / file.height_m)).collect();
         let (from_m, view) = (profile.leg.from_m(), &self.outputs.planned.layout.view);

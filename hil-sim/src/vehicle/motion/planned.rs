@@ -200,8 +200,10 @@ fn knots(line: &Line, [from_m, to_m]: [f64; 2], rounded_m: f64) -> Vec<Knot> {
     at.extend(line.heights.iter().map(|point| point[0]).filter(|at| *at > from_m && *at < to_m));
     at.push(to_m);
     let points: Vec<[f64; 2]> = at.into_iter().map(|at| [at, line.up_m(at)]).collect();
-    let slopes: Vec<f64> = points.windows(2).map(|pair| (pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0])).collect();
-    let knot = |[at_m, up_m]: [f64; 2], off_m: f64, slope: f64| Knot { at_m: at_m + off_m, up_m: up_m + off_m * slope, slope };
+    let slopes: Vec<f64> =
+        points.windows(2).map(|pair| (pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0])).collect();
+    let knot =
+        |[at_m, up_m]: [f64; 2], off_m: f64, slope: f64| Knot { at_m: at_m + off_m, up_m: up_m + off_m * slope, slope };
     let mut knots = vec![knot(points[0], 0.0, 0.0)];
     for (k, pair) in points.windows(2).enumerate().filter(|_| slopes.iter().any(|slope| *slope != 0.0)) {
         let off_m = rounded_m.min(0.4 * (pair[1][0] - pair[0][0]));

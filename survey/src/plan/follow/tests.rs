@@ -44,7 +44,9 @@ fn up_m(layout: &Layout<'_>, strip: &Strip, along_m: f64) -> f64 {
 fn heights_above_the_ground_keep_the_tolerance_and_ways_the_climb() {
     let dem = rough();
     let terrain = Terrain::new(&dem);
-    for (heading_deg, follow) in [(90.0, FOLLOW), (0.0, FOLLOW), (37.0, FOLLOW), (90.0, Follow { climb: 5.0, ..FOLLOW })] {
+    for (heading_deg, follow) in
+        [(90.0, FOLLOW), (0.0, FOLLOW), (37.0, FOLLOW), (90.0, Follow { climb: 5.0, ..FOLLOW })]
+    {
         let layout = layout(&terrain, heading_deg, Some(follow));
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         for strip in &layout.variable().expect("laid") {
@@ -111,7 +113,8 @@ fn the_overlap_is_kept_on_every_ground_point_that_both_see() {
         for (k, strip) in strips.iter().enumerate() {
             for pair in strip.along_m.windows(2) {
                 let next = strips.get(k + 1).and_then(|next| {
-                    let beside = next.along_m.iter().min_by(|a, b| (*a - pair[0]).abs().total_cmp(&(*b - pair[0]).abs()));
+                    let beside =
+                        next.along_m.iter().min_by(|a, b| (*a - pair[0]).abs().total_cmp(&(*b - pair[0]).abs()));
                     beside.map(|at| photo(next, *at))
                 });
                 let here = photo(strip, pair[0]);
