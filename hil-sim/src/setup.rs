@@ -4,6 +4,7 @@ mod along_plan;
 pub mod elevation;
 pub mod frames;
 mod kept;
+mod watched;
 mod live;
 pub mod planned;
 mod procedural;

@@ -1,4 +1,5 @@
-//! Missions for QGroundControl, read by other authors' programs (`tests/plan/qgc_plan.py`).
+//! Missions for QGroundControl, read by other authors' programs (`tests/plan/qgc_plan.py`), and told to them in flight
+//! (`tests/watched/ground_station.py`).
 
 use super::process::run;
 use super::steps::Outcome;
@@ -34,7 +35,9 @@ fn planned_and_read(python: &Path) -> Result<(), Failure> {
         run(plan.current_dir(&folder))?;
         run(Command::new(python).arg(places::root().join("tests/plan/qgc_plan.py")).arg(folder.join(&out)))?;
     }
-    Ok(())
+    // And what a ground station is told that watches such a flight.
+    let script = places::root().join("tests/watched/ground_station.py");
+    run(Command::new(python).arg(script).arg(places::tested("plumbline")).arg(&folder))
 }
 
 /// A folder for each mission, and its options.

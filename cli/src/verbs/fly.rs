@@ -112,7 +112,8 @@ pub struct Args {
     ///
     /// What autopilot and firmware say to each other goes there as it is said: heartbeats, attitude, position, fixes, lines of
     /// text. The flight then takes its own time, or less with --speed. A tcp: address is connected to where somebody listens; else
-    /// whoever connects to it may listen. Nothing that a ground station sends has an effect.
+    /// whoever connects to it may listen. Who asks is told
+    /// the mission of a flight along a plan or waypoints and the autopilot's parameters; orders are declined.
     #[arg(long, value_name = "STATION", conflicts_with = "autopilot")]
     mavlink: Option<Station>,
     /// Simulated seconds in a second of a flight that is watched by --mavlink
@@ -202,7 +203,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     for note in setup.plan.iter().flat_map(|plan| &plan.notes).chain(&setup.notes) {
         outcome::note(note);
     }
-    let (mut link, mut linked) = watched(args, link(args, &setup)?)?;
+    let (mut link, mut linked) = watched(args, &setup, link(args, &setup)?)?;
     let keep = Keep { first: args.dump.unwrap_or(0), every: frames.div_ceil(PICTURED).max(1) };
     let mut watch = Watch::new(progress::bar(frames.into(), "frame"))?;
     let (flight, aborted) = match fly(&setup, link.as_mut(), keep, &mut watch) {
@@ -239,9 +240,13 @@ fn too_few(args: &Args, accepted: usize, frames: usize) -> Option<String> {
 }
 
 /// The link, with a ground station beside it where one watches.
-fn watched(args: &Args, (link, linked): (Box<dyn Link>, Linked)) -> Result<(Box<dyn Link>, Linked), Failure> {
+fn watched(
+    args: &Args,
+    setup: &Setup,
+    (link, linked): (Box<dyn Link>, Linked),
+) -> Result<(Box<dyn Link>, Linked), Failure> {
     Ok(match &args.mavlink {
-        Some(station) => (Box::new(Mirror::new(link, station, args.speed)?), linked),
+        Some(station) => (Box::new(Mirror::new(link, station, args.speed, &setup.knowledge())?), linked),
         None => (link, linked),
     })
 }

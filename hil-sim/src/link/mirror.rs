@@ -1,9 +1,12 @@
 //! A link that others can listen to: what autopilot and firmware say to each other goes to a ground station as well, in real time.
 //!
-//! Whoever listens has no say: what a ground station sends is read and dropped. Nothing of the flight depends on it, its bytes are those
-//! of the link alone.
+//! Whoever listens has no say: what a ground station asks for (`answers`) is answered from here, what it orders is declined. Nothing of the
+//! flight depends on it, its bytes are those of the link alone.
+
+mod answers;
 
 use super::{Account, Event, Flash, Link, LinkError};
+use answers::{Answers, Listener};
 use mavlink::dialects::common::{ATTITUDE_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA};
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, MessageData};
 use plumbline_survey::error::InputError;
@@ -13,6 +16,8 @@ use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs, UdpSocket};
 use std::str::FromStr;
 use std::thread;
 use std::time::{Duration, Instant};
+
+pub use answers::{Knowledge, Waypoint};
 
 /// How long an attempt to connect may take, and how long a ground station may take no bytes before it counts as gone. Chosen.
 const ATTEMPT: Duration = Duration::from_secs(2);
@@ -56,11 +61,11 @@ impl fmt::Display for Station {
 /// The way there.
 #[derive(Debug)]
 enum Way {
-    Datagrams(UdpSocket),
+    Datagrams(UdpSocket, Listener),
     /// Connected to where somebody listens.
-    Connected(Vec<TcpStream>),
+    Connected(Vec<(TcpStream, Listener)>),
     /// Whoever connects.
-    Listening(TcpListener, Vec<TcpStream>),
+    Listening(TcpListener, Vec<(TcpStream, Listener)>),
 }
 
 impl Way {
@@ -71,29 +76,39 @@ impl Way {
             let socket = UdpSocket::bind(if first.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" })?;
             socket.connect(first)?;
             socket.set_nonblocking(true)?;
-            return Ok(Way::Datagrams(socket));
+            return Ok(Way::Datagrams(socket, Listener::default()));
         }
         if let Some(stream) = addresses.iter().find_map(|a| TcpStream::connect_timeout(a, ATTEMPT).ok()) {
-            return Ok(Way::Connected(vec![ready(stream)?]));
+            return Ok(Way::Connected(vec![(ready(stream)?, Listener::default())]));
         }
         let listener = TcpListener::bind(&addresses[..])?;
         listener.set_nonblocking(true)?;
         Ok(Way::Listening(listener, Vec::new()))
     }
 
-    /// Whoever does not take it is left out, not waited for.
-    fn send(&mut self, bytes: &[u8]) {
+    /// Whoever does not take it is left out, not waited for. Whoever asks is answered.
+    fn send(&mut self, bytes: &[u8], answers: &mut Answers) {
         let (Way::Connected(streams) | Way::Listening(_, streams)) = self else {
-            if let Way::Datagrams(socket) = self {
+            if let Way::Datagrams(socket, listener) = self {
                 // Nobody there, or no room: a datagram may get lost.
-                let _ = bytes.chunks(DATAGRAM_MAX).try_for_each(|piece| socket.send(piece).map(|_| ()));
-                while socket.recv(&mut [0; DATAGRAM_MAX]).is_ok() {}
+                let send =
+                    |bytes: &[u8]| drop(bytes.chunks(DATAGRAM_MAX).try_for_each(|piece| socket.send(piece).map(drop)));
+                send(bytes);
+                let mut heard = [0; DATAGRAM_MAX];
+                while let Ok(count) = socket.recv(&mut heard) {
+                    send(&answers.to(listener, &heard[..count]));
+                }
             }
             return;
         };
-        streams.retain_mut(|stream| is_there(stream) && stream.write_all(bytes).is_ok());
+        streams.retain_mut(|(stream, listener)| {
+            let Some(heard) = heard(stream) else { return false };
+            let answer = answers.to(listener, &heard);
+            stream.write_all(bytes).is_ok() && stream.write_all(&answer).is_ok()
+        });
         if let Way::Listening(listener, streams) = self {
-            streams.extend(listener.accept().ok().and_then(|(stream, _)| ready(stream).ok()));
+            let accepted = listener.accept().ok().and_then(|(stream, _)| ready(stream).ok());
+            streams.extend(accepted.map(|stream| (stream, Listener::default())));
         }
     }
 }
@@ -105,25 +120,26 @@ fn ready(stream: TcpStream) -> std::io::Result<TcpStream> {
     Ok(stream)
 }
 
-/// Takes what a ground station says; whether it still listens.
-fn is_there(stream: &mut TcpStream) -> bool {
+/// What a ground station has said; `None` where it listens no more.
+fn heard(stream: &mut TcpStream) -> Option<Vec<u8>> {
     // A read waits for its time-out: only what is there already is looked for.
-    let mut one = [0];
-    if stream.set_nonblocking(true).is_err() {
-        return false;
-    }
-    let is_there = match stream.peek(&mut one) {
-        Ok(0) => false,
-        Ok(_) => stream.read(&mut [0; 4096]).is_ok(),
-        Err(error) => error.kind() == ErrorKind::WouldBlock,
-    };
-    stream.set_nonblocking(false).is_ok() && is_there
+    stream.set_nonblocking(true).ok()?;
+    let mut bytes = vec![0; 4096];
+    let count = match stream.read(&mut bytes) {
+        Ok(0) => None,
+        Ok(count) => Some(count),
+        Err(error) => (error.kind() == ErrorKind::WouldBlock).then_some(0),
+    }?;
+    stream.set_nonblocking(false).ok()?;
+    bytes.truncate(count);
+    Some(bytes)
 }
 
 /// A link, and a ground station beside it.
 pub struct Mirror {
     link: Box<dyn Link>,
     way: Way,
+    answers: Answers,
     /// Simulated seconds in a second.
     speed: f64,
     /// The first step: its tick, and when it was.
@@ -139,13 +155,13 @@ impl fmt::Debug for Mirror {
 }
 
 impl Mirror {
-    /// Of a link, `speed` simulated seconds in a second.
+    /// Of a link, `speed` simulated seconds in a second; who asks is told what is known of the flight.
     ///
     /// # Errors
     /// The address is none, or cannot be listened at.
-    pub fn new(link: Box<dyn Link>, station: &Station, speed: f64) -> Result<Self, InputError> {
+    pub fn new(link: Box<dyn Link>, station: &Station, speed: f64, knowledge: &Knowledge) -> Result<Self, InputError> {
         let way = Way::open(station).map_err(|error| InputError::new(format!("--mavlink {station}: {error}")))?;
-        Ok(Mirror { link, way, speed, start: None, told: None })
+        Ok(Mirror { link, way, answers: Answers::new(knowledge), speed, start: None, told: None })
     }
 
     /// Waits until it is time for a step.
@@ -160,7 +176,7 @@ impl Mirror {
         let is_due = self.told.is_none_or(|told| timer.wrapping_sub(told) >= ATTITUDE_TICKS);
         if let Some(attitude) = attitude(bytes).filter(|_| is_due) {
             self.told = Some(timer);
-            self.way.send(&attitude);
+            self.way.send(&attitude, &mut self.answers);
         }
     }
 }
@@ -192,12 +208,12 @@ impl Link for Mirror {
     fn step(&mut self, timer: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError> {
         self.keep_pace(timer);
         if let Event::Bytes(bytes) = event {
-            self.way.send(bytes);
+            self.way.send(bytes, &mut self.answers);
             self.tell_attitude(timer, bytes);
         }
         let sent = self.link.step(timer, event)?;
         if !sent.is_empty() {
-            self.way.send(&sent);
+            self.way.send(&sent, &mut self.answers);
         }
         Ok(sent)
     }
@@ -220,89 +236,4 @@ impl Link for Mirror {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Answers each step with its event.
-    struct Echo;
-
-    impl Link for Echo {
-        fn step(&mut self, _: u32, event: Event<'_>) -> Result<Vec<u8>, LinkError> {
-            Ok(if let Event::Bytes(bytes) = event { bytes.to_vec() } else { vec![0xEE] })
-        }
-    }
-
-    #[test]
-    fn both_directions_are_heard_and_nothing_changes() {
-        let heard = UdpSocket::bind("127.0.0.1:0").expect("a port");
-        heard.set_read_timeout(Some(Duration::from_secs(5))).expect("set");
-        let station: Station = format!("udp:{}", heard.local_addr().expect("bound")).parse().expect("a station");
-        let mut mirror = Mirror::new(Box::new(Echo), &station, 1e3).expect("open");
-        assert_eq!(mirror.step(0, Event::Bytes(b"abc")).expect("a step"), b"abc");
-        assert_eq!(mirror.step(50_000, Event::Nothing).expect("a step"), [0xEE]);
-        for wanted in [&b"abc"[..], b"abc", &[0xEE]] {
-            let mut buffer = [0; 16];
-            let count = heard.recv(&mut buffer).expect("heard");
-            assert_eq!(&buffer[..count], wanted);
-        }
-    }
-
-    #[test]
-    fn a_gimbals_attitude_is_told_as_a_ground_station_shows_it() {
-        let (heading, pitch, roll) = (2.0f32, -0.3f32, 0.2f32);
-        let half = |angle: f32| (0.5 * angle).sin_cos();
-        let ((sy, cy), (sp, cp), (sr, cr)) = (half(heading), half(pitch), half(roll));
-        let q = [
-            cr * cp * cy + sr * sp * sy,
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-        ];
-        let state = AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA {
-            time_boot_us: 7_000_000,
-            q,
-            ..AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::DEFAULT
-        };
-        let mut raw = MAVLinkV2MessageRaw::new();
-        raw.serialize_message_data(MavHeader { system_id: 1, component_id: 1, sequence: 9 }, &state);
-        let told = attitude(raw.raw_bytes()).expect("an attitude");
-        let payload = &told[HEAD..HEAD + usize::from(told[1])];
-        let told = ATTITUDE_DATA::deser(MavlinkVersion::V2, payload).expect("a message");
-        assert_eq!(told.time_boot_ms, 7000);
-        for (told, wanted) in [(told.yaw, heading), (told.pitch, pitch), (told.roll, roll)] {
-            assert!((told - wanted).abs() < 1e-5, "{told} {wanted}");
-        }
-        assert_eq!(attitude(b"short"), None);
-    }
-
-    #[test]
-    fn a_ground_station_comes_and_goes() {
-        let free = TcpListener::bind("127.0.0.1:0").expect("a port").local_addr().expect("bound");
-        let station: Station = format!("tcp:{free}").parse().expect("a station");
-        let mut mirror = Mirror::new(Box::new(Echo), &station, 1e3).expect("listens");
-        mirror.step(0, Event::Nothing).expect("alone");
-        let mut stream = TcpStream::connect(free).expect("connected");
-        (1..5).for_each(|step| assert_eq!(mirror.step(step, Event::Bytes(b"x")).expect("a step"), b"x"));
-        let mut heard = [0; 3];
-        stream.read_exact(&mut heard).expect("heard");
-        assert_eq!(&heard, b"xxx");
-        drop(stream);
-        (5..20).for_each(|step| assert_eq!(mirror.step(step, Event::Bytes(b"x")).expect("a step"), b"x"));
-    }
-
-    #[test]
-    fn it_takes_as_long_as_it_says() {
-        let station: Station = "udp:127.0.0.1:9".parse().expect("a station");
-        let mut mirror = Mirror::new(Box::new(Echo), &station, 4.0).expect("open");
-        let began = Instant::now();
-        (0..=4).for_each(|step| drop(mirror.step(50_000 * step, Event::Nothing)));
-        assert!(began.elapsed() >= Duration::from_millis(50), "{:?}", began.elapsed());
-    }
-
-    #[test]
-    fn what_is_no_station_is_refused() {
-        for text in ["udp:14550", "tcp::5760", "tcp:localhost:0", "serial:/dev/ttyS0", "udp:host:x"] {
-            assert!(text.parse::<Station>().is_err(), "{text}");
-        }
-    }
-}
+mod tests;

@@ -8,7 +8,7 @@
 mod clock;
 mod gnss;
 mod heard;
-mod parameters;
+pub(crate) mod parameters;
 #[cfg(test)]
 mod tests;
 

@@ -47,19 +47,21 @@ impl Page<'_> {
         let tilt =
             if file.tilt_deg > 0.0 { format!(" and at a tilt of up to {}°", file.tilt_deg) } else { String::new() };
         let chosen = if file.combinations.is_empty() { "asked for" } else { "chosen" };
+        let of = if file.follow.is_some() { "constant bases at one height" } else { "constant bases" };
         let saved = match file.constant_base.map_or(0, |constant| constant.photos_saved) {
             _ if file.constant_base.is_none() => {
-                "where no constant bases of fewer than half a million give the same guarantee".to_owned()
+                format!("where no {of} of fewer than half a million photos give the same guarantee")
             }
-            0 => "as many as constant bases with the same guarantee need".to_owned(),
+            0 => format!("as many as {of} with the same guarantee need"),
             saved if saved > 0 => {
-                format!("{} fewer than constant bases with the same guarantee need", whole(saved as u64))
+                format!("{} fewer than {of} with the same guarantee need", whole(saved as u64))
             }
-            more => format!("{} more than constant bases with the same guarantee need", whole(more.unsigned_abs())),
+            more => format!("{} more than {of} with the same guarantee need", whole(more.unsigned_abs())),
         };
         let known = if file.checks.photos_beyond_dem > 0 { " that the elevation model knows" } else { "" };
         format!(
-            "Overlap {wanted}, {chosen}, is kept everywhere on the ground{known}{tilt} by bases that follow the terrain: {}, {saved}.",
+            "Overlap {wanted}, {chosen}, is kept everywhere on the ground{known}{tilt} by bases{} that follow the terrain: {}, {saved}.",
+            if file.follow.is_some() { " and heights" } else { "" },
             photos(file.photo_count)
         )
     }

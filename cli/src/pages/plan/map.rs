@@ -224,7 +224,7 @@ impl Page<'_> {
             section {
                 h2 { "The plan" }
                 figure {
-                    (map.svg("Map of the terrain with area, strips, photos and footprints", true, map.whole(), &over))
+                    div class="pan" { (map.svg("Map of the terrain with area, strips, photos and footprints", true, map.whole(), &over)) }
                     (map.legend())
                     @if let Some((_, legend)) = &density { (legend) }
                     figcaption {

@@ -7,9 +7,6 @@ use mavlink::dialects::common::{MavParamType, PARAM_VALUE_DATA};
 #[derive(Debug, Clone)]
 pub struct Parameters(Vec<(&'static str, f32)>);
 
-/// Parameters that it says it has.
-const COUNT: u16 = 1_000;
-
 impl Parameters {
     /// As documented (`docs/autopilots.md`), with the loop rate that it runs at.
     pub fn new(loop_rate_hz: u32, wrong: &WrongParameters) -> Self {
@@ -28,19 +25,36 @@ impl Parameters {
         Parameters(parameters.map(|(name, right, wrong)| (name, wrong.unwrap_or(right))).to_vec())
     }
 
+    /// Those that it has.
+    fn known(&self) -> impl Iterator<Item = (&'static str, f32)> + '_ {
+        self.0.iter().copied().filter(|(_, value)| !value.is_nan())
+    }
+
     /// The answer to a request by name, which is none for one that it does not have.
     pub fn answer(&self, name: &str) -> Option<PARAM_VALUE_DATA> {
-        let (index, (name, value)) = self.0.iter().enumerate().find(|(_, (known, _))| *known == name)?;
-        let mut bytes = [0; 16];
-        bytes[..name.len()].copy_from_slice(name.as_bytes());
-        let param_type = MavParamType::MAV_PARAM_TYPE_REAL32;
-        let answer = PARAM_VALUE_DATA {
-            param_value: *value,
-            param_count: COUNT,
-            param_index: index as u16,
-            param_id: bytes.into(),
-            param_type,
-        };
-        (!value.is_nan()).then_some(answer)
+        self.all()
+            .into_iter()
+            .find(|answer| answer.param_id[..].starts_with(name.as_bytes()) && is_end(&answer.param_id[name.len()..]))
     }
+
+    /// All of them, in the order of their numbers.
+    pub fn all(&self) -> Vec<PARAM_VALUE_DATA> {
+        let value = |(index, (name, value)): (usize, (&str, f32))| {
+            let mut bytes = [0; 16];
+            bytes[..name.len()].copy_from_slice(name.as_bytes());
+            PARAM_VALUE_DATA {
+                param_value: value,
+                param_count: self.known().count() as u16,
+                param_index: index as u16,
+                param_id: bytes.into(),
+                param_type: MavParamType::MAV_PARAM_TYPE_REAL32,
+            }
+        };
+        self.known().enumerate().map(value).collect()
+    }
+}
+
+/// Whether a name ends before these bytes.
+fn is_end(rest: &[u8]) -> bool {
+    rest.first().is_none_or(|byte| *byte == 0)
 }

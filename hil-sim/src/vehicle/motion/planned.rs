@@ -27,6 +27,18 @@ pub struct Line {
 }
 
 impl Line {
+    /// Its way points in the order of flight: east, north and up; of a level line its ends.
+    pub fn way(&self) -> Vec<[f64; 3]> {
+        let [first, last] = self.ends_m;
+        let (sin, cos) = self.course_rad.sin_cos();
+        let length_m = (last[0] - first[0]).hypot(last[1] - first[1]);
+        let at = |along_m: f64| [first[0] + along_m * sin, first[1] + along_m * cos, self.up_m(along_m)];
+        match self.heights.len() {
+            0 | 1 => vec![at(0.0), at(length_m)],
+            _ => self.heights.iter().map(|[along_m, _]| at(*along_m)).collect(),
+        }
+    }
+
     /// Height at a distance from the first point.
     fn up_m(&self, at_m: f64) -> f64 {
         let next = self.heights.partition_point(|[at, _]| *at <= at_m);
