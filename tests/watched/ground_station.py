@@ -130,7 +130,7 @@ def check(plumbline, folder):
         assert len({point["z"] for point in planned}) > 1
         print(f"{port}: {len(items)} items and {len(known)} parameters, as planned")
     port = f"tcp:127.0.0.1:{TCP + 1}"
-    flight = flying(plumbline, folder, port, ["--set", "navigation.gnss_lost_s=5"])
+    flight = flying(plumbline, folder, port, ["--set", "navigation.gnss_lost_s=5", "--set", "navigation.bank_max_deg=10"])
     try:
         time.sleep(3)
         items, _ = watched(mavutil.mavlink_connection(port, retries=20))

@@ -26,7 +26,7 @@ pub struct Constant {
 }
 
 impl Layout<'_> {
-    /// The same at one flying height.
+    /// Strips as they would be at one flying height.
     pub(super) fn level(&self) -> Self {
         Layout { area: self.area.clone(), follow: None, ..*self }
     }

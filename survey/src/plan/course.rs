@@ -57,6 +57,49 @@ impl Course {
     }
 }
 
+/// How the ground is followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Follow {
+    /// How far the height above the ground straight below may be off.
+    pub tolerance_m: f64,
+    /// Steepest climb and descent, metres a metre.
+    pub climb: f64,
+    /// How far before the first and behind the last exposure the way begins and ends.
+    pub lead_m: f64,
+}
+
+impl Follow {
+    /// Way points over a profile: positions, ascending, and heights above the base plane. Those of `ends` are kept.
+    #[must_use]
+    pub fn course(&self, mut profile: Vec<[f64; 2]>, ends: &[usize]) -> Course {
+        for k in 1..profile.len() {
+            let ([from, before], [to, here]) = (profile[k - 1], profile[k]);
+            profile[k][1] = here.max(before - self.climb * (to - from));
+        }
+        for k in (1..profile.len()).rev() {
+            let ([from, here], [to, after]) = (profile[k - 1], profile[k]);
+            profile[k - 1][1] = here.max(after - self.climb * (to - from));
+        }
+        Course::through(thinned(&profile, ends, self.tolerance_m))
+    }
+}
+
+/// Those of `ends`, and as many points between as a way through them needs to be nowhere off by more than the tolerance.
+fn thinned(points: &[[f64; 2]], ends: &[usize], tolerance_m: f64) -> Vec<[f64; 2]> {
+    let mut kept = vec![false; points.len()];
+    let mut parts: Vec<[usize; 2]> = ends.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+    while let Some([from, to]) = parts.pop() {
+        let ([a, low], [b, high]) = (points[from], points[to]);
+        (kept[from], kept[to]) = (true, true);
+        let off = |k: usize| (points[k][1] - (low + (high - low) * (points[k][0] - a) / (b - a))).abs();
+        let worst = (from + 1..to).max_by(|i, k| off(*i).total_cmp(&off(*k)));
+        if let Some(worst) = worst.filter(|worst| off(*worst) > tolerance_m) {
+            parts.extend([[from, worst], [worst, to]]);
+        }
+    }
+    points.iter().zip(kept).filter(|(_, is_kept)| *is_kept).map(|(point, _)| *point).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,8 +8,7 @@
 
 use super::area::{Area, merged};
 use super::axes::Axes;
-use super::course::Course;
-use super::follow::Follow;
+use super::course::{Course, Follow};
 use super::terrain::{Terrain, Zone};
 use crate::error::InputError;
 

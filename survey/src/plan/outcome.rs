@@ -1,11 +1,11 @@
 //! What was planned, as `plan.json` has it.
 
 use super::combinations::Limits;
+use super::course::Follow;
 use super::file::{
     Accuracy, ConstantBase, FollowFile, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, SwathMin, VERSION,
 };
 use super::flown::{Leg, flown};
-use super::follow::Follow;
 use super::lines::{Strip, line_count, photo_count};
 use super::model_file::ModelFile;
 use super::place::Place;

@@ -44,13 +44,13 @@ impl View {
         self.pair_over(rise_m, highest_m.unwrap_or(reference_m) - reference_m)
     }
 
-    /// The same over ground that rises so far above the plane that lies H below the lower one.
+    /// A pair over ground that rises so far above the plane that lies H below the lower one.
     fn pair_over(&self, rise_m: [f64; 2], above_m: f64) -> Pair {
         let apart = (rise_m[0] - rise_m[1]).abs() / self.height_m;
         Pair { share: 1.0 - above_m / self.height_m + apart, apart }
     }
 
-    /// The same over ground that is nowhere lower than that plane: the wish is kept on it whatever lies deeper.
+    /// A pair over ground that is nowhere lower than that plane: the wish is kept on it whatever lies deeper.
     ///
     /// # Errors
     /// The terrain reaches the camera.

@@ -67,6 +67,13 @@ impl Request {
         Ok(View { height_m: self.height_m, base_height_m, footprint_m })
     }
 
+    /// Strips of a heading over the area.
+    fn layout<'r>(&self, terrain: &'r Terrain<'r>, view: View, heading_deg: f64, overlaps: Overlaps) -> Layout<'r> {
+        let axes = Axes::new(heading_deg);
+        let area = self.area.mapped(|corner| axes.of(corner));
+        Layout { terrain, axes, area, view, overlaps, follow: self.follow }
+    }
+
     /// Plans.
     ///
     /// # Errors
@@ -74,17 +81,7 @@ impl Request {
     /// exposures that follow each other too fast, too many photos.
     pub fn plan<'r>(&self, terrain: &'r Terrain<'r>, progress: Progress<'_>) -> Result<Planned<'r>, InputError> {
         let view = self.view(terrain)?;
-        let layout = |heading_deg: f64, overlaps: Overlaps| {
-            let axes = Axes::new(heading_deg);
-            Layout {
-                terrain,
-                axes,
-                area: self.area.mapped(|corner| axes.of(corner)),
-                view,
-                overlaps,
-                follow: self.follow,
-            }
-        };
+        let layout = |heading_deg: f64, overlaps: Overlaps| self.layout(terrain, view, heading_deg, overlaps);
         let heading_deg = match self.heading_deg {
             Some(heading_deg) => heading_deg,
             None => self.heading(&|heading_deg| layout(heading_deg, self.overlaps.unwrap_or(LEAST)))?,

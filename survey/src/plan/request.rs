@@ -2,7 +2,7 @@
 
 use super::area::Area;
 use super::combinations::Limits;
-use super::follow::Follow;
+use super::course::Follow;
 use super::intersect::Sigmas;
 use super::lines::Overlaps;
 
