@@ -14,10 +14,24 @@ pub fn number(value: f64, digits: usize, unit: &str) -> String {
     }
     let mut text = format!("{value:.digits$}").replace('-', "−");
     if !unit.is_empty() {
-        text.push(SPACE);
+        // Signs of angles stand close.
+        text.extend(Some(SPACE).filter(|_| !["°", "′", "″"].contains(&unit)));
         text.push_str(unit);
     }
     text
+}
+
+/// A sentence whose negative numbers have a minus for their hyphen.
+pub fn minus(text: &str) -> String {
+    let mut before = ' ';
+    let mut after = text.chars().skip(1);
+    let mut turned = |sign: char| {
+        let is_number = after.next().is_some_and(|next| next.is_ascii_digit());
+        let is_sign = sign == '-' && is_number && !before.is_alphanumeric();
+        before = sign;
+        if is_sign { '−' } else { sign }
+    };
+    text.chars().map(&mut turned).collect()
 }
 
 /// A number that may be missing; [`NONE`] where it is.
@@ -81,6 +95,11 @@ mod tests {
         assert_eq!(whole(999), "999");
         assert_eq!(whole(1_234_567), "1\u{202f}234\u{202f}567");
         assert_eq!(number(-0.256, 2, "m"), "−0.26\u{202f}m");
+        assert_eq!(number(-1.5, 1, "°"), "−1.5°");
+        assert_eq!(
+            minus("phi is -0.13 (-2 m), 3-4 of a north-east 2e-4"),
+            "phi is −0.13 (−2 m), 3-4 of a north-east 2e-4"
+        );
         assert_eq!(number(f64::NAN, 2, "m"), NONE);
         assert_eq!(maybe(None, 1, "px"), NONE);
         assert_eq!(percent(0.5), "50.0\u{202f}%");

@@ -68,7 +68,7 @@ def parameters(link):
 
 
 def watched(link):
-    heartbeat = link.wait_heartbeat(timeout=30)
+    heartbeat = link.wait_heartbeat(timeout=120)
     assert heartbeat is not None, "no heartbeat"
     while (heartbeat.get_srcSystem(), heartbeat.get_srcComponent()) != (1, 1):
         heartbeat = link.recv_match(type="HEARTBEAT", blocking=True, timeout=10)
@@ -108,7 +108,7 @@ def check(plumbline, folder):
         listening = mavutil.mavlink_connection(address) if port.startswith("udp") else None
         flight = flying(plumbline, folder, port, ["--plan", "watched/plan.json"])
         try:
-            for _ in range(60):
+            for _ in range(240):
                 if listening is not None:
                     break
                 time.sleep(0.5)
@@ -133,7 +133,7 @@ def check(plumbline, folder):
     flight = flying(plumbline, folder, port, ["--set", "navigation.gnss_lost_s=5", "--set", "navigation.bank_max_deg=10"])
     try:
         time.sleep(3)
-        items, _ = watched(mavutil.mavlink_connection(port, retries=20))
+        items, _ = watched(mavutil.mavlink_connection(port, retries=120))
     finally:
         flight.terminate()
         flight.wait()

@@ -3,6 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
+use plumbline_charts::format::minus;
 use plumbline_papers::Row;
 use plumbline_papers::text::number;
 
@@ -45,10 +46,10 @@ fn section(rows: &[Row], decimals: usize) -> Markup {
                 tbody { @for (index, row) in rows.iter().enumerate() {
                     tr {
                         th { (row.quantity) @if let Some(why) = &row.difference {
-                            small { b class="warn" { "differs: " } @if above(index) == Some(why) { "as above" } @else { (why) } }
+                            small { b class="warn" { "differs: " } @if above(index) == Some(why) { "as above" } @else { (minus(why)) } }
                         } }
-                        td class="n" { (number(row.paper, decimals)) }
-                        td class="n" { (number(row.ours, decimals)) }
+                        td class="n" { (minus(&number(row.paper, decimals))) }
+                        td class="n" { (minus(&number(row.ours, decimals))) }
                     }
                 } }
             }

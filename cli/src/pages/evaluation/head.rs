@@ -2,7 +2,7 @@
 
 use super::Page;
 use maud::{Markup, html};
-use plumbline_charts::format::{maybe, percent};
+use plumbline_charts::format::{maybe, minus, percent};
 use plumbline_charts::page::key;
 use plumbline_sim::evaluate::judge::{Figures, RIGHT_PX};
 
@@ -18,7 +18,7 @@ impl Page<'_> {
                     (self.setup.scenario.vehicle.search_px) " px"
                 }
                 @let (class, words) = verdict(figures);
-                p class="verdict" { span class=(class) { (words) } " " (sentence(&self.summary.platform.says)) }
+                p class="verdict" { span class=(class) { (words) } " " (minus(&sentence(&self.summary.platform.says))) }
                 @if figures.wrong > 0 {
                     p class="verdict bad" { "Wrong fixes: " (figures.wrong) ", more than " (RIGHT_PX) " px from " (self.middle()) "." }
                 }
