@@ -61,7 +61,7 @@ impl fmt::Display for Station {
 /// The way there.
 #[derive(Debug)]
 enum Way {
-    Datagrams(UdpSocket, Listener),
+    Datagrams(UdpSocket, Box<Listener>),
     /// Connected to where somebody listens.
     Connected(Vec<(TcpStream, Listener)>),
     /// Whoever connects.
@@ -76,7 +76,7 @@ impl Way {
             let socket = UdpSocket::bind(if first.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" })?;
             socket.connect(first)?;
             socket.set_nonblocking(true)?;
-            return Ok(Way::Datagrams(socket, Listener::default()));
+            return Ok(Way::Datagrams(socket, Box::default()));
         }
         if let Some(stream) = addresses.iter().find_map(|a| TcpStream::connect_timeout(a, ATTEMPT).ok()) {
             return Ok(Way::Connected(vec![(ready(stream)?, Listener::default())]));
