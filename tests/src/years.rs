@@ -2,11 +2,13 @@
 //! years, and what they say of it.
 
 pub mod chain;
+pub mod displacements;
 pub mod features;
 pub mod picture;
 pub mod table;
 
 use crate::seeded::Random;
+use displacements::Field;
 use plumbline_core::image::{Run, View};
 use plumbline_core::matching::Prior;
 use plumbline_core::matching::acceptance::AcceptRule;
@@ -14,12 +16,16 @@ use plumbline_core::matching::correlation;
 use plumbline_core::matching::directions::{self, Located, risk::Rule};
 use plumbline_core::matching::search;
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::Raster;
+use plumbline_survey::io::raster::{GeoTransform, Raster};
 use std::path::Path;
 
 /// One orthophoto on a grid that several share.
 #[derive(Clone, Debug)]
 pub struct Year {
+    /// The file's name without its folders.
+    pub name: String,
+    /// Where the grid lies.
+    pub geo: GeoTransform,
     /// Columns of the grid.
     pub cols: usize,
     /// Rows of the grid.
@@ -68,14 +74,38 @@ pub fn years(paths: &[impl AsRef<Path>]) -> Result<Vec<Year>, InputError> {
     if size.0 == 0 || size.1 == 0 {
         return Err(InputError::new("the orthophotos have no area in common"));
     }
-    let laid = rasters.iter().zip(&corners).map(|(raster, corner)| {
-        let own = Year { cols: raster.cols, rows: raster.rows, greys: raster.grey() };
+    let geo = GeoTransform { x0: left, y0: top, ..first.geo };
+    let laid = rasters.iter().zip(&corners).zip(paths).map(|((raster, corner), path)| {
+        let name = path.as_ref().file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let own = Year { name: name.clone(), geo, cols: raster.cols, rows: raster.rows, greys: raster.grey() };
         let (col, row) = offset(corner);
         let places = (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y)));
         let greys = places.map(|(x, y)| own.at(x as f64 + col, y as f64 + row) as f32).collect();
-        Year { cols: size.0, rows: size.1, greys }
+        Year { name, geo, cols: size.0, rows: size.1, greys }
     });
     Ok(laid.collect())
+}
+
+/// Two years, and how far one lies beside the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair<'a> {
+    /// What patches are cut out of.
+    pub ground: &'a Year,
+    /// What they are looked for in.
+    pub reference: &'a Year,
+    /// Where another program has found the ground in the reference; the georeferences are true unless given.
+    pub field: Option<&'a Field>,
+}
+
+impl Pair<'_> {
+    /// How far what lies at a place of the grid is off it in the reference, pixels right and down.
+    fn apart(&self, [col, row]: [f64; 2]) -> [f64; 2] {
+        let Some(field) = self.field else { return [0.0; 2] };
+        let geo = &self.ground.geo;
+        let (east_m, north_m) = geo.world_from_pixel(col, row);
+        let [east_m, north_m] = field.at(east_m, north_m);
+        [east_m / geo.step_x, -north_m / geo.step_y]
+    }
 }
 
 /// What a patch is looked for with, and how far it is from the picture it was cut out of.
@@ -136,13 +166,15 @@ impl Pictures {
 }
 
 impl Trial {
-    /// Looks for the patch of `ground` around a place of the grid in `reference`; `None` where it has no texture.
-    pub fn run(&self, ground: &Year, reference: &Year, at: [usize; 2], seed: u64) -> Option<Outcome> {
+    /// Looks for the patch of the pair's ground around a place of the grid in its reference; `None` where it has no texture.
+    pub fn run(&self, pair: Pair<'_>, at: [usize; 2], seed: u64) -> Option<Outcome> {
         let mut random = Random::new(seed);
         let true_shift = self.shift(&mut random);
-        let pictures = self.cut(ground, reference, at, true_shift, &mut random);
+        let pictures = self.cut(pair, at, true_shift, &mut random);
         let views = pictures.views()?;
         let centre = [at[0] as f64 + true_shift[0], at[1] as f64 + true_shift[1]];
+        let apart = pair.apart(centre);
+        let true_shift = [0, 1].map(|axis| true_shift[axis] + apart[axis]);
         let (directions, found) = self.directions(views, true_shift)?;
         Some(Outcome { at: centre, high_pass: self.high_pass(views, true_shift)?, directions, found })
     }
@@ -153,11 +185,10 @@ impl Trial {
         [random.between(-reach, reach), random.between(-reach, reach)]
     }
 
-    /// The patch of `ground` that lies `true_shift` off a place of the grid, turned, scaled and with noise, and the `reference` there.
+    /// The patch of the ground that lies `true_shift` off a place of the grid, turned, scaled and with noise, and the reference there.
     fn cut(
         &self,
-        ground: &Year,
-        reference: &Year,
+        Pair { ground, reference, .. }: Pair<'_>,
         at: [usize; 2],
         true_shift: [f64; 2],
         random: &mut Random,

@@ -6,9 +6,10 @@ use indicatif::ProgressBar;
 use plumbline_core::budget::{PATCH_MAX_PX, SEARCH_MAX_PX};
 use plumbline_core::pipeline::BELIEVED_RISK;
 use plumbline_survey::io::output::{check_file, write_file};
+use plumbline_tests::years::displacements::Displacements;
 use plumbline_tests::years::picture::picture;
 use plumbline_tests::years::table::{HEAD, line, reliability, reliability_lines, stated};
-use plumbline_tests::years::{Answer, Outcome, Trial, Year, chain, features, years};
+use plumbline_tests::years::{Answer, Outcome, Pair, Trial, Year, chain, features, years};
 use rayon::prelude::*;
 use std::io::Write;
 use std::path::PathBuf;
@@ -48,7 +49,10 @@ struct Options {
     /// Instead add up so many patches side by side, as on board: at most 64 pixels a side, searched over ±10
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=16), conflicts_with_all = ["picture", "features"])]
     chain: Option<u16>,
-    /// Also write what each risk is made of into this CSV file
+    /// Judge by how far the years lie apart (CSV, as tests/years/displacements.py writes it), not by their georeferences alone
+    #[arg(long)]
+    displacements: Option<PathBuf>,
+    /// Also write what each risk and covariance is made of into this CSV file
     #[arg(long)]
     features: Option<PathBuf>,
     /// Also draw coverage and stated against observed risk into this SVG file
@@ -78,16 +82,34 @@ fn compared(options: &Options) -> Result<(), String> {
         return Err("one orthophoto alone has no other to be looked for in; give two, or --same".into());
     }
     let trial = trial(options)?;
-    let pairs: Vec<_> = (0..years.len())
-        .flat_map(|i| (0..years.len()).map(move |j| (i, j)))
-        .filter(|(i, j)| (i == j) == options.same)
-        .collect();
+    let displacements = options.displacements.as_ref().map(|path| Displacements::read(path)).transpose();
+    let displacements = displacements.map_err(|error| error.to_string())?;
+    let pairs = pairs(options, &years, displacements.as_ref())?;
     let text = match options.chain {
         Some(count) => chains(options, &trial, &years, &pairs, count.into())?,
         None => patches(options, &trial, &years, &pairs)?,
     };
     // A reader that has seen enough is no error.
     std::io::stdout().write_all(text.as_bytes()).or(Ok(()))
+}
+
+/// Two years by their places among the files.
+type Numbered<'a> = ((usize, usize), Pair<'a>);
+
+/// Every year in every other, or each in itself.
+fn pairs<'a>(
+    options: &Options,
+    years: &'a [Year],
+    displacements: Option<&'a Displacements>,
+) -> Result<Vec<Numbered<'a>>, String> {
+    let numbers = (0..years.len()).flat_map(|i| (0..years.len()).map(move |j| (i, j)));
+    let pair = |(i, j): (usize, usize)| {
+        let (ground, reference) = (&years[i], &years[j]);
+        let field = displacements.filter(|_| i != j).map(|all| all.between(&ground.name, &reference.name));
+        let field = field.transpose().map_err(|error| error.to_string())?;
+        Ok(((i, j), Pair { ground, reference, field }))
+    };
+    numbers.filter(|(i, j)| (i == j) == options.same).map(pair).collect()
 }
 
 fn trial(options: &Options) -> Result<Trial, String> {
@@ -124,17 +146,14 @@ fn seed(options: &Options, (i, j): (usize, usize), [col, row]: [usize; 2]) -> u6
     options.seed << 56 ^ ((i * 97 + j) as u64) << 40 ^ (col as u64) << 20 ^ row as u64
 }
 
-fn patches(options: &Options, trial: &Trial, years: &[Year], pairs: &[(usize, usize)]) -> Result<String, String> {
+fn patches(options: &Options, trial: &Trial, years: &[Year], pairs: &[Numbered<'_>]) -> Result<String, String> {
     let places = places(trial, years, options.step.into(), 1)?;
     let progress = ProgressBar::new(pairs.len() as u64);
     let (mut outcomes, mut made_of) = (Vec::<Outcome>::new(), features::HEAD.to_owned());
-    for &(i, j) in pairs {
-        let of_pair = places.par_iter().filter_map(|&at| {
-            let seed = seed(options, (i, j), at);
-            trial.run(&years[i], &years[j], at, seed)
-        });
+    for &(numbers, pair) in pairs {
+        let of_pair = places.par_iter().filter_map(|&at| trial.run(pair, at, seed(options, numbers, at)));
         let of_pair: Vec<Outcome> = of_pair.collect();
-        made_of += &features::lines(trial, (i, j), &of_pair);
+        made_of += &features::lines(trial, numbers, &of_pair);
         outcomes.extend(of_pair);
         progress.inc(1);
     }
@@ -152,17 +171,15 @@ fn chains(
     options: &Options,
     trial: &Trial,
     years: &[Year],
-    pairs: &[(usize, usize)],
+    pairs: &[Numbered<'_>],
     count: usize,
 ) -> Result<String, String> {
     let places = places(trial, years, options.step.into(), count)?;
     let progress = ProgressBar::new(pairs.len() as u64);
     let mut chains = Vec::new();
-    for &(i, j) in pairs {
-        chains.par_extend(places.par_iter().map(|&at| {
-            let seed = seed(options, (i, j), at);
-            chain::chain(trial, (&years[i], &years[j]), at, count, seed)
-        }));
+    for &(numbers, pair) in pairs {
+        chains
+            .par_extend(places.par_iter().map(|&at| chain::chain(trial, pair, at, count, seed(options, numbers, at))));
         progress.inc(1);
     }
     progress.finish_and_clear();

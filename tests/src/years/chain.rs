@@ -1,7 +1,7 @@
 //! Patches side by side that all lie off by the same: what the sum of their evidence decides, as on board.
 
 use super::table::WRONG_PX;
-use super::{Trial, Year};
+use super::{Pair, Trial};
 use crate::seeded::Random;
 use plumbline_core::matching::directions::aboard::{WORKING_BYTES, look};
 use plumbline_core::navigation::reckoning::Moment;
@@ -20,7 +20,7 @@ pub struct Link {
 
 /// Adds up to `count` patches from a place of the grid on, along its columns, each beside the one before, on a surface of the core's that
 /// keeps all evidence, as in the map's own year. A patch without texture adds nothing; where the highest place is on the surface's border there is no link.
-pub fn chain(trial: &Trial, years: (&Year, &Year), at: [usize; 2], count: usize, seed: u64) -> Vec<Option<Link>> {
+pub fn chain(trial: &Trial, pair: Pair<'_>, at: [usize; 2], count: usize, seed: u64) -> Vec<Option<Link>> {
     let mut random = Random::new(seed);
     let true_shift = trial.shift(&mut random);
     let mut surface = Surface::new();
@@ -33,7 +33,7 @@ pub fn chain(trial: &Trial, years: (&Year, &Year), at: [usize; 2], count: usize,
         surface.carry(moment, [0.0; 2], 0.0);
         let searched = Local { east_m: at[0] as f32, north_m: -(at[1] as f32) };
         let middle = surface.around(searched, (searched, 0.0), side_m, 1.0);
-        let pictures = trial.cut(years.0, years.1, at, true_shift, &mut random);
+        let pictures = trial.cut(pair, at, true_shift, &mut random);
         let (patch, other) = pictures.views()?;
         let rule = (trial.prior(), false);
         let add = |scores: &_, valid| {
@@ -43,10 +43,9 @@ pub fn chain(trial: &Trial, years: (&Year, &Year), at: [usize; 2], count: usize,
         // Without texture nothing is added.
         let _ = look(&patch, &trial.runs(), &other, (trial.radius, middle), rule, &mut bytes, add);
         let decided = surface.top(1.0)?;
-        let off = [
-            f64::from(decided.nadir.east_m) - at[0] as f64 - true_shift[0],
-            -f64::from(decided.nadir.north_m) - at[1] as f64 - true_shift[1],
-        ];
+        let apart = pair.apart([at[0] as f64 + true_shift[0], at[1] as f64 + true_shift[1]]);
+        let found = [f64::from(decided.nadir.east_m), -f64::from(decided.nadir.north_m)];
+        let off = [0, 1].map(|axis| found[axis] - at[axis] as f64 - true_shift[axis] - apart[axis]);
         Some(Link { risk: decided.risk.into(), is_wrong: off[0].hypot(off[1]) > WRONG_PX })
     };
     (0..count).map(link).collect()

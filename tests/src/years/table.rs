@@ -5,7 +5,7 @@ use super::{Answer, Outcome};
 /// A place that is further off than this is wrong, pixels.
 pub const WRONG_PX: f64 = 3.0;
 /// One within this is right.
-pub const RIGHT_PX: f64 = 2.0;
+pub const RIGHT_PX: f64 = 1.5;
 
 impl Answer {
     fn off_px(&self) -> f64 {
