@@ -39,7 +39,7 @@ pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigma
 pub use situate::SituateError;
 pub use situation::{Prediction, Situation};
 pub use streams::{Arrival, Instants, Latencies, PositionSample, SampleError, Streams};
-pub use together::BELIEVED_RISK;
+pub use together::{BELIEVED_RISK, COEFFICIENTS};
 pub use whereabouts::LOST_AFTER;
 use whereabouts::Whereabouts;
 

@@ -8,6 +8,7 @@
 //! [`evaluate`] (frames of a real flight).
 
 pub mod camera;
+pub mod coefficients;
 pub mod configuration;
 pub mod evaluate;
 pub mod fault;

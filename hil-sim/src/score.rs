@@ -156,6 +156,8 @@ pub struct Summary {
     pub link: String,
     /// Of the image flown; null in-process and on a line.
     pub firmware_sha256: Option<String>,
+    /// Digest of the numbers that the risks are made of.
+    pub risk_coefficients: String,
     /// Name and firmware version of the board on a line; null elsewhere.
     pub board: Option<String>,
     /// Frames exposed.
@@ -293,6 +295,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
         seed: setup.scenario.run.seed,
         link: linked.name.clone(),
         firmware_sha256: linked.firmware_sha256.clone(),
+        risk_coefficients: crate::coefficients::of_flight(),
         board: linked.account.board.clone(),
         frames: scored.len(),
         accepted: accepted.len(),

@@ -31,7 +31,7 @@ use plumbline_firmware::stores::tiles::TileHead;
 use plumbline_firmware::wire::signature::Key;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::{Raster, check_metric};
+use plumbline_survey::io::raster::{Raster, check_metric, quoted};
 use std::path::Path;
 
 /// How far from the centre a flight goes at most, metres: larger grounds are not used to their borders, so that the
@@ -198,7 +198,8 @@ fn grounds_of(scenario: &Scenario) -> Result<(Ground, Option<Ground>), InputErro
     let scenario::Ground::Ortho { ortho, dem, reference } = &scenario.world.ground else {
         return Ok(procedural::grounds(scenario));
     };
-    let surface = dem.as_ref().map(|path| surface(path)).transpose()?;
+    let surface =
+        dem.as_ref().map(|path| surface(path).map(|(grid, epsg)| (grid, epsg, path.as_path()))).transpose()?;
     let ground = picture(ortho, surface, false)?;
     let reference = reference.as_ref().map(|path| picture(path, None, false)).transpose()?;
     if let (Some(other), Some(path)) = (&reference, scenario_reference(scenario))
@@ -252,7 +253,7 @@ fn scenario_reference(scenario: &Scenario) -> Option<&Path> {
     }
 }
 
-fn picture(path: &Path, surface: Option<(Grid, Option<u32>)>, knows_nodata: bool) -> Result<Ground, InputError> {
+fn picture(path: &Path, surface: Option<(Grid, Option<u32>, &Path)>, knows_nodata: bool) -> Result<Ground, InputError> {
     let raster = Raster::read(path)?;
     let epsg = raster.crs.ok_or_else(|| {
         InputError::new(format!(
@@ -263,13 +264,15 @@ fn picture(path: &Path, surface: Option<(Grid, Option<u32>)>, knows_nodata: bool
     })?;
     check_metric(path, &raster.geo, epsg, (raster.cols, raster.rows))?;
     let surface = match surface {
-        Some((_, Some(other))) if other != epsg => {
+        Some((_, Some(other), model)) if other != epsg => {
             return Err(InputError::new(format!(
-                "{} is in EPSG:{epsg}, but the elevation model in EPSG:{other}: gdalwarp -t_srs EPSG:{epsg} -r bilinear DEM OUT.tif",
-                path.display()
+                "{} is in EPSG:{epsg}, but the elevation model in EPSG:{other}: gdalwarp -t_srs EPSG:{epsg} -r bilinear {} {}",
+                path.display(),
+                quoted(&model.display().to_string()),
+                quoted(&model.with_extension(format!("{epsg}.tif")).display().to_string())
             )));
         }
-        surface => surface.map(|(grid, _)| grid),
+        surface => surface.map(|(grid, ..)| grid),
     };
     let mut grey = raster.grey();
     if knows_nodata {

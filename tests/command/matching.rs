@@ -14,7 +14,18 @@ const TOLERANCE_PX: f64 = 0.1;
 /// The answer must be accepted and be `shift`: (right, down).
 fn found(answer: &Value, shift: (f64, f64), what: &str) {
     let keys: Vec<&String> = answer.as_object().expect("an object").keys().collect();
-    let all = ["accepted", "d_col", "d_row", "reason", "risk", "score", "second_peak", "sigma_col", "sigma_row"];
+    let all = [
+        "accepted",
+        "d_col",
+        "d_row",
+        "reason",
+        "risk",
+        "risk_coefficients",
+        "score",
+        "second_peak",
+        "sigma_col",
+        "sigma_row",
+    ];
     assert_eq!(keys, all, "{answer}");
     let off = [number(answer, "d_col") - shift.0, number(answer, "d_row") - shift.1];
     assert!(off.iter().all(|axis| axis.abs() < TOLERANCE_PX), "{off:?} px off {shift:?}, {what}: {answer}");
@@ -151,6 +162,16 @@ fn a_georeferenced_reference_gives_metres() {
     assert!((value("d_col") - 3.0).abs() < TOLERANCE_PX && (value("d_row") + 2.0).abs() < TOLERANCE_PX, "{answer}");
     assert!((value("sigma_east_m") - 5.0 * value("sigma_col")).abs() < 1e-6, "{answer}");
     assert!(answer.get("offset_east_m").is_none(), "{answer}");
+    // What the map may be off is beside it, metres.
+    let wider = folder.run(&format!("{call} --map-sigma-m 20")).json();
+    let wanted = value("sigma_east_m").hypot(20.0);
+    assert!((number(&wider, "sigma_east_m") - wanted).abs() < 1e-3, "{wider}");
+    assert_eq!(wider["east_m"], answer["east_m"]);
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(&format!("{call} --map-sigma-m -1"), &["--map-sigma-m", "between 0 and 1000"]);
+    grey_8_png(&folder.path("reference.png"), &reference);
+    refusals.expect(&format!("{MATCH} --map-sigma-m 20"), &["--map-sigma-m 20", "reference.png"]);
+    refusals.done();
     // In degrees there are no metres, and that is told.
     geotiff(&folder.path("reference.tif"), &reference, 1e-5, Crs::Geographic(4326));
     let run = folder.run(&call).done();

@@ -4,7 +4,9 @@
 pub mod chain;
 pub mod displacements;
 pub mod features;
+pub mod made;
 pub mod picture;
+pub mod reliability;
 pub mod table;
 
 use crate::seeded::Random;
@@ -15,6 +17,8 @@ use plumbline_core::matching::acceptance::AcceptRule;
 use plumbline_core::matching::correlation;
 use plumbline_core::matching::directions::{self, Located, risk::Rule};
 use plumbline_core::matching::search;
+use plumbline_sim::camera::still_match::between;
+use plumbline_sim::camera::still_match::quarters::{Odds, odds};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::raster::{GeoTransform, Raster};
 use std::path::Path;
@@ -130,6 +134,8 @@ pub struct Answer {
     pub off: [f64; 2],
     /// Variances that it states, of the same.
     pub variance: [f64; 2],
+    /// Its covariance of both.
+    pub covariance: f64,
     /// The higher the surer: minus the log-odds of the risk that is stated, or the lead in its own deviations.
     pub confidence: f64,
     /// Probability of a wrong place, where the matcher states one.
@@ -149,6 +155,8 @@ pub struct Outcome {
     pub directions: Answer,
     /// What the latter rests on.
     pub found: Located,
+    /// What its quarters say where least squares hold.
+    pub odds: Option<Odds>,
 }
 
 /// A patch of the ground, and the reference around the place where it is looked for.
@@ -176,7 +184,9 @@ impl Trial {
         let apart = pair.apart(centre);
         let true_shift = [0, 1].map(|axis| true_shift[axis] + apart[axis]);
         let (directions, found) = self.directions(views, true_shift)?;
-        Some(Outcome { at: centre, high_pass: self.high_pass(views, true_shift)?, directions, found })
+        let prior = self.prior();
+        let odds = found.holds.then(|| odds(&views.0, &self.runs(), (&views.1, self.radius), &found.solution, prior));
+        Some(Outcome { at: centre, high_pass: self.high_pass(views, true_shift)?, directions, found, odds })
     }
 
     /// Uniform over the search, but for its border.
@@ -237,6 +247,7 @@ impl Trial {
         Some(Answer {
             off: [f64::from(col) - true_shift[0], f64::from(row) - true_shift[1]],
             variance: [0, 1].map(|axis| found.refined.map_or(f64::INFINITY, |s| f64::from(s.joint[(axis, axis)]))),
+            covariance: found.refined.map_or(0.0, |s| f64::from(s.joint[(0, 1)])),
             confidence: f64::from(found.peak.score - found.peak.second) * f64::from(self.side),
             risk: None,
             accepted: found.accepted.is_ok(),
@@ -249,13 +260,15 @@ impl Trial {
         let rule = (self.prior(), &Rule::default());
         let room = (bytes.as_mut_slice(), scores.as_mut_slice());
         let found = directions::locate(&patch, &self.runs(), &other, self.radius, rule, room).ok()?;
-        let (solution, evidence, risk) = (found.solution, found.peak.evidence, f64::from(found.risk));
+        let solution = between::solution(&patch, &self.runs(), (&other, self.radius), &found, self.prior(), 0.0);
+        let (evidence, risk) = (found.peak.evidence, f64::from(found.risk));
         // Below the least risk that is stated it goes on by what the odds are made of.
         let strength = f64::from(evidence.lead * evidence.curvature) * f64::from(self.side).powi(2);
         let sure = -(risk / (1.0 - risk).max(1e-9)).ln() + 1e-3 * strength;
         let answer = Answer {
             off: [f64::from(solution.d_col) - true_shift[0], f64::from(solution.d_row) - true_shift[1]],
             variance: [0, 1].map(|axis| f64::from(solution.joint[(axis, axis)])),
+            covariance: solution.joint[(0, 1)].into(),
             confidence: if found.peak.on_border { f64::MIN } else { sure },
             risk: Some(risk).filter(|_| !found.peak.on_border),
             accepted: found.accepted.is_ok(),

@@ -1,4 +1,4 @@
-"""How orthophotos of one area lie beside each other, year by year: OpenCV's and numpy's part of `cargo xtask compare --matching`.
+"""How orthophotos of one area lie beside each other, year by year: what `cargo xtask compare --register` runs.
 
     python3 tests/years/displacements.py --out DISPLACEMENTS.csv ORTHO ORTHO ...
 
@@ -145,7 +145,6 @@ def solved(seen, years, size, order):
             # The median length of a vector of two normal parts is 1.18 of their sigma.
             scale = max(np.median(off[of]) / 1.18, 0.02)
             weights[of] = (1 + (off[of] / (2 * scale)) ** 2) ** -2 / scale ** 2
-            # In units of one window's own scatter, so that no way is heard for its number alone.
     return x.reshape(years, count, 2), off
 
 

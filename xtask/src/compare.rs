@@ -1,5 +1,5 @@
 //! `cargo xtask compare`: the core's kernels on the host beside OpenCV's, error and time; with `--matching` its matchers beside
-//! each other.
+//! each other, with `--register` how far orthophotos lie apart.
 //!
 //! The work is done by the program `compare-kernels` of the package `plumbline-tests`, which starts the script
 //! `tests/timing/compare.py` itself; here is what both need.
@@ -22,7 +22,24 @@ pub fn compare(arguments: &[String]) -> Result<ExitCode, Failure> {
         let others: Vec<&String> = arguments.iter().take(at).chain(arguments.iter().skip(at + 1)).collect();
         return matched(&others);
     }
+    if let [first, others @ ..] = arguments
+        && first == "--register"
+    {
+        return registered(others);
+    }
     python::with(&MODULES).map(|python| compared(&python, arguments).unwrap_or_else(failed))
+}
+
+/// How far orthophotos lie apart, by `tests/years/displacements.py`.
+const REGISTERING: [python::Module; 3] = [("numpy", "numpy"), ("cv2", "opencv-python-headless"), ("PIL", "pillow")];
+
+/// Writes the table that `--matching --displacements` judges by: `--register OUT.csv ORTHO ORTHO ...`.
+fn registered(arguments: &[String]) -> Result<ExitCode, Failure> {
+    let python = python::with(&REGISTERING)?;
+    let script = places::root().join("tests/years/displacements.py");
+    let status = Command::new(python).arg(script).arg("--out").args(arguments).status();
+    let status = status.map_err(|error| format!("the script could not be started: {error}"))?;
+    Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
 }
 
 /// Both of the core's matchers between orthophotos, by the program `match-years`.

@@ -33,6 +33,10 @@ pub struct Args {
     /// Accepted probability that the place is wrong by more than three pixels, 1e-5 to below 1
     #[arg(long, default_value_t = 1e-4, allow_negative_numbers = true)]
     risk: f32,
+    /// One sigma, each axis, of where the reference has its ground, metres; what two orthophotos of other years lie apart is in the sigmas
+    /// without it. The reference must be a GeoTIFF in metres
+    #[arg(long, value_name = "METRES", value_parser = sigma, default_value_t = 0.0, allow_negative_numbers = true)]
+    map_sigma_m: f64,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -45,6 +49,14 @@ struct Answer {
     place: Place,
     #[serde(flatten)]
     on_ground: Option<OnGround>,
+}
+
+/// What a map may be off: as the board's settings have it.
+fn sigma(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=1000.0).contains(&value) => Ok(value),
+        _ => Err("not between 0 and 1000".to_owned()),
+    }
 }
 
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -94,10 +106,25 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         let (patch, reference) = (args.patch.display(), args.reference.display());
         return Err(Failure::Input(InputError::new(format!("{patch} lies beside {reference} by their georeferences"))));
     }
-    let place = find(&patch, &runs_of(&mask), (&reference, near), args.search_px, args.risk).map_err(named)?;
+    let map_px = map_px(args, georeference.as_ref())?;
+    let searched = (&reference, near);
+    let place = find(&patch, &runs_of(&mask), searched, args.search_px, (args.risk, map_px)).map_err(named)?;
     let on_ground = georeference.map(|georeference| georeference.on_ground(&place, (reference.cols, reference.rows)));
     let answer = Answer { place, on_ground };
     Outcome::new(args.json, &answer, || text_of(&answer))
+}
+
+/// The map's sigma in pixels.
+fn map_px(args: &Args, georeference: Option<&Georeference>) -> Result<f32, InputError> {
+    match georeference {
+        Some(georeference) => Ok((args.map_sigma_m / georeference.pixel_m()) as f32),
+        None if args.map_sigma_m == 0.0 => Ok(0.0),
+        None => Err(InputError::new(format!(
+            "--map-sigma-m {} counts metres, and {} does not say how many a pixel has",
+            args.map_sigma_m,
+            args.reference.display()
+        ))),
+    }
 }
 
 /// The reference; what its mask leaves out is filled in so that it says nothing.

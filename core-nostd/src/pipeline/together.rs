@@ -41,6 +41,8 @@ const LEADS_PX: f32 = 0.42;
 const CONFIRMED_RISK: f32 = 1e-4;
 /// And that the frame's own top beside the decided place is one, as counted for [`APART_PX`].
 const BESIDE_RISK: f32 = 5e-4;
+/// All numbers that the risk of a fix is made of beside those of the decision, for whoever keeps a record of which they were.
+pub const COEFFICIENTS: [f32; 7] = [RISK_MAX, BELIEVED_RISK, EXPECTED, APART_PX, LEADS_PX, CONFIRMED_RISK, BESIDE_RISK];
 
 /// Where a match was looked for.
 struct Sought<'a> {

@@ -1,5 +1,9 @@
 //! The core's matchers on single pictures.
 
+pub mod between;
+pub mod quarters;
+
+use crate::coefficients;
 use plumbline_core::image::{Run, View};
 use plumbline_core::matching::acceptance::AcceptRule;
 use plumbline_core::matching::correlation;
@@ -12,7 +16,7 @@ use plumbline_survey::io::picture::Picture;
 use serde::Serialize;
 
 /// Where a patch's centre lies relative to the reference's centre.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Place {
     /// Columns to the right, pixels.
     pub d_col: f32,
@@ -28,6 +32,8 @@ pub struct Place {
     pub sigma_row: f32,
     /// Probability that the place is wrong by more than three pixels.
     pub risk: f32,
+    /// Digest of the numbers that the risk is made of; null where none is stated.
+    pub risk_coefficients: Option<String>,
     /// Whether the match is to be believed.
     pub accepted: bool,
     /// Why not.
@@ -39,7 +45,7 @@ const PRIOR: Prior = Prior { turn_rad: 0.0087, scale: 0.005 };
 
 /// Finds `patch` within ±`radius` of a place in `reference`, which may be of another year: by gradient directions. `near`: column and row of
 /// that place; the middle unless given. Where patch and search do not fit around it, they are moved as far as they must.
-/// `risk_max`: what is accepted, at least [`RISK_MIN`].
+/// `risk_max`: what is accepted, at least [`RISK_MIN`]. `map_px`: one sigma on each axis of where the reference has its ground, pixels.
 ///
 /// # Errors
 /// One sentence for pictures without texture or larger than the matcher takes, and for a risk below what it can state.
@@ -48,7 +54,7 @@ pub fn find(
     runs: &[Run],
     (reference, near): (&Picture, Option<(f64, f64)>),
     radius: u16,
-    risk_max: f32,
+    (risk_max, map_px): (f32, f32),
 ) -> Result<Place, InputError> {
     if !(RISK_MIN..1.0).contains(&risk_max) {
         let why =
@@ -61,7 +67,7 @@ pub fn find(
     let mut bytes = vec![0; directions::search::working_bytes(view.size(), window.size())];
     let rule = (PRIOR, &Rule { risk_max, ..Rule::default() });
     let located = directions::locate(&view, runs, &window, radius, rule, (&mut bytes, &mut scores)).map_err(told)?;
-    let solution = located.solution;
+    let solution = between::solution(&view, runs, (&window, radius), &located, PRIOR, map_px);
     let sigma = |axis| solution.joint[(axis, axis)].sqrt();
     Ok(Place {
         d_col: solution.d_col + off.0,
@@ -71,6 +77,7 @@ pub fn find(
         sigma_col: sigma(0),
         sigma_row: sigma(1),
         risk: located.risk,
+        risk_coefficients: Some(coefficients::of_match()),
         accepted: located.accepted.is_ok(),
         reason: located.accepted.err().map(named),
     })
@@ -98,6 +105,7 @@ pub fn align(patch: &Picture, runs: &[Run], reference: &Picture, radius: u16) ->
         sigma_col: sigma(0),
         sigma_row: sigma(1),
         risk: 1.0,
+        risk_coefficients: None,
         accepted: located.accepted.is_ok(),
         reason: located.accepted.err().map(named),
     })

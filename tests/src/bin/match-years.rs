@@ -8,8 +8,9 @@ use plumbline_core::pipeline::BELIEVED_RISK;
 use plumbline_survey::io::output::{check_file, write_file};
 use plumbline_tests::years::displacements::Displacements;
 use plumbline_tests::years::picture::picture;
-use plumbline_tests::years::table::{HEAD, line, reliability, reliability_lines, stated};
-use plumbline_tests::years::{Answer, Outcome, Pair, Trial, Year, chain, features, years};
+use plumbline_tests::years::reliability::{Stated, bins, lines, of_scenes};
+use plumbline_tests::years::table::{HEAD, line, reliability, reliability_lines};
+use plumbline_tests::years::{Answer, Outcome, Pair, Trial, Year, chain, features, made, years};
 use rayon::prelude::*;
 use std::io::Write;
 use std::path::PathBuf;
@@ -23,7 +24,7 @@ use std::process::ExitCode;
 )]
 struct Options {
     /// Orthophotos of one area, of the same reference system and pixel size
-    #[arg(required = true, num_args = 1..)]
+    #[arg(required_unless_present = "made", num_args = 1..)]
     orthos: Vec<PathBuf>,
     /// Pixels along a side of a patch
     #[arg(long, default_value_t = 65, value_parser = clap::value_parser!(u16).range(9..=255))]
@@ -49,6 +50,9 @@ struct Options {
     /// Instead add up so many patches side by side, as on board: at most 64 pixels a side, searched over ±10
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=16), conflicts_with_all = ["picture", "features"])]
     chain: Option<u16>,
+    /// Also say what is stated of so many made-up lands after changes, and of as many whose parcels are nearly alike
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=10_000), conflicts_with_all = ["chain", "same"])]
+    made: Option<u64>,
     /// Judge by how far the years lie apart (CSV, as tests/years/displacements.py writes it), not by their georeferences alone
     #[arg(long)]
     displacements: Option<PathBuf>,
@@ -78,17 +82,21 @@ fn compared(options: &Options) -> Result<(), String> {
         check_file(path).map_err(|error| error.to_string())?;
     }
     let years = years(&options.orthos).map_err(|error| error.to_string())?;
-    if years.len() < 2 && !options.same {
+    if years.len() == 1 && !options.same {
         return Err("one orthophoto alone has no other to be looked for in; give two, or --same".into());
     }
     let trial = trial(options)?;
     let displacements = options.displacements.as_ref().map(|path| Displacements::read(path)).transpose();
     let displacements = displacements.map_err(|error| error.to_string())?;
     let pairs = pairs(options, &years, displacements.as_ref())?;
-    let text = match options.chain {
+    let mut text = match options.chain {
+        _ if options.orthos.is_empty() => String::new(),
         Some(count) => chains(options, &trial, &years, &pairs, count.into())?,
         None => patches(options, &trial, &years, &pairs)?,
     };
+    if let Some(count) = options.made {
+        text += &made_up(options, &trial, count)?;
+    }
     // A reader that has seen enough is no error.
     std::io::stdout().write_all(text.as_bytes()).or(Ok(()))
 }
@@ -159,7 +167,8 @@ fn patches(options: &Options, trial: &Trial, years: &[Year], pairs: &[Numbered<'
     }
     progress.finish_and_clear();
     if let Some(path) = &options.picture {
-        write_file(path, picture(&outcomes)?.as_bytes()).map_err(|error| error.to_string())?;
+        write_file(path, picture(&outcomes, &bins(&of_scenes(&outcomes, 0)))?.as_bytes())
+            .map_err(|error| error.to_string())?;
     }
     if let Some(path) = &options.features {
         write_file(path, made_of.as_bytes()).map_err(|error| error.to_string())?;
@@ -190,6 +199,35 @@ fn chains(
     Ok(lines.join("\n") + "\n")
 }
 
+/// What no stated risk has in it.
+const WITHIN: &str =
+    "The place is taken to lie within the search: where it does not with a probability p, a risk r is r + p.";
+
+/// Risks that are stated of made-up lands, in halves of as many lands.
+fn made_up(options: &Options, trial: &Trial, count: u64) -> Result<String, String> {
+    let mut text = Vec::new();
+    let progress = ProgressBar::new(2 * count);
+    for (name, repeats) in [("made-up land", false), ("made-up land of parcels nearly alike", true)] {
+        let mut all: Vec<Stated> = Vec::new();
+        for land in 0..count {
+            let (reference, grounds) = made::made(options.seed * 100_000 + land, repeats);
+            let places = places(trial, std::slice::from_ref(&reference), options.step.into(), 1)?;
+            for (number, ground) in grounds.iter().enumerate() {
+                let pair = Pair { ground, reference: &reference, field: None };
+                let numbers = (land as usize, number);
+                let run = |&at: &[usize; 2]| trial.run(pair, at, seed(options, numbers, at));
+                let outcomes: Vec<Outcome> = places.par_iter().filter_map(run).collect();
+                all.extend(of_scenes(&outcomes, land));
+            }
+            progress.inc(1);
+        }
+        text.extend(lines(name, &bins(&all)));
+    }
+    progress.finish_and_clear();
+    text.push(WITHIN.to_owned());
+    Ok(text.join("\n") + "\n")
+}
+
 fn text(outcomes: &[Outcome]) -> String {
     let of = |matcher: fn(&Outcome) -> Answer| outcomes.iter().map(matcher).collect::<Vec<Answer>>();
     let mut lines = vec![
@@ -197,6 +235,7 @@ fn text(outcomes: &[Outcome]) -> String {
         line("high-pass", &of(|outcome| outcome.high_pass)),
         line("directions", &of(|outcome| outcome.directions)),
     ];
-    lines.extend(reliability_lines(&reliability(stated(outcomes))));
+    lines.extend(self::lines("orthophotos", &bins(&of_scenes(outcomes, 0))));
+    lines.push(WITHIN.to_owned());
     lines.join("\n") + "\n"
 }

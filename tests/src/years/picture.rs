@@ -1,6 +1,7 @@
 //! The table as a picture: coverage of both matchers against the share of wrong ones, and stated against observed risk.
 
-use super::table::{coverage, reliability, stated};
+use super::reliability::Bin;
+use super::table::coverage;
 use super::{Answer, Outcome};
 use plumbline_charts::panels::{FITTED, LEFT_OUT, MEASURED, Mark, Panel, svg};
 
@@ -12,18 +13,21 @@ const STEPS: usize = 8;
 ///
 /// # Errors
 /// What the drawing library refuses.
-pub fn picture(outcomes: &[Outcome]) -> Result<String, String> {
+pub fn picture(outcomes: &[Outcome], bins: &[Bin]) -> Result<String, String> {
     let of = |matcher: fn(&Outcome) -> Answer| outcomes.iter().map(matcher).collect::<Vec<Answer>>();
     let curve = |answers: Vec<Answer>| {
         let decades = (SHOWN.end - SHOWN.start) as usize;
         let at = |step: usize| SHOWN.start + step as f64 / STEPS as f64;
         Mark::Line((0..=decades * STEPS).map(at).map(|log| (log, coverage(&answers, 10f64.powf(log)))).collect())
     };
-    let stated: Vec<(f64, f64)> = reliability(stated(outcomes))
-        .into_iter()
-        .filter(|&(_, wrong, _)| wrong > 0)
-        .map(|(mean, wrong, count)| (mean.log10(), (wrong as f64 / count as f64).log10()))
-        .collect();
+    let log = |share: f64| share.log10().max(SHOWN.start);
+    let shown = || bins.iter().filter(|bin| bin.mean.log10() >= SHOWN.start);
+    let stated: Vec<(f64, f64)> =
+        shown().filter(|bin| bin.wrong > 0).map(|bin| (bin.mean.log10(), log(bin.observed()))).collect();
+    let interval = |bin: &Bin| Mark::Line(bin.interval.map(|share| (bin.mean.log10(), log(share))).to_vec());
+    let mut reliability = vec![(Mark::Line(vec![(SHOWN.start, SHOWN.start), (SHOWN.end, SHOWN.end)]), LEFT_OUT)];
+    reliability.extend(shown().map(|bin| (interval(bin), FITTED)));
+    reliability.push((Mark::Rings(stated), FITTED));
     let panels = [
         Panel {
             caption: "Coverage: share of all patches that can be taken, surest first (blue: directions, grey: high-pass)".into(),
@@ -35,14 +39,11 @@ pub fn picture(outcomes: &[Outcome]) -> Result<String, String> {
             ],
         },
         Panel {
-            caption: "Observed share of wrong ones, log 10 (rings), where any was; on the red line stated risks are true, below they are too high"
+            caption: "Observed share of wrong ones (rings, where any was) and its interval by scenes, 19 times of 20; below the red line stated risks are too high"
                 .into(),
             y_text: "share of wrong ones (log 10)".into(),
             share: 4,
-            marks: vec![
-                (Mark::Line(vec![(SHOWN.start, SHOWN.start), (SHOWN.end, SHOWN.end)]), LEFT_OUT),
-                (Mark::Rings(stated), FITTED),
-            ],
+            marks: reliability,
         },
     ];
     svg(SHOWN, "share of wrong ones that is allowed; risk that is stated (log 10)", &panels)

@@ -4,7 +4,7 @@ use super::{Answer, Outcome};
 
 /// A place that is further off than this is wrong, pixels.
 pub const WRONG_PX: f64 = 3.0;
-/// One within this is right.
+/// One within this is right; years are half a pixel apart.
 pub const RIGHT_PX: f64 = 1.5;
 
 impl Answer {
@@ -12,10 +12,20 @@ impl Answer {
         self.off[0].hypot(self.off[1])
     }
 
+    /// Squared error over the covariance that is stated.
+    fn squared(&self) -> f64 {
+        let ([col, row], [of_col, of_row], both) = (self.off, self.variance, self.covariance);
+        let determinant = of_col * of_row - both * both;
+        (col * col * of_row - 2.0 * col * row * both + row * row * of_col) / determinant
+    }
+
     fn is_wrong(&self) -> bool {
         self.off_px() > WRONG_PX
     }
 }
+
+/// Squared errors over their covariance that one in 100 and one in 270,000 normal errors of two axes pass.
+const BEYOND: [f64; 2] = [9.21, 25.0];
 
 /// The largest share of all answers that can be taken, surest first, with at most such a share of wrong ones among them: the threshold is
 /// chosen in hindsight.
@@ -33,19 +43,19 @@ pub fn coverage(answers: &[Answer], wrong_share: f64) -> f64 {
 }
 
 /// One line for a matcher: how many are right, coverage at two shares of wrong ones, what its own decision accepts, how much of that is wrong,
-/// and the mean of the squared errors over the variances that are stated (2 where they are true).
+/// the mean of the squared errors over the covariances that are stated (2 where they are true), and how many are far out.
 pub fn line(name: &str, answers: &[Answer]) -> String {
     let count = answers.len().max(1) as f64;
     let right = answers.iter().filter(|answer| answer.off_px() <= RIGHT_PX).count() as f64 / count;
     let accepted: Vec<&Answer> = answers.iter().filter(|answer| answer.accepted).collect();
     let wrong = accepted.iter().filter(|answer| answer.is_wrong()).count();
-    let of_variance =
-        |answer: &&&Answer| (0..2).map(|axis| answer.off[axis].powi(2) / answer.variance[axis]).sum::<f64>();
-    let good: Vec<f64> =
-        accepted.iter().filter(|answer| !answer.is_wrong()).map(|answer| of_variance(&answer)).collect();
-    let nees = good.iter().sum::<f64>() / good.len().max(1) as f64;
+    let good: Vec<f64> = accepted.iter().filter(|answer| !answer.is_wrong()).map(|answer| answer.squared()).collect();
+    let share =
+        |of: &dyn Fn(f64) -> f64| good.iter().map(|&squared| of(squared)).sum::<f64>() / good.len().max(1) as f64;
+    let nees = share(&|squared| squared);
+    let [far, beyond] = BEYOND.map(|limit| share(&|squared| f64::from(u8::from(squared > limit))));
     format!(
-        "{name:18} {:7} {right:6.3} {:7.3} {:7.3} {:8.3} {wrong:6} {nees:7.2}",
+        "{name:18} {:7} {right:6.3} {:7.3} {:7.3} {:8.3} {wrong:6} {nees:7.2} {far:7.4} {beyond:8.1e}",
         answers.len(),
         coverage(answers, 1e-3),
         coverage(answers, 1e-2),
@@ -54,7 +64,7 @@ pub fn line(name: &str, answers: &[Answer]) -> String {
 }
 
 /// The head of [`line()`].
-pub const HEAD: &str = "matcher             trials  right  at1e-3  at1e-2 accepted  wrong    NEES";
+pub const HEAD: &str = "matcher             trials  right  at1e-3  at1e-2 accepted  wrong    NEES   >9.21      >25";
 
 /// Stated risks against what happened, in half decades: their mean, how many were wrong, of how many.
 pub fn reliability(stated: impl Iterator<Item = (f64, bool)>) -> Vec<(f64, usize, usize)> {
@@ -91,6 +101,7 @@ mod tests {
         let answer = |confidence: f64, off: f64| Answer {
             off: [off, 0.0],
             variance: [1.0; 2],
+            covariance: 0.0,
             confidence,
             risk: None,
             accepted: true,

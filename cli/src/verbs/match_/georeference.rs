@@ -57,6 +57,11 @@ impl Georeference {
         Ok(Some(Georeference { geo, epsg, claimed }))
     }
 
+    /// Metres of a pixel of the reference, the smaller side.
+    pub fn pixel_m(&self) -> f64 {
+        self.geo.step_x.min(self.geo.step_y)
+    }
+
     /// The pixel of the reference at which the patch's centre lies by its own georeference.
     pub fn near(&self) -> Option<(f64, f64)> {
         self.claimed.map(|(east, north)| self.geo.pixel_from_world(east, north))

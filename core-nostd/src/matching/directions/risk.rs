@@ -50,6 +50,21 @@ pub const RISK_MIN: f32 = 1e-5;
 /// for in the picture of their own year: 50 times as many, and 4,200. Chosen between them: 400.
 const HOLDS: f32 = 6.0;
 
+/// All numbers that a risk is made of, for whoever keeps a record of which they were.
+pub const COEFFICIENTS: [f32; 11] = [
+    ALWAYS,
+    EVIDENCE,
+    PER_SHIFT,
+    CLEAR_LEAD,
+    LEARNT_SHIFTS,
+    RISK_MIN,
+    HOLDS,
+    HELD_PX,
+    HELD_SIGMA_PX,
+    HELD_SIGMA_MAX_PX,
+    AGREEMENT_MIN,
+];
+
 /// The probability that the peak of a search over so many shifts is a wrong place, for `valid` pixels; `holds`: whether least
 /// squares hold there and at no rival.
 pub fn risk(evidence: &Evidence, valid: u32, shifts: u32, holds: bool) -> f32 {

@@ -89,7 +89,8 @@ fn line(path: &Path, options: &str, suffix: &str) -> String {
 }
 
 /// A word of a shell's line.
-fn quoted(word: &str) -> String {
+#[must_use]
+pub fn quoted(word: &str) -> String {
     let is_plain = !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "/._-+:,@".contains(c));
     if is_plain { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
 }
