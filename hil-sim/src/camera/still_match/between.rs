@@ -60,3 +60,59 @@ fn is_unchanged(patch: &View<'_>, runs: &[Run], searched: (&View<'_>, u16), solu
     // A NaN is no agreement.
     odds.count == 4 && sigma.ln() + PER_SCATTER * odds.scatter_px().ln() < UNCHANGED
 }
+
+#[cfg(test)]
+mod tests {
+    use super::solution;
+    use crate::camera::still_match::quarters::odds;
+    use plumbline_core::image::{Run, View};
+    use plumbline_core::matching::Prior;
+    use plumbline_core::matching::directions::{self, Located, risk::Rule};
+
+    const SIDE: u16 = 48;
+    const RADIUS: u16 = 6;
+    const PRIOR: Prior = Prior { turn_rad: 0.0087, scale: 0.005 };
+
+    /// A texture of waves that do not repeat within the pictures.
+    fn grey(x: f64, y: f64) -> u8 {
+        let waves = [(0.31, 0.17), (-0.23, 0.37), (0.11, -0.29), (0.43, 0.05), (0.07, 0.47), (-0.19, -0.13)];
+        let sum: f64 = waves.iter().zip(1..).map(|((a, b), k)| (a * x + b * y + f64::from(k * k)).sin()).sum();
+        (128.0 + 18.0 * sum).round() as u8
+    }
+
+    /// What is found of a patch whose right half lies `apart` further to the right, and how far its quarters are at odds; with the sigma.
+    fn found(apart: f64, map_px: f32) -> (Located, f32, f32) {
+        let window = SIDE + 2 * RADIUS;
+        let (side, all) = (usize::from(SIDE), usize::from(window));
+        let reference: Vec<u8> = (0..all * all).map(|at| grey((at % all) as f64, (at / all) as f64)).collect();
+        let by = f64::from(RADIUS) + 0.3;
+        let moved = |col: usize| if col >= side / 2 { 0.5 * apart } else { -0.5 * apart };
+        let patch: Vec<u8> = (0..side * side)
+            .map(|at| grey((at % side) as f64 + by + moved(at % side), (at / side) as f64 + by))
+            .collect();
+        let views = (View::new(&patch, (SIDE, SIDE)).expect("a patch"), View::new(&reference, (window, window)).expect("one"));
+        let runs: Vec<Run> = (0..SIDE).map(|row| Run { row, start: 0, end: SIDE }).collect();
+        let mut bytes = vec![0; directions::search::working_bytes(views.0.size(), views.1.size())];
+        let mut scores = vec![0; (2 * usize::from(RADIUS) + 1).pow(2)];
+        let rule = (PRIOR, &Rule::default());
+        let located = directions::locate(&views.0, &runs, &views.1, RADIUS, rule, (&mut bytes, &mut scores)).expect("texture");
+        let scatter = odds(&views.0, &runs, (&views.1, RADIUS), &located.solution, PRIOR).scatter_px();
+        let sigma = solution(&views.0, &runs, (&views.1, RADIUS), &located, PRIOR, map_px).joint[(0, 0)].sqrt();
+        (located, scatter, sigma)
+    }
+
+    #[test]
+    fn quarters_that_are_at_odds_widen_the_sigma_and_others_do_not() {
+        let (located, scatter, sigma) = found(0.0, 0.0);
+        assert!(located.holds && scatter < 0.05, "{scatter}: {located:?}");
+        assert_eq!(sigma, located.solution.joint[(0, 0)].sqrt());
+        let (_, scatter, sigma) = found(1.0, 0.0);
+        assert!(scatter > 0.2 && sigma >= super::BETWEEN_PX, "{scatter} {sigma}");
+    }
+
+    #[test]
+    fn the_maps_sigma_is_beside_the_patch_own() {
+        let [own, wider] = [0.0, 0.5].map(|map_px| found(0.0, map_px).2);
+        assert!((wider - own.hypot(0.5)).abs() < 1e-6, "{own} {wider}");
+    }
+}
