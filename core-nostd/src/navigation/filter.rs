@@ -41,8 +41,9 @@ use satellites::{Moved, Satellites};
 const TRANSIENT_S: f32 = 10.0;
 /// And where the velocity is so uncertain that a swing may pass for its error: a swing and a half. Chosen.
 const HIDDEN_S: f32 = 3.0 * TRANSIENT_S;
-/// One sigma of the velocity from which on that is so, each axis, m/s. Chosen: a swing of five degrees 120 m up moves a match by 3 m/s.
-const HIDDEN_M_PER_S: f32 = 2.0;
+/// One sigma of the velocity from which on that is so, each axis, m/s: what is taken for that of an autopilot without fixes. A swing of five degrees
+/// 120 m up moves a match by twice as much.
+const HIDDEN_M_PER_S: f32 = 1.5;
 /// Longest way between two reported velocities, and beyond the newest, microseconds: beyond the filter begins anew.
 const STEP_MAX_US: i32 = 9_000_000;
 /// One sigma of how fast an acceleration changes, m/s³: beyond the newest velocity that was reported the last acceleration goes on.
