@@ -252,6 +252,7 @@ mod tests {
             scenario: serde_json::json!({"name": "s"}),
             epsg: 32633,
             seed: 1,
+            risk_coefficients: "0".to_owned(),
             link: "inproc".to_owned(),
             firmware_sha256: None,
             board: None,
