@@ -139,9 +139,8 @@ impl Filter {
     pub fn unexplained_rad(&self, unknown_rad: f32) -> f32 {
         let shown_rad = sqrt((squared(self.tilt_sigma_rad(unknown_rad)) - squared(unknown_rad)).max(0.0));
         let unproven_rad = self.jumps.unproven_rad(self.moment.at);
-        // It may be any swing.
-        let is_hidden = unproven_rad > 0.0 && !self.sees_swings();
-        hypot(shown_rad, if is_hidden { unproven_rad.max(TRANSIENT_MAX_RAD) } else { unproven_rad })
+        let may_be_any = unproven_rad > 0.0 && !self.sees_swings();
+        hypot(shown_rad, if may_be_any { unproven_rad.max(TRANSIENT_MAX_RAD) } else { unproven_rad })
     }
 
     /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians: what wanders is in it as if
@@ -283,9 +282,7 @@ impl Filter {
                 hypot(more_rad, begun.off_rad)
             }
             Judged::Expected(newest, more_rad) => {
-                if more_rad > 0.0 {
-                    self.jumps.swung(self.moment.at);
-                }
+                self.jumps.swung(self.moment.at, more_rad);
                 self.without = self.newest.map(|expected| Without::new(&expected, &newest));
                 self.newest = Some(newest);
                 if self.waiting.is_full() {
@@ -358,8 +355,8 @@ impl Filter {
 
     /// Whether a tilt that swings would lie outside what is expected.
     fn sees_swings(&self) -> bool {
-        let is_known = |newest: Estimate| newest.velocity().iter().all(|(_, variance)| *variance <= squared(HIDDEN_M_PER_S));
-        self.newest.is_none_or(is_known)
+        self.newest
+            .is_none_or(|newest| newest.velocity().iter().all(|(_, variance)| *variance <= squared(HIDDEN_M_PER_S)))
     }
 
     /// The match that has waited longest, moved to the newest reported velocity by what is known of the way.

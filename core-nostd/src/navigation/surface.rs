@@ -69,7 +69,7 @@ const HOLDING_FRAMES: u8 = 250;
 /// years 22, most of them of the first second, were off by more than five of their sigmas when the map was taken to be of the ground's own year
 /// until frames said otherwise.
 const HOLDING_FIRST: f32 = 0.2;
-const HOLDING_COUNTS: u8 = 30;
+const HOLDING_COUNTS: u8 = 15;
 const HOLDING_MIN: f32 = 0.4;
 /// No place of any tile is as far from its centre, metres: a quarter of the Earth's circumference.
 const FAR_M: f32 = 1e7;

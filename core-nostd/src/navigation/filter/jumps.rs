@@ -7,7 +7,6 @@ use super::KNOWN_M_PER_S;
 use super::estimate::{Estimate, Innovation};
 use super::found::{Found, Unknown, moved_by_tilt, white};
 use crate::math::{hypot, ln, sqrt, squared};
-use crate::navigation::protection::larger_sigma_m;
 use crate::navigation::reckoning::JUMPING_US;
 use crate::units::Micros;
 use nalgebra::Vector2;
@@ -103,7 +102,7 @@ impl Jumps {
     pub(super) fn known(&mut self, at: Micros, estimate: &Estimate, unknown: &Unknown) {
         let is_recent = self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
         if is_recent && unknown.velocity_m_per_s > KNOWN_M_PER_S {
-            self.swung(at);
+            self.swung(at, unknown.tilt_rad);
         }
         let is_open = self.unproven_rad(at) > 0.0;
         let Some(last) = &mut self.last else { return };
@@ -118,8 +117,9 @@ impl Jumps {
 
     /// A match lies outside what was expected, or nothing would, since the velocity may be anything: what is not proven yet has to hold from
     /// here on.
-    pub(super) fn swung(&mut self, at: Micros) {
-        let is_open = self.unproven_rad(at) > 0.0;
+    /// `by_rad`: by how much.
+    pub(super) fn swung(&mut self, at: Micros, by_rad: f32) {
+        let is_open = by_rad > 0.0 && self.unproven_rad(at) > 0.0;
         if let Some(last) = self.last.as_mut().filter(|_| is_open) {
             last.quiet_since = at;
         }
@@ -136,7 +136,7 @@ impl Jumps {
     ) -> Begun {
         let known_rad = Vector2::from(known_rad);
         let by_rad = moved_by_tilt(found).transpose() * off / squared(found.height_m);
-        let beside_rad = expected.map_or(0.0, |estimate| larger_sigma_m(&estimate.position().1) / found.height_m);
+        let beside_rad = expected.map_or(0.0, |estimate| estimate.position_sigma_m() / found.height_m);
         let by_tilt = by_rad.norm() <= JUMP_MAX_RAD + beside_rad;
         let last = self.last.filter(|_| self.is_jumping(at));
         // What goes on after it was back was none.
@@ -154,8 +154,10 @@ impl Jumps {
         let is_sudden = at.since(before) < JUMPING_US;
         let is_swinging = !is_sudden && self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
         let was_unproven = last.is_some_and(|last| last.is_unproven);
-        let is_velocity_known = unknown.velocity_m_per_s <= KNOWN_M_PER_S;
-        let is_unproven = was_unproven || !by_tilt || !is_velocity_known || likely.is_some() && is_swinging;
+        // What nothing but chance brings so near is back whatever the velocity is.
+        let is_exact = (to_rad - back.unwrap_or(to_rad)).norm() <= LEARNT_SIGMAS * unknown.tilt_rad;
+        let is_hidden = unknown.velocity_m_per_s > KNOWN_M_PER_S && !is_exact;
+        let is_unproven = was_unproven || !by_tilt || is_hidden || likely.is_some() && is_swinging;
         let begun_at = last.map_or(at, |last| last.at);
         let (is_back, quiet_since) = (back.is_some(), begun_at);
         self.last = Some(Last { at: begun_at, by_rad, is_back, is_unproven, quiet_since, is_told: false });

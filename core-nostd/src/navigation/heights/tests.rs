@@ -117,7 +117,12 @@ fn the_height_is_known_behind_a_long_time_without_frames() {
         let mut heights = Heights::new();
         let mut frame = |at: u64, range: Option<f32>| {
             heights.reported(Altitude { at: Micros(at), metres: 520.0, climb_m_per_s: 0.0, home_m: None });
-            heights.frame(Micros(at), range.map(|metres| Height { metres, sigma_m: 0.05 }), (GROUND_M, 24.0), &expected);
+            heights.frame(
+                Micros(at),
+                range.map(|metres| Height { metres, sigma_m: 0.05 }),
+                (GROUND_M, 24.0),
+                &expected,
+            );
             heights.known(Micros(at), GROUND_M, &expected)
         };
         let before = frame(1_000_000, Some(118.0)).expect("a range");
