@@ -39,11 +39,6 @@ use satellites::{Moved, Satellites};
 /// Time constant by which a tilt is forgotten that comes and goes, seconds. Chosen: half of the period of 20 s with which a vehicle rocks
 /// slowly, within which the swing of an attitude that is late or scaled has gone on to the other side.
 const TRANSIENT_S: f32 = 10.0;
-/// And where the velocity is so uncertain that a swing may pass for its error: a swing and a half. Chosen.
-const HIDDEN_S: f32 = 3.0 * TRANSIENT_S;
-/// One sigma of the velocity from which on that is so, each axis, m/s: what is taken for that of an autopilot without fixes. A swing of five degrees
-/// 120 m up moves a match by twice as much.
-const HIDDEN_M_PER_S: f32 = 1.5;
 /// Longest way between two reported velocities, and beyond the newest, microseconds: beyond the filter begins anew.
 const STEP_MAX_US: i32 = 9_000_000;
 /// One sigma of how fast an acceleration changes, m/s³: beyond the newest velocity that was reported the last acceleration goes on.
@@ -138,9 +133,7 @@ impl Filter {
     /// is left of a jump that neither has been taken back nor a turn has told. `unknown_rad`: where nothing is known.
     pub fn unexplained_rad(&self, unknown_rad: f32) -> f32 {
         let shown_rad = sqrt((squared(self.tilt_sigma_rad(unknown_rad)) - squared(unknown_rad)).max(0.0));
-        let unproven_rad = self.jumps.unproven_rad(self.moment.at);
-        let may_be_any = unproven_rad > 0.0 && !self.sees_swings();
-        hypot(shown_rad, if may_be_any { unproven_rad.max(TRANSIENT_MAX_RAD) } else { unproven_rad })
+        hypot(shown_rad, self.jumps.unproven_rad(self.moment.at))
     }
 
     /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians: what wanders is in it as if
@@ -179,7 +172,7 @@ impl Filter {
         let change = core::array::from_fn(|axis| moment.velocity_m_per_s[axis] - before.velocity_m_per_s[axis]);
         let is_thrown = hypot(change[0], change[1]) > ACCELERATION_MAX_M_PER_S2 * seconds;
         self.acceleration = if is_thrown { [0.0; 2] } else { change.map(|change| change / seconds) };
-        self.transient_rad /= 1.0 + seconds / if self.sees_swings() { TRANSIENT_S } else { HIDDEN_S };
+        self.transient_rad /= 1.0 + seconds / TRANSIENT_S;
         let usual_rad = self.jumps.usual_rad();
         if let Some(settled) = &mut self.settled {
             if is_thrown {
@@ -194,7 +187,7 @@ impl Filter {
             self.settle_oldest(unknown);
         }
         if let Some(settled) = &self.settled {
-            self.jumps.known(moment.at, settled, unknown);
+            self.jumps.known(settled, unknown);
         }
         if self.settled.is_some_and(|settled| !settled.is_sound()) {
             self.begin_anew(moment);
@@ -282,7 +275,6 @@ impl Filter {
                 hypot(more_rad, begun.off_rad)
             }
             Judged::Expected(newest, more_rad) => {
-                self.jumps.swung(self.moment.at, more_rad);
                 self.without = self.newest.map(|expected| Without::new(&expected, &newest));
                 self.newest = Some(newest);
                 if self.waiting.is_full() {
@@ -351,12 +343,6 @@ impl Filter {
         self.without = None;
         self.waiting.clear();
         0.0
-    }
-
-    /// Whether a tilt that swings would lie outside what is expected.
-    fn sees_swings(&self) -> bool {
-        self.newest
-            .is_none_or(|newest| newest.velocity().iter().all(|(_, variance)| *variance <= squared(HIDDEN_M_PER_S)))
     }
 
     /// The match that has waited longest, moved to the newest reported velocity by what is known of the way.

@@ -159,9 +159,8 @@ pub struct Tracks {
     gone: Local,
     /// A place has been known before.
     was_known: bool,
-    /// The last place that counted, when it did, and how far from it the place began that the newest match has made count in its stead.
+    /// The last place that counted, and how far from it the place began that the newest match has made count in its stead.
     led: Option<Local>,
-    led_at: Micros,
     overruled: Option<Aside>,
     /// When a match contradicted those before.
     contradicted_at: Option<Micros>,
@@ -184,7 +183,6 @@ impl Tracks {
             gone: origin,
             was_known: false,
             led: None,
-            led_at: Micros(0),
             overruled: None,
             contradicted_at: None,
         }
@@ -268,18 +266,17 @@ impl Tracks {
 
     /// Begins anew where the vehicle has been found twice, or where the navigation expected it.
     pub fn begin(&mut self, sighting: &Sighting) {
-        (self.was_known, self.led, self.led_at) = (true, Some(sighting.nadir), self.moment.at);
+        (self.was_known, self.led) = (true, Some(sighting.nadir));
         self.tracks.clear();
         // There is room.
         let begun = Begun { at: self.moment.at, aside: None };
         let _ = self.tracks.push(Track::new(sighting, self.gone, VOTES_MIN, begun));
     }
 
-    /// How a place began that a match belongs to, or begins. One that was there when a place counted last tells nothing of how far the match is
-    /// from that: it may be the same one, which a match far off belongs to after a while without any.
+    /// How a place began that a match belongs to, or begins.
     fn begun(&self, own: Option<&Track>, sighting: &Sighting) -> Begun {
         let at = own.map_or(self.moment.at, |own| own.begun.at);
-        let is_beginning = self.moment.at.since(at) < JUMPING_US || self.led_at.since(at) >= 0;
+        let is_beginning = self.moment.at.since(at) < JUMPING_US;
         let known = own.and_then(|own| own.begun.aside).filter(|_| !is_beginning);
         Begun { at, aside: known.or_else(|| self.led.map(|led| sighting.aside(led))) }
     }
@@ -326,7 +323,6 @@ impl Tracks {
         let _ = self.tracks.push(own);
         let counts = self.place() == Some(sighting.nadir);
         if counts {
-            self.led_at = self.moment.at;
             let led = self.led.replace(sighting.nadir).filter(|_| is_news);
             self.overruled = led.map(|led| begun.aside.unwrap_or(sighting.aside(led)));
         }

@@ -3,7 +3,6 @@
 //! A match that lies far off what was expected is a jump of the tilt or of the place, and that match does not tell which. What it would
 //! be of the tilt is added up until a turn tells: where the sum is what the tilt was before, the attitude has jumped back.
 
-use super::KNOWN_M_PER_S;
 use super::estimate::{Estimate, Innovation};
 use super::found::{Found, Unknown, moved_by_tilt, white};
 use crate::math::{hypot, ln, sqrt, squared};
@@ -11,7 +10,7 @@ use crate::navigation::reckoning::JUMPING_US;
 use crate::units::Micros;
 use nalgebra::Vector2;
 
-/// Largest tilt that may have jumped, radians: further off, and one sigma of what was expected beside, it was the place. Chosen: turn and scale of a picture that was taken with such
+/// Largest tilt that may have jumped, radians: further off it was the place. Chosen: turn and scale of a picture that was taken with such
 /// an error are ten per cent off, which no match survives.
 const JUMP_MAX_RAD: f32 = 0.3;
 /// A jump is told when the tilt is known to so many times what is not known beforehand.
@@ -20,9 +19,8 @@ const TOLD: f32 = 1.2;
 /// place to anywhere within [`JUMP_MAX_RAD`]. Chosen: a jump of the place comes so near to that once in sixteen times, or in ten.
 const BACK_SHARE: f32 = 0.25;
 const BACK_ODDS: f32 = 10.0;
-/// What has jumped within so long is taken to swing, and what a turn has told of a jump has to hold for so long, microseconds. Chosen: half of
-/// the period of 20 s with which a vehicle rocks slowly.
-pub(super) const CALM_US: i32 = 10_000_000;
+/// What has jumped within so long is taken to swing, microseconds. Chosen: half of the period of 20 s with which a vehicle rocks slowly.
+const CALM_US: i32 = 10_000_000;
 /// With such a period a vehicle rocks slowly, microseconds: what has not swung for as long does not.
 const PERIOD_US: i32 = 2 * CALM_US;
 /// What one match alone takes to be a jump back of what may swing, or a jump of the place, has to hold for so long before frames have fixes
@@ -37,11 +35,8 @@ struct Last {
     at: Micros,
     by_rad: Vector2<f32>,
     is_back: bool,
-    /// It is one back by what a single match says or while the velocity may be anything, or none of the tilt.
+    /// It is one back by what a single match says, or none of the tilt.
     is_unproven: bool,
-    /// Since when no match has lain outside what was expected; from when a turn has told it on, if one has.
-    quiet_since: Micros,
-    is_told: bool,
 }
 
 /// What jumped, as far as nothing has told.
@@ -65,17 +60,6 @@ pub(super) struct Begun {
     pub off_rad: f32,
 }
 
-impl Last {
-    /// How long all has to be as expected for it to be proven, microseconds.
-    fn proven_us(&self) -> i32 {
-        match (self.is_back, self.is_unproven) {
-            (true, false) => 0,
-            (true, true) => PROVEN_US,
-            (false, _) => CALM_US,
-        }
-    }
-}
-
 impl Jumps {
     pub(super) const fn new() -> Self {
         Jumps { to_rad: None, last: None, usual_rad: [0.0; 2] }
@@ -91,37 +75,16 @@ impl Jumps {
         self.last.is_some_and(|last| (0..JUMPING_US).contains(&at.since(last.at)))
     }
 
-    /// By how much the tilt may be off, though a match said that it is back or that it was the place, or a turn has told it a moment ago,
-    /// radians.
+    /// By how much the tilt may be off, though a match said that it is back or that it was the place, radians.
     pub(super) fn unproven_rad(&self, at: Micros) -> f32 {
-        let is_open = |last: &Last| (0..last.proven_us()).contains(&at.since(last.quiet_since));
+        let is_open = |last: &Last| last.is_unproven && (0..PROVEN_US).contains(&at.since(last.at));
         self.last.filter(is_open).map_or(0.0, |last| last.by_rad.norm())
     }
 
-    /// What is known of the tilt from velocities on that were reported for an instant, which may tell a jump.
-    pub(super) fn known(&mut self, at: Micros, estimate: &Estimate, unknown: &Unknown) {
-        let is_recent = self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
-        if is_recent && unknown.velocity_m_per_s > KNOWN_M_PER_S {
-            self.swung(at, unknown.tilt_rad);
-        }
-        let is_open = self.unproven_rad(at) > 0.0;
-        let Some(last) = &mut self.last else { return };
+    /// What is known of the tilt from reported velocities on, which may tell a jump.
+    pub(super) fn known(&mut self, estimate: &Estimate, unknown: &Unknown) {
         if self.to_rad.is_some() && estimate.tilt_sigma_rad() <= TOLD * unknown.tilt_rad {
-            self.to_rad = None;
-            (last.is_told, last.quiet_since) = (true, at);
-        } else if last.is_told && !is_open {
-            last.is_told = false;
-            self.usual_rad = estimate.tilt_rad();
-        }
-    }
-
-    /// A match lies outside what was expected, or nothing would, since the velocity may be anything: what is not proven yet has to hold from
-    /// here on.
-    /// `by_rad`: by how much.
-    pub(super) fn swung(&mut self, at: Micros, by_rad: f32) {
-        let is_open = by_rad > 0.0 && self.unproven_rad(at) > 0.0;
-        if let Some(last) = self.last.as_mut().filter(|_| is_open) {
-            last.quiet_since = at;
+            (self.to_rad, self.usual_rad) = (None, estimate.tilt_rad());
         }
     }
 
@@ -136,12 +99,9 @@ impl Jumps {
     ) -> Begun {
         let known_rad = Vector2::from(known_rad);
         let by_rad = moved_by_tilt(found).transpose() * off / squared(found.height_m);
-        let beside_rad = expected.map_or(0.0, |estimate| estimate.position_sigma_m() / found.height_m);
-        let by_tilt = by_rad.norm() <= JUMP_MAX_RAD + beside_rad;
+        let by_tilt = by_rad.norm() <= JUMP_MAX_RAD;
         let last = self.last.filter(|_| self.is_jumping(at));
-        // What goes on after it was back was none.
-        let stays = |last: Last| last.is_back && by_rad.norm() <= BACK_SHARE * last.by_rad.norm();
-        if by_tilt && last.is_some_and(stays) {
+        if by_tilt && last.is_some_and(|last| last.is_back) {
             let found = found.with_tilt(self.usual_rad);
             return Begun { found, sigma_rad: unknown.tilt_rad, off_rad: by_rad.norm() };
         }
@@ -154,13 +114,8 @@ impl Jumps {
         let is_sudden = at.since(before) < JUMPING_US;
         let is_swinging = !is_sudden && self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
         let was_unproven = last.is_some_and(|last| last.is_unproven);
-        // What nothing but chance brings so near is back whatever the velocity is.
-        let is_exact = (to_rad - back.unwrap_or(to_rad)).norm() <= LEARNT_SIGMAS * unknown.tilt_rad;
-        let is_hidden = unknown.velocity_m_per_s > KNOWN_M_PER_S && !is_exact;
-        let is_unproven = was_unproven || !by_tilt || is_hidden || likely.is_some() && is_swinging;
-        let begun_at = last.map_or(at, |last| last.at);
-        let (is_back, quiet_since) = (back.is_some(), begun_at);
-        self.last = Some(Last { at: begun_at, by_rad, is_back, is_unproven, quiet_since, is_told: false });
+        let is_unproven = was_unproven || !by_tilt || likely.is_some() && is_swinging;
+        self.last = Some(Last { at: last.map_or(at, |last| last.at), by_rad, is_back: back.is_some(), is_unproven });
         if let Some(back) = back {
             self.usual_rad = back.into();
         }

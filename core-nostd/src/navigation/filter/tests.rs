@@ -221,20 +221,6 @@ fn what_may_swing_has_to_stay_back_for_a_quarter_of_a_period() {
     }
 }
 
-/// A vehicle that turns is told soon, and what swings is told wrongly.
-#[test]
-fn what_a_turn_tells_of_a_jump_has_to_hold_for_half_of_a_period() {
-    let heading = |at_s: f32| 0.15 * at_s;
-    let lasts = |at_s: f32| if at_s < 20.0 { [0.0; 2] } else { [0.05, 0.05] };
-    let after = flown(60.0, 24.0, heading, lasts);
-    let told = 78 + after[78..].iter().position(|after| after.sigma_rad < 1.3 * UNKNOWN.tilt_rad).expect("it turns");
-    let half_period = super::jumps::CALM_US as usize / 250_000;
-    let open = |after: &After| after.unexplained_rad > 0.03;
-    let is_open: std::vec::Vec<bool> = after.iter().map(open).collect();
-    assert!(is_open[78..told + half_period - 2].iter().all(|is_open| *is_open), "{told} {:?}", &is_open[78..]);
-    assert!(!is_open[told + half_period + 8..].iter().any(|is_open| *is_open), "{told} {:?}", &is_open[78..]);
-}
-
 /// Another place counts from one frame to the next, further off than a tilt moves it.
 #[test]
 fn a_place_that_jumps_has_to_be_seen_for_a_while() {
