@@ -140,7 +140,7 @@ def check(folder):
         at = lambda photo: (photo["lat"], photo["lon"])
         way = strip.get("way", [])
         way = way if strip["heading_deg"] < 180 else way[::-1]
-        # What lies between the ends: photos, and way points where the ground is followed, by their distance.
+        # What lies between the ends: photos, and waypoints where the ground is followed, by their distance.
         start = at(way[0]) if way else at(photos[0])
         between = [(metres(start, at(point)), point, False) for point in way[1:-1]]
         between += [(metres(start, at(photo)), photo, True) for photo in photos if triggers]

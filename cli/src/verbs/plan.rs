@@ -50,7 +50,7 @@ pub struct Args {
     /// degrees. With an allowance bases and distances are those of a camera that sees so much less on every side.
     #[arg(long, default_value_t = 0.0, value_parser = request::not_negative, allow_negative_numbers = true)]
     tilt_deg: f64,
-    /// Follow the terrain: keep the flying height above the ground straight below within METRES, by way points along the strips
+    /// Follow the terrain: keep the flying height above the ground straight below within METRES, by waypoints along the strips
     ///
     /// --height-m, --gsd-m or --scale then say the height above the ground instead of that above the base plane. Where the ground falls away
     /// more steeply than --climb-percent the flight is higher, never lower. Overlap, clearance and accuracy are those of the heights flown.
@@ -98,7 +98,7 @@ pub struct Args {
     /// not checked against the terrain. How a return ends, on the ground or circling above, is the autopilot's parameters'.
     #[arg(long)]
     takeoff_and_return: bool,
-    /// Put every photo into the autopilot's mission as a camera trigger, beside the way points
+    /// Put every photo into the autopilot's mission as a camera trigger, beside the waypoints
     #[arg(long)]
     trigger_items: bool,
     /// Least height above the terrain along strips and turns; a plan below it is written, but the command fails

@@ -70,6 +70,7 @@ const FAR_M: f32 = 1e7;
 /// by itself.
 const HELD: f32 = 250.0;
 const HELD_STEPS: f32 = 1.5;
+
 /// All numbers that the risk of a decision is made of, for whoever keeps a record of which they were.
 pub const COEFFICIENTS: [f32; 8] = [CAP, ALWAYS, EVIDENCE, POWER, CONTRADICTS, KEPT_SHARE, CURVATURE_MIN, FRESH];
 

@@ -5,7 +5,7 @@ use crate::link::mirror::{Knowledge, Waypoint};
 use crate::vehicle::autopilot::parameters::Parameters;
 
 impl Setup {
-    /// The way points of a flight along a plan or kept by its fixes, where the grid can say where on Earth they are, and the simulated
+    /// The waypoints of a flight along a plan or kept by its fixes, where the grid can say where on Earth they are, and the simulated
     /// autopilot's parameters.
     #[must_use]
     pub fn knowledge(&self) -> Knowledge {

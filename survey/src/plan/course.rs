@@ -1,6 +1,6 @@
-//! How high a strip is flown, from way point to way point.
+//! How high a strip is flown, from waypoint to waypoint.
 
-/// Way points along a line: position along, and height above the level flying height (the base plane's plus H), which is flown where there
+/// Waypoints along a line: position along, and height above the level flying height (the base plane's plus H), which is flown where there
 /// are none. Between two of them the height changes evenly; before the first and behind the last it stays.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Course(Vec<[f64; 2]>);
@@ -21,12 +21,7 @@ impl Course {
     /// Height above the level flying height.
     #[must_use]
     pub fn rise_m(&self, along_m: f64) -> f64 {
-        let next = self.0.partition_point(|[at, _]| *at <= along_m);
-        match (next.checked_sub(1).map(|k| self.0[k]), self.0.get(next).copied()) {
-            (Some([from, low]), Some([to, high])) => low + (high - low) * (along_m - from) / (to - from),
-            (Some([_, rise]), None) | (None, Some([_, rise])) => rise,
-            (None, None) => 0.0,
-        }
+        height_at(&self.0, along_m)
     }
 
     /// Least and greatest height above the level flying height on a part of the way.
@@ -37,7 +32,7 @@ impl Course {
         within.chain(ends).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], rise| [low.min(rise), high.max(rise)])
     }
 
-    /// The way points strictly between two positions, ascending.
+    /// The waypoints strictly between two positions, ascending.
     #[must_use]
     pub fn between(&self, from_m: f64, to_m: f64) -> &[[f64; 2]] {
         let first = self.0.partition_point(|[at, _]| *at <= from_m);
@@ -57,6 +52,18 @@ impl Course {
     }
 }
 
+/// Height at a position over waypoints (position, ascending, and height): even between two, before the first and behind the last that of
+/// these; 0 over none.
+#[must_use]
+pub fn height_at(waypoints: &[[f64; 2]], along_m: f64) -> f64 {
+    let next = waypoints.partition_point(|[at, _]| *at <= along_m);
+    match (next.checked_sub(1).map(|k| waypoints[k]), waypoints.get(next).copied()) {
+        (Some([from, low]), Some([to, high])) => low + (high - low) * (along_m - from) / (to - from),
+        (Some([_, height]), None) | (None, Some([_, height])) => height,
+        (None, None) => 0.0,
+    }
+}
+
 /// How the ground is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Follow {
@@ -69,7 +76,7 @@ pub struct Follow {
 }
 
 impl Follow {
-    /// Way points over a profile: positions, ascending, and heights above the base plane. Those of `ends` are kept.
+    /// Waypoints over a profile: positions, ascending, and heights above the base plane. Those of `ends` are kept.
     #[must_use]
     pub fn course(&self, mut profile: Vec<[f64; 2]>, ends: &[usize]) -> Course {
         for k in 1..profile.len() {

@@ -165,7 +165,7 @@ pub struct StripFile {
     pub heading_deg: f64,
     /// Exposures.
     pub photos: Vec<Photo>,
-    /// Way points where the ground is followed, from the low end too, a turn's radius before the first photo and behind the last; the height
+    /// Waypoints where the ground is followed, from the low end too, a turn's radius before the first photo and behind the last; the height
     /// changes evenly between them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub way: Vec<Photo>,

@@ -31,7 +31,7 @@ impl Leg<'_> {
         [self.from_m() - out_m, self.to_m() + out_m]
     }
 
-    /// The way points between two positions in the direction of flight: along, and height above the level flying height, ends included.
+    /// The waypoints between two positions in the direction of flight: along, and height above the level flying height, ends included.
     #[must_use]
     pub fn way(&self, [from_m, to_m]: [f64; 2]) -> Vec<[f64; 2]> {
         let course = &self.strip.course;

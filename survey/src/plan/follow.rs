@@ -1,6 +1,6 @@
 //! Flying heights that follow the ground.
 //!
-//! Wanted is a height H above the ground straight below a line. Three steps make way points of it. The ground's profile is taken exactly: at
+//! Wanted is a height H above the ground straight below a line. Three steps make waypoints of it. The ground's profile is taken exactly: at
 //! each crossing of the line with a row or column of posts, and halfway between two of those. It is then raised until no part is steeper
 //! than the climb allowed, never lowered: the least such profile above the ground is max over s' of g(s') - c |s - s'|. Of that, only the
 //! points are kept without which a chord would be off by more than the tolerance (Douglas and Peucker, 1973; differences of height alone).

@@ -12,30 +12,30 @@ impl Page<'_> {
         let least = |share: Option<f64>| share.map_or_else(|| NONE.to_owned(), |share| number(100.0 * share, 1, ""));
         let system = file.epsg.map_or_else(|| "local metres".to_owned(), |epsg| format!("EPSG:{epsg}"));
         html! {
-                   header {
-                       p class="kicker" { "Plumbline " (env!("CARGO_PKG_VERSION")) " · flight plan" }
-                       h1 { (photos(file.photo_count)) " on " (lines(self.lines())) }
-                       p class="note" {
-                           (self.outputs.dem_name()) " (" (system) ") · " (number(self.area_km2(), 2, "km²")) " · strips heading "
-        (number(file.strip_heading_deg, 1, "")) "° of grid north · " (number(file.height_m, 1, "m"))
-                           @if let Some(follow) = &file.follow { " above the ground, followed within " (number(follow.tolerance_m, 0, "m")) }
-                           @else { " above the base plane at " (number(file.base_height_m, 1, "m")) }
-                           " · seed " (accuracy.map_or(0, |accuracy| accuracy.seed))
-                       }
-                       p class="verdict" { (self.verdict()) }
-                       @if let Some(gaps) = self.gaps() {
-                           p class="verdict bad" { (whole(gaps as u64)) " cells are seen by fewer than two photos of one strip." }
-                       }
-                       div class="keys" {
-                           (key(&whole(file.photo_count as u64), "photos"))
-                           (key(&number(file.gsd_m, 3, "m"), if file.follow.is_some() { "ground sample distance, at the height wanted" } else { "ground sample distance, base plane" }))
-                           (key(&format!("{} / {}", least(file.overlap_min.forward), number(100.0 * file.overlap_min.side.unwrap_or(f64::NAN), 1, "%")), "least overlap on commonly seen ground, forward / side"))
-                           (key(&maybe(accuracy.map(|accuracy| accuracy.plan_m), 3, "m"), "predicted horizontal error, RMS"))
-                           (key(&maybe(accuracy.map(|accuracy| accuracy.height_m), 3, "m"), "predicted height error, RMS"))
-                           (key(&number(file.checks.flight_time_s / 60.0, 1, "min"), "flight, strips and turns"))
-                       }
-                   }
-               }
+            header {
+                p class="kicker" { "Plumbline " (env!("CARGO_PKG_VERSION")) " · flight plan" }
+                h1 { (photos(file.photo_count)) " on " (lines(self.lines())) }
+                p class="note" {
+                    (self.outputs.dem_name()) " (" (system) ") · " (number(self.area_km2(), 2, "km²")) " · strips heading "
+                    (number(file.strip_heading_deg, 1, "")) "° of grid north · " (number(file.height_m, 1, "m"))
+                    @if let Some(follow) = &file.follow { " above the ground, followed within " (number(follow.tolerance_m, 0, "m")) }
+                    @else { " above the base plane at " (number(file.base_height_m, 1, "m")) }
+                    " · seed " (accuracy.map_or(0, |accuracy| accuracy.seed))
+                }
+                p class="verdict" { (self.verdict()) }
+                @if let Some(gaps) = self.gaps() {
+                    p class="verdict bad" { (whole(gaps as u64)) " cells are seen by fewer than two photos of one strip." }
+                }
+                div class="keys" {
+                    (key(&whole(file.photo_count as u64), "photos"))
+                    (key(&number(file.gsd_m, 3, "m"), if file.follow.is_some() { "ground sample distance, at the height wanted" } else { "ground sample distance, base plane" }))
+                    (key(&format!("{} / {}", least(file.overlap_min.forward), number(100.0 * file.overlap_min.side.unwrap_or(f64::NAN), 1, "%")), "least overlap on commonly seen ground, forward / side"))
+                    (key(&maybe(accuracy.map(|accuracy| accuracy.plan_m), 3, "m"), "predicted horizontal error, RMS"))
+                    (key(&maybe(accuracy.map(|accuracy| accuracy.height_m), 3, "m"), "predicted height error, RMS"))
+                    (key(&number(file.checks.flight_time_s / 60.0, 1, "min"), "flight, strips and turns"))
+                }
+            }
+        }
     }
 
     /// One line: what was asked for, what comes of it, what the terrain was worth.

@@ -104,10 +104,12 @@ mod tests {
     }
 
     #[test]
-    fn quarters_that_agree_leave_the_sigma() {
+    fn quarters_that_are_at_odds_widen_the_sigma_and_others_do_not() {
         let (located, scatter, sigma) = found(0.0, 0.0);
         assert!(located.holds && scatter < 0.05, "{scatter}: {located:?}");
         assert_eq!(sigma, located.solution.joint[(0, 0)].sqrt());
+        let (_, scatter, sigma) = found(2.0, 0.0);
+        assert!(scatter > 0.2 && sigma >= super::BETWEEN_PX, "{scatter} {sigma}");
     }
 
     #[test]

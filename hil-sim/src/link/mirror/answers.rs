@@ -66,17 +66,17 @@ impl Answers {
                 let Some(asked) = read::<MISSION_REQUEST_LIST_DATA>(packet) else { return };
                 if is_us(asked.target_system, asked.target_component) {
                     // There are neither fences nor rally points.
-                    let mission_type = mission_type(packet, TWO);
+                    let mission_type = mission_type::<MISSION_REQUEST_LIST_DATA>(packet);
                     let count = if mission_type == MISSION { self.items.len() as u16 } else { 0 };
                     let answer = MISSION_COUNT_DATA { count, target_system: them.0, target_component: them.1 };
-                    self.send(&answer, Some((FOUR, mission_type)), out);
+                    self.send(&answer, mission_type, out);
                 }
             }
             MISSION_REQUEST_INT_DATA::ID | REQUEST_ID => {
                 // Both have the same fields.
                 let Some(asked) = read::<MISSION_REQUEST_INT_DATA>(packet) else { return };
                 if is_us(asked.target_system, asked.target_component) {
-                    self.item(asked.seq, mission_type(packet, FOUR), them, out);
+                    self.item(asked.seq, mission_type::<MISSION_REQUEST_INT_DATA>(packet), them, out);
                 }
             }
             PARAM_REQUEST_LIST_DATA::ID | PARAM_REQUEST_READ_DATA::ID | PARAM_SET_DATA::ID => {
@@ -85,13 +85,13 @@ impl Answers {
             MISSION_COUNT_DATA::ID => {
                 let Some(asked) = read::<MISSION_COUNT_DATA>(packet) else { return };
                 if is_us(asked.target_system, asked.target_component) {
-                    self.acknowledge(MavMissionResult::MAV_MISSION_DENIED, mission_type(packet, FOUR), them, out);
+                    self.deny(mission_type::<MISSION_COUNT_DATA>(packet), them, out);
                 }
             }
             MISSION_CLEAR_ALL_DATA::ID => {
                 let Some(asked) = read::<MISSION_CLEAR_ALL_DATA>(packet) else { return };
                 if is_us(asked.target_system, asked.target_component) {
-                    self.acknowledge(MavMissionResult::MAV_MISSION_DENIED, mission_type(packet, TWO), them, out);
+                    self.deny(mission_type::<MISSION_CLEAR_ALL_DATA>(packet), them, out);
                 }
             }
             COMMAND_LONG_DATA::ID => {
@@ -112,7 +112,7 @@ impl Answers {
         let Some(item) = item else {
             return self.acknowledge(MavMissionResult::MAV_MISSION_INVALID_SEQUENCE, mission_type, them, out);
         };
-        self.send(&MISSION_ITEM_INT_DATA { target_system: them.0, target_component: them.1, ..item }, None, out);
+        self.send(&MISSION_ITEM_INT_DATA { target_system: them.0, target_component: them.1, ..item }, MISSION, out);
     }
 
     /// All parameters, or one by its place or name; one that is to be set stays as it is, which the answer says.
@@ -137,31 +137,37 @@ impl Answers {
         };
         for place in places.filter(|_| is_us(target.0, target.1)) {
             let parameter = self.parameters[place].clone();
-            self.send(&parameter, None, out);
+            self.send(&parameter, MISSION, out);
         }
     }
 
-    /// A mission's error. Nobody who watches changes it.
+    /// Nobody who watches changes a mission.
+    fn deny(&mut self, mission_type: u8, them: (u8, u8), out: &mut Vec<u8>) {
+        self.acknowledge(MavMissionResult::MAV_MISSION_DENIED, mission_type, them, out);
+    }
+
+    /// A mission's error.
     fn acknowledge(&mut self, mavtype: MavMissionResult, mission_type: u8, them: (u8, u8), out: &mut Vec<u8>) {
         let answer = MISSION_ACK_DATA { target_system: them.0, target_component: them.1, mavtype };
-        self.send(&answer, Some((THREE, mission_type)), out);
+        self.send(&answer, mission_type, out);
     }
 
     /// Nor has an order an effect.
     fn refuse(&mut self, target: (u8, u8), command: MavCmd, out: &mut Vec<u8>) {
         if is_us(target.0, target.1) {
             let result = MavResult::MAV_RESULT_UNSUPPORTED;
-            self.send(&COMMAND_ACK_DATA { command, result }, None, out);
+            self.send(&COMMAND_ACK_DATA { command, result }, MISSION, out);
         }
     }
 
-    /// A message with, behind its fields of so many bytes, the kind of mission it is about: an extension that the `mavlink` crate lacks.
-    fn send<D: MessageData>(&mut self, message: &D, extension: Option<(usize, u8)>, out: &mut Vec<u8>) {
+    /// A message with, behind its fields, the kind of mission that it is about: an extension that the `mavlink` crate lacks. As every zero at a
+    /// message's end, that of the flight's own mission is not sent.
+    fn send<D: MessageData>(&mut self, message: &D, mission_type: u8, out: &mut Vec<u8>) {
         let mut payload = [0; 255];
         let mut length = message.ser(MavlinkVersion::V2, &mut payload);
-        if let Some((at, kind)) = extension.filter(|(_, kind)| *kind != MISSION) {
-            payload[at] = kind;
-            length = at + 1;
+        if mission_type != MISSION {
+            payload[D::ENCODED_LEN] = mission_type;
+            length = D::ENCODED_LEN + 1;
         }
         let ([low, middle, high, _], (system, component)) = (D::ID.to_le_bytes(), AUTOPILOT);
         let start = out.len();
@@ -176,17 +182,13 @@ impl Answers {
 
 /// MAV_MISSION_TYPE_MISSION.
 const MISSION: u8 = 0;
-/// Bytes of a message's fields before the kind of mission.
-const TWO: usize = 2;
-const THREE: usize = 3;
-const FOUR: usize = 4;
 /// The request as it was before there were whole numbers.
 #[expect(deprecated, reason = "as above")]
 const REQUEST_ID: u32 = MISSION_REQUEST_DATA::ID;
 
-/// The kind of mission that a message is about, behind its fields of so many bytes: zeros at a message's end are not sent.
-fn mission_type(packet: &Packet<'_>, at: usize) -> u8 {
-    packet.payload.get(at).copied().unwrap_or(MISSION)
+/// The kind of mission that a message is about, behind its fields: zeros at a message's end are not sent.
+fn mission_type<D: MessageData>(packet: &Packet<'_>) -> u8 {
+    packet.payload.get(D::ENCODED_LEN).copied().unwrap_or(MISSION)
 }
 
 /// Whether the autopilot is meant: by its number, or by the 0 of all.

@@ -32,9 +32,8 @@ impl Parameters {
 
     /// The answer to a request by name, which is none for one that it does not have.
     pub fn answer(&self, name: &str) -> Option<PARAM_VALUE_DATA> {
-        self.all()
-            .into_iter()
-            .find(|answer| answer.param_id[..].starts_with(name.as_bytes()) && is_end(&answer.param_id[name.len()..]))
+        let index = self.known().position(|(known, _)| known == name)?;
+        self.all().into_iter().nth(index)
     }
 
     /// All of them, in the order of their numbers.
@@ -52,9 +51,4 @@ impl Parameters {
         };
         self.known().enumerate().map(value).collect()
     }
-}
-
-/// Whether a name ends before these bytes.
-fn is_end(rest: &[u8]) -> bool {
-    rest.first().is_none_or(|byte| *byte == 0)
 }

@@ -3,13 +3,14 @@
 use super::turn::{Piece, Pose, shortest};
 use super::wave::Wave;
 use crate::noise::stream;
+use plumbline_survey::plan::course::height_at;
 
 /// Seconds flown straight before a strip's first point, so that position and velocity have settled, and behind its last.
 const RUN_IN_S: f64 = 5.0;
 const RUN_OUT_S: f64 = 2.0;
 /// Seconds before the run-in: the board needs pulses, a clock and positions before it can expose anything.
 const BEFORE_S: f64 = 5.0;
-/// Seconds before and behind a way point over which a climb changes into the next.
+/// Seconds before and behind a waypoint over which a climb changes into the next.
 const ROUNDED_S: f64 = 1.5;
 /// Slowest and fastest parts of the deviations from the line, hertz: what an autopilot leaves.
 const DEVIATION_HZ: [f64; 2] = [0.01, 0.05];
@@ -21,13 +22,13 @@ pub struct Line {
     pub ends_m: [[f64; 2]; 2],
     /// Direction of flight, clockwise from grid north.
     pub course_rad: f64,
-    /// Way points of its height: distance from the first point, ascending, and height above the height datum. Between them it changes
+    /// Waypoints of its height: distance from the first point, ascending, and height above the height datum. Between them it changes
     /// evenly, before the first and behind the last it stays. One alone is a level line.
     pub heights: Vec<[f64; 2]>,
 }
 
 impl Line {
-    /// Its way points in the order of flight: east, north and up; of a level line its ends.
+    /// Its waypoints in the order of flight: east, north and up; of a level line its ends.
     pub fn way(&self) -> Vec<[f64; 3]> {
         let [first, last] = self.ends_m;
         let (sin, cos) = self.course_rad.sin_cos();
@@ -41,12 +42,7 @@ impl Line {
 
     /// Height at a distance from the first point.
     fn up_m(&self, at_m: f64) -> f64 {
-        let next = self.heights.partition_point(|[at, _]| *at <= at_m);
-        match (next.checked_sub(1).map(|k| self.heights[k]), self.heights.get(next).copied()) {
-            (Some([from, low]), Some([to, high])) => low + (high - low) * (at_m - from) / (to - from),
-            (Some([_, up]), None) | (None, Some([_, up])) => up,
-            (None, None) => 0.0,
-        }
+        height_at(&self.heights, at_m)
     }
 }
 
@@ -205,7 +201,7 @@ struct Knot {
     slope: f64,
 }
 
-/// A line's heights from one place to another: even between way points, rounded off over `rounded_m` to both sides of each, level at both
+/// A line's heights from one place to another: even between waypoints, rounded off over `rounded_m` to both sides of each, level at both
 /// ends.
 fn knots(line: &Line, [from_m, to_m]: [f64; 2], rounded_m: f64) -> Vec<Knot> {
     let mut at = vec![from_m];
@@ -299,7 +295,7 @@ mod tests {
         assert!((start.place_m[0] + 300.0).abs() < 1e-9, "{start:?}");
     }
 
-    /// Between way points a climb is even; beside them it is off by no more than a parabola over 1.5 s to both sides is from its corner.
+    /// Between waypoints a climb is even; beside them it is off by no more than a parabola over 1.5 s to both sides is from its corner.
     #[test]
     fn heights_of_way_points_are_flown_evenly_and_smoothly() {
         let mut lines = lines();

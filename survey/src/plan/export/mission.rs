@@ -29,7 +29,7 @@ const MISSION: u8 = 2;
 const ABSOLUTE: u8 = 2;
 
 impl Outputs<'_> {
-    /// Items of the mission: the speed, each strip's way points (two at one height) and, where wanted, two items a photo, take-off and return.
+    /// Items of the mission: the speed, each strip's waypoints (two at one height) and, where wanted, two items a photo, take-off and return.
     #[must_use]
     pub fn mission_items(&self) -> usize {
         let of_photos = if self.trigger_items { 2 * self.file.photo_count } else { 0 };
