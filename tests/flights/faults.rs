@@ -69,8 +69,9 @@ fn a_laser_that_fails_costs_no_fixes() {
 #[test]
 fn an_attitude_that_fails_makes_no_wrong_fix() {
     holds("attitude.bias=3", "", 0.0);
-    holds("attitude.bias=1", "", 0.95);
-    holds("attitude.scale=1.1", "", 0.95);
+    holds("attitude.bias=1", "", 0.9);
+    // It jumps as it begins, and until the velocity is known again a swing could pass for its error: 14 frames.
+    holds("attitude.scale=1.1", "", 0.7);
 }
 
 #[test]

@@ -22,7 +22,7 @@ mod judged;
 mod jumps;
 mod satellites;
 
-use super::reckoning::{JUMPING_US, Moment, way_m};
+use super::reckoning::{Moment, way_m};
 use crate::math::{hypot, sqrt, squared};
 use crate::tile::Local;
 use crate::units::Micros;
@@ -30,8 +30,8 @@ use estimate::{Estimate, parts_rad, unaided_m};
 use found::white;
 pub use found::{Found, Unknown};
 use heapless::Deque;
-use judged::{Judged, Without};
-use jumps::Jumps;
+use judged::{Judged, TRANSIENT_MAX_RAD, Without};
+use jumps::{Jumps, LEARNT_SIGMAS};
 use nalgebra::{Matrix2, Vector2};
 pub use satellites::SatellitePosition;
 use satellites::{Moved, Satellites};
@@ -39,6 +39,10 @@ use satellites::{Moved, Satellites};
 /// Time constant by which a tilt is forgotten that comes and goes, seconds. Chosen: half of the period of 20 s with which a vehicle rocks
 /// slowly, within which the swing of an attitude that is late or scaled has gone on to the other side.
 const TRANSIENT_S: f32 = 10.0;
+/// And where the velocity is so uncertain that a swing may pass for its error: a swing and a half. Chosen.
+const HIDDEN_S: f32 = 3.0 * TRANSIENT_S;
+/// One sigma of the velocity from which on that is so, each axis, m/s. Chosen: a swing of five degrees 120 m up moves a match by twice as much.
+const HIDDEN_M_PER_S: f32 = 1.5;
 /// Longest way between two reported velocities, and beyond the newest, microseconds: beyond the filter begins anew.
 const STEP_MAX_US: i32 = 9_000_000;
 /// One sigma of how fast an acceleration changes, m/s³: beyond the newest velocity that was reported the last acceleration goes on.
@@ -53,15 +57,8 @@ const WAITING: usize = 8;
 /// second once in a hundred thousand something has jumped.
 const TRANSIENT: f32 = 9.2;
 const JUMP: f32 = 23.0;
-/// Beyond this, once in ten, the next match shows it as well.
-const AGAIN: f32 = 4.6;
 /// Known no better than this a velocity is one that nobody reports, one sigma of each axis, m/s: more was not seen of an autopilot.
 const KNOWN_M_PER_S: f32 = 5.0;
-
-/// Largest tilt that comes and goes, radians: beyond, something has jumped. Chosen: that of an attitude 0.3 s late of a vehicle that
-/// rocks by 20 degrees a second.
-const TRANSIENT_MAX_RAD: f32 = 0.1;
-
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct Filter {
@@ -81,6 +78,8 @@ pub struct Filter {
     /// One sigma of a tilt that comes and goes, and that matches have shown, radians, and when it began to.
     transient_rad: f32,
     swung_at: Micros,
+    /// What it was before.
+    swung_rad: f32,
     jumps: Jumps,
     /// What satellite navigation says beside the matches, and by how much pitch and roll are off by that at the newest frame, radians.
     satellites: Satellites,
@@ -102,6 +101,7 @@ impl Filter {
             without: None,
             transient_rad: 0.0,
             swung_at: moment.at,
+            swung_rad: 0.0,
             jumps: Jumps::new(),
             satellites: Satellites::new(),
             by_satellites_rad: None,
@@ -133,7 +133,16 @@ impl Filter {
     /// is left of a jump that neither has been taken back nor a turn has told. `unknown_rad`: where nothing is known.
     pub fn unexplained_rad(&self, unknown_rad: f32) -> f32 {
         let shown_rad = sqrt((squared(self.tilt_sigma_rad(unknown_rad)) - squared(unknown_rad)).max(0.0));
-        hypot(shown_rad, self.jumps.unproven_rad(self.moment.at))
+        let unproven_rad = self.jumps.unproven_rad(self.moment.at);
+        // One tilt, of which all of these say the same.
+        let open_rad = shown_rad.max(unproven_rad);
+        if self.sees_swings() {
+            return open_rad;
+        }
+        // What has jumped may be anything, and what was learnt may have gone as it came.
+        let [pitch, roll] = self.matched_tilt_rad();
+        let learnt_rad = Some(hypot(pitch, roll)).filter(|learnt_rad| *learnt_rad > LEARNT_SIGMAS * unknown_rad);
+        open_rad.max(if unproven_rad > 0.0 { TRANSIENT_MAX_RAD } else { 0.0 }).max(learnt_rad.unwrap_or(0.0))
     }
 
     /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians: what wanders is in it as if
@@ -172,7 +181,7 @@ impl Filter {
         let change = core::array::from_fn(|axis| moment.velocity_m_per_s[axis] - before.velocity_m_per_s[axis]);
         let is_thrown = hypot(change[0], change[1]) > ACCELERATION_MAX_M_PER_S2 * seconds;
         self.acceleration = if is_thrown { [0.0; 2] } else { change.map(|change| change / seconds) };
-        self.transient_rad /= 1.0 + seconds / TRANSIENT_S;
+        self.transient_rad /= 1.0 + seconds / if self.sees_swings() { TRANSIENT_S } else { HIDDEN_S };
         let usual_rad = self.jumps.usual_rad();
         if let Some(settled) = &mut self.settled {
             if is_thrown {
@@ -187,7 +196,7 @@ impl Filter {
             self.settle_oldest(unknown);
         }
         if let Some(settled) = &self.settled {
-            self.jumps.known(settled, unknown);
+            self.jumps.known(moment.at, settled, unknown);
         }
         if self.settled.is_some_and(|settled| !settled.is_sound()) {
             self.begin_anew(moment);
@@ -263,18 +272,22 @@ impl Filter {
             (None, Some(newest)) if self.jumps.is_jumping(self.moment.at) => {
                 Judged::Jumped(newest.innovation(found, self.white(found)).off)
             }
-            (None, Some(newest)) => self.judged(self.moment.at, &newest, found, unknown),
+            (None, Some(newest)) => match self.jumps.back_by((self.moment.at, before), &newest, found, unknown) {
+                Some(off) => Judged::Jumped(off),
+                None => self.judged(self.moment.at, &newest, found, unknown),
+            },
         };
         match judged {
             Judged::Jumped(off) => {
                 let known_rad = self.tilt_sigma_rad(unknown.tilt_rad);
-                let jumped = (self.moment.at, before, off);
-                let begun = self.jumps.jumped(jumped, (self.matched_tilt_rad(), self.newest), found, unknown);
+                let known = (self.matched_tilt_rad(), self.newest);
+                let begun = self.jumps.jumped((self.moment.at, before, off), known, found, unknown);
                 self.begin(&begun.found, &Unknown { tilt_rad: begun.sigma_rad, ..*unknown });
                 let more_rad = sqrt((squared(begun.sigma_rad) - squared(known_rad)).max(0.0));
                 hypot(more_rad, begun.off_rad)
             }
             Judged::Expected(newest, more_rad) => {
+                self.jumps.swung(self.moment.at, more_rad);
                 self.without = self.newest.map(|expected| Without::new(&expected, &newest));
                 self.newest = Some(newest);
                 if self.waiting.is_full() {
@@ -298,38 +311,6 @@ impl Filter {
         white(found, self.transient_rad)
     }
 
-    /// What becomes of an estimate by a match; a tilt that comes and goes is as large from now on.
-    fn judged(&mut self, at: Micros, estimate: &Estimate, found: &Found, unknown: &Unknown) -> Judged {
-        // As if none were known, so that one that lasts is seen in each match.
-        let plain = estimate.innovation(found, white(found, 0.0));
-        let swings = plain.squares > TRANSIENT && plain.beyond_rad > self.transient_rad;
-        // What has swung lately may swing on.
-        let was_calm = self.transient_rad <= unknown.tilt_rad;
-        if swings && was_calm {
-            self.swung_at = at;
-        }
-        // What the next match shows as well may have come to last, where it cannot be the velocity.
-        let is_velocity_known = estimate.velocity().iter().all(|(_, variance)| *variance <= squared(KNOWN_M_PER_S));
-        let may_last = is_velocity_known && plain.squares > AGAIN && (1..JUMPING_US).contains(&at.since(self.swung_at));
-        if swings && was_calm && self.jumps.likely_back(at, estimate, found, unknown).is_some() {
-            return Judged::Jumped(plain.off);
-        }
-        let innovation = estimate.innovation(found, self.white(found));
-        if innovation.squares > JUMP || swings && plain.beyond_rad > TRANSIENT_MAX_RAD {
-            return Judged::Jumped(innovation.off);
-        }
-        if !swings && !may_last {
-            return Judged::Expected(estimate.with(&innovation), 0.0);
-        }
-        let doubted = if may_last { estimate.doubted(self.transient_rad, found) } else { *estimate };
-        let mut more_rad = 0.0;
-        if swings {
-            more_rad = sqrt(squared(plain.beyond_rad) - squared(self.transient_rad));
-            self.transient_rad = plain.beyond_rad;
-        }
-        Judged::Expected(doubted.with(&doubted.innovation(found, self.white(found))), more_rad)
-    }
-
     /// From a match on; nothing of it was expected.
     fn begin(&mut self, found: &Found, unknown: &Unknown) -> f32 {
         let white = self.white(found);
@@ -343,6 +324,12 @@ impl Filter {
         self.without = None;
         self.waiting.clear();
         0.0
+    }
+
+    /// Whether a tilt that swings would lie outside what is expected.
+    fn sees_swings(&self) -> bool {
+        self.newest
+            .is_none_or(|newest| newest.velocity().iter().all(|(_, variance)| *variance <= squared(HIDDEN_M_PER_S)))
     }
 
     /// The match that has waited longest, moved to the newest reported velocity by what is known of the way.
@@ -364,9 +351,9 @@ impl Filter {
                 return;
             }
             Judged::Jumped(off) => {
-                let known = (settled.tilt_rad(), Some(settled));
                 // When the match before it was is not kept.
-                let begun = self.jumps.jumped((at, Micros(0), off), known, &found, unknown);
+                let jumped = (at, Micros(0), off);
+                let begun = self.jumps.jumped(jumped, (settled.tilt_rad(), Some(settled)), &found, unknown);
                 let unknown = Unknown { tilt_rad: begun.sigma_rad, ..*unknown };
                 Estimate::begun(&begun.found, self.white(&begun.found), &unknown)
             }

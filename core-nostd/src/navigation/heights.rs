@@ -37,6 +37,11 @@ const AGE_MAX_US: i32 = 2_000_000;
 const DRIFT_M_PER_ROOT_S: f32 = 1.0;
 const DRIFT_BY_WAY: f32 = 0.01;
 const DRIFT_BY_WAY_LEVEL: f32 = 0.15;
+/// So far a slope goes on, metres: over a longer way without a frame the ground wanders by one after another. Chosen.
+const SLOPE_M: f32 = 100.0;
+/// Ground that is taken to be level wanders by no more than such a share of the height, one sigma: without a frame for minutes nothing else
+/// would be known of it, and nothing could be found any more. Chosen: as far as pictures are tried with other scales.
+const LEVEL_SHARE: f32 = 0.15;
 /// A laser sees a spot, and the picture all of the ground around it: one sigma between the two, as a share of the height. Chosen:
 /// half a metre at 100 m, as over fields and roads; over forest and roofs it is more, and the range is out of the gate.
 const SPOT: f32 = 0.005;
@@ -201,13 +206,18 @@ impl Heights {
             // From here on the ground is another one.
             self.offset = self.offset(at, expected);
         }
+        let above_m = self.above_m(at, ground_m);
         if let Some(offset) = &mut self.offset {
             let seconds = at.since(offset.at).max(0) as f32 * 1e-6;
             let by_way = if expected.has_elevation { DRIFT_BY_WAY } else { DRIFT_BY_WAY_LEVEL };
-            offset.bias_variance += squared(DRIFT_M_PER_ROOT_S) * seconds + squared(by_way * m_per_s * seconds);
+            let way_m = m_per_s * seconds;
+            let drift = squared(DRIFT_M_PER_ROOT_S) * seconds + squared(by_way) * way_m * way_m.min(SLOPE_M);
+            let height = above_m.map(|above_m| offset.height(above_m)).filter(|_| !expected.has_elevation);
+            let most = |height: Height| (squared(LEVEL_SHARE * height.metres) - squared(height.sigma_m)).max(0.0);
+            offset.bias_variance += height.map_or(drift, |height| drift.min(most(height)));
             offset.at = at;
         }
-        let Some((range, above_m)) = range.zip(self.above_m(at, ground_m)) else { return };
+        let Some((range, above_m)) = range.zip(above_m) else { return };
         let range = range.at_the_spot();
         match self.known(at, ground_m, expected) {
             // Over ground that is not known a range that is wrong by little would take the bias along with it, slope by slope.

@@ -32,6 +32,8 @@ pub const VOTES_MIN: u8 = 2;
 pub const GATE: f32 = 23.0;
 /// Share of the smaller side of a footprint by which the vehicle has to go on for other ground. Chosen: a quarter is seen twice.
 const FRESH: f32 = 0.75;
+/// And by which a place has moved that was contradicted meanwhile. Chosen: what is called a wrong match is 3 pixels off, of 35.
+const MOVED: f32 = 0.1;
 /// Least sigma of a reported velocity, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn,
 /// 5 m/s on both axes.
 const VELOCITY_SIGMA_M_PER_S: f32 = 1.5;
@@ -159,8 +161,9 @@ pub struct Tracks {
     gone: Local,
     /// A place has been known before.
     was_known: bool,
-    /// The last place that counted, and how far from it the place began that the newest match has made count in its stead.
+    /// The last place that counted, when it did, and how far from it the place began that the newest match has made count in its stead.
     led: Option<Local>,
+    led_at: Micros,
     overruled: Option<Aside>,
     /// When a match contradicted those before.
     contradicted_at: Option<Micros>,
@@ -183,6 +186,7 @@ impl Tracks {
             gone: origin,
             was_known: false,
             led: None,
+            led_at: Micros(0),
             overruled: None,
             contradicted_at: None,
         }
@@ -266,17 +270,18 @@ impl Tracks {
 
     /// Begins anew where the vehicle has been found twice, or where the navigation expected it.
     pub fn begin(&mut self, sighting: &Sighting) {
-        (self.was_known, self.led) = (true, Some(sighting.nadir));
+        (self.was_known, self.led, self.led_at) = (true, Some(sighting.nadir), self.moment.at);
         self.tracks.clear();
         // There is room.
         let begun = Begun { at: self.moment.at, aside: None };
         let _ = self.tracks.push(Track::new(sighting, self.gone, VOTES_MIN, begun));
     }
 
-    /// How a place began that a match belongs to, or begins.
+    /// How a place began that a match belongs to, or begins. One that was there when a place counted last tells nothing of how far the match is
+    /// from that: it may be the same one, which a match far off belongs to after a while without any.
     fn begun(&self, own: Option<&Track>, sighting: &Sighting) -> Begun {
         let at = own.map_or(self.moment.at, |own| own.begun.at);
-        let is_beginning = self.moment.at.since(at) < JUMPING_US;
+        let is_beginning = self.moment.at.since(at) < JUMPING_US || self.led_at.since(at) >= 0;
         let known = own.and_then(|own| own.begun.aside).filter(|_| !is_beginning);
         Begun { at, aside: known.or_else(|| self.led.map(|led| sighting.aside(led))) }
     }
@@ -323,8 +328,16 @@ impl Tracks {
         let _ = self.tracks.push(own);
         let counts = self.place() == Some(sighting.nadir);
         if counts {
-            let led = self.led.replace(sighting.nadir).filter(|_| is_news);
-            self.overruled = led.map(|led| begun.aside.unwrap_or(sighting.aside(led)));
+            let led_at = core::mem::replace(&mut self.led_at, self.moment.at);
+            let was_contradicted = self.contradicted_at.is_some_and(|at| at.since(led_at) > 0);
+            let led = self.led.replace(sighting.nadir);
+            // What the way since may explain is where others were that did not count.
+            let has_moved = |led: &Local| was_contradicted && sighting.nadir.off_m(*led) > MOVED * sighting.side_m;
+            let aside = |led: Local| sighting.aside(led);
+            self.overruled = match is_news {
+                true => led.map(|led| begun.aside.unwrap_or(aside(led))),
+                false => led.filter(has_moved).map(aside),
+            };
         }
         counts
     }

@@ -103,7 +103,7 @@ impl<'t> Pipeline<'t> {
         let (col, row) = self.tile.pixel(decided.nadir);
         let together = (col - matched.centre.0, row - matched.centre.1);
         if let Some(found) = own.filter(leads) {
-            self.navigation.surface.found(decided.nadir, at(&found));
+            self.navigation.surface.found(decided.nadir, at(&found), sought.px_m);
         }
         let own = own.and_then(|found| beside(found, together)).or_else(|| beside(by_itself?, together));
         // Between years the first frame that agrees is ten times as often wrong as those behind it.

@@ -125,6 +125,11 @@ impl Estimate {
         (local, self.covariance.fixed_view::<2, 2>(0, 0).into_owned())
     }
 
+    /// One sigma of that, the larger axis, metres.
+    pub(super) fn position_sigma_m(&self) -> f32 {
+        sqrt(self.covariance[(0, 0)].max(self.covariance[(1, 1)]).max(0.0))
+    }
+
     /// Error of pitch and roll that is known, radians.
     pub(super) fn tilt_rad(&self) -> [f32; 2] {
         [self.state[TILT], self.state[TILT + 1]]

@@ -5,12 +5,13 @@
 
 use super::estimate::{Estimate, Innovation};
 use super::found::{Found, Unknown, moved_by_tilt, white};
+use super::{KNOWN_M_PER_S, TRANSIENT};
 use crate::math::{hypot, ln, sqrt, squared};
 use crate::navigation::reckoning::JUMPING_US;
 use crate::units::Micros;
 use nalgebra::Vector2;
 
-/// Largest tilt that may have jumped, radians: further off it was the place. Chosen: turn and scale of a picture that was taken with such
+/// Largest tilt that may have jumped, radians: further off, and one sigma of what was expected beside, it was the place. Chosen: turn and scale of a picture that was taken with such
 /// an error are ten per cent off, which no match survives.
 const JUMP_MAX_RAD: f32 = 0.3;
 /// A jump is told when the tilt is known to so many times what is not known beforehand.
@@ -19,24 +20,33 @@ const TOLD: f32 = 1.2;
 /// place to anywhere within [`JUMP_MAX_RAD`]. Chosen: a jump of the place comes so near to that once in sixteen times, or in ten.
 const BACK_SHARE: f32 = 0.25;
 const BACK_ODDS: f32 = 10.0;
-/// What has jumped within so long is taken to swing, microseconds. Chosen: half of the period of 20 s with which a vehicle rocks slowly.
-const CALM_US: i32 = 10_000_000;
+/// What has jumped within so long is taken to swing, and what a turn has told of a jump has to hold for so long, microseconds. Chosen: half of
+/// the period of 20 s with which a vehicle rocks slowly.
+pub(super) const CALM_US: i32 = 10_000_000;
 /// With such a period a vehicle rocks slowly, microseconds: what has not swung for as long does not.
 const PERIOD_US: i32 = 2 * CALM_US;
 /// What one match alone takes to be a jump back of what may swing, or a jump of the place, has to hold for so long before frames have fixes
 /// again, microseconds; what was matched until then, and is back from one frame to the next, does not swing. Chosen: a quarter of that period; where the swing of an attitude that is scaled turns round, it stays within a tenth for 3 s.
 const PROVEN_US: i32 = PERIOD_US / 4;
 /// A tilt that is further off what it was before than so many sigmas of that can jump back. Chosen: a normal error is once in a hundred.
-const LEARNT_SIGMAS: f32 = 3.0;
+pub(super) const LEARNT_SIGMAS: f32 = 3.0;
 
 /// The last jump.
 #[derive(Clone, Copy, Debug)]
 struct Last {
     at: Micros,
+    /// Nothing had jumped for [`PROVEN_US`].
+    was_calm: bool,
+    /// The tilt before it, and by how much all frames that saw a part of it have moved it, pitch and roll.
+    from_rad: Vector2<f32>,
     by_rad: Vector2<f32>,
-    is_back: bool,
-    /// It is one back by what a single match says, or none of the tilt.
+    /// The tilt is another one from then on: it is neither back, nor was it the place.
+    is_other: bool,
+    /// It is one back by what a single match says or while the velocity may be anything, or none of the tilt.
     is_unproven: bool,
+    /// Since when no match has lain outside what was expected; from when a turn has told it on, if one has.
+    quiet_since: Micros,
+    is_told: bool,
 }
 
 /// What jumped, as far as nothing has told.
@@ -47,6 +57,8 @@ pub(super) struct Jumps {
     last: Option<Last>,
     /// The tilt that matches have told at last, and that the estimate goes back to, radians.
     usual_rad: [f32; 2],
+    /// How far the last match lay off what was expected, east and north, metres.
+    off_before: Option<Vector2<f32>>,
 }
 
 /// What there is from a jump on.
@@ -60,9 +72,20 @@ pub(super) struct Begun {
     pub off_rad: f32,
 }
 
+impl Last {
+    /// How long all has to be as expected for it to be proven, microseconds.
+    fn proven_us(&self) -> i32 {
+        match (self.is_other, self.is_unproven) {
+            (true, _) => CALM_US,
+            (false, true) => PROVEN_US,
+            (false, false) => 0,
+        }
+    }
+}
+
 impl Jumps {
     pub(super) const fn new() -> Self {
-        Jumps { to_rad: None, last: None, usual_rad: [0.0; 2] }
+        Jumps { to_rad: None, last: None, usual_rad: [0.0; 2], off_before: None }
     }
 
     /// What the tilt goes back to; nothing while a jump is open.
@@ -75,17 +98,63 @@ impl Jumps {
         self.last.is_some_and(|last| (0..JUMPING_US).contains(&at.since(last.at)))
     }
 
-    /// By how much the tilt may be off, though a match said that it is back or that it was the place, radians.
+    /// By how much the tilt may be off, though a match said that it is back or that it was the place, or a turn has told it a moment ago,
+    /// radians.
     pub(super) fn unproven_rad(&self, at: Micros) -> f32 {
-        let is_open = |last: &Last| last.is_unproven && (0..PROVEN_US).contains(&at.since(last.at));
+        let is_open = |last: &Last| (0..last.proven_us()).contains(&at.since(last.quiet_since));
         self.last.filter(is_open).map_or(0.0, |last| last.by_rad.norm())
     }
 
-    /// What is known of the tilt from reported velocities on, which may tell a jump.
-    pub(super) fn known(&mut self, estimate: &Estimate, unknown: &Unknown) {
-        if self.to_rad.is_some() && estimate.tilt_sigma_rad() <= TOLD * unknown.tilt_rad {
-            (self.to_rad, self.usual_rad) = (None, estimate.tilt_rad());
+    /// What is known of the tilt from velocities on that were reported for an instant, which may tell a jump.
+    pub(super) fn known(&mut self, at: Micros, estimate: &Estimate, unknown: &Unknown) {
+        let is_recent = self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
+        if is_recent && unknown.velocity_m_per_s > KNOWN_M_PER_S {
+            self.swung(at, unknown.tilt_rad);
         }
+        let is_open = self.unproven_rad(at) > 0.0;
+        let Some(last) = &mut self.last else { return };
+        if self.to_rad.is_some() && estimate.tilt_sigma_rad() <= TOLD * unknown.tilt_rad {
+            self.to_rad = None;
+            (last.is_told, last.quiet_since) = (true, at);
+        } else if last.is_told && !is_open {
+            last.is_told = false;
+            self.usual_rad = estimate.tilt_rad();
+        }
+    }
+
+    /// A match lies outside what was expected, or nothing would, since the velocity may be anything: what is not proven yet has to hold from
+    /// here on.
+    /// `by_rad`: by how much.
+    pub(super) fn swung(&mut self, at: Micros, by_rad: f32) {
+        let is_open = by_rad > 0.0 && self.unproven_rad(at) > 0.0;
+        if let Some(last) = self.last.as_mut().filter(|_| is_open) {
+            last.quiet_since = at;
+        }
+    }
+
+    /// By how much a match is off what is expected of it, east and north in metres, with what the frame before may have seen of the same jump,
+    /// where that brings the tilt back from one frame to the next.
+    pub(super) fn back_by(
+        &mut self,
+        (at, before): (Micros, Micros),
+        expected: &Estimate,
+        found: &Found,
+        unknown: &Unknown,
+    ) -> Option<Vector2<f32>> {
+        let Innovation { off, squares, .. } = expected.innovation(found, white(found, 0.0));
+        let with_last = self.off_before.filter(|_| at.since(before) < JUMPING_US).map(|before| before + off);
+        self.off_before = Some(off);
+        // What has jumped a moment ago swings back, too.
+        let is_usual = with_last.is_none() || squares <= TRANSIENT;
+        if is_usual || self.last.is_none_or(|last| at.since(last.at) < PROVEN_US) {
+            return None;
+        }
+        let from_rad = self.to_rad.unwrap_or(expected.tilt_rad().into());
+        [Some(off), with_last].into_iter().flatten().find(|off| {
+            let by_rad = by_tilt_rad(*off, found);
+            let is_far = by_rad.norm() > LEARNT_SIGMAS * unknown.tilt_rad;
+            is_far && self.usual().any(|usual| (from_rad + by_rad - usual).norm() <= BACK_SHARE * by_rad.norm())
+        })
     }
 
     /// The match of a frame at an instant is so far off, east and north in metres, from what was `expected` by the one before it.
@@ -98,24 +167,30 @@ impl Jumps {
         unknown: &Unknown,
     ) -> Begun {
         let known_rad = Vector2::from(known_rad);
-        let by_rad = moved_by_tilt(found).transpose() * off / squared(found.height_m);
-        let by_tilt = by_rad.norm() <= JUMP_MAX_RAD;
+        let more_rad = by_tilt_rad(off, found);
+        let beside_rad = expected.map_or(0.0, |estimate| estimate.position_sigma_m() / found.height_m);
+        // A frame before this one may have seen a part of it.
         let last = self.last.filter(|_| self.is_jumping(at));
-        if by_tilt && last.is_some_and(|last| last.is_back) {
-            let found = found.with_tilt(self.usual_rad);
-            return Begun { found, sigma_rad: unknown.tilt_rad, off_rad: by_rad.norm() };
-        }
-        let before_rad = self.to_rad.unwrap_or(known_rad);
-        let to_rad = if by_tilt { before_rad + by_rad } else { before_rad };
-        let by_rad = by_rad + last.map_or(Vector2::zeros(), |last| last.by_rad);
+        let from_rad = last.map_or(self.to_rad.unwrap_or(known_rad), |last| last.from_rad);
+        let by_rad = more_rad + last.map_or(Vector2::zeros(), |last| last.by_rad);
+        let by_tilt = by_rad.norm() <= JUMP_MAX_RAD + beside_rad;
+        let to_rad = if by_tilt { from_rad + by_rad } else { from_rad };
         let likely = expected.filter(|_| by_tilt).and_then(|estimate| self.likely_back(at, &estimate, found, unknown));
         let is_near = |usual: &Vector2<f32>| by_tilt && (to_rad - usual).norm() <= BACK_SHARE * by_rad.norm();
         let back = likely.or_else(|| self.usual().find(is_near));
+        let begun_at = last.map_or(at, |last| last.at);
         let is_sudden = at.since(before) < JUMPING_US;
         let is_swinging = !is_sudden && self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
         let was_unproven = last.is_some_and(|last| last.is_unproven);
-        let is_unproven = was_unproven || !by_tilt || likely.is_some() && is_swinging;
-        self.last = Some(Last { at: last.map_or(at, |last| last.at), by_rad, is_back: back.is_some(), is_unproven });
+        // What nothing but chance brings so near is back whatever the velocity is, unless it has swung a moment ago.
+        let was_calm =
+            self.last.is_none_or(|last| at.since(last.at) >= PROVEN_US || last.at == begun_at && last.was_calm);
+        let is_exact = was_calm && (to_rad - back.unwrap_or(to_rad)).norm() <= LEARNT_SIGMAS * unknown.tilt_rad;
+        let is_hidden = unknown.velocity_m_per_s > KNOWN_M_PER_S && !is_exact;
+        let is_unproven = was_unproven || !by_tilt || is_hidden || likely.is_some() && is_swinging;
+        let (is_other, quiet_since) = (by_tilt && back.is_none(), begun_at);
+        self.last =
+            Some(Last { at: begun_at, was_calm, from_rad, by_rad, is_other, is_unproven, quiet_since, is_told: false });
         if let Some(back) = back {
             self.usual_rad = back.into();
         }
@@ -123,7 +198,10 @@ impl Jumps {
         let left_rad = likely.unwrap_or(to_rad) - tilt_rad;
         let sigma_rad = hypot(unknown.tilt_rad, sqrt(0.5 * left_rad.norm_squared()));
         self.to_rad = (sigma_rad > TOLD * unknown.tilt_rad).then_some(tilt_rad + left_rad);
-        Begun { found: found.with_tilt(tilt_rad.into()), sigma_rad, off_rad: (known_rad - tilt_rad).norm() }
+        // The frame may have seen a part of this one, too.
+        let seen_rad = last.map_or(0.0, |_| more_rad.norm());
+        let off_rad = (known_rad - tilt_rad).norm().max(seen_rad);
+        Begun { found: found.with_tilt(tilt_rad.into()), sigma_rad, off_rad }
     }
 
     /// The tilt that it was before a jump some time ago, where that explains a match best.
@@ -150,6 +228,11 @@ impl Jumps {
     fn usual(&self) -> impl Iterator<Item = Vector2<f32>> + use<> {
         [Vector2::from(self.usual_rad), Vector2::zeros()].into_iter()
     }
+}
+
+/// Pitch and roll that move a match so far, east and north in metres.
+fn by_tilt_rad(off: Vector2<f32>, found: &Found) -> Vector2<f32> {
+    moved_by_tilt(found).transpose() * off / squared(found.height_m)
 }
 
 /// Whether a tilt that was assumed explains a match [`BACK_ODDS`] times better than a jump of the place to anywhere within

@@ -221,6 +221,90 @@ fn what_may_swing_has_to_stay_back_for_a_quarter_of_a_period() {
     }
 }
 
+/// An attitude as an autopilot gives it, and a velocity that is known to so much.
+fn known_to(velocity_m_per_s: f32) -> Unknown {
+    Unknown { velocity_m_per_s, tilt_rad: 0.0035 }
+}
+
+/// The first frame sees a part of it, which could be a swing.
+#[test]
+fn a_tilt_that_goes_back_within_two_frames_is_known_as_well_as_before() {
+    let tilt = |at_s: f32| match at_s {
+        before if before < 20.0 => 0.0,
+        off if off < 27.0 => 1.0,
+        half if half < 27.25 => 0.6,
+        _ => 0.0,
+    };
+    let after = flown_knowing(&known_to(0.6), 60.0, 24.0, |_| 1.0, |at_s| [0.05, 0.06].map(|rad| rad * tilt(at_s)));
+    let [before, during, end] = [77, 104, 110].map(|frame| after[frame].unexplained_rad);
+    assert!(before < 0.01 && during > 0.02 && end < 0.01, "{before} {during} {end}");
+}
+
+#[test]
+fn what_swings_behind_a_jump_is_back_by_chance_where_the_velocity_may_be_anything() {
+    let behind = |back_s: f32| {
+        let tilt = |at_s: f32| if (20.0..20.0 + back_s).contains(&at_s) { [0.06, 0.05] } else { [0.0; 2] };
+        let after = flown_knowing(&known_to(8.0), 60.0, 24.0, |_| 1.0, tilt);
+        after[78 + (4.0 * back_s) as usize + 6].unexplained_rad
+    };
+    assert!(behind(1.5) > 0.05, "{}", behind(1.5));
+    assert!(behind(7.0) < 0.01, "{}", behind(7.0));
+}
+
+/// Where no velocity is reported any more it could go as it came, and nobody would see it.
+#[test]
+fn a_tilt_that_was_learnt_counts_as_unexplained_where_the_velocity_may_be_anything() {
+    let known = known_to(0.3);
+    let learnt = |seconds: f32| {
+        let tilt = |at_s: f32| if at_s < 20.0 { [0.0; 2] } else { [0.05, 0.06] };
+        flown_knowing(&known, seconds, 24.0, |at_s| 0.15 * at_s, tilt).last().expect("frames").unexplained_rad
+    };
+    assert!(learnt(80.0) < 0.01, "{}", learnt(80.0));
+    let mut filter = Filter::new();
+    let found = Found {
+        nadir: Local { east_m: 0.0, north_m: 0.0 },
+        covariance: Matrix2::identity() * 0.01,
+        transient_rad: 0.0,
+        less_tilt_rad: [0.05, 0.06],
+        height_m: HEIGHT_M,
+        heading_rad: 0.0,
+    };
+    let mut unexplained_rad = |unknown: &Unknown| {
+        filter.begin_anew(Moment { at: Micros(1_000_000), velocity_m_per_s: [0.0; 2] });
+        filter.matched(&found, None, unknown);
+        filter.unexplained_rad(unknown.tilt_rad)
+    };
+    assert!(unexplained_rad(&known) < 0.01 && unexplained_rad(&known_to(8.0)) > 0.07);
+}
+
+/// What swung before it was less, and does not hide that it lasts.
+#[test]
+fn a_jump_behind_a_swing_is_told_apart_from_it() {
+    let tilt = |at_s: f32| match at_s {
+        swing if (18.5..19.25).contains(&swing) => [0.006, -0.008],
+        before if before < 20.0 => [0.0; 2],
+        part if part < 20.25 => [0.010, 0.011],
+        _ => [0.0175; 2],
+    };
+    let after = flown_knowing(&known_to(0.3), 60.0, 22.0, |at_s| 0.4 * libm::sinf(0.3 * at_s), tilt);
+    let most = after[100..].iter().map(|after| after.squares).fold(0.0, f32::max);
+    assert!(most < 9.2, "{most}");
+}
+
+/// A vehicle that turns is told soon, and what swings is told wrongly.
+#[test]
+fn what_a_turn_tells_of_a_jump_has_to_hold_for_half_of_a_period() {
+    let heading = |at_s: f32| 0.15 * at_s;
+    let lasts = |at_s: f32| if at_s < 20.0 { [0.0; 2] } else { [0.05, 0.05] };
+    let after = flown(60.0, 24.0, heading, lasts);
+    let told = 78 + after[78..].iter().position(|after| after.sigma_rad < 1.3 * UNKNOWN.tilt_rad).expect("it turns");
+    let half_period = super::jumps::CALM_US as usize / 250_000;
+    let open = |after: &After| after.unexplained_rad > 0.03;
+    let is_open: std::vec::Vec<bool> = after.iter().map(open).collect();
+    assert!(is_open[78..told + half_period - 2].iter().all(|is_open| *is_open), "{told} {:?}", &is_open[78..]);
+    assert!(!is_open[told + half_period + 8..].iter().any(|is_open| *is_open), "{told} {:?}", &is_open[78..]);
+}
+
 /// Another place counts from one frame to the next, further off than a tilt moves it.
 #[test]
 fn a_place_that_jumps_has_to_be_seen_for_a_while() {

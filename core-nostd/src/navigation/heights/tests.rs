@@ -110,6 +110,27 @@ fn the_place_that_it_took_off_from_serves_until_there_is_a_range() {
     assert!((told.metres - 1.1 * later.metres).abs() < 1.0 && told.sigma_m < 1.5, "{told:?}");
 }
 
+/// Nothing was seen for two minutes: what is known of the height is less, and enough to look for it.
+#[test]
+fn the_height_is_known_behind_a_long_time_without_frames() {
+    for expected in [EXPECTED, Expected { has_elevation: false, ..EXPECTED }] {
+        let mut heights = Heights::new();
+        let mut frame = |at: u64, range: Option<f32>| {
+            heights.reported(Altitude { at: Micros(at), metres: 520.0, climb_m_per_s: 0.0, home_m: None });
+            heights.frame(
+                Micros(at),
+                range.map(|metres| Height { metres, sigma_m: 0.05 }),
+                (GROUND_M, 24.0),
+                &expected,
+            );
+            heights.known(Micros(at), GROUND_M, &expected)
+        };
+        let before = frame(1_000_000, Some(118.0)).expect("a range");
+        let after = frame(121_000_000, None).expect("an altitude");
+        assert!(before.sigma_m < 6.0 && (10.0..19.0).contains(&after.sigma_m), "{before:?} {after:?}");
+    }
+}
+
 #[test]
 fn an_old_altitude_is_none() {
     let mut heights = Heights::new();

@@ -40,10 +40,8 @@ struct Flight {
 impl Flight {
     /// Over a map of another year.
     fn new() -> Self {
-        let mut surface = Surface::new();
-        surface.count(false);
         Flight {
-            surface,
+            surface: Surface::new(),
             frame: 0,
             speed_m_per_s: SPEED_M_PER_S,
             velocity_error_m_per_s: 0.0,
@@ -140,7 +138,7 @@ fn what_was_found_does_not_drift_away() {
             flight.seen(&[([0.0, 0.0], 0.3), ([3.0, 0.0], 0.1)]);
             if found {
                 let truth = flight.truth();
-                flight.surface.found(truth, truth);
+                flight.surface.found(truth, truth, PX_M);
             }
         }
         flight.top().risk
@@ -148,17 +146,32 @@ fn what_was_found_does_not_drift_away() {
     assert!(risk(true) < RISK_MAX && risk(false) > RISK_MAX, "{} {}", risk(true), risk(false));
 }
 
+/// A top that lies far off moves it no further than one nearby.
+#[test]
+fn what_is_found_far_off_leads_no_further_astray() {
+    let moved_m = |aside_px: f32| {
+        let mut flight = Flight::new();
+        flight.flown(6, 0.3, 0.1);
+        let before = flight.top().nadir;
+        flight.surface.found(before, before.moved([aside_px * PX_M, 0.0]), PX_M);
+        flight.top().nadir.off_m(before)
+    };
+    assert!((moved_m(0.5) - GAIN * 0.5 * PX_M).abs() < 0.01, "{}", moved_m(0.5));
+    assert!((moved_m(3.0) - GAIN * ASIDE_MAX_PX * PX_M).abs() < 0.01, "{}", moved_m(3.0));
+}
+
 #[test]
 fn a_map_of_another_year_is_known_by_what_does_not_hold() {
     let mut surface = Surface::new();
+    assert!(surface.is_another_year(), "until frames say otherwise");
+    (0..40).for_each(|frame| surface.count(frame % 5 > 1));
     assert!(!surface.is_another_year());
-    surface.count(false);
+    // A wood that has not changed is no map of this year.
+    let mut surface = Surface::new();
+    (0..4).for_each(|_| surface.count(true));
     assert!(surface.is_another_year());
-    (0..60).for_each(|frame| surface.count(frame % 5 > 1));
-    assert!(!surface.is_another_year());
-    // A field that has not changed is no map of this year.
     (0..400).for_each(|frame| surface.count(frame % 100 < 20));
-    (0..20).for_each(|_| surface.count(true));
+    (0..50).for_each(|_| surface.count(true));
     assert!(surface.is_another_year());
 }
 
@@ -279,7 +292,7 @@ fn numbers_that_are_none_do_no_harm() {
         flight.surface.around(nowhere, (nowhere, bad), bad, bad);
         flight.surface.add(&Frame::new(&[[bad; SHIFTS]; SHIFTS], VALID), bad);
         flight.surface.held(nowhere, bad);
-        flight.surface.found(nowhere, nowhere);
+        flight.surface.found(nowhere, nowhere, bad);
         let decided = flight.surface.top(PX_M).is_some_and(|decided| decided.risk <= RISK_MAX);
         assert!(!decided, "{bad}: {:?}", flight.surface.top(PX_M));
     }

@@ -186,3 +186,35 @@ fn what_a_tilt_puts_aside_turns_with_the_vehicle() {
     let [east_m, north_m] = aside.turned_to(core::f32::consts::FRAC_PI_2);
     assert!((east_m - 10.0).abs() < 1e-5 && north_m.abs() < 1e-5, "{east_m} {north_m}");
 }
+
+/// After a while without a match a place may be anywhere, and what lies far from it belongs to it.
+#[test]
+fn a_place_that_takes_in_what_lies_far_off_is_told_to_have_moved_so_far() {
+    let mut flight = Flight::new();
+    flight.all(60, RIGHT);
+    // As much is worth another one; nothing tells which counts.
+    while flight.tracks.place().is_some() {
+        flight.seen(Some([0.0, 27.0]));
+    }
+    (0..12).for_each(|_| _ = flight.seen(None));
+    assert!(flight.seen(Some([0.0, -25.0])), "{:?}", flight.tracks);
+    let aside = flight.tracks.overruled().expect("none counted");
+    assert!((hypot(aside.by_m[0], aside.by_m[1]) - 25.0).abs() < 0.1, "{aside:?}");
+}
+
+/// The way since explains it, where nothing says otherwise.
+#[test]
+fn a_place_that_was_contradicted_and_takes_in_what_lies_far_off_has_moved() {
+    let moved = |is_contradicted: bool| {
+        let mut flight = Flight::new();
+        flight.all(60, RIGHT);
+        (0..20).for_each(|_| _ = flight.seen(None));
+        if is_contradicted {
+            flight.tracks.contradicted();
+        }
+        assert!(flight.seen(Some([0.0, -11.0])), "{:?}", flight.tracks);
+        flight.tracks.overruled().map(|aside| hypot(aside.by_m[0], aside.by_m[1]))
+    };
+    assert_eq!(moved(false), None);
+    assert!(moved(true).is_some_and(|by_m| (by_m - 11.0).abs() < 0.1), "{:?}", moved(true));
+}
