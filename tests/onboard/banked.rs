@@ -20,6 +20,8 @@ const TILT_DEG: f64 = 0.3;
 const HEADING_DEG: f64 = 1.0;
 const RANGE_M: f64 = 0.3;
 const POSITION_M: f64 = 5.0;
+/// One sigma, each axis, that a first fix has for a map that may be of another year, which this one is not: half a pixel.
+const ANOTHER_YEAR_M: f64 = 0.5 * RESOLUTION_M;
 /// Frames of each bank.
 const COUNT: u64 = 100;
 
@@ -36,7 +38,7 @@ fn scenario() -> Scenario {
     scenario
 }
 
-/// How far a fix is off along an axis, and the variance that it claims.
+/// How far a fix is off along an axis, and the variance that it claims over a map of the ground's own year.
 #[derive(Clone, Copy, Debug)]
 struct Along {
     error_m: f64,
@@ -100,7 +102,8 @@ fn flown(setup: &Setup, bank_deg: f64, count: u64, random: &mut Random) -> Vec<B
             let covariance = |row: usize, col: usize| f64::from(fix.covariance[(row, col)]);
             [[s, c], [c, -s]].map(|[e, n]| Along {
                 error_m: e * error[0] + n * error[1],
-                variance_m2: e * e * covariance(0, 0) + 2.0 * e * n * covariance(0, 1) + n * n * covariance(1, 1),
+                variance_m2: e * e * covariance(0, 0) + 2.0 * e * n * covariance(0, 1) + n * n * covariance(1, 1)
+                    - ANOTHER_YEAR_M.powi(2),
             })
         }));
     }

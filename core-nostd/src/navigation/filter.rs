@@ -287,6 +287,7 @@ impl Filter {
                 hypot(more_rad, begun.off_rad)
             }
             Judged::Expected(newest, more_rad) => {
+                self.jumps.followed(&newest, found);
                 self.jumps.swung(self.moment.at, more_rad);
                 self.without = self.newest.map(|expected| Without::new(&expected, &newest));
                 self.newest = Some(newest);

@@ -42,6 +42,7 @@ struct Last {
     by_rad: Vector2<f32>,
     /// The tilt is another one from then on: it is neither back, nor was it the place.
     is_other: bool,
+    is_back: bool,
     /// It is one back by what a single match says or while the velocity may be anything, or none of the tilt.
     is_unproven: bool,
     /// Since when no match has lain outside what was expected; from when a turn has told it on, if one has.
@@ -57,7 +58,7 @@ pub(super) struct Jumps {
     last: Option<Last>,
     /// The tilt that matches have told at last, and that the estimate goes back to, radians.
     usual_rad: [f32; 2],
-    /// How far the last match lay off what was expected, east and north, metres.
+    /// How far the last match lay off what was expected, as far as the estimate has followed it, east and north, metres.
     off_before: Option<Vector2<f32>>,
 }
 
@@ -157,6 +158,12 @@ impl Jumps {
         })
     }
 
+    /// The estimate has followed that match.
+    pub(super) fn followed(&mut self, estimate: &Estimate, found: &Found) {
+        let left = estimate.innovation(found, white(found, 0.0)).off;
+        self.off_before = self.off_before.map(|off| off - left);
+    }
+
     /// The match of a frame at an instant is so far off, east and north in metres, from what was `expected` by the one before it.
     /// `known_rad`: what the tilt was taken to be.
     pub(super) fn jumped(
@@ -177,20 +184,33 @@ impl Jumps {
         let to_rad = if by_tilt { from_rad + by_rad } else { from_rad };
         let likely = expected.filter(|_| by_tilt).and_then(|estimate| self.likely_back(at, &estimate, found, unknown));
         let is_near = |usual: &Vector2<f32>| by_tilt && (to_rad - usual).norm() <= BACK_SHARE * by_rad.norm();
-        let back = likely.or_else(|| self.usual().find(is_near));
+        // One that was back stays so as long as little follows.
+        let stays = |last: &Last| by_tilt && last.is_back && more_rad.norm() <= BACK_SHARE * last.by_rad.norm();
+        let stays = || last.filter(stays).map(|_| self.usual_rad.into());
+        let back = likely.or_else(|| self.usual().find(is_near)).or_else(stays);
         let begun_at = last.map_or(at, |last| last.at);
         let is_sudden = at.since(before) < JUMPING_US;
         let is_swinging = !is_sudden && self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
         let was_unproven = last.is_some_and(|last| last.is_unproven);
-        // What nothing but chance brings so near is back whatever the velocity is, unless it has swung a moment ago.
+        // What is back from one frame to the next, or so near that it is no chance, is so whatever the velocity is, unless it has swung a moment
+        // ago.
         let was_calm =
             self.last.is_none_or(|last| at.since(last.at) >= PROVEN_US || last.at == begun_at && last.was_calm);
-        let is_exact = was_calm && (to_rad - back.unwrap_or(to_rad)).norm() <= LEARNT_SIGMAS * unknown.tilt_rad;
-        let is_hidden = unknown.velocity_m_per_s > KNOWN_M_PER_S && !is_exact;
+        let is_exact = (to_rad - back.unwrap_or(to_rad)).norm() <= LEARNT_SIGMAS * unknown.tilt_rad;
+        let is_hidden = unknown.velocity_m_per_s > KNOWN_M_PER_S && !(was_calm && (is_sudden || is_exact));
         let is_unproven = was_unproven || !by_tilt || is_hidden || likely.is_some() && is_swinging;
-        let (is_other, quiet_since) = (by_tilt && back.is_none(), begun_at);
-        self.last =
-            Some(Last { at: begun_at, was_calm, from_rad, by_rad, is_other, is_unproven, quiet_since, is_told: false });
+        let (is_back, is_other, quiet_since) = (back.is_some(), by_tilt && back.is_none(), begun_at);
+        self.last = Some(Last {
+            at: begun_at,
+            was_calm,
+            from_rad,
+            by_rad,
+            is_back,
+            is_other,
+            is_unproven,
+            quiet_since,
+            is_told: false,
+        });
         if let Some(back) = back {
             self.usual_rad = back.into();
         }

@@ -8,9 +8,10 @@ use crate::vehicle::servo::wrapped;
 /// From one sample to the next, microseconds. What lies between is on a cubic (`vehicle/motion/recorded.rs`).
 const STEP_US: u64 = 20_000;
 /// What each angle goes up and down by, so that the same value sent again and again is not taken for a sensor that hangs: twenty seconds of arc,
-/// chosen far below any sensor's noise and far above a message's rounding; and its period, seconds.
+/// chosen far below any sensor's noise and far above a message's rounding; and its period, seconds: so short that no motion between frames
+/// cancels it over several samples, and no multiple of a usual interval between these.
 const ALIVE_RAD: f64 = 1e-4;
-const ALIVE_S: f64 = 1.3;
+const ALIVE_S: f64 = 0.073;
 
 /// Samples from 0 to `end_us`, with the frames' states at `frames_us`. `up_m`: height of the ground below a place.
 pub(crate) fn through(table: &Table, frames_us: &[u64], end_us: u64, up_m: &dyn Fn([f64; 2]) -> f64) -> Vec<Recorded> {
@@ -106,6 +107,28 @@ mod tests {
         }
     }
 
+    /// Whether an angle stays within what the board calls rounding for so many samples that it is taken to hang.
+    fn hangs(samples: &[Recorded]) -> bool {
+        const ANGLES: [fn(&TrueState) -> f64; 3] = [|s| s.heading_rad, |s| s.pitch_rad, |s| s.roll_rad];
+        let spread = |some: &[Recorded], angle: fn(&TrueState) -> f64| {
+            let ends = some.iter().map(|(_, state)| angle(state));
+            ends.clone().fold(f64::NEG_INFINITY, f64::max) - ends.fold(f64::INFINITY, f64::min)
+        };
+        samples.windows(8).any(|some| ANGLES.iter().any(|angle| spread(some, *angle) < 1e-5))
+    }
+
+    /// An attitude that changes by next to nothing from frame to frame.
+    #[test]
+    fn no_angle_seems_to_hang_however_slowly_it_changes() {
+        for step_deg in [0.0, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05] {
+            let heading_deg = |index: usize| 90.0 + step_deg * (index % 5) as f64;
+            let rows: Vec<Row> = (0..20).map(|index| row(30.0 * index as f64, 0.0, heading_deg(index))).collect();
+            let table = Table { name: String::new(), lines: (2..22).collect(), rows };
+            let frames_us: Vec<u64> = (0..20).map(|index| 3_001_000 + 1_000_000 * index).collect();
+            assert!(!hangs(&through(&table, &frames_us, 24_000_000, &|_| 20.0)), "{step_deg}");
+        }
+    }
+
     #[test]
     fn it_passes_through_the_frames_and_its_velocity_is_its_derivative() {
         let rows = vec![row(0.0, 0.0, 170.0), row(30.0, 5.0, -170.0), row(60.0, 0.0, -175.0), row(60.0, -40.0, 90.0)];
@@ -119,12 +142,7 @@ mod tests {
             assert!(((b.east_m - a.east_m) / seconds - mean).abs() < 0.05, "{a_us}");
             assert!(wrapped(b.heading_rad - a.heading_rad).abs() < 0.05, "{a_us}");
         }
-        for three in samples.windows(3) {
-            let hangs = |angle: fn(&TrueState) -> f64| {
-                (angle(&three[0].1) - angle(&three[1].1)).hypot(angle(&three[1].1) - angle(&three[2].1)) < 1e-7
-            };
-            assert!(![hangs(|s| s.heading_rad), hangs(|s| s.pitch_rad), hangs(|s| s.roll_rad)].contains(&true));
-        }
+        assert!(!hangs(&samples));
         let nearest =
             |at_us: u64| samples.iter().min_by_key(|(s, _)| (*s as i64 - at_us as i64).abs()).expect("some").1;
         for (row, at_us) in table.rows.iter().zip(frames_us) {
