@@ -31,7 +31,7 @@ use plumbline_firmware::stores::tiles::TileHead;
 use plumbline_firmware::wire::signature::Key;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::{Raster, check_metric, quoted};
+use plumbline_survey::io::raster::{Raster, check_metric, check_square, quoted};
 use std::path::Path;
 
 /// How far from the centre a flight goes at most, metres: larger grounds are not used to their borders, so that the
@@ -198,9 +198,7 @@ fn grounds_of(scenario: &Scenario) -> Result<(Ground, Option<Ground>), InputErro
     let scenario::Ground::Ortho { ortho, dem, reference } = &scenario.world.ground else {
         return Ok(procedural::grounds(scenario));
     };
-    let surface =
-        dem.as_ref().map(|path| surface(path).map(|(grid, epsg)| (grid, epsg, path.as_path()))).transpose()?;
-    let ground = picture(ortho, surface, false)?;
+    let ground = picture(ortho, dem.as_deref(), false)?;
     let reference = reference.as_ref().map(|path| picture(path, None, false)).transpose()?;
     if let (Some(other), Some(path)) = (&reference, scenario_reference(scenario))
         && other.epsg() != ground.epsg()
@@ -253,7 +251,7 @@ fn scenario_reference(scenario: &Scenario) -> Option<&Path> {
     }
 }
 
-fn picture(path: &Path, surface: Option<(Grid, Option<u32>, &Path)>, knows_nodata: bool) -> Result<Ground, InputError> {
+fn picture(path: &Path, model: Option<&Path>, knows_nodata: bool) -> Result<Ground, InputError> {
     let raster = Raster::read(path)?;
     let epsg = raster.crs.ok_or_else(|| {
         InputError::new(format!(
@@ -263,46 +261,39 @@ fn picture(path: &Path, surface: Option<(Grid, Option<u32>, &Path)>, knows_nodat
         ))
     })?;
     check_metric(path, &raster.geo, epsg, (raster.cols, raster.rows))?;
-    let surface = match surface {
-        Some((_, Some(other), model)) if other != epsg => {
-            return Err(InputError::new(format!(
-                "{} is in EPSG:{epsg}, but the elevation model in EPSG:{other}: gdalwarp -t_srs EPSG:{epsg} -r bilinear {} {}",
-                path.display(),
-                quoted(&model.display().to_string()),
-                quoted(&model.with_extension(format!("{epsg}.tif")).display().to_string())
-            )));
-        }
-        surface => surface.map(|(grid, ..)| grid),
-    };
+    let surface = model.map(|model| surface(model, (path, epsg))).transpose()?;
     let mut grey = raster.grey();
     if knows_nodata {
         let known = |index: usize| (0..raster.bands.min(3)).any(|band| is_known(&raster, index, band));
         grey.iter_mut().enumerate().filter(|(index, _)| !known(*index)).for_each(|(_, grey)| *grey = f32::NAN);
     }
-    let grid = grid(&raster, grey, path)?;
-    Ground::new(grid, surface, epsg).map_err(|error| InputError::new(format!("{}: {error}", path.display())))
+    Ground::new(grid(&raster, grey), surface, epsg)
+        .map_err(|error| InputError::new(format!("{}: {error}", path.display())))
 }
 
-fn surface(path: &Path) -> Result<(Grid, Option<u32>), InputError> {
+/// The elevation model under an orthophoto that is in a reference system.
+fn surface(path: &Path, (ortho, epsg): (&Path, u32)) -> Result<Grid, InputError> {
     let raster = Raster::read(path)?;
+    if let Some(other) = raster.crs.filter(|other| *other != epsg) {
+        return Err(InputError::new(format!(
+            "{} is in EPSG:{epsg}, but the elevation model in EPSG:{other}: gdalwarp -t_srs EPSG:{epsg} -r bilinear {} {}",
+            ortho.display(),
+            quoted(&path.display().to_string()),
+            quoted(&path.with_extension(format!("{epsg}.tif")).display().to_string())
+        )));
+    }
+    check_square(path, &raster.geo, "bilinear")?;
     let heights = (0..raster.rows * raster.cols)
         .map(|index| raster.sample(index % raster.cols, index / raster.cols, 0).unwrap_or(f32::NAN))
         .map(|height| (f64::from(height) * raster.height_unit_m) as f32)
         .collect();
-    Ok((grid(&raster, heights, path)?, raster.crs))
+    Ok(grid(&raster, heights))
 }
 
-fn grid(raster: &Raster, data: Vec<f32>, path: &Path) -> Result<Grid, InputError> {
+/// Of square pixels.
+fn grid(raster: &Raster, data: Vec<f32>) -> Grid {
     let geo = &raster.geo;
-    if (geo.step_x - geo.step_y).abs() > 1e-6 * geo.step_x {
-        return Err(InputError::new(format!(
-            "{}: pixels of {} x {} m are not square",
-            path.display(),
-            geo.step_x,
-            geo.step_y
-        )));
-    }
-    Ok(Grid { cols: raster.cols, rows: raster.rows, west_m: geo.x0, north_m: geo.y0, step_m: geo.step_x, data })
+    Grid { cols: raster.cols, rows: raster.rows, west_m: geo.x0, north_m: geo.y0, step_m: geo.step_x, data }
 }
 
 /// Where the vehicle may fly so that no frame looks over the ground's border; `margin_m` is how far frames see from

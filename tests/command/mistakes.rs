@@ -92,6 +92,24 @@ fn a_map_in_degrees_or_in_web_mercator_is_told_how_to_become_one_in_metres() {
     refusals.done();
 }
 
+#[test]
+fn an_elevation_model_on_another_grid_is_told_how_to_get_on_that_of_the_map() {
+    let folder = Folder::with_scene("mistakes-models");
+    let ground = texture((256, 256), (0.0, 0.0));
+    geotiff(&folder.path("map.tif"), &ground, 5.0, Crs::Projected(32633));
+    geotiff(&folder.path("model.tif"), &ground, 5.0, Crs::Projected(32632));
+    folder.write("frames.csv", frames());
+    let mut refusals = Refusals::new(&folder);
+    for verb in [
+        "fly --frames 1 --ground map.tif --dem model.tif",
+        "evaluate --frames frames.csv --camera camera.toml --reference map.tif --dem model.tif --out out",
+    ] {
+        let line = "gdalwarp -t_srs EPSG:32633 -r bilinear model.tif model.32633.tif";
+        refusals.expect(verb, &["map.tif is in EPSG:32633", "the elevation model in EPSG:32632", line]);
+    }
+    refusals.done();
+}
+
 fn frames() -> String {
     let row = "frame.png,500300,5329700,100,0,0,0\n";
     format!("file,east_m,north_m,height_m,heading_deg,pitch_deg,roll_deg\n{row}{row}{row}")

@@ -15,7 +15,7 @@ use crate::io::input;
 use crate::io::tiff::{GeoTags, Samples, is_tiff, read_tiff};
 
 pub use geo_transform::GeoTransform;
-pub use metric::{check_metres, check_metric, quoted, utm_zone};
+pub use metric::{check_metres, check_metric, check_square, quoted, utm_zone};
 pub use placed::Placed;
 pub use write::{Band, geotiff_bytes, grey_geotiff_bytes};
 

@@ -17,14 +17,22 @@ const SQUARE: f64 = 1e-6;
 /// tile has metres that are metres on the ground, alike in both directions.
 ///
 /// # Errors
-/// As [`check_metres`]; for pixels that are not square with the command that makes square ones on the same grid.
+/// As [`check_metres`] and [`check_square`].
 pub fn check_metric(path: &Path, geo: &GeoTransform, epsg: u32, size: (usize, usize)) -> Result<(), InputError> {
     check_metres(path, geo, epsg, size)?;
+    check_square(path, geo, "cubic")
+}
+
+/// Refuses pixels that are not square.
+///
+/// # Errors
+/// One sentence with the command that makes square ones on the same grid, interpolated as `gdalwarp -r` names it.
+pub fn check_square(path: &Path, geo: &GeoTransform, interpolation: &str) -> Result<(), InputError> {
     if (geo.step_x - geo.step_y).abs() <= SQUARE * geo.step_x {
         return Ok(());
     }
     let side_m = two_digits((geo.step_x * geo.step_y).sqrt());
-    let line = line(path, &format!("-tr {side_m} {side_m} -r cubic"), "square");
+    let line = line(path, &format!("-tr {side_m} {side_m} -r {interpolation}"), "square");
     Err(InputError::new(format!("{}: pixels of {} m are not square: {line}", path.display(), steps(geo))))
 }
 
@@ -147,5 +155,9 @@ mod tests {
         assert!(said.ends_with("not square: gdalwarp -tr 2.1 2.1 -r cubic a.tif a_square.tif"), "{said}");
         let geo = GeoTransform { x0: 6e5, y0: 5.34e6, step_x: 2.0, step_y: 2.0 };
         check_metric(Path::new("a.tif"), &geo, 32633, (10, 10)).expect("taken");
+        // Posts as a public elevation model has them.
+        let posts = GeoTransform { step_x: 10.003_956, step_y: 10.004_087, ..geo };
+        let said = check_square(Path::new("dem.tif"), &posts, "bilinear").expect_err("not square").to_string();
+        assert!(said.ends_with("gdalwarp -tr 10 10 -r bilinear dem.tif dem_square.tif"), "{said}");
     }
 }
