@@ -130,12 +130,23 @@ pub struct Heights {
     confirmed_at: Option<Micros>,
     /// The bias that the last scale that may not be makes, and how many in a row have agreed with it.
     refused: Option<(f32, u8)>,
+    /// The newest frame's range, and whether ranges have contradicted matches, and no match has agreed with one since: one that hangs does
+    /// not come right where nothing is matched any more.
+    range: Option<Height>,
+    is_range_found_out: bool,
 }
 
 impl Heights {
     /// Nothing known.
     pub const fn new() -> Self {
-        Heights { altitude: None, offset: None, confirmed_at: None, refused: None }
+        Heights {
+            altitude: None,
+            offset: None,
+            confirmed_at: None,
+            refused: None,
+            range: None,
+            is_range_found_out: false,
+        }
     }
 
     /// The autopilot reports its altitude.
@@ -177,7 +188,7 @@ impl Heights {
     pub fn best(&self, at: Micros, range: Option<Height>, ground_m: f32, expected: &Expected) -> Option<Height> {
         let Some(range) = range else { return self.known(at, ground_m, expected) };
         let Some(known) = self.known(at, ground_m, expected) else { return Some(range) };
-        match (self.agrees(at, range, known), expected.has_elevation) {
+        match (self.agrees(at, range.at_the_spot(), known), expected.has_elevation) {
             (false, _) => Some(known),
             // The laser sees the ground as it is.
             (true, false) => Some(range),
@@ -196,8 +207,7 @@ impl Heights {
 
     /// Whether a range may be, against what matches have found lately.
     fn agrees(&self, at: Micros, range: Height, known: Height) -> bool {
-        let sigma_m = hypot(range.at_the_spot().sigma_m, known.sigma_m);
-        !self.is_confirmed(at) || (range.metres - known.metres).abs() <= SIGMAS * sigma_m
+        !self.is_range_found_out && (!self.is_confirmed(at) || range.may_be(known))
     }
 
     /// A frame was taken, with this range, at so many m/s. To be called once for each.
@@ -217,12 +227,14 @@ impl Heights {
             offset.bias_variance += height.map_or(drift, |height| drift.min(most(height)));
             offset.at = at;
         }
-        let Some((range, above_m)) = range.zip(above_m) else { return };
-        let range = range.at_the_spot();
-        match self.known(at, ground_m, expected) {
+        self.range = range.map(Height::at_the_spot);
+        let Some((range, above_m)) = self.range.zip(above_m) else { return };
+        let known = self.known(at, ground_m, expected);
+        self.is_range_found_out = known.is_some_and(|known| !self.agrees(at, range, known));
+        match known {
             // Over ground that is not known a range that is wrong by little would take the bias along with it, slope by slope.
             Some(_) if self.is_confirmed(at) && !expected.has_elevation => {}
-            Some(known) if !self.agrees(at, range, known) => {}
+            Some(_) if self.is_range_found_out => {}
             Some(_) => {
                 let mut offset = self.offset.unwrap_or(expected.offset(at));
                 offset.measured(above_m, range.metres, squared(range.sigma_m));
@@ -254,6 +266,7 @@ impl Heights {
         let Some(above_m) = self.above_m(at, ground_m) else { return };
         if let Some(mut offset) = self.offset(at, expected) {
             let seen = used.seen(scale);
+            self.is_range_found_out = self.range.is_some_and(|range| !range.may_be(seen));
             offset.measured(above_m, seen.metres, squared(seen.sigma_m));
             (self.offset, self.confirmed_at) = (Some(offset), Some(at));
         }
@@ -278,6 +291,11 @@ impl Height {
     fn seen(self, scale: Observed) -> Height {
         let Observed { off, variance } = scale.beside(MAP_SCALE);
         Height { metres: self.metres * (1.0 + off), sigma_m: self.metres * sqrt(variance) }
+    }
+
+    /// Whether it and another may be the same.
+    fn may_be(self, other: Height) -> bool {
+        (self.metres - other.metres).abs() <= SIGMAS * hypot(self.sigma_m, other.sigma_m)
     }
 
     /// A range's, as the height of the ground around.
