@@ -62,6 +62,8 @@ fn a_laser_that_fails_costs_no_fixes() {
     for fault in ["range.off", "range.stuck", "range.scale=1.1", "range.scale=1.3", "range.bias=-10"] {
         holds(fault, "", 0.95);
     }
+    // Its frames are not all matched, and no range is right for that.
+    holds("range.stuck", "flight.tilt_max_deg = 20", 0.95);
     // Little enough to be ground that rises.
     holds("range.scale=1.05", "", 0.9);
 }
@@ -91,6 +93,18 @@ fn a_compass_that_is_known_to_be_poor_is_corrected_by_the_turn_of_the_picture() 
     let flown = flown(None, &poor);
     assert_eq!(flown.wrong, 0);
     assert!(flown.accepted(8..FRAMES as usize) >= 180, "{}", flown.accepted(8..FRAMES as usize));
+}
+
+/// A frame that waits for its attitude while the clock makes its step has a stamp of the clock before.
+#[test]
+fn a_clock_that_makes_a_step_makes_no_wrong_fix() {
+    let rocking = "flight.tilt_max_deg = 20";
+    for fault in ["clock.offset=200", "clock.offset=-200"] {
+        holds(fault, rocking, 0.0);
+    }
+    // Such an attitude is late, but there.
+    let late = flown(Some("clock.offset=150"), rocking);
+    assert_eq!((late.wrong, late.accepted(FAILING)), (0, 0));
 }
 
 #[test]

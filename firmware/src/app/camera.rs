@@ -9,12 +9,15 @@ use crate::wire::telemetry::{
 };
 use plumbline_core::pipeline::{Outcome, Pipeline, Refusal, Situation};
 use plumbline_core::pose::Wait;
-use plumbline_core::stamp::StampError;
-use plumbline_core::units::Micros;
+use plumbline_core::stamp::{Stamp, StampError};
+use plumbline_core::units::Ticks;
 
 /// Most lost frames that are reported one by one; more are counted only, and more than half of all numbers are a restarted
 /// counter.
 const LOST_MAX: u32 = 16;
+/// A clock that is moved by more sigmas of a frame's stamp, and a microsecond that rounding may make, has made a step: of normal errors one
+/// in two million is beyond.
+const STEP_SIGMAS: f32 = 5.0;
 
 /// Works on frames for ever.
 pub async fn camera(
@@ -118,7 +121,7 @@ impl Work {
             rows?;
         }
         let (stamp, _) = stamped.map_err(Refusal::from)?;
-        let situation = self.situation(app, (stamp.mid, stamp.sigma_us), timer, performance).await?;
+        let situation = self.situation(app, &stamp, start.arrival, timer, performance).await?;
         self.out.situation = Some(situation);
         self.out.instant.pose = Some(PoseReport::new(&situation));
         let report = &mut self.out.report;
@@ -193,15 +196,17 @@ impl Work {
     }
 
     /// Waits until every stream has the samples after mid-exposure that its smoothing wants, or patience ends: then what
-    /// is there must do.
+    /// is there must do. A clock that makes a step meanwhile leaves the frame with a stamp of the clock before, and the samples with others.
     async fn situation(
         &mut self,
         app: &App<'_>,
-        mid: (Micros, f32),
+        stamp: &Stamp,
+        arrival: Ticks,
         timer: &impl Timer,
         performance: &impl PerformanceCounters,
     ) -> Result<Situation, Refusal> {
-        let mid_exposure_at = mid.0;
+        let mid_exposure_at = stamp.mid;
+        let arrived_at = app.instant(arrival);
         loop {
             app.gate(Gate::Pose).await;
             app.fresh.reset();
@@ -212,7 +217,7 @@ impl Work {
                 let settings = pipeline.settings();
                 let is_late = now.is_none_or(|now| now.since(mid_exposure_at).unsigned_abs() > settings.patience_us);
                 let wait = if is_late { Wait::No } else { settings.wait() };
-                let (situation, cost) = performance.counted(|| pipeline.situate(mid, wait));
+                let (situation, cost) = performance.counted(|| pipeline.situate((stamp.mid, stamp.sigma_us), wait));
                 self.out.report.instructions[2] += cost;
                 match situation {
                     Ok(None) if is_late => Err(pipeline.missing_at(mid_exposure_at)),
@@ -220,7 +225,13 @@ impl Work {
                 }
                 .map_err(Refusal::from)
             };
-            let situation = app.pipeline.with(situate).unwrap_or(Err(Refusal::Busy));
+            let moved_us = arrived_at.zip(app.instant(arrival)).map(|(before, after)| after.since(before));
+            let has_stepped = moved_us.is_none_or(|us| us.abs() as f32 > 1.0 + STEP_SIGMAS * stamp.sigma_us);
+            let situation = if has_stepped {
+                Err(Refusal::UncertainClock)
+            } else {
+                app.pipeline.with(situate).unwrap_or(Err(Refusal::Busy))
+            };
             if situation != Ok(None) {
                 app.event(Event::Pose(tick));
                 return situation?.ok_or(Refusal::Busy);
