@@ -20,8 +20,8 @@ const TILT_DEG: f64 = 0.3;
 const HEADING_DEG: f64 = 1.0;
 const RANGE_M: f64 = 0.3;
 const POSITION_M: f64 = 5.0;
-/// One sigma, each axis, that a first fix has for a map that may be of another year, which this one is not: half a pixel.
-const ANOTHER_YEAR_M: f64 = 0.5 * RESOLUTION_M;
+/// One sigma, each axis, that a first fix has for a map that may be of another year, which this one is not, pixels of the map.
+const ANOTHER_YEAR_M: f64 = 0.6 * RESOLUTION_M;
 /// Frames of each bank.
 const COUNT: u64 = 100;
 

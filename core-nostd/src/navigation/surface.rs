@@ -39,10 +39,10 @@ const POWER: f32 = 0.6;
 /// a frame is not asked: of 5,800 that lay beside the decided place in flights between years one was off by more than 3 pixels, whatever they led by.
 const CONTRADICTS: f32 = 10.0;
 /// Share of the evidence that is left when the next piece of ground comes, where the map is of another year: all there is is worth the last
-/// six or seven. The map lies differently off by place and the velocity is off by more than it states, so that old evidence holds the surface back where the nadir was. Of 0.8, 0.85, 0.9 and
+/// ten. The map lies differently off by place and the velocity is off by more than it states, so that old evidence holds the surface back where the nadir was. Of 0.8, 0.85, 0.9 and
 /// 1 what gives most fixes at no more wrong ones: at 1 of 3,100 decided places in flights between years 82 were off by more than 3 pixels, at
 /// 0.9 and 0.85 none. In its own year all is kept: what an attitude that is off puts elsewhere has to outweigh all that was before.
-const KEPT_SHARE: f32 = 0.85;
+const KEPT_SHARE: f32 = 0.9;
 /// Least curvature of a frame's scores that is taken for one.
 const CURVATURE_MIN: f32 = 0.02;
 /// A frame of the newest piece of ground takes the place of the one that stands for it if it has so many times its texture. Chosen: what is

@@ -133,7 +133,7 @@ fn of_the_newest_ground_the_frame_of_most_texture_counts() {
 #[test]
 fn what_was_found_does_not_drift_away() {
     let risk = |found: bool| {
-        let mut flight = Flight { sigma_m_per_s: 2.0, ..Flight::new() };
+        let mut flight = Flight { sigma_m_per_s: 3.0, ..Flight::new() };
         for _ in 0..10 * FRAMES {
             flight.seen(&[([0.0, 0.0], 0.3), ([3.0, 0.0], 0.1)]);
             if found {
@@ -206,7 +206,8 @@ fn evidence_fades() {
         flight.off_m() > 2.0 * STEP_M
     };
     let pieces = (1..30).find(|_| follows(&mut flight));
-    assert!(pieces.is_some_and(|pieces| pieces <= 5), "{pieces:?}");
+    // By then half of what there was has faded.
+    assert!(pieces.is_some_and(|pieces| pieces <= 7), "{pieces:?}");
 }
 
 #[test]
