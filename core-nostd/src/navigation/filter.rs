@@ -59,6 +59,7 @@ const TRANSIENT: f32 = 9.2;
 const JUMP: f32 = 23.0;
 /// Known no better than this a velocity is one that nobody reports, one sigma of each axis, m/s: more was not seen of an autopilot.
 const KNOWN_M_PER_S: f32 = 5.0;
+
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct Filter {
@@ -272,10 +273,13 @@ impl Filter {
             (None, Some(newest)) if self.jumps.is_jumping(self.moment.at) => {
                 Judged::Jumped(newest.innovation(found, self.white(found)).off)
             }
-            (None, Some(newest)) => match self.jumps.back_by((self.moment.at, before), &newest, found, unknown) {
-                Some(off) => Judged::Jumped(off),
-                None => self.judged(self.moment.at, &newest, found, unknown),
-            },
+            (None, Some(newest)) => {
+                let plain = newest.innovation(found, white(found, 0.0));
+                match self.jumps.back_by((self.moment.at, before), &newest, (found, &plain), unknown) {
+                    Some(off) => Judged::Jumped(off),
+                    None => self.judged(self.moment.at, &newest, (found, &plain), unknown),
+                }
+            }
         };
         match judged {
             Judged::Jumped(off) => {
@@ -345,7 +349,8 @@ impl Filter {
             .moved(way_m(self.reckoned(at), self.reported))
             .moved([-east.0 * apart_s, -north.0 * apart_s])
             .less_certain(Matrix2::new(variance(east), 0.0, 0.0, variance(north)));
-        let begun = match self.judged(at, &settled, &found, unknown) {
+        let plain = settled.innovation(&found, white(&found, 0.0));
+        let begun = match self.judged(at, &settled, (&found, &plain), unknown) {
             Judged::Expected(settled, _) => {
                 self.satellites.matched(&found, self.white(&found));
                 self.settled = Some(settled);

@@ -1,7 +1,7 @@
 //! What becomes of an estimate by a match, and what there would be without that.
 
-use super::estimate::Estimate;
-use super::found::{Found, Unknown, white};
+use super::estimate::{Estimate, Innovation};
+use super::found::{Found, Unknown};
 use super::{Filter, JUMP, KNOWN_M_PER_S, TRANSIENT};
 use crate::math::{sqrt, squared};
 use crate::navigation::reckoning::JUMPING_US;
@@ -40,10 +40,15 @@ pub(super) enum Judged {
 }
 
 impl Filter {
-    /// What becomes of an estimate by a match; a tilt that comes and goes is as large from now on.
-    pub(super) fn judged(&mut self, at: Micros, estimate: &Estimate, found: &Found, unknown: &Unknown) -> Judged {
-        // As if none were known, so that one that lasts is seen in each match.
-        let plain = estimate.innovation(found, white(found, 0.0));
+    /// What becomes of an estimate by a match; a tilt that comes and goes is as large from now on. `plain`: the match's innovation as if none
+    /// were known, so that one that lasts is seen in each match.
+    pub(super) fn judged(
+        &mut self,
+        at: Micros,
+        estimate: &Estimate,
+        (found, plain): (&Found, &Innovation),
+        unknown: &Unknown,
+    ) -> Judged {
         let swings = plain.squares > TRANSIENT && plain.beyond_rad > self.transient_rad;
         let was_calm = self.transient_rad <= unknown.tilt_rad;
         if swings && !(0..JUMPING_US).contains(&at.since(self.swung_at)) {

@@ -31,6 +31,17 @@ const PROVEN_US: i32 = PERIOD_US / 4;
 /// A tilt that is further off what it was before than so many sigmas of that can jump back. Chosen: a normal error is once in a hundred.
 pub(super) const LEARNT_SIGMAS: f32 = 3.0;
 
+/// What has jumped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Jumped {
+    /// The tilt, back to what it was.
+    Back,
+    /// The tilt, to another one.
+    Away,
+    /// The place.
+    Aside,
+}
+
 /// The last jump.
 #[derive(Clone, Copy, Debug)]
 struct Last {
@@ -40,9 +51,7 @@ struct Last {
     /// The tilt before it, and by how much all frames that saw a part of it have moved it, pitch and roll.
     from_rad: Vector2<f32>,
     by_rad: Vector2<f32>,
-    /// The tilt is another one from then on: it is neither back, nor was it the place.
-    is_other: bool,
-    is_back: bool,
+    jumped: Jumped,
     /// It is one back by what a single match says or while the velocity may be anything, or none of the tilt.
     is_unproven: bool,
     /// Since when no match has lain outside what was expected; from when a turn has told it on, if one has.
@@ -76,10 +85,10 @@ pub(super) struct Begun {
 impl Last {
     /// How long all has to be as expected for it to be proven, microseconds.
     fn proven_us(&self) -> i32 {
-        match (self.is_other, self.is_unproven) {
-            (true, _) => CALM_US,
-            (false, true) => PROVEN_US,
-            (false, false) => 0,
+        match (self.jumped, self.is_unproven) {
+            (Jumped::Away, _) => CALM_US,
+            (_, true) => PROVEN_US,
+            (_, false) => 0,
         }
     }
 }
@@ -133,16 +142,15 @@ impl Jumps {
         }
     }
 
-    /// By how much a match is off what is expected of it, east and north in metres, with what the frame before may have seen of the same jump,
+    /// By how much a match is off what is expected of it, as its innovation says, east and north in metres, with what the frame before may have seen of the same jump,
     /// where that brings the tilt back from one frame to the next.
     pub(super) fn back_by(
         &mut self,
         (at, before): (Micros, Micros),
         expected: &Estimate,
-        found: &Found,
+        (found, &Innovation { off, squares, .. }): (&Found, &Innovation),
         unknown: &Unknown,
     ) -> Option<Vector2<f32>> {
-        let Innovation { off, squares, .. } = expected.innovation(found, white(found, 0.0));
         let with_last = self.off_before.filter(|_| at.since(before) < JUMPING_US).map(|before| before + off);
         self.off_before = Some(off);
         // What has jumped a moment ago swings back, too.
@@ -185,7 +193,8 @@ impl Jumps {
         let likely = expected.filter(|_| by_tilt).and_then(|estimate| self.likely_back(at, &estimate, found, unknown));
         let is_near = |usual: &Vector2<f32>| by_tilt && (to_rad - usual).norm() <= BACK_SHARE * by_rad.norm();
         // One that was back stays so as long as little follows.
-        let stays = |last: &Last| by_tilt && last.is_back && more_rad.norm() <= BACK_SHARE * last.by_rad.norm();
+        let stays =
+            |last: &Last| by_tilt && last.jumped == Jumped::Back && more_rad.norm() <= BACK_SHARE * last.by_rad.norm();
         let stays = || last.filter(stays).map(|_| self.usual_rad.into());
         let back = likely.or_else(|| self.usual().find(is_near)).or_else(stays);
         let begun_at = last.map_or(at, |last| last.at);
@@ -199,18 +208,13 @@ impl Jumps {
         let is_exact = (to_rad - back.unwrap_or(to_rad)).norm() <= LEARNT_SIGMAS * unknown.tilt_rad;
         let is_hidden = unknown.velocity_m_per_s > KNOWN_M_PER_S && !(was_calm && (is_sudden || is_exact));
         let is_unproven = was_unproven || !by_tilt || is_hidden || likely.is_some() && is_swinging;
-        let (is_back, is_other, quiet_since) = (back.is_some(), by_tilt && back.is_none(), begun_at);
-        self.last = Some(Last {
-            at: begun_at,
-            was_calm,
-            from_rad,
-            by_rad,
-            is_back,
-            is_other,
-            is_unproven,
-            quiet_since,
-            is_told: false,
-        });
+        let jumped = match back {
+            Some(_) => Jumped::Back,
+            None if by_tilt => Jumped::Away,
+            None => Jumped::Aside,
+        };
+        let (at, quiet_since) = (begun_at, begun_at);
+        self.last = Some(Last { at, was_calm, from_rad, by_rad, jumped, is_unproven, quiet_since, is_told: false });
         if let Some(back) = back {
             self.usual_rad = back.into();
         }
