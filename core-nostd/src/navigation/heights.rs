@@ -130,8 +130,8 @@ pub struct Heights {
     confirmed_at: Option<Micros>,
     /// The bias that the last scale that may not be makes, and how many in a row have agreed with it.
     refused: Option<(f32, u8)>,
-    /// The newest frame's range, and whether ranges have contradicted matches, and no match has agreed with one since: one that hangs does
-    /// not come right where nothing is matched any more.
+    /// The newest frame's range, and whether ranges have contradicted matches, and no match's own scale has agreed with one since: one that
+    /// hangs does not come right where nothing is matched any more. Where nothing else says how high, a range counts all the same.
     range: Option<Height>,
     is_range_found_out: bool,
 }
@@ -205,9 +205,9 @@ impl Heights {
         self.confirmed_at.is_some_and(|seen_at| (0..=CONFIRMED_US).contains(&at.since(seen_at)))
     }
 
-    /// Whether a range may be, against what matches have found lately.
+    /// Whether a range may be, against what matches have found lately, and has not been found out since.
     fn agrees(&self, at: Micros, range: Height, known: Height) -> bool {
-        !self.is_range_found_out && (!self.is_confirmed(at) || range.may_be(known))
+        !self.is_range_found_out && (!self.is_confirmed(at) || range.is_like(known))
     }
 
     /// A frame was taken, with this range, at so many m/s. To be called once for each.
@@ -266,7 +266,9 @@ impl Heights {
         let Some(above_m) = self.above_m(at, ground_m) else { return };
         if let Some(mut offset) = self.offset(at, expected) {
             let seen = used.seen(scale);
-            self.is_range_found_out = self.range.is_some_and(|range| !range.may_be(seen));
+            if let Some(range) = self.range {
+                self.is_range_found_out = !range.is_like(seen);
+            }
             offset.measured(above_m, seen.metres, squared(seen.sigma_m));
             (self.offset, self.confirmed_at) = (Some(offset), Some(at));
         }
@@ -294,7 +296,7 @@ impl Height {
     }
 
     /// Whether it and another may be the same.
-    fn may_be(self, other: Height) -> bool {
+    fn is_like(self, other: Height) -> bool {
         (self.metres - other.metres).abs() <= SIGMAS * hypot(self.sigma_m, other.sigma_m)
     }
 

@@ -83,9 +83,9 @@ fn a_laser_that_fails_is_found_out_by_the_pictures_scale() {
 fn a_laser_that_was_found_out_stays_so_without_matches() {
     for expected in [EXPECTED, Expected { has_elevation: false, ..EXPECTED }] {
         let mut heights = Heights::new();
-        let mut frame = |second: u64, metres: f32, is_matched: bool| {
+        let mut frame = |second: u64, range: Option<f32>, is_matched: bool| {
             let at = Micros(1_000_000 * second);
-            let range = Some(Height { metres, sigma_m: 0.05 });
+            let range = range.map(|metres| Height { metres, sigma_m: 0.05 });
             heights.reported(Altitude { at, metres: GROUND_M + 120.0, climb_m_per_s: 0.0, home_m: None });
             let used = heights.best(at, range, GROUND_M, &expected).expect("a range");
             heights.frame(at, range, (GROUND_M, 10.0), &expected);
@@ -96,17 +96,19 @@ fn a_laser_that_was_found_out_stays_so_without_matches() {
             used.metres
         };
         for second in 1..10 {
-            frame(second, 120.0, true);
+            frame(second, Some(120.0), true);
         }
         for second in 10..14 {
-            frame(second, 140.0, true);
+            frame(second, Some(140.0), true);
         }
-        for second in 14..30 {
-            let used = frame(second, 140.0, false);
+        // A match without a range says nothing of it.
+        frame(14, None, true);
+        for second in 15..30 {
+            let used = frame(second, (second > 18).then_some(140.0), false);
             assert!((used - 120.0).abs() < 3.0, "{used} at {second} s, elevation {}", expected.has_elevation);
         }
-        frame(30, 120.5, true);
-        assert!((frame(31, 120.5, false) - 120.5).abs() < 0.4, "elevation {}", expected.has_elevation);
+        frame(30, Some(120.5), true);
+        assert!((frame(31, Some(120.5), false) - 120.5).abs() < 0.4, "elevation {}", expected.has_elevation);
     }
 }
 
