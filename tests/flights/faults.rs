@@ -62,7 +62,7 @@ fn a_laser_that_fails_costs_no_fixes() {
     for fault in ["range.off", "range.stuck", "range.scale=1.1", "range.scale=1.3", "range.bias=-10"] {
         holds(fault, "", 0.95);
     }
-    // Its frames are not all matched, and no range is right for that.
+    // Rocking, some frames are not matched: that must not bring the hung range back.
     holds("range.stuck", "flight.tilt_max_deg = 20", 0.95);
     // Little enough to be ground that rises.
     holds("range.scale=1.05", "", 0.9);
@@ -102,7 +102,7 @@ fn a_clock_that_makes_a_step_makes_no_wrong_fix() {
     for fault in ["clock.offset=200", "clock.offset=-200"] {
         holds(fault, rocking, 0.0);
     }
-    // Such an attitude is late, but there.
+    // So far off the attitude still arrives in time, and is of another instant.
     let late = flown(Some("clock.offset=150"), rocking);
     assert_eq!((late.wrong, late.accepted(FAILING)), (0, 0));
 }

@@ -50,7 +50,7 @@ const REASONS: [(&str, &str); 32] = [
     ("no_exposure", "An edge is missing, and no exposure time is known that could stand for it."),
     (
         "uncertain_clock",
-        "The clock has run free for so long that the stamp would be too uncertain: check pulses and TIMESYNC.",
+        "The clock has run free too long, is contradicted, or made a step after the frame was stamped: check pulses and TIMESYNC.",
     ),
     ("frame_backwards", "The frame did not arrive after the one before."),
     (

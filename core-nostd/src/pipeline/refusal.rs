@@ -57,7 +57,7 @@ pub enum Refusal {
     EdgesContradict = 21,
     /// An edge is missing, and no exposure is known that could stand for it.
     NoExposure = 22,
-    /// The clock has run free for so long, or is so contradicted, that a stamp would be too uncertain, or it made a step behind the stamp.
+    /// The clock has run free for so long, or is so contradicted, that a stamp would be too uncertain, or it made a step after the frame was stamped.
     UncertainClock = 23,
     /// The frame did not arrive after the one before.
     FrameBackwards = 24,

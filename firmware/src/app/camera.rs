@@ -15,8 +15,8 @@ use plumbline_core::units::Ticks;
 /// Most lost frames that are reported one by one; more are counted only, and more than half of all numbers are a restarted
 /// counter.
 const LOST_MAX: u32 = 16;
-/// A clock that is moved by more sigmas of a frame's stamp, and a microsecond that rounding may make, has made a step: of normal errors one
-/// in two million is beyond.
+/// A clock that is moved by more sigmas of a frame's stamp, and a microsecond that rounding may make, has made a step: fewer than one in two
+/// million normal errors are beyond.
 const STEP_SIGMAS: f32 = 5.0;
 
 /// Works on frames for ever.
@@ -196,7 +196,7 @@ impl Work {
     }
 
     /// Waits until every stream has the samples after mid-exposure that its smoothing wants, or patience ends: then what
-    /// is there must do. A clock that makes a step meanwhile leaves the frame with a stamp of the clock before, and the samples with others.
+    /// is there must do. A clock that makes a step meanwhile leaves the frame with a stamp of the clock before, while later samples are stamped by the new one.
     async fn situation(
         &mut self,
         app: &App<'_>,
@@ -226,7 +226,7 @@ impl Work {
                 .map_err(Refusal::from)
             };
             let moved_us = arrived_at.zip(app.instant(arrival)).map(|(before, after)| after.since(before));
-            let has_stepped = moved_us.is_none_or(|us| us.abs() as f32 > 1.0 + STEP_SIGMAS * stamp.sigma_us);
+            let has_stepped = moved_us.is_none_or(|us| us.unsigned_abs() as f32 > 1.0 + STEP_SIGMAS * stamp.sigma_us);
             let situation = if has_stepped {
                 Err(Refusal::UncertainClock)
             } else {

@@ -1,6 +1,6 @@
 //! What is sent of the fixes: which of them, in which message, and with which covariance.
 //!
-//! What is sent is a match, never an estimate of ours: the autopilot's filter is the one that smooths. Its filter takes the
+//! What is sent is a match, of its frame or between years of several, never our filter's estimate: the autopilot's filter is the one that smooths. Its filter takes the
 //! errors of successive fixes for independent. Some are not: those of a tilt that drifts, and of a map that lies beside the
 //! ground, are the same for many fixes, and a filter that averages n of them believes to have taken them off. So only some
 //! fixes are sent, and the part of their covariance that they share is sent n times: R = white + n correlated with

@@ -142,8 +142,8 @@ impl Jumps {
         }
     }
 
-    /// By how much a match is off what is expected of it, as its innovation says, east and north in metres, with what the frame before may have seen of the same jump,
-    /// where that brings the tilt back from one frame to the next.
+    /// By how much a match is off, east and north in metres, with what the frame before may have seen of the same jump; only where that brings
+    /// the tilt back from one frame to the next.
     pub(super) fn back_by(
         &mut self,
         (at, before): (Micros, Micros),
