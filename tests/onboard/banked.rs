@@ -20,7 +20,7 @@ const TILT_DEG: f64 = 0.3;
 const HEADING_DEG: f64 = 1.0;
 const RANGE_M: f64 = 0.3;
 const POSITION_M: f64 = 5.0;
-/// One sigma, each axis, that a first fix has for a map that may be of another year, which this one is not, pixels of the map.
+/// One sigma, each axis, that a first fix has for a map that may be of another year, which this one is not, metres: 0.6 of its pixels.
 const ANOTHER_YEAR_M: f64 = 0.6 * RESOLUTION_M;
 /// Frames of each bank.
 const COUNT: u64 = 100;
