@@ -20,8 +20,8 @@ pub const LATENCY_FRAMES: u32 = 2;
 /// Grey that the mean of a frame is to have. Chosen below the middle, 128: ground has few pixels that are twice as bright as
 /// its mean, and light may grow by a stop before most are white.
 pub const MEAN_WANTED: f32 = 110.0;
-/// Mean grey below which a frame is dark: noise counts for more than blur. Chosen: two stops below the one that is wanted, nine sigmas of a noise of three grey
-/// levels.
+/// Mean grey below which a frame is dark: noise counts for more than blur. Chosen: two stops below the one that is wanted, nine
+/// sigmas of a noise of three grey levels.
 const DIM: f32 = MEAN_WANTED / 4.0;
 /// Longest exposure in the dark, times the longest that is sharp. Chosen: a blur of a pixel and a half in the place of half a
 /// one, less than the two frame pixels that a pixel of the patch spans where frames are averaged.

@@ -15,9 +15,11 @@ pub struct Fix {
     pub local: Local,
     /// Covariance of (east, north), square metres.
     pub covariance: Matrix2<f32>,
-    /// The part of it that fixes seconds apart share: that of the tilt's drift. What else they may share, the map's own
-    /// offset, no picture tells.
-    pub correlated: Matrix2<f32>,
+    /// The part of it that the tilt's drift makes: fixes seconds apart share it. What else they may share, the map's own offset, no picture
+    /// tells.
+    pub by_tilt: Matrix2<f32>,
+    /// And the part of each axis, square metres, that a map of another year makes, which they share as well.
+    pub by_place_m2: f32,
 }
 
 /// One sigma of what a fix rests on beside the picture.
@@ -141,8 +143,9 @@ pub fn fix(
     let along = Vector2::from(uncertainty.along_m);
     let relief = footprint.relief(RELIEF_SHARE * uncertainty.relief_m * per_px / height_m);
     let covariance = matched + tilts(uncertainty.tilt_rad) + along * along.transpose() + relief;
-    let correlated = tilts(uncertainty.tilt_drift_rad);
-    Fix { position: tile.georeference().geographic(local), local, covariance, correlated }
+    let by_tilt = tilts(uncertainty.tilt_drift_rad);
+    let by_place_m2 = shift.by_place * resolution * resolution;
+    Fix { position: tile.georeference().geographic(local), local, covariance, by_tilt, by_place_m2 }
 }
 
 #[cfg(test)]

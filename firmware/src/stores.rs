@@ -1,9 +1,9 @@
 //! What lies in flash: two stores, a third for who flies a plan and a fourth for who signs messages, each behind a header that
 //! says what it is and whether it is whole.
 //!
-//! [`configuration`]: camera, calibration and settings. [`tiles`]: the reference and where it lies. [`plan`]: where photos are to be
-//! taken. [`key`]: what messages are signed with; [`bounds`]: how far their time
-//! is reserved, which alone the board writes itself. All are written on the ground and read at boot, in place: nothing is copied. A store that is refused leaves the
+//! [`configuration`]: camera, calibration and settings. [`tiles`]: the reference and where it lies. [`plan`]: where photos are
+//! to be taken. [`key`]: what messages are signed with; [`bounds`]: how far their time is reserved, which alone the board writes
+//! itself. All are written on the ground and read at boot, in place: nothing is copied. A store that is refused leaves the
 //! vehicle without fixes and with a reason ([`crate::app::grounded`]), never with wrong ones.
 
 pub mod bounds;

@@ -18,6 +18,8 @@ const AGAIN: usize = 8;
 /// What became of a flight.
 struct Flown {
     wrong: usize,
+    /// Frames by the reason that they have no fix for.
+    refused: std::collections::BTreeMap<String, usize>,
     scored: Vec<Scored>,
 }
 
@@ -43,8 +45,8 @@ fn flown(fault: Option<&str>, keys: &str) -> Flown {
     let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut unrectified).expect("it flies");
     let scored = score(&setup, &flight, &unrectified);
     let linked = Linked { name: "inproc".into(), firmware_sha256: None, account: link.account() };
-    let wrong = summarise(&setup, &flight, &scored, &linked).wrong_fixes;
-    Flown { wrong, scored }
+    let summary = summarise(&setup, &flight, &scored, &linked);
+    Flown { wrong: summary.wrong_fixes, refused: summary.refused, scored }
 }
 
 /// No fix is wrong, at least this share of the frames is fixed while it fails, and those behind it from two seconds on as ever.
@@ -102,6 +104,8 @@ fn a_clock_that_makes_a_step_makes_no_wrong_fix() {
     for fault in ["clock.offset=200", "clock.offset=-200"] {
         holds(fault, rocking, 0.0);
     }
+    let stepped = flown(Some("clock.offset=200"), rocking);
+    assert!(stepped.refused.get("uncertain_clock").is_some_and(|count| *count > 0), "{:?}", stepped.refused);
     // So far off the attitude still arrives in time, and is of another instant.
     let late = flown(Some("clock.offset=150"), rocking);
     assert_eq!((late.wrong, late.accepted(FAILING)), (0, 0));

@@ -20,8 +20,6 @@ const TILT_DEG: f64 = 0.3;
 const HEADING_DEG: f64 = 1.0;
 const RANGE_M: f64 = 0.3;
 const POSITION_M: f64 = 5.0;
-/// One sigma, each axis, that a first fix has for a map that may be of another year, which this one is not, metres: 0.6 of its pixels.
-const ANOTHER_YEAR_M: f64 = 0.6 * RESOLUTION_M;
 /// Frames of each bank.
 const COUNT: u64 = 100;
 
@@ -103,7 +101,7 @@ fn flown(setup: &Setup, bank_deg: f64, count: u64, random: &mut Random) -> Vec<B
             [[s, c], [c, -s]].map(|[e, n]| Along {
                 error_m: e * error[0] + n * error[1],
                 variance_m2: e * e * covariance(0, 0) + 2.0 * e * n * covariance(0, 1) + n * n * covariance(1, 1)
-                    - ANOTHER_YEAR_M.powi(2),
+                    - f64::from(fix.by_place_m2),
             })
         }));
     }

@@ -1,10 +1,11 @@
 //! The matcher for maps of another year: correlation of gradient directions, and how probable it is that it is wrong.
 //!
-//! Between two years fields change their greys and even their contrast; what stays is where they meet. So the images that are correlated
-//! say which way the picture changes, not by how much nor with which sign ([`mod@gradients`]). From the highest shift's lead, its sharpness and the
-//! number of pixels comes the probability that it is a wrong place ([`mod@risk`]), learnt on some grounds and years and judged on others. The sub-pixel
-//! shift is that of least squares over the greys where both pictures show the same ground in the same state, and the peak's own top
-//! elsewhere, with a covariance from how far the patch's parts are at odds about it.
+//! Between two years fields change their greys and even their contrast; what stays is where they meet. So the images that are
+//! correlated say which way the picture changes, not by how much nor with which sign ([`mod@gradients`]). From the highest
+//! shift's lead, its sharpness and the number of pixels comes the probability that it is a wrong place ([`mod@risk`]), learnt on
+//! some grounds and years and judged on others. The sub-pixel shift is that of least squares over the greys where both pictures
+//! show the same ground in the same state, and the peak's own top elsewhere, with a covariance from how far the patch's parts
+//! are at odds about it.
 //!
 //! On 20 to 30 pixels a side a single match between years is seldom certain, so what flies of it is [`aboard`]: the scores of a frame, which are
 //! added to those of frames before ([`crate::navigation::surface`]).

@@ -53,8 +53,8 @@ const SIGMAS: f32 = 4.0;
 const CONFIRMED_US: i32 = 3_000_000;
 /// A height whose sigma is a larger share of it is none.
 const SHARE_MAX: f32 = 0.3;
-/// Consecutive scales that may not be, and agree with each other, after which they count and the range does not. Chosen: what is
-/// matched by chance has any scale.
+/// Consecutive scales that may not be, and agree with each other, after which they count and the range does not; and times that matches contradict
+/// ranges one after another until these have been found out. Chosen: what is matched by chance has any scale, and an echo of a bird any range.
 const REFUSED_MAX: u8 = 3;
 
 /// A height above ground, metres, and its sigma.
@@ -130,23 +130,17 @@ pub struct Heights {
     confirmed_at: Option<Micros>,
     /// The bias that the last scale that may not be makes, and how many in a row have agreed with it.
     refused: Option<(f32, u8)>,
-    /// The newest frame's range, and whether ranges have contradicted matches, and no match's own scale has agreed with one since: one that
-    /// hangs does not come right where nothing is matched any more. Where nothing else says how high, a range counts all the same.
+    /// The newest frame's range, and how often matches have contradicted ranges one after another. Once these have been found out so, they are until
+    /// a match's own scale agrees with one: one that hangs does not come right where nothing is matched any more. Where nothing else says
+    /// how high, a range counts all the same.
     range: Option<Height>,
-    is_range_found_out: bool,
+    contradicted: u8,
 }
 
 impl Heights {
     /// Nothing known.
     pub const fn new() -> Self {
-        Heights {
-            altitude: None,
-            offset: None,
-            confirmed_at: None,
-            refused: None,
-            range: None,
-            is_range_found_out: false,
-        }
+        Heights { altitude: None, offset: None, confirmed_at: None, refused: None, range: None, contradicted: 0 }
     }
 
     /// The autopilot reports its altitude.
@@ -188,12 +182,13 @@ impl Heights {
     pub fn best(&self, at: Micros, range: Option<Height>, ground_m: f32, expected: &Expected) -> Option<Height> {
         let Some(range) = range else { return self.known(at, ground_m, expected) };
         let Some(known) = self.known(at, ground_m, expected) else { return Some(range) };
-        match (self.agrees(at, range.at_the_spot(), known), expected.has_elevation) {
+        let spot = range.at_the_spot();
+        match (self.counts(at, spot, known), expected.has_elevation) {
             (false, _) => Some(known),
             // The laser sees the ground as it is.
             (true, false) => Some(range),
             (true, true) => {
-                let (own, other) = (squared(range.at_the_spot().sigma_m), squared(known.sigma_m));
+                let (own, other) = (squared(spot.sigma_m), squared(known.sigma_m));
                 let metres = (range.metres * other + known.metres * own) / (own + other);
                 Some(Height { metres, sigma_m: sqrt(own * other / (own + other)) })
             }
@@ -205,9 +200,14 @@ impl Heights {
         self.confirmed_at.is_some_and(|seen_at| (0..=CONFIRMED_US).contains(&at.since(seen_at)))
     }
 
-    /// Whether a range may be, against what matches have found lately, and has not been found out since.
-    fn agrees(&self, at: Micros, range: Height, known: Height) -> bool {
-        !self.is_range_found_out && (!self.is_confirmed(at) || range.is_like(known))
+    /// Whether a range may be, against what matches have found lately, and ranges have not been found out.
+    fn counts(&self, at: Micros, range: Height, known: Height) -> bool {
+        self.contradicted < REFUSED_MAX && (!self.is_confirmed(at) || range.is_like(known))
+    }
+
+    /// Matches say of the newest range whether it may be.
+    fn compared(&mut self, may_be: bool) {
+        self.contradicted = if may_be { 0 } else { REFUSED_MAX.min(self.contradicted + 1) };
     }
 
     /// A frame was taken, with this range, at so many m/s. To be called once for each.
@@ -230,11 +230,13 @@ impl Heights {
         self.range = range.map(Height::at_the_spot);
         let Some((range, above_m)) = self.range.zip(above_m) else { return };
         let known = self.known(at, ground_m, expected);
-        self.is_range_found_out = known.is_some_and(|known| !self.agrees(at, range, known));
+        let is_confirmed = self.is_confirmed(at);
+        if let Some(known) = known.filter(|_| is_confirmed && self.contradicted < REFUSED_MAX) {
+            self.compared(range.is_like(known));
+        }
         match known {
             // Over ground that is not known a range that is wrong by little would take the bias along with it, slope by slope.
-            Some(_) if self.is_confirmed(at) && !expected.has_elevation => {}
-            Some(_) if self.is_range_found_out => {}
+            Some(known) if is_confirmed && !expected.has_elevation || !self.counts(at, range, known) => {}
             Some(_) => {
                 let mut offset = self.offset.unwrap_or(expected.offset(at));
                 offset.measured(above_m, range.metres, squared(range.sigma_m));
@@ -267,7 +269,7 @@ impl Heights {
         if let Some(mut offset) = self.offset(at, expected) {
             let seen = used.seen(scale);
             if let Some(range) = self.range {
-                self.is_range_found_out = !range.is_like(seen);
+                self.compared(range.is_like(seen));
             }
             offset.measured(above_m, seen.metres, squared(seen.sigma_m));
             (self.offset, self.confirmed_at) = (Some(offset), Some(at));

@@ -38,10 +38,11 @@ const POWER: f32 = 0.6;
 /// Evidence that a frame may have for another place and still be matched where all of them together put it: a twentieth of what decides. By itself
 /// a frame is not asked: of 5,800 that lay beside the decided place in flights between years one was off by more than 3 pixels, whatever they led by.
 const CONTRADICTS: f32 = 10.0;
-/// Share of the evidence that is left when the next piece of ground comes, where the map is of another year: all there is is worth the last
-/// ten. The map lies differently off by place and the velocity is off by more than it states, so that old evidence holds the surface back where the nadir was. Of 0.8, 0.85, 0.9 and
-/// 1 what gives most fixes at no more wrong ones: at 1 of 3,100 decided places in flights between years 82 were off by more than 3 pixels, at
-/// 0.9 and 0.85 none. In its own year all is kept: what an attitude that is off puts elsewhere has to outweigh all that was before.
+/// Share of the evidence that is left when the next piece of ground comes, where the map is of another year: all there is is
+/// worth the last ten. The map lies differently off by place and the velocity is off by more than it states, so that old
+/// evidence holds the surface back where the nadir was. Of 0.8, 0.85, 0.9 and 1 what gives most fixes at no more wrong ones: at
+/// 1 of 3,100 decided places in flights between years 82 were off by more than 3 pixels, at 0.9 and 0.85 none. In its own year
+/// all is kept: what an attitude that is off puts elsewhere has to outweigh all that was before.
 const KEPT_SHARE: f32 = 0.9;
 /// Least curvature of a frame's scores that is taken for one.
 const CURVATURE_MIN: f32 = 0.02;
@@ -57,9 +58,9 @@ const STEP_MAX_US: i32 = 9_000_000;
 /// Share by which the surface is moved to where least squares have found the nadir. Chosen: a velocity that is off is made good over a few
 /// of them.
 const GAIN: f32 = 0.3;
-/// And as if it lay no further off than this, pixels: what is further off is seldom the velocity, and frames of one piece of ground are wrong alike. In
-/// 28 flights between years, patches of 35 pixels, seven frames that had been led astray so were fixed more than 3 pixels off, and none with
-/// this bound. Of 0.5, 0.75, 1 and none the one that had none of those.
+/// And as if it lay no further off than this, pixels: what is further off is seldom the velocity, and frames of one piece of
+/// ground are wrong alike. In 28 flights between years, patches of 35 pixels, seven frames that had been led astray so were
+/// fixed more than 3 pixels off, and none with this bound. Of 0.5, 0.75, 1 and none the one that had none of those.
 const ASIDE_MAX_PX: f32 = 0.75;
 /// Frames over which the share of those is taken of which least squares hold: a minute, longer than ground of the same state is seen. Over a quarter
 /// of that a wood of fifty frames between two years passed for a map of the ground's own.
@@ -167,8 +168,8 @@ impl Surface {
     /// Moves it so that it lies around the nadir of a search, and says by how many pixels (columns, rows) its middle is off that: each −1, 0
     /// or 1. Evidence that lies nowhere near is forgotten.
     ///
-    /// `expected`: where the navigation has it, and one sigma of that, each axis, metres; 0 where it does not say. It counts once, before there is any
-    /// evidence.
+    /// `expected`: where the navigation has it, and one sigma of that, each axis, metres; 0 where it does not say. It counts
+    /// once, before there is any evidence.
     ///
     /// `side_m`: smaller side of the frame's footprint.
     pub fn around(&mut self, nadir: Local, expected: (Local, f32), side_m: f32, px_m: f32) -> (i16, i16) {

@@ -79,10 +79,11 @@ impl Pipeline<'_> {
     }
 
     /// Matches the patch around the predicted position. The search is as wide as the settings say; where it finds nothing after
-    /// [`LOST_AFTER`](super::LOST_AFTER) frames in vain, or while the position is in such [`Doubt`](super::Doubt) that it may well lie beyond, one over
-    /// ±[`REACQUIRE_PX`] follows. Where that has found it, the next frames are searched, as far as the settings
-    /// say; only when one of them finds it, too, is it a fix. From then on the place that the matches know counts, carried on by
-    /// the velocity: frames are searched there where the navigation is elsewhere, and what is found must not contradict it.
+    /// [`LOST_AFTER`](super::LOST_AFTER) frames in vain, or while the position is in such [`Doubt`](super::Doubt) that it may
+    /// well lie beyond, one over ±[`REACQUIRE_PX`] follows. Where that has found it, the next frames are searched, as far as the
+    /// settings say; only when one of them finds it, too, is it a fix. From then on the place that the matches know counts,
+    /// carried on by the velocity: frames are searched there where the navigation is elsewhere, and what is found must not
+    /// contradict it.
     ///
     /// # Errors
     /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
@@ -221,6 +222,7 @@ impl Pipeline<'_> {
         let found = Found {
             nadir: sighting.nadir,
             covariance: sighting.white,
+            alike_m2: navigation.filter.alike_m2(shift.by_place * squared(self.tile.resolution().0)),
             transient_rad: sqrt((squared(situation.sigma_tilt_drift_rad) - squared(known_rad)).max(0.0)),
             less_tilt_rad: navigation.filter.tilt_rad(),
             height_m: situation.height_m,
@@ -233,11 +235,11 @@ impl Pipeline<'_> {
     /// Where a match puts the nadir, and how certain that is.
     #[inline(never)]
     fn sighting(&self, situation: &Situation, centre: (f32, f32), shift: &Shift) -> Sighting {
-        let Fix { covariance, correlated, .. } = self.fixed(situation, centre, shift, 0.0);
+        let Fix { covariance, by_tilt, .. } = self.fixed(situation, centre, shift, 0.0);
         Sighting {
             nadir: self.tile.local(centre.0 + shift.d_col, centre.1 + shift.d_row),
             covariance,
-            white: covariance - correlated,
+            white: covariance - by_tilt,
             side_m: self.placement.size.0.min(self.placement.size.1) as f32 * self.tile.ground_resolution().0,
             heading_rad: situation.attitude.heading.0,
         }

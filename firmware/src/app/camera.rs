@@ -195,8 +195,9 @@ impl Work {
         }
     }
 
-    /// Waits until every stream has the samples after mid-exposure that its smoothing wants, or patience ends: then what
-    /// is there must do. A clock that makes a step meanwhile leaves the frame with a stamp of the clock before, while later samples are stamped by the new one.
+    /// Waits until every stream has the samples after mid-exposure that its smoothing wants, or patience ends: then what is
+    /// there must do. A clock that makes a step meanwhile leaves the frame with a stamp of the clock before, while later samples
+    /// are stamped by the new one.
     async fn situation(
         &mut self,
         app: &App<'_>,
@@ -205,7 +206,6 @@ impl Work {
         timer: &impl Timer,
         performance: &impl PerformanceCounters,
     ) -> Result<Situation, Refusal> {
-        let mid_exposure_at = stamp.mid;
         let arrived_at = app.instant(arrival);
         loop {
             app.gate(Gate::Pose).await;
@@ -215,12 +215,12 @@ impl Work {
             let now = app.instant(tick);
             let situate = |pipeline: &mut Pipeline<'_>| {
                 let settings = pipeline.settings();
-                let is_late = now.is_none_or(|now| now.since(mid_exposure_at).unsigned_abs() > settings.patience_us);
+                let is_late = now.is_none_or(|now| now.since(stamp.mid).unsigned_abs() > settings.patience_us);
                 let wait = if is_late { Wait::No } else { settings.wait() };
                 let (situation, cost) = performance.counted(|| pipeline.situate((stamp.mid, stamp.sigma_us), wait));
                 self.out.report.instructions[2] += cost;
                 match situation {
-                    Ok(None) if is_late => Err(pipeline.missing_at(mid_exposure_at)),
+                    Ok(None) if is_late => Err(pipeline.missing_at(stamp.mid)),
                     situation => situation,
                 }
                 .map_err(Refusal::from)

@@ -1,12 +1,12 @@
 //! What is sent of the fixes: which of them, in which message, and with which covariance.
 //!
-//! What is sent is a match, of its frame or between years of several, never our filter's estimate: the autopilot's filter is the one that smooths. Its filter takes the
-//! errors of successive fixes for independent. Some are not: those of a tilt that drifts, and of a map that lies beside the
-//! ground, are the same for many fixes, and a filter that averages n of them believes to have taken them off. So only some
-//! fixes are sent, and the part of their covariance that they share is sent n times: R = white + n correlated with
-//! n = max(1, 2 f τ), the number of fixes at the rate f within the time constant of an error that is correlated over τ. The
-//! white part is the match's own and that of the stamp; the correlated one that of the tilt's drift
-//! ([`Fix::correlated`]), and the map's offset, which the settings have.
+//! What is sent is a match, of its frame or between years of several, never our filter's estimate: the autopilot's filter is the
+//! one that smooths. Its filter takes the errors of successive fixes for independent. Some are not: those of a tilt that drifts,
+//! and of a map that lies beside the ground, are the same for many fixes, and a filter that averages n of them believes to have
+//! taken them off. So only some fixes are sent, and the part of their covariance that they share is sent n times: R = white + n
+//! correlated with n = max(1, 2 f τ), the number of fixes at the rate f within the time constant of an error that is correlated
+//! over τ. The white part is the match's own and that of the stamp; the correlated one that of the tilt's drift
+//! ([`Fix::by_tilt`]), of a map of another year ([`Fix::by_place_m2`]), and the map's offset, which the settings have.
 
 use crate::wire::fix_message::SentFix;
 use crate::wire::incoming::AutopilotKind;
@@ -155,10 +155,9 @@ impl Fixes {
         }
         self.newest_at = Some(at);
         let alike = (2e6 * correlation_s / interval_us.max(1) as f32).max(1.0);
-        let (c, shared) = (&fix.covariance, &fix.correlated);
         let enlarged = |row: usize, col: usize| {
-            let map = if row == col { alike * map_sigma_m * map_sigma_m } else { 0.0 };
-            c[(row, col)] + (alike - 1.0) * shared[(row, col)] + map
+            let (by_place, map) = if row == col { (fix.by_place_m2, map_sigma_m * map_sigma_m) } else { (0.0, 0.0) };
+            fix.covariance[(row, col)] + (alike - 1.0) * (fix.by_tilt[(row, col)] + by_place) + alike * map
         };
         let (east, north, cross) = (enlarged(0, 0), enlarged(1, 1), enlarged(0, 1));
         let half = 0.5 * (east - north);
@@ -191,9 +190,15 @@ mod tests {
         resets_on_reacquisition: false,
     };
 
-    fn fix(covariance: [[f32; 2]; 2], correlated: [[f32; 2]; 2]) -> Fix {
+    fn fix(covariance: [[f32; 2]; 2], by_tilt: [[f32; 2]; 2]) -> Fix {
         let position = Geographic { lat_e7: 1, lon_e7: 2 };
-        Fix { position, local: Local::default(), covariance: covariance.into(), correlated: correlated.into() }
+        Fix {
+            position,
+            local: Local::default(),
+            covariance: covariance.into(),
+            by_tilt: by_tilt.into(),
+            by_place_m2: 0.0,
+        }
     }
 
     /// Frames at 4 Hz, some a little early: two a second are sent, however the frames fall.
@@ -219,6 +224,11 @@ mod tests {
         let sent = fixes.take(&one, Micros(0), Attitude::default()).unwrap();
         let expected = [1.0 + 20.0 * 0.3 + 20.0 * 0.25, 2.0 + 20.0 * 0.4 + 20.0 * 0.25];
         assert!(sent.variance_m2.iter().zip(expected).all(|(found, wanted)| (found - wanted).abs() < 1e-4));
+        // What a map of another year makes, on both axes alike.
+        let of_year = Fix { by_place_m2: 0.2, ..one };
+        let later = fixes.take(&of_year, Micros(1_000_000), Attitude::default()).unwrap();
+        let wider = [expected[0] + 19.0 * 0.2, expected[1] + 19.0 * 0.2];
+        assert!(later.variance_m2.iter().zip(wider).all(|(found, wanted)| (found - wanted).abs() < 1e-4));
         // Eigenvalue of [[12, 2], [2, 15]].
         assert!((sent.largest_m2 - (13.5 + 6.25f32.sqrt())).abs() < 1e-4, "{}", sent.largest_m2);
         // One fix a minute shares nothing with the next.

@@ -1,9 +1,9 @@
 //! MAVLink 2 extension fields that we need.
 //!
-//! The `mavlink` crate leaves extensions out unless a feature is on that drags the standard library into the image. Three
-//! are needed: TIMESYNC's target, without which answers meant for others would be taken, DISTANCE_SENSOR's signal
-//! quality, one value of which means "invalid", and GPS_RAW_INT's horizontal accuracy. Extensions follow the base fields in the order of the definition;
-//! missing bytes are zeros.
+//! The `mavlink` crate leaves extensions out unless a feature is on that drags the standard library into the image. Three are
+//! needed: TIMESYNC's target, without which answers meant for others would be taken, DISTANCE_SENSOR's signal quality, one value
+//! of which means "invalid", and GPS_RAW_INT's horizontal accuracy. Extensions follow the base fields in the order of the
+//! definition; missing bytes are zeros.
 
 use mavlink::dialects::common::{GPS_RAW_INT_DATA, MavMessage, TIMESYNC_DATA};
 use mavlink::error::ParserError;

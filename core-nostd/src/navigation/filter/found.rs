@@ -20,6 +20,8 @@ pub struct Found {
     pub nadir: Local,
     /// Covariance of that without the tilt's error, (east, north), square metres.
     pub covariance: Matrix2<f32>,
+    /// Variance of each axis beside it by which it counts less, since the matches before it are off alike.
+    pub alike_m2: f32,
     /// One sigma of a tilt that comes and goes, radians.
     pub transient_rad: f32,
     /// What pitch and roll were taken to be off when its frame was rectified, radians.

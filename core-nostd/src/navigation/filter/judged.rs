@@ -68,7 +68,7 @@ impl Filter {
             return Judged::Jumped(innovation.off);
         }
         if !swings && !may_last {
-            return Judged::Expected(estimate.with(&innovation), 0.0);
+            return Judged::Expected(self.with(estimate, found, &innovation), 0.0);
         }
         let doubted = if may_last { estimate.doubted(self.transient_rad, found) } else { *estimate };
         let mut more_rad = 0.0;
@@ -76,6 +76,15 @@ impl Filter {
             more_rad = sqrt(squared(plain.beyond_rad) - squared(self.transient_rad));
             self.transient_rad = plain.beyond_rad;
         }
-        Judged::Expected(doubted.with(&doubted.innovation(found, self.white(found))), more_rad)
+        Judged::Expected(self.with(&doubted, found, &doubted.innovation(found, self.white(found))), more_rad)
+    }
+
+    /// An estimate with a match that was expected, which counts less the more matches before it are off alike.
+    fn with(&self, estimate: &Estimate, found: &Found, innovation: &Innovation) -> Estimate {
+        if found.alike_m2 > 0.0 {
+            estimate.with(&estimate.innovation(found, self.counted(found)))
+        } else {
+            estimate.with(innovation)
+        }
     }
 }

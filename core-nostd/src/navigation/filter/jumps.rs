@@ -11,8 +11,8 @@ use crate::navigation::reckoning::JUMPING_US;
 use crate::units::Micros;
 use nalgebra::Vector2;
 
-/// Largest tilt that may have jumped, radians: further off, and one sigma of what was expected beside, it was the place. Chosen: turn and scale of a picture that was taken with such
-/// an error are ten per cent off, which no match survives.
+/// Largest tilt that may have jumped, radians: further off, and one sigma of what was expected beside, it was the place. Chosen:
+/// turn and scale of a picture that was taken with such an error are ten per cent off, which no match survives.
 const JUMP_MAX_RAD: f32 = 0.3;
 /// A jump is told when the tilt is known to so many times what is not known beforehand.
 const TOLD: f32 = 1.2;
@@ -25,8 +25,9 @@ const BACK_ODDS: f32 = 10.0;
 pub(super) const CALM_US: i32 = 10_000_000;
 /// With such a period a vehicle rocks slowly, microseconds: what has not swung for as long does not.
 const PERIOD_US: i32 = 2 * CALM_US;
-/// What one match alone takes to be a jump back of what may swing, or a jump of the place, has to hold for so long before frames have fixes
-/// again, microseconds; what was matched until then, and is back from one frame to the next, does not swing. Chosen: a quarter of that period; where the swing of an attitude that is scaled turns round, it stays within a tenth for 3 s.
+/// What one match alone takes to be a jump back of what may swing, or a jump of the place, has to hold for so long before frames
+/// have fixes again, microseconds; what was matched until then, and is back from one frame to the next, does not swing. Chosen:
+/// a quarter of that period; where the swing of an attitude that is scaled turns round, it stays within a tenth for 3 s.
 const PROVEN_US: i32 = PERIOD_US / 4;
 /// A tilt that is further off what it was before than so many sigmas of that can jump back. Chosen: a normal error is once in a hundred.
 pub(super) const LEARNT_SIGMAS: f32 = 3.0;
@@ -198,6 +199,7 @@ impl Jumps {
         let stays = || last.filter(stays).map(|_| self.usual_rad.into());
         let back = likely.or_else(|| self.usual().find(is_near)).or_else(stays);
         let begun_at = last.map_or(at, |last| last.at);
+        let quiet_since = begun_at;
         let is_sudden = at.since(before) < JUMPING_US;
         let is_swinging = !is_sudden && self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
         let was_unproven = last.is_some_and(|last| last.is_unproven);
@@ -213,8 +215,9 @@ impl Jumps {
             None if by_tilt => Jumped::Away,
             None => Jumped::Aside,
         };
-        let (at, quiet_since) = (begun_at, begun_at);
-        self.last = Some(Last { at, was_calm, from_rad, by_rad, jumped, is_unproven, quiet_since, is_told: false });
+        let last_jump =
+            Last { at: begun_at, was_calm, from_rad, by_rad, jumped, is_unproven, quiet_since, is_told: false };
+        self.last = Some(last_jump);
         if let Some(back) = back {
             self.usual_rad = back.into();
         }

@@ -9,10 +9,21 @@ const GROUND_M: f32 = 400.0;
 /// true one. `range`: the laser's reading of a height at a frame; `sees`: whether matches find the scale.
 fn flown(
     frames: u32,
-    (bias_m, scale): (f32, f32),
+    offset: (f32, f32),
     expected: &Expected,
     range: impl Fn(u32, f32) -> Option<f32>,
     sees: bool,
+) -> std::vec::Vec<Option<(f32, f32)>> {
+    flown_as_seen(frames, offset, expected, range, |_| sees)
+}
+
+/// `sees`: whether the match of a frame finds the scale.
+fn flown_as_seen(
+    frames: u32,
+    (bias_m, scale): (f32, f32),
+    expected: &Expected,
+    range: impl Fn(u32, f32) -> Option<f32>,
+    sees: impl Fn(u32) -> bool,
 ) -> std::vec::Vec<Option<(f32, f32)>> {
     let mut heights = Heights::new();
     let mut off = std::vec::Vec::new();
@@ -27,7 +38,7 @@ fn flown(
         heights.frame(at, range, (GROUND_M, 24.0), expected);
         off.push(used.map(|used| (used.metres - true_m, used.sigma_m)));
         if let Some(used) = used
-            && sees
+            && sees(frame)
         {
             let scale = Observed { off: true_m / used.metres - 1.0, variance: 1e-5 };
             if heights.may_be(at, used, scale, GROUND_M, expected) {
@@ -109,6 +120,20 @@ fn a_laser_that_was_found_out_stays_so_without_matches() {
         }
         frame(30, Some(120.5), true);
         assert!((frame(31, Some(120.5), false) - 120.5).abs() < 0.4, "elevation {}", expected.has_elevation);
+    }
+}
+
+/// An echo of something in between, with the last match there is, is not a laser that fails.
+#[test]
+fn one_range_that_is_off_does_not_take_the_laser_away() {
+    for expected in [EXPECTED, Expected { has_elevation: false, ..EXPECTED }] {
+        let range = |frame: u32, true_m: f32| Some(if frame == 39 { 0.5 * true_m } else { true_m });
+        let off = flown_as_seen(200, (3.0, 0.02), &expected, range, |frame| frame < 40);
+        let off_m = |frame: usize| off[frame].unwrap().0.abs();
+        assert!(off_m(39) < 1.0, "{} m at the echo, elevation {}", off_m(39), expected.has_elevation);
+        // Beyond three seconds, as if there had been none.
+        let without = flown_as_seen(200, (3.0, 0.02), &expected, |_, true_m| Some(true_m), |frame| frame < 40);
+        assert!((60..200).all(|frame| (off_m(frame) - without[frame].unwrap().0.abs()).abs() < 0.05));
     }
 }
 

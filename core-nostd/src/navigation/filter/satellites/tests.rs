@@ -127,6 +127,7 @@ impl Flight<'_> {
                 let found = Found {
                     nadir,
                     covariance: Matrix2::identity() * (NOISE_M * NOISE_M),
+                    alike_m2: 0.0,
                     transient_rad: 0.0,
                     less_tilt_rad: known,
                     height_m: HEIGHT_M,
@@ -320,6 +321,7 @@ fn an_estimate_that_begins_anew_keeps_the_offset() {
         let found = Found {
             nadir: Local { east_m, north_m: -HEIGHT_M * (roll - known[1]) },
             covariance: Matrix2::identity() * 0.04,
+            alike_m2: 0.0,
             transient_rad: 0.0,
             less_tilt_rad: known,
             height_m: HEIGHT_M,
