@@ -150,7 +150,12 @@ impl<'t> Pipeline<'t> {
         let at = at.into();
         self.streams.position(at, state)?;
         self.is_off_the_map = false;
-        if let Some((at, state)) = self.streams.position.history().newest() {
+        let history = self.streams.position.history();
+        if self.smoothers.position.is_frozen(history) {
+            // Its velocity and altitude are as old.
+            return Ok(());
+        }
+        if let Some((at, state)) = history.newest() {
             let unknown = self.unknown();
             let velocity_m_per_s = [state.east_m_per_s, state.north_m_per_s];
             self.navigation.filter.reported(Moment { at, velocity_m_per_s }, &unknown);

@@ -111,6 +111,14 @@ fn a_clock_that_makes_a_step_makes_no_wrong_fix() {
     assert_eq!((late.wrong, late.accepted(FAILING)), (0, 0));
 }
 
+/// What it says under fresh stamps while it hangs is no velocity that the vehicle is reckoned on with.
+#[test]
+fn a_position_that_hangs_leaves_nothing_behind() {
+    for fault in ["position.stuck", "position.stuck_position"] {
+        holds(fault, "", 0.0);
+    }
+}
+
 #[test]
 fn a_camera_that_hangs_makes_no_fix() {
     let hung = flown(Some("camera.repeated"), "");

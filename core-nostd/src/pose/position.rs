@@ -135,7 +135,7 @@ impl Predictor {
 
     /// Whether the last positions are the same to the bit though the vehicle, by its velocity, has gone further than noise
     /// and the message's centimetre can hide.
-    fn is_frozen<const N: usize>(&self, history: &History<PositionState, 4, N>) -> bool {
+    pub(crate) fn is_frozen<const N: usize>(&self, history: &History<PositionState, 4, N>) -> bool {
         let mut newest_first = history.samples().rev();
         let Some((newest_at, newest)) = newest_first.next() else { return false };
         let same = |state: &PositionState| (state.east_m, state.north_m) == (newest.east_m, newest.north_m);
