@@ -68,7 +68,7 @@ pub struct Pipeline<'t> {
     frame_memory: &'t mut [u8],
 }
 
-/// One sigma beside what the settings say, of a vehicle whose navigation has not begun.
+/// One sigma beside what the settings say, of a vehicle whose navigation has not begun, or has changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Doubt {
     /// Each axis, metres.
@@ -77,6 +77,8 @@ pub struct Doubt {
     pub velocity_m_per_s: f32,
     /// Radians.
     pub heading_rad: f32,
+    /// The autopilot's estimator has lost or found satellites a moment ago.
+    pub is_changing: bool,
 }
 
 impl<'t> Pipeline<'t> {

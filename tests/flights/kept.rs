@@ -97,6 +97,26 @@ fn fixes_keep_the_vehicle_and_the_same_seed_is_the_same_flight() {
     assert_eq!(flown.bytes(), in_process(&setup).bytes());
 }
 
+/// While the autopilot's estimator goes from satellites to fixes its attitude swings, and fixes are worth less for twelve seconds.
+#[test]
+fn fixes_are_worth_less_while_the_autopilot_changes_its_source() {
+    let flown = in_process(&short(&["navigation.gnss_lost_s=24"]));
+    let mut lines = flown.csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = lines.next().expect("a header");
+    let column = |name: &str| header.iter().position(|field| *field == name).expect("a column");
+    let (at, sigma) = (column("mid_exposure_us"), column("sigma_east_m"));
+    let fixes: Vec<(f64, f64)> =
+        lines.filter_map(|row| Some((row[at].parse().ok()?, row[sigma].parse().ok()?))).collect();
+    let median_m = |from_s: f64, to_s: f64| {
+        let within = fixes.iter().filter(|(at_us, _)| (from_s..to_s).contains(&(at_us * 1e-6)));
+        let mut sigmas: Vec<f64> = within.map(|(_, sigma_m)| *sigma_m).collect();
+        sigmas.sort_by(f64::total_cmp);
+        sigmas[sigmas.len() / 2]
+    };
+    let (before, changing, behind) = (median_m(18.0, 24.0), median_m(25.0, 36.0), median_m(36.5, 40.0));
+    assert!(changing > 1.4 * before && (0.8..1.1).contains(&(behind / before)), "{before} {changing} {behind}");
+}
+
 /// The servo turns no faster than it can, and lags behind what it is told.
 #[test]
 fn the_servo_obeys_with_its_rate_limit() {

@@ -134,9 +134,9 @@ impl Filter {
     }
 
     /// One sigma of each of the tilts that matches have shown lately and nothing explains, radians: one that comes and goes, or what
-    /// is left of a jump that neither has been taken back nor a turn has told. `unknown_rad`: where nothing is known.
-    pub fn unexplained_rad(&self, unknown_rad: f32) -> f32 {
-        let shown_rad = sqrt((squared(self.tilt_sigma_rad(unknown_rad)) - squared(unknown_rad)).max(0.0));
+    /// is left of a jump that neither has been taken back nor a turn has told.
+    pub fn unexplained_rad(&self, unknown: &Unknown) -> f32 {
+        let shown_rad = sqrt((squared(self.tilt_sigma_rad(unknown)) - squared(unknown.sigma_rad())).max(0.0));
         let unproven_rad = self.jumps.unproven_rad(self.moment.at);
         // One tilt, of which all of these say the same.
         let open_rad = shown_rad.max(unproven_rad);
@@ -145,15 +145,16 @@ impl Filter {
         }
         // What has jumped may be anything, and what was learnt may have gone as it came.
         let [pitch, roll] = self.matched_tilt_rad();
-        let learnt_rad = Some(hypot(pitch, roll)).filter(|learnt_rad| *learnt_rad > LEARNT_SIGMAS * unknown_rad);
+        let learnt_rad = Some(hypot(pitch, roll)).filter(|learnt_rad| *learnt_rad > LEARNT_SIGMAS * unknown.tilt_rad);
         open_rad.max(if unproven_rad > 0.0 { TRANSIENT_MAX_RAD } else { 0.0 }).max(learnt_rad.unwrap_or(0.0))
     }
 
     /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians: what wanders is in it as if
-    /// nothing were known of that, since no frame is rectified with it. `unknown_rad`: where nothing is known.
-    pub fn tilt_sigma_rad(&self, unknown_rad: f32) -> f32 {
-        let [_, wander_rad] = parts_rad(unknown_rad);
-        let known_rad = self.newest.map_or(unknown_rad, |estimate| hypot(estimate.tilt_sigma_rad(), wander_rad));
+    /// nothing were known of that, since no frame is rectified with it.
+    pub fn tilt_sigma_rad(&self, unknown: &Unknown) -> f32 {
+        let [_, wander_rad] = parts_rad(unknown);
+        let known_rad =
+            self.newest.map_or(unknown.sigma_rad(), |estimate| hypot(estimate.tilt_sigma_rad(), wander_rad));
         hypot(known_rad, self.transient_rad)
     }
 
@@ -286,7 +287,7 @@ impl Filter {
         };
         match judged {
             Judged::Jumped(off) => {
-                let known_rad = self.tilt_sigma_rad(unknown.tilt_rad);
+                let known_rad = self.tilt_sigma_rad(unknown);
                 let known = (self.matched_tilt_rad(), self.newest);
                 let begun = self.jumps.jumped((self.moment.at, before, off), known, found, unknown);
                 self.begin(&begun.found, &Unknown { tilt_rad: begun.sigma_rad, ..*unknown });

@@ -158,8 +158,7 @@ impl Pipeline<'_> {
         is_elsewhere: bool,
         counts: Result<(), Refusal>,
     ) -> Result<(), Refusal> {
-        let swing_m =
-            hypot(doubt_rad, self.navigation.filter.unexplained_rad(self.unknown().tilt_rad)) * situation.height_m;
+        let swing_m = hypot(doubt_rad, self.navigation.filter.unexplained_rad(&self.unknown())) * situation.height_m;
         let is_calm = self.navigation.tracks.is_calm();
         if is_elsewhere || counts == Err(Refusal::Contradicted) {
             self.navigation.tracks.contradicted();
@@ -218,7 +217,7 @@ impl Pipeline<'_> {
         if let Some((off, variance)) = shift.alone.scale {
             navigation.heights.scaled(at, height, Observed { off, variance }, ground_m, &expected);
         }
-        let known_rad = navigation.filter.tilt_sigma_rad(unknown.tilt_rad);
+        let known_rad = navigation.filter.tilt_sigma_rad(&unknown);
         let found = Found {
             nadir: sighting.nadir,
             covariance: sighting.white,

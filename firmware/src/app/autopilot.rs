@@ -212,6 +212,7 @@ struct Due {
     origin: Option<(Geographic, i32)>,
     place: Option<Place>,
     needs_reference: bool,
+    is_changing: bool,
 }
 
 impl Autopilot {
@@ -225,8 +226,9 @@ impl Autopilot {
         let lacks_origin = is_there && is_tied && self.fixes.origin.is_none() && !self.sources.has_gnss();
         let origin = self.start.origin(lacks_origin);
         let answer = self.sources.answer();
+        let is_changing = self.sources.is_changing();
         if !is_there {
-            return Due { answer, place, ..Due::default() };
+            return Due { answer, place, is_changing, ..Due::default() };
         }
         // Fixes that the autopilot would not use, or would use wrongly, are not to be relied upon.
         let are_trusted = self.watch.is_trusted() && self.present(is_tied, now).missing().is_none();
@@ -238,6 +240,7 @@ impl Autopilot {
             origin,
             place,
             needs_reference: is_tied && form.is_local(),
+            is_changing,
         }
     }
 
@@ -287,19 +290,21 @@ impl App<'_> {
             .chain(reference)
             .chain(text)
             .for_each(|out| self.outbox.put(out));
-        self.stand_at(due.place, now);
+        self.stand_at(due.place, due.is_changing, now);
         if beat == 0 {
             self.tell_readiness(now);
         }
     }
 
     /// Where the vehicle is while the autopilot does not know it: as a position of its own would be, and with its sigmas.
-    fn stand_at(&self, place: Option<Place>, now: Ticks) {
+    fn stand_at(&self, place: Option<Place>, is_changing: bool, now: Ticks) {
         let taken = self.pipeline.with(|pipeline| {
-            pipeline.doubt = place.map_or(Doubt::default(), |place| Doubt {
+            let doubt = Doubt { is_changing, ..Doubt::default() };
+            pipeline.doubt = place.map_or(doubt, |place| Doubt {
                 position_m: place.sigma_m,
                 velocity_m_per_s: place.velocity_m_per_s,
                 heading_rad: place.heading_rad,
+                is_changing,
             });
             let (place, arrival) = place.zip(self.arrival(now))?;
             let at = Instants { sampled_at: arrival.at, stamp_sigma_us: 0.0, arrival: Some(arrival) };

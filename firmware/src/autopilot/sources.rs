@@ -23,6 +23,9 @@ const LOST_BEATS: u16 = 20;
 /// Beats of good ones after which it is relied upon again: the ten seconds that ArduPilot's own filter wants of it before it
 /// uses it (NavEKF3_core::calcGpsGoodToAlign).
 const BACK_BEATS: u16 = 100;
+/// Beats behind a change of it for which the autopilot's estimator swings. Measured over flights that were kept by their fixes: attitudes are twice as
+/// far off as ever after six seconds, and a quarter further after twelve.
+const CHANGE_BEATS: u16 = 120;
 /// Beats without its message after which nothing is known of it: as long as a loss.
 const SILENT_BEATS: u16 = LOST_BEATS;
 /// From one command to its repetition, beats, and how often it is sent.
@@ -66,6 +69,9 @@ struct Command {
 #[derive(Clone, Copy, Debug, Default)]
 struct Gnss {
     is_good: bool,
+    /// Whether it was reported before, and another than what was there then.
+    is_known: bool,
+    has_changed: bool,
     /// Beats since that changed, and since it was reported.
     steady: u16,
     silent: u16,
@@ -99,10 +105,17 @@ impl Sources {
 
     /// Whether satellite navigation has a position.
     pub fn gnss(&mut self, is_good: bool) {
-        self.gnss.silent = 0;
-        if self.gnss.is_good != is_good {
-            (self.gnss.is_good, self.gnss.steady) = (is_good, 0);
+        let gnss = &mut self.gnss;
+        gnss.silent = 0;
+        if gnss.is_good != is_good {
+            (gnss.is_good, gnss.has_changed, gnss.steady) = (is_good, gnss.is_known, 0);
         }
+        gnss.is_known = true;
+    }
+
+    /// Whether it was lost, or found again, so short a time ago that the autopilot's estimator has not settled.
+    pub fn is_changing(&self) -> bool {
+        self.gnss.has_changed && self.gnss.steady < CHANGE_BEATS
     }
 
     /// Whether satellite navigation has a position now.
@@ -148,7 +161,7 @@ impl Sources {
         let gnss = &mut self.gnss;
         (gnss.steady, gnss.silent) = (gnss.steady.saturating_add(1), gnss.silent.saturating_add(1));
         if gnss.is_good && gnss.silent >= SILENT_BEATS {
-            (gnss.is_good, gnss.steady) = (false, gnss.silent);
+            (gnss.is_good, gnss.has_changed, gnss.steady) = (false, true, gnss.silent);
         }
         self.rest = self.rest.saturating_sub(1);
         if self.switching == Switching::OnGnssLoss && self.command.is_none() && self.rest == 0 {
@@ -243,6 +256,24 @@ mod tests {
         // Neither the one nor the other: it stays.
         assert_eq!(beats(&mut sources, 100, Some(false), false, Some(ACCEPTED)), []);
         assert_eq!(beats(&mut sources, 100, Some(true), false, Some(ACCEPTED)), [(19, GNSS_SET)]);
+    }
+
+    #[test]
+    fn the_autopilot_settles_behind_a_change() {
+        let mut sources = Sources::new(Switching::Never);
+        let changing = |sources: &mut Sources, count: u32, gnss: Option<bool>| {
+            let beat = |_| {
+                beats(sources, 1, gnss, true, None);
+                sources.is_changing()
+            };
+            (0..count).map(beat).filter(|is_changing| *is_changing).count()
+        };
+        // The first that is heard of it is no change.
+        assert_eq!(changing(&mut sources, 300, Some(true)), 0);
+        assert_eq!(changing(&mut sources, 300, Some(false)), 119);
+        assert_eq!(changing(&mut sources, 300, Some(true)), 119);
+        // Silent, it is lost two seconds ago.
+        assert_eq!(changing(&mut sources, 300, None), 100);
     }
 
     #[test]

@@ -11,10 +11,11 @@ use crate::tile::Local;
 use crate::units::Micros;
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
-/// One sigma of the tilt and of the wander that together are an attitude's error of such a sigma, each axis, radians.
-pub(super) fn parts_rad(sigma_rad: f32) -> [f32; 2] {
-    let wander = (WANDER_SHARE * sigma_rad).min(WANDER_MAX_RAD);
-    [sqrt((squared(sigma_rad) - squared(wander)).max(0.0)), wander]
+/// One sigma of the tilt and of the wander that together are the attitude's error, each axis, radians.
+pub(super) fn parts_rad(unknown: &Unknown) -> [f32; 2] {
+    let wander = (WANDER_SHARE * unknown.tilt_rad).min(WANDER_MAX_RAD);
+    let swings = if unknown.swings_rad > 0.0 { hypot(wander, unknown.swings_rad) } else { wander };
+    [sqrt((squared(unknown.tilt_rad) - squared(wander)).max(0.0)), swings]
 }
 
 type Covariance = SMatrix<f32, STATES, STATES>;
@@ -101,7 +102,7 @@ impl Estimate {
     /// From a match on. `white`: its covariance without the tilt that lasts.
     pub(super) fn begun(found: &Found, white: Matrix2<f32>, unknown: &Unknown) -> Estimate {
         let moved = moved_by_tilt(found);
-        let [tilt, wander] = parts_rad(unknown.tilt_rad).map(squared);
+        let [tilt, wander] = parts_rad(unknown).map(squared);
         let mut covariance = Covariance::zeros();
         let wandered = Matrix2::identity() * (squared(found.height_m) * wander);
         covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&(white + moved * moved.transpose() * tilt + wandered));
@@ -213,7 +214,7 @@ impl Estimate {
         let bent_m = TURN_SHARE * (turned / speed).min(core::f32::consts::PI) * turned * seconds;
         let way = squared(WAY_M) * seconds + squared(bent_m) + squared(beside_m);
         let fresh = |keep: f32, sigma: f32| (1.0 - squared(keep)) * squared(sigma);
-        let [tilt, wander] = parts_rad(unknown.tilt_rad);
+        let [tilt, wander] = parts_rad(unknown);
         for axis in 0..2 {
             covariance[(axis, axis)] += way;
             covariance[(VELOCITY + axis, VELOCITY + axis)] += fresh(keeps_velocity, unknown.velocity_m_per_s);

@@ -9,8 +9,17 @@ use nalgebra::{Matrix2, Vector2};
 pub struct Unknown {
     /// Of the velocity, each axis, m/s.
     pub velocity_m_per_s: f32,
-    /// Of pitch and roll, each, that lasts, radians.
+    /// Of pitch and roll, each, radians.
     pub tilt_rad: f32,
+    /// Beside that of what of them comes and goes, while the autopilot's estimator swings, radians.
+    pub swings_rad: f32,
+}
+
+impl Unknown {
+    /// Of pitch and roll, each, all in all, radians.
+    pub(super) fn sigma_rad(&self) -> f32 {
+        if self.swings_rad > 0.0 { hypot(self.tilt_rad, self.swings_rad) } else { self.tilt_rad }
+    }
 }
 
 /// A match, as far as it concerns the filter.

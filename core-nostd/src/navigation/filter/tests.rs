@@ -5,7 +5,7 @@ use crate::units::Micros;
 use nalgebra::{Matrix2, Vector2};
 
 const HEIGHT_M: f32 = 120.0;
-const UNKNOWN: Unknown = Unknown { velocity_m_per_s: 0.3, tilt_rad: 0.02 };
+const UNKNOWN: Unknown = Unknown { velocity_m_per_s: 0.3, tilt_rad: 0.02, swings_rad: 0.0 };
 const NOISE_M: f32 = 0.2;
 
 /// What the filter thinks of the tilt after a frame, its sigma, and what it did not expect.
@@ -82,8 +82,8 @@ fn flown_knowing(
                 heading_rad: heading(at_s),
             };
             let unexpected_rad = filter.matched(&found, None, unknown);
-            let (tilt_rad, sigma_rad) = (filter.tilt_rad(), filter.tilt_sigma_rad(unknown.tilt_rad));
-            let unexplained_rad = filter.unexplained_rad(unknown.tilt_rad);
+            let (tilt_rad, sigma_rad) = (filter.tilt_rad(), filter.tilt_sigma_rad(unknown));
+            let unexplained_rad = filter.unexplained_rad(unknown);
             let (local, covariance) = filter.position().expect("it was found");
             let off = Vector2::new(local.east_m - position[0], local.north_m - position[1]);
             let squares = (off.transpose() * covariance.try_inverse().expect("sound") * off)[(0, 0)];
@@ -131,7 +131,7 @@ fn a_tilt_that_swings_is_seen_in_what_is_not_known() {
 }
 
 /// What an estimator of consumer sensors knows.
-const CONSUMER: Unknown = Unknown { velocity_m_per_s: 0.05, tilt_rad: 0.005 };
+const CONSUMER: Unknown = Unknown { velocity_m_per_s: 0.05, tilt_rad: 0.005, swings_rad: 0.0 };
 
 /// What is not expected and is no jump may last all the same, and a straight leg does not tell.
 #[test]
@@ -175,7 +175,7 @@ fn an_attitude_that_wanders_is_what_is_expected() {
 #[test]
 fn a_filter_that_begins_knows_as_much_as_was_said() {
     let filter = Filter::new();
-    assert_eq!((filter.tilt_rad(), filter.tilt_sigma_rad(0.004)), ([0.0; 2], 0.004));
+    assert_eq!((filter.tilt_rad(), filter.tilt_sigma_rad(&Unknown { tilt_rad: 0.004, ..UNKNOWN })), ([0.0; 2], 0.004));
 }
 
 #[test]
@@ -224,7 +224,7 @@ fn what_may_swing_has_to_stay_back_for_a_quarter_of_a_period() {
 
 /// An attitude as an autopilot gives it, and a velocity that is known to so much.
 fn known_to(velocity_m_per_s: f32) -> Unknown {
-    Unknown { velocity_m_per_s, tilt_rad: 0.0035 }
+    Unknown { velocity_m_per_s, tilt_rad: 0.0035, swings_rad: 0.0 }
 }
 
 /// The first frame sees a part of it, which could be a swing.
@@ -274,7 +274,7 @@ fn a_tilt_that_was_learnt_counts_as_unexplained_where_the_velocity_may_be_anythi
     let mut unexplained_rad = |unknown: &Unknown| {
         filter.begin_anew(Moment { at: Micros(1_000_000), velocity_m_per_s: [0.0; 2] });
         filter.matched(&found, None, unknown);
-        filter.unexplained_rad(unknown.tilt_rad)
+        filter.unexplained_rad(unknown)
     };
     assert!(unexplained_rad(&known) < 0.01 && unexplained_rad(&known_to(8.0)) > 0.07);
 }
@@ -327,7 +327,7 @@ fn a_place_that_jumps_has_to_be_seen_for_a_while() {
             heading_rad: 0.0,
         };
         filter.matched(&found, (ms == 2000).then_some([50.0, 0.0]), &UNKNOWN);
-        unexplained_rad.push(filter.unexplained_rad(UNKNOWN.tilt_rad));
+        unexplained_rad.push(filter.unexplained_rad(&UNKNOWN));
     }
     assert!(unexplained_rad[..10].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
     assert!(unexplained_rad[10..35].iter().all(|rad| *rad > 0.3), "{unexplained_rad:?}");

@@ -60,9 +60,9 @@ struct After {
 }
 
 impl After {
-    fn of(filter: &Filter, at_s: f32, position: [f32; 2], tilt_sigma_rad: f32) -> Self {
+    fn of(filter: &Filter, at_s: f32, position: [f32; 2], unknown: &Unknown) -> Self {
         let (place, covariance) = filter.position().expect("it was found");
-        let sigma_rad = filter.tilt_sigma_rad(tilt_sigma_rad);
+        let sigma_rad = filter.tilt_sigma_rad(unknown);
         let alone = [place.east_m, place.north_m, covariance[(0, 0)], covariance[(1, 1)], sigma_rad];
         let (offset_m, offset_sigma_m) = filter.satellites.offset();
         After {
@@ -90,7 +90,7 @@ impl Flight<'_> {
     /// Four frames a second, velocities and positions of satellites five times a second, the velocities 0.15 s late.
     fn flown(&self, seed: u32) -> Vec<After> {
         const STEP_MS: u32 = 10;
-        let unknown = Unknown { velocity_m_per_s: 0.3, tilt_rad: self.tilt_sigma_rad };
+        let unknown = Unknown { velocity_m_per_s: 0.3, tilt_rad: self.tilt_sigma_rad, swings_rad: 0.0 };
         let mut filter = Filter::new();
         let (mut state, mut of_satellites) = (seed, seed.wrapping_mul(77));
         let mut places = Vec::new();
@@ -134,7 +134,7 @@ impl Flight<'_> {
                     heading_rad: (self.heading)(at_s),
                 };
                 filter.matched(&found, None, &unknown);
-                after.push(After::of(&filter, at_s, position, self.tilt_sigma_rad));
+                after.push(After::of(&filter, at_s, position, &unknown));
             }
             let [before, next] = [velocity(ms), velocity(ms + STEP_MS)];
             (0..2).for_each(|axis| position[axis] += 0.5e-3 * STEP_MS as f32 * (before[axis] + next[axis]));
@@ -306,7 +306,7 @@ fn old_positions_and_those_without_a_sigma_are_left_out() {
 #[test]
 fn an_estimate_that_begins_anew_keeps_the_offset() {
     let mut filter = Filter::new();
-    let unknown = Unknown { velocity_m_per_s: 0.3, tilt_rad: 0.005 };
+    let unknown = Unknown { velocity_m_per_s: 0.3, tilt_rad: 0.005, swings_rad: 0.0 };
     let at = |tenth: u64| Micros(1_000_000 + 100_000 * tenth);
     let mut state = 5;
     for tenth in 0..600u64 {
@@ -333,5 +333,5 @@ fn an_estimate_that_begins_anew_keeps_the_offset() {
     assert!((offset_m[0] - 2.0).abs() < 1.3 && offset_m[1].abs() < 1.0 && sigma_m < 1.6, "{offset_m:?} {sigma_m}");
     let [pitch, roll] = filter.tilt_rad();
     assert!((roll - 0.05).abs() < 0.012 && pitch.abs() < 0.012, "{pitch} {roll}");
-    assert!(filter.tilt_sigma_rad(0.005) > 0.03, "it is that of matches alone");
+    assert!(filter.tilt_sigma_rad(&unknown) > 0.03, "it is that of matches alone");
 }
