@@ -40,6 +40,8 @@ pub struct Navigation {
     pub filter: Filter,
     /// The ground under the newest frame, where there is an elevation model.
     pub plane: Option<Plane>,
+    /// The autopilot's estimator has lost or found satellites a moment ago.
+    pub is_changing: bool,
     /// Frames since something was found: which of the candidates is next.
     pub candidate: u8,
 }
@@ -55,6 +57,7 @@ impl Navigation {
             velocity: VelocityError::new(),
             surface: Surface::new(),
             filter: Filter::new(),
+            is_changing: false,
             candidate: 0,
         }
     }

@@ -68,7 +68,7 @@ pub struct Pipeline<'t> {
     frame_memory: &'t mut [u8],
 }
 
-/// One sigma beside what the settings say, of a vehicle whose navigation has not begun, or has changed.
+/// One sigma beside what the settings say, of a vehicle whose navigation has not begun.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Doubt {
     /// Each axis, metres.
@@ -77,8 +77,6 @@ pub struct Doubt {
     pub velocity_m_per_s: f32,
     /// Radians.
     pub heading_rad: f32,
-    /// The autopilot's estimator has lost or found satellites a moment ago.
-    pub is_changing: bool,
 }
 
 impl<'t> Pipeline<'t> {
@@ -125,6 +123,11 @@ impl<'t> Pipeline<'t> {
     /// Whether the newest position lies within reach of the tile's georeference.
     pub fn is_on_the_map(&self) -> bool {
         !self.is_off_the_map
+    }
+
+    /// Whether the autopilot's estimator has lost or found satellites a moment ago, and its attitude swings.
+    pub fn autopilot_changes(&mut self, is_changing: bool) {
+        self.navigation.is_changing = is_changing;
     }
 
     /// Takes a position of the navigation.

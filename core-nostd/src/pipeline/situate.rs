@@ -173,7 +173,7 @@ impl Pipeline<'_> {
         Unknown {
             velocity_m_per_s: beside(velocity_m_per_s, self.doubt.velocity_m_per_s),
             tilt_rad: sigmas.tilt_drift_rad,
-            swings_rad: if self.doubt.is_changing { CHANGING * sigmas.tilt_drift_rad } else { 0.0 },
+            swings_rad: if self.navigation.is_changing { CHANGING * sigmas.tilt_drift_rad } else { 0.0 },
         }
     }
 

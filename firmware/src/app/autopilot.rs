@@ -299,12 +299,11 @@ impl App<'_> {
     /// Where the vehicle is while the autopilot does not know it: as a position of its own would be, and with its sigmas.
     fn stand_at(&self, place: Option<Place>, is_changing: bool, now: Ticks) {
         let taken = self.pipeline.with(|pipeline| {
-            let doubt = Doubt { is_changing, ..Doubt::default() };
-            pipeline.doubt = place.map_or(doubt, |place| Doubt {
+            pipeline.autopilot_changes(is_changing);
+            pipeline.doubt = place.map_or(Doubt::default(), |place| Doubt {
                 position_m: place.sigma_m,
                 velocity_m_per_s: place.velocity_m_per_s,
                 heading_rad: place.heading_rad,
-                is_changing,
             });
             let (place, arrival) = place.zip(self.arrival(now))?;
             let at = Instants { sampled_at: arrival.at, stamp_sigma_us: 0.0, arrival: Some(arrival) };

@@ -68,13 +68,18 @@ struct Command {
 /// Satellite navigation as the autopilot reports it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Gnss {
-    is_good: bool,
-    /// Whether it was reported before, and another than what was there then.
-    is_known: bool,
+    /// Whether it has a position, once it was reported, and whether that has ever changed.
+    is_good: Option<bool>,
     has_changed: bool,
     /// Beats since that changed, and since it was reported.
     steady: u16,
     silent: u16,
+}
+
+impl Gnss {
+    fn is_good(&self) -> bool {
+        self.is_good == Some(true)
+    }
 }
 
 /// State of the choice.
@@ -107,10 +112,12 @@ impl Sources {
     pub fn gnss(&mut self, is_good: bool) {
         let gnss = &mut self.gnss;
         gnss.silent = 0;
-        if gnss.is_good != is_good {
-            (gnss.is_good, gnss.has_changed, gnss.steady) = (is_good, gnss.is_known, 0);
+        if gnss.is_good != Some(is_good) {
+            if is_good || gnss.is_good.is_some() {
+                gnss.steady = 0;
+            }
+            (gnss.has_changed, gnss.is_good) = (gnss.is_good.is_some(), Some(is_good));
         }
-        gnss.is_known = true;
     }
 
     /// Whether it was lost, or found again, so short a time ago that the autopilot's estimator has not settled.
@@ -120,7 +127,7 @@ impl Sources {
 
     /// Whether satellite navigation has a position now.
     pub fn has_gnss(&self) -> bool {
-        self.gnss.is_good && self.gnss.silent < SILENT_BEATS
+        self.gnss.is_good() && self.gnss.silent < SILENT_BEATS
     }
 
     /// A ground station orders a set; what is to be answered comes by [`Sources::answer`].
@@ -160,8 +167,8 @@ impl Sources {
     pub fn next(&mut self, are_trusted: bool, are_lost: bool) -> Option<u8> {
         let gnss = &mut self.gnss;
         (gnss.steady, gnss.silent) = (gnss.steady.saturating_add(1), gnss.silent.saturating_add(1));
-        if gnss.is_good && gnss.silent >= SILENT_BEATS {
-            (gnss.is_good, gnss.has_changed, gnss.steady) = (false, true, gnss.silent);
+        if gnss.is_good() && gnss.silent >= SILENT_BEATS {
+            (gnss.is_good, gnss.has_changed, gnss.steady) = (Some(false), true, gnss.silent);
         }
         self.rest = self.rest.saturating_sub(1);
         if self.switching == Switching::OnGnssLoss && self.command.is_none() && self.rest == 0 {
@@ -184,7 +191,7 @@ impl Sources {
 
     /// The set that should be taken instead of the one that is.
     fn wanted(&self, are_trusted: bool, are_lost: bool) -> Option<u8> {
-        let Gnss { is_good, steady, .. } = self.gnss;
+        let (is_good, steady) = (self.gnss.is_good(), self.gnss.steady);
         if !self.is_switched {
             return (!is_good && steady >= LOST_BEATS && are_trusted).then_some(FIX_SET);
         }
