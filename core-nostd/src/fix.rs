@@ -19,7 +19,7 @@ pub struct Fix {
     /// tells.
     pub by_tilt: Matrix2<f32>,
     /// And the part of each axis, square metres, that a map of another year makes, which they share as well.
-    pub by_place_m2: f32,
+    pub map_variance_m2: f32,
 }
 
 /// One sigma of what a fix rests on beside the picture.
@@ -144,8 +144,8 @@ pub fn fix(
     let relief = footprint.relief(RELIEF_SHARE * uncertainty.relief_m * per_px / height_m);
     let covariance = matched + tilts(uncertainty.tilt_rad) + along * along.transpose() + relief;
     let by_tilt = tilts(uncertainty.tilt_drift_rad);
-    let by_place_m2 = shift.by_place * resolution * resolution;
-    Fix { position: tile.georeference().geographic(local), local, covariance, by_tilt, by_place_m2 }
+    let map_variance_m2 = shift.map_variance * resolution * resolution;
+    Fix { position: tile.georeference().geographic(local), local, covariance, by_tilt, map_variance_m2 }
 }
 
 #[cfg(test)]

@@ -95,7 +95,7 @@ pub struct Shift {
     /// Covariance of (d_col, d_row), square pixels.
     pub covariance: Matrix2<f32>,
     /// Variance in it of each axis that matches of the same ground share: that of a map of another year.
-    pub by_place: f32,
+    pub map_variance: f32,
     /// How far turn and scale, by which the shift was carried from the patch's centre to the nadir, are the picture's own: 0 where
     /// they are the prior's or nothing was carried, 1 where they are the picture's alone.
     pub carried: Carried,

@@ -125,7 +125,7 @@ impl<'t> Pipeline<'t> {
         !self.is_off_the_map
     }
 
-    /// Whether the autopilot's estimator has lost or found satellites a moment ago, and its attitude swings.
+    /// Says whether the autopilot's estimator has changed its source a moment ago, so that its attitude swings.
     pub fn autopilot_changes(&mut self, is_changing: bool) {
         self.navigation.is_changing = is_changing;
     }
@@ -157,10 +157,9 @@ impl<'t> Pipeline<'t> {
         self.is_off_the_map = false;
         let history = self.streams.position.history();
         if self.smoothers.position.is_frozen(history) {
-            // Its velocity and altitude are as old.
-            return Ok(());
-        }
-        if let Some((at, state)) = history.newest() {
+            // Its velocity may hang as well.
+            self.navigation.filter.forget();
+        } else if let Some((at, state)) = history.newest() {
             let unknown = self.unknown();
             let velocity_m_per_s = [state.east_m_per_s, state.north_m_per_s];
             self.navigation.filter.reported(Moment { at, velocity_m_per_s }, &unknown);

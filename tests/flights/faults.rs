@@ -117,6 +117,13 @@ fn a_position_that_hangs_leaves_nothing_behind() {
     for fault in ["position.stuck", "position.stuck_position"] {
         holds(fault, "", 0.0);
     }
+    // For so short a time that the way over it would be reckoned by the velocities around it, rocking and in bends.
+    let short =
+        "flight.tilt_max_deg = 20\n[[fault]]\nunit = \"position\"\ntype = \"stuck\"\nfrom_s = 20.0\nto_s = 25.0";
+    let hung = flown(None, short);
+    let behind = FAILING.start + 20 + AGAIN..FRAMES as usize;
+    assert_eq!(hung.wrong, 0);
+    assert!(hung.accepted(behind.clone()) * 100 >= 95 * behind.len(), "{}", hung.accepted(behind));
 }
 
 #[test]

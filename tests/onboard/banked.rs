@@ -101,7 +101,7 @@ fn flown(setup: &Setup, bank_deg: f64, count: u64, random: &mut Random) -> Vec<B
             [[s, c], [c, -s]].map(|[e, n]| Along {
                 error_m: e * error[0] + n * error[1],
                 variance_m2: e * e * covariance(0, 0) + 2.0 * e * n * covariance(0, 1) + n * n * covariance(1, 1)
-                    - f64::from(fix.by_place_m2),
+                    - f64::from(fix.map_variance_m2),
             })
         }));
     }

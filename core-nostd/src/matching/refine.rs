@@ -88,7 +88,7 @@ impl SubPixel {
             d_col: there.d_col,
             d_row: there.d_row,
             covariance: there.covariance(),
-            by_place: 0.0,
+            map_variance: 0.0,
             carried: if is_aside { there.decided(prior) } else { Carried::default() },
             alone: there.alone,
         }

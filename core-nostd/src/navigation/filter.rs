@@ -57,8 +57,8 @@ const WAITING: usize = 8;
 /// second once in a hundred thousand something has jumped.
 const TRANSIENT: f32 = 9.2;
 const JUMP: f32 = 23.0;
-/// Time constant of what a map of another year makes matches off by, seconds. Measured over 28 flights between eight years: of the square of
-/// their error 0.5 and 0.67 are left after 1.5 s (patches of 35 and 64 pixels), 0.15 and 0.38 after 6 s, 0.1 and 0.2 after 10 s.
+/// Time constant of what a map of another year makes matches off by, seconds. Measured over 28 flights between eight years: the errors of two matches
+/// are correlated by 0.5 and 0.67 after 1.5 s (patches of 35 and 64 pixels), 0.15 and 0.38 after 6 s, 0.1 and 0.24 after 10 s.
 const BY_PLACE_S: f32 = 4.0;
 /// Known no better than this a velocity is one that nobody reports, one sigma of each axis, m/s: more was not seen of an autopilot.
 const KNOWN_M_PER_S: f32 = 5.0;
@@ -216,6 +216,11 @@ impl Filter {
         }
     }
 
+    /// What is reported may not be so: all begins anew with the next velocity.
+    pub fn forget(&mut self) {
+        self.begin_anew(self.reported);
+    }
+
     /// Nothing is known but the newest velocity, and what satellites say of the map.
     fn begin_anew(&mut self, moment: Moment) {
         // In its place: built anew it would lie on the stack as well.
@@ -290,8 +295,9 @@ impl Filter {
                 let known_rad = self.tilt_sigma_rad(unknown);
                 let known = (self.matched_tilt_rad(), self.newest);
                 let begun = self.jumps.jumped((self.moment.at, before, off), known, found, unknown);
-                self.begin(&begun.found, &Unknown { tilt_rad: begun.sigma_rad, ..*unknown });
-                let more_rad = sqrt((squared(begun.sigma_rad) - squared(known_rad)).max(0.0));
+                let begun_unknown = Unknown { tilt_rad: begun.sigma_rad, ..*unknown };
+                self.begin(&begun.found, &begun_unknown);
+                let more_rad = sqrt((squared(begun_unknown.sigma_rad()) - squared(known_rad)).max(0.0));
                 hypot(more_rad, begun.off_rad)
             }
             Judged::Expected(newest, more_rad) => {
@@ -327,9 +333,9 @@ impl Filter {
 
     /// By how much less a match of the newest frame counts, of which each axis has such a variance that neighbours share, square metres: as
     /// many as lie in twice the time constant of their error say what one says.
-    pub fn alike_m2(&self, by_place_m2: f32) -> f32 {
+    pub fn alike_m2(&self, map_variance_m2: f32) -> f32 {
         let apart_s = self.moment.at.since(self.matched_at).max(1) as f32 * 1e-6;
-        ((2.0 * BY_PLACE_S / apart_s).max(1.0) - 1.0) * by_place_m2
+        ((2.0 * BY_PLACE_S / apart_s).max(1.0) - 1.0) * map_variance_m2
     }
 
     /// From a match on; nothing of it was expected.

@@ -205,11 +205,6 @@ impl Heights {
         self.contradicted < REFUSED_MAX && (!self.is_confirmed(at) || range.is_like(known))
     }
 
-    /// Matches say of the newest range whether it may be.
-    fn compared(&mut self, may_be: bool) {
-        self.contradicted = if may_be { 0 } else { REFUSED_MAX.min(self.contradicted + 1) };
-    }
-
     /// A frame was taken, with this range, at so many m/s. To be called once for each.
     pub fn frame(&mut self, at: Micros, range: Option<Height>, (ground_m, m_per_s): (f32, f32), expected: &Expected) {
         if !expected.has_elevation {
@@ -232,7 +227,7 @@ impl Heights {
         let known = self.known(at, ground_m, expected);
         let is_confirmed = self.is_confirmed(at);
         if let Some(known) = known.filter(|_| is_confirmed && self.contradicted < REFUSED_MAX) {
-            self.compared(range.is_like(known));
+            self.contradicted = if range.is_like(known) { 0 } else { self.contradicted + 1 };
         }
         match known {
             // Over ground that is not known a range that is wrong by little would take the bias along with it, slope by slope.
@@ -242,8 +237,9 @@ impl Heights {
                 offset.measured(above_m, range.metres, squared(range.sigma_m));
                 self.offset = Some(offset);
             }
-            // The first one.
+            // The first one, or nothing else says how high.
             None => {
+                self.contradicted = 0;
                 let bias_m = range.metres - above_m;
                 self.offset = Some(Offset { bias_m, bias_variance: squared(range.sigma_m), ..expected.offset(at) });
             }
@@ -268,8 +264,8 @@ impl Heights {
         let Some(above_m) = self.above_m(at, ground_m) else { return };
         if let Some(mut offset) = self.offset(at, expected) {
             let seen = used.seen(scale);
-            if let Some(range) = self.range {
-                self.compared(range.is_like(seen));
+            if self.range.is_some_and(|range| range.is_like(seen)) {
+                self.contradicted = 0;
             }
             offset.measured(above_m, seen.metres, squared(seen.sigma_m));
             (self.offset, self.confirmed_at) = (Some(offset), Some(at));

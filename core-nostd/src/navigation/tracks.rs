@@ -58,7 +58,7 @@ pub struct Sighting {
     pub nadir: Local,
     /// Covariance of that, (east, north), square metres.
     pub covariance: Matrix2<f32>,
-    /// That without the tilt's drift, which the next frame shares.
+    /// That covariance without the part of the tilt's drift, which the next frame shares.
     pub white: Matrix2<f32>,
     /// Smaller side of the footprint, metres.
     pub side_m: f32,

@@ -221,7 +221,7 @@ impl Pipeline<'_> {
         let found = Found {
             nadir: sighting.nadir,
             covariance: sighting.white,
-            alike_m2: navigation.filter.alike_m2(shift.by_place * squared(self.tile.resolution().0)),
+            alike_m2: navigation.filter.alike_m2(shift.map_variance * squared(self.tile.resolution().0)),
             transient_rad: sqrt((squared(situation.sigma_tilt_drift_rad) - squared(known_rad)).max(0.0)),
             less_tilt_rad: navigation.filter.tilt_rad(),
             height_m: situation.height_m,

@@ -60,10 +60,12 @@ const HEADING_PER_TILT: f32 = 2.0;
 /// Smallest a22 that is worked with: 70° between optical axis and plumb line, where a field of view of 60° begins at 40°. Chosen.
 pub(super) const COS_TILT_MIN: f32 = 0.34;
 
-/// While the autopilot's estimator changes from satellites to fixes and back its pitch and roll swing: one sigma of that, by that of their drift.
+/// While the autopilot's estimator changes from satellites to fixes its pitch and roll swing: one sigma of that, as a multiple of the stated drift.
 /// Measured over 36 flights that were kept by their fixes (consumer inertial sensors, two fixes a second): 0.20 degrees RMS, and behind the loss
 /// of satellites 0.26, 0.32, 0.36, 0.37, 0.33, 0.29 and 0.28 every two seconds.
 const CHANGING: f32 = 1.5;
+/// At most, radians: half a degree. Chosen: a drift that is stated larger than in these flights may be a camera's that leans, which does not swing.
+const CHANGING_MAX_RAD: f32 = 0.009;
 
 impl Pipeline<'_> {
     /// Every stream at mid-exposure, an instant with its sigma in microseconds. `Ok(None)`: a stream's next samples have not
@@ -173,7 +175,11 @@ impl Pipeline<'_> {
         Unknown {
             velocity_m_per_s: beside(velocity_m_per_s, self.doubt.velocity_m_per_s),
             tilt_rad: sigmas.tilt_drift_rad,
-            swings_rad: if self.navigation.is_changing { CHANGING * sigmas.tilt_drift_rad } else { 0.0 },
+            swings_rad: if self.navigation.is_changing {
+                (CHANGING * sigmas.tilt_drift_rad).min(CHANGING_MAX_RAD)
+            } else {
+                0.0
+            },
         }
     }
 

@@ -213,9 +213,9 @@ fn beside(found: Match, (d_col, d_row): (f32, f32)) -> Option<Match> {
     if apart > APART_PX {
         return None;
     }
-    let by_place = squared(0.5 * apart);
-    let covariance = Matrix2::identity() * by_place;
-    let shift = between_years(Shift { d_col, d_row, covariance, by_place, ..shift });
+    let map_variance = squared(0.5 * apart);
+    let covariance = Matrix2::identity() * map_variance;
+    let shift = between_years(Shift { d_col, d_row, covariance, map_variance, ..shift });
     Some(Match { accepted: Ok(shift), ..found })
 }
 
@@ -227,7 +227,7 @@ fn leads(found: &Match) -> bool {
 fn between_years(shift: Shift) -> Shift {
     let by_place = squared(BY_PLACE_PX);
     let covariance = shift.covariance + Matrix2::identity() * by_place;
-    Shift { covariance, by_place: shift.by_place + by_place, ..shift }
+    Shift { covariance, map_variance: shift.map_variance + by_place, ..shift }
 }
 
 #[cfg(test)]
@@ -240,7 +240,7 @@ mod tests {
     fn own() -> Match {
         let (carried, alone) = (Carried::default(), Alone::default());
         let covariance = Matrix2::new(0.3, 0.1, 0.1, 0.2);
-        let shift = Shift { d_col: 3.0, d_row: -2.0, covariance, by_place: 0.0, carried, alone };
+        let shift = Shift { d_col: 3.0, d_row: -2.0, covariance, map_variance: 0.0, carried, alone };
         Match { shift: (3.0, -2.0), peak: (3, -2), grey_correlation: [0.5, 0.0], refined: None, accepted: Ok(shift) }
     }
 
@@ -252,7 +252,7 @@ mod tests {
         // Half of the way between the two, and what two years lie apart by place: alike in all of its neighbours.
         let variance = 0.25 * apart * apart + BY_PLACE_PX * BY_PLACE_PX;
         assert!((shift.covariance - Matrix2::identity() * variance).norm() < 1e-6, "{}", shift.covariance);
-        assert!((shift.by_place - variance).abs() < 1e-6, "{}", shift.by_place);
+        assert!((shift.map_variance - variance).abs() < 1e-6, "{}", shift.map_variance);
     }
 
     #[test]

@@ -226,7 +226,7 @@ impl Autopilot {
         let lacks_origin = is_there && is_tied && self.fixes.origin.is_none() && !self.sources.has_gnss();
         let origin = self.start.origin(lacks_origin);
         let answer = self.sources.answer();
-        let is_changing = self.sources.is_changing();
+        let is_changing = is_there && self.sources.is_changing();
         if !is_there {
             return Due { answer, place, is_changing, ..Due::default() };
         }

@@ -6,7 +6,7 @@
 //! taken them off. So only some fixes are sent, and the part of their covariance that they share is sent n times: R = white + n
 //! correlated with n = max(1, 2 f τ), the number of fixes at the rate f within the time constant of an error that is correlated
 //! over τ. The white part is the match's own and that of the stamp; the correlated one that of the tilt's drift
-//! ([`Fix::by_tilt`]), of a map of another year ([`Fix::by_place_m2`]), and the map's offset, which the settings have.
+//! ([`Fix::by_tilt`]), of a map of another year ([`Fix::map_variance_m2`]), and the map's offset, which the settings have.
 
 use crate::wire::fix_message::SentFix;
 use crate::wire::incoming::AutopilotKind;
@@ -156,8 +156,8 @@ impl Fixes {
         self.newest_at = Some(at);
         let alike = (2e6 * correlation_s / interval_us.max(1) as f32).max(1.0);
         let enlarged = |row: usize, col: usize| {
-            let (by_place, map) = if row == col { (fix.by_place_m2, map_sigma_m * map_sigma_m) } else { (0.0, 0.0) };
-            fix.covariance[(row, col)] + (alike - 1.0) * (fix.by_tilt[(row, col)] + by_place) + alike * map
+            let (of_year, map) = if row == col { (fix.map_variance_m2, map_sigma_m * map_sigma_m) } else { (0.0, 0.0) };
+            fix.covariance[(row, col)] + (alike - 1.0) * (fix.by_tilt[(row, col)] + of_year) + alike * map
         };
         let (east, north, cross) = (enlarged(0, 0), enlarged(1, 1), enlarged(0, 1));
         let half = 0.5 * (east - north);
@@ -197,7 +197,7 @@ mod tests {
             local: Local::default(),
             covariance: covariance.into(),
             by_tilt: by_tilt.into(),
-            by_place_m2: 0.0,
+            map_variance_m2: 0.0,
         }
     }
 
@@ -225,7 +225,7 @@ mod tests {
         let expected = [1.0 + 20.0 * 0.3 + 20.0 * 0.25, 2.0 + 20.0 * 0.4 + 20.0 * 0.25];
         assert!(sent.variance_m2.iter().zip(expected).all(|(found, wanted)| (found - wanted).abs() < 1e-4));
         // What a map of another year makes, on both axes alike.
-        let of_year = Fix { by_place_m2: 0.2, ..one };
+        let of_year = Fix { map_variance_m2: 0.2, ..one };
         let later = fixes.take(&of_year, Micros(1_000_000), Attitude::default()).unwrap();
         let wider = [expected[0] + 19.0 * 0.2, expected[1] + 19.0 * 0.2];
         assert!(later.variance_m2.iter().zip(wider).all(|(found, wanted)| (found - wanted).abs() < 1e-4));

@@ -23,8 +23,8 @@ const LOST_BEATS: u16 = 20;
 /// Beats of good ones after which it is relied upon again: the ten seconds that ArduPilot's own filter wants of it before it
 /// uses it (NavEKF3_core::calcGpsGoodToAlign).
 const BACK_BEATS: u16 = 100;
-/// Beats behind a change of it for which the autopilot's estimator swings. Measured over flights that were kept by their fixes: attitudes are twice as
-/// far off as ever after six seconds, and a quarter further after twelve.
+/// Beats behind a change of it, or of the set, for which the autopilot's estimator swings. Measured over flights that were kept by their fixes: six
+/// seconds behind a loss attitudes are 1.8 times as far off as ever, and after twelve 1.4 times, which is what a drift's sigma bears.
 const CHANGE_BEATS: u16 = 120;
 /// Beats without its message after which nothing is known of it: as long as a loss.
 const SILENT_BEATS: u16 = LOST_BEATS;
@@ -68,9 +68,8 @@ struct Command {
 /// Satellite navigation as the autopilot reports it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Gnss {
-    /// Whether it has a position, once it was reported, and whether that has ever changed.
+    /// Whether it has a position, once it was reported.
     is_good: Option<bool>,
-    has_changed: bool,
     /// Beats since that changed, and since it was reported.
     steady: u16,
     silent: u16,
@@ -90,8 +89,9 @@ pub struct Sources {
     command: Option<Command>,
     /// Whether we had the autopilot take fixes.
     is_switched: bool,
-    /// Beats for which nothing is tried.
+    /// Beats for which nothing is tried, and since satellite navigation or the set has changed.
     rest: u16,
+    unchanged: u16,
     news: Option<News>,
     answer: Option<Acknowledgement>,
 }
@@ -100,7 +100,16 @@ impl Sources {
     /// Nothing chosen yet.
     pub fn new(switching: Switching) -> Self {
         let gnss = Gnss::default();
-        Sources { switching, gnss, command: None, is_switched: false, rest: 0, news: None, answer: None }
+        Sources {
+            switching,
+            gnss,
+            command: None,
+            is_switched: false,
+            rest: 0,
+            unchanged: u16::MAX,
+            news: None,
+            answer: None,
+        }
     }
 
     /// After a reboot the autopilot is back at its first set.
@@ -113,16 +122,20 @@ impl Sources {
         let gnss = &mut self.gnss;
         gnss.silent = 0;
         if gnss.is_good != Some(is_good) {
+            // The first that is heard of it is no change.
+            if gnss.is_good.is_some() {
+                self.unchanged = 0;
+            }
             if is_good || gnss.is_good.is_some() {
                 gnss.steady = 0;
             }
-            (gnss.has_changed, gnss.is_good) = (gnss.is_good.is_some(), Some(is_good));
+            gnss.is_good = Some(is_good);
         }
     }
 
-    /// Whether it was lost, or found again, so short a time ago that the autopilot's estimator has not settled.
+    /// Whether it was lost or found again, or the autopilot took another set, so short a time ago that its estimator has not settled.
     pub fn is_changing(&self) -> bool {
-        self.gnss.has_changed && self.gnss.steady < CHANGE_BEATS
+        self.unchanged < CHANGE_BEATS
     }
 
     /// Whether satellite navigation has a position now.
@@ -148,6 +161,7 @@ impl Sources {
         match result {
             IN_PROGRESS | TEMPORARILY_REJECTED => {}
             ACCEPTED => {
+                self.unchanged = 0;
                 self.is_switched = command.set == FIX_SET && command.by.is_none();
                 self.end(command, result, News::Taken(command.set));
             }
@@ -167,8 +181,9 @@ impl Sources {
     pub fn next(&mut self, are_trusted: bool, are_lost: bool) -> Option<u8> {
         let gnss = &mut self.gnss;
         (gnss.steady, gnss.silent) = (gnss.steady.saturating_add(1), gnss.silent.saturating_add(1));
+        self.unchanged = self.unchanged.saturating_add(1);
         if gnss.is_good() && gnss.silent >= SILENT_BEATS {
-            (gnss.is_good, gnss.has_changed, gnss.steady) = (Some(false), true, gnss.silent);
+            (gnss.is_good, gnss.steady, self.unchanged) = (Some(false), gnss.silent, gnss.silent);
         }
         self.rest = self.rest.saturating_sub(1);
         if self.switching == Switching::OnGnssLoss && self.command.is_none() && self.rest == 0 {
@@ -281,6 +296,13 @@ mod tests {
         assert_eq!(changing(&mut sources, 300, Some(true)), 119);
         // Silent, it is lost two seconds ago.
         assert_eq!(changing(&mut sources, 300, None), 100);
+        // A set that is taken is a change of its own: ten seconds behind a return.
+        let mut sources = Sources::new(Switching::OnGnssLoss);
+        let lost =
+            |sources: &mut Sources, count, is_good| beats(sources, count, Some(is_good), true, Some(ACCEPTED)).len();
+        assert_eq!((lost(&mut sources, 300, true), lost(&mut sources, 300, false)), (0, 1));
+        assert_eq!((lost(&mut sources, 150, true), sources.is_changing()), (1, true));
+        assert_eq!((lost(&mut sources, 80, true), sources.is_changing()), (0, false));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Satellite navigation that walks off, jumps, is off, or is right while the map lies beside the ground.
 //!
-//! The difference of matches and satellites is told beyond 4.8 sigmas: of satellite navigation 2 m as it states; of the tilt 0.3 degrees
-//! at 120 m or 0.63 m before a turn, and of the way by velocities 0.3 to 1 m; of the receiver's lateness 0.06 s at 22 m/s along the way;
+//! The difference of matches and satellites is told beyond 4.8 sigmas: of satellite navigation 2 m as it states; of the tilt 0.2 degrees
+//! at 120 m or 0.42 m before a turn, and of the way by velocities 0.3 to 1 m; of the receiver's lateness 0.06 s at 22 m/s along the way;
 //! of ten positions' mean 0.63 m. All of it is 2.1 to 2.7 m, and 10 to 13 m are told.
 
 use super::{Flown, in_process, scenario};
@@ -51,7 +51,7 @@ fn most_px(flown: &Flown) -> f64 {
 
 /// Satellites forged from 15 s on lead the autopilot away by 0.5 m/s. 10 m are there after 20 s, 13 m after 26 s; the mean of ten is 1.8 s
 /// late and off by 1.4 m (three sigmas) or 2.8 s, and a line is sent once a second: 32 to 47.6 s. Until then the forged velocity tilts
-/// the autopilot's attitude by as much as 1.8 degrees, six of the sigmas that it states, and nothing on board tells that: a fix is off by 1.9 pixels
+/// the autopilot's attitude by as much as 1.8 degrees, nine of the sigmas that it states, and nothing on board tells that: a fix is off by 1.9 pixels
 /// of 2 m then, which its own sigmas do not hold, and never by as much as is a wrong place.
 #[test]
 fn satellites_that_are_dragged_off_are_told_before_a_fix_is_at_a_wrong_place() {

@@ -14,8 +14,8 @@ use nalgebra::{Matrix2, SMatrix, Vector2};
 /// One sigma of the tilt and of the wander that together are the attitude's error, each axis, radians.
 pub(super) fn parts_rad(unknown: &Unknown) -> [f32; 2] {
     let wander = (WANDER_SHARE * unknown.tilt_rad).min(WANDER_MAX_RAD);
-    let swings = if unknown.swings_rad > 0.0 { hypot(wander, unknown.swings_rad) } else { wander };
-    [sqrt((squared(unknown.tilt_rad) - squared(wander)).max(0.0)), swings]
+    let lasts = sqrt((squared(unknown.tilt_rad) - squared(wander)).max(0.0));
+    [lasts, if unknown.swings_rad > 0.0 { hypot(wander, unknown.swings_rad) } else { wander }]
 }
 
 type Covariance = SMatrix<f32, STATES, STATES>;
