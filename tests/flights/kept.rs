@@ -101,7 +101,9 @@ fn fixes_keep_the_vehicle_and_the_same_seed_is_the_same_flight() {
 /// seconds behind the command, which comes two seconds behind the loss.
 #[test]
 fn fixes_are_worth_less_while_the_autopilot_changes_its_source() {
-    let flown = in_process(&short(&["navigation.gnss_lost_s=20"]));
+    let mut scenario = scenario(&["navigation.gnss_lost_s=20"]);
+    scenario.run.frames = 114;
+    let flown = in_process(&Setup::prepare(scenario).expect("it can be flown"));
     let mut lines = flown.csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let header = lines.next().expect("a header");
     let column = |name: &str| header.iter().position(|field| *field == name).expect("a column");
@@ -114,7 +116,7 @@ fn fixes_are_worth_less_while_the_autopilot_changes_its_source() {
         sigmas.sort_by(f64::total_cmp);
         sigmas[sigmas.len() / 2]
     };
-    let (before, changing, behind) = (median_m(14.0, 20.0), median_m(21.0, 34.0), median_m(35.0, 40.0));
+    let (before, changing, behind) = (median_m(14.0, 20.0), median_m(21.0, 34.0), median_m(50.0, 60.0));
     assert!(changing > 1.4 * before && (0.8..1.1).contains(&(behind / before)), "{before} {changing} {behind}");
 }
 
