@@ -116,7 +116,7 @@ fn fixes_are_worth_less_while_the_autopilot_changes_its_source() {
         sigmas.sort_by(f64::total_cmp);
         sigmas[sigmas.len() / 2]
     };
-    let (before, changing, behind) = (median_m(14.0, 20.0), median_m(21.0, 34.0), median_m(50.0, 60.0));
+    let (before, changing, behind) = (median_m(14.0, 20.0), median_m(21.0, 27.0), median_m(50.0, 60.0));
     assert!(changing > 1.4 * before && (0.8..1.1).contains(&(behind / before)), "{before} {changing} {behind}");
 }
 
