@@ -18,6 +18,7 @@
 
 mod found;
 mod estimate;
+mod alike;
 mod judged;
 mod jumps;
 mod satellites;
@@ -57,9 +58,6 @@ const WAITING: usize = 8;
 /// second once in a hundred thousand something has jumped.
 const TRANSIENT: f32 = 9.2;
 const JUMP: f32 = 23.0;
-/// Time constant of what a map of another year makes matches off by, seconds. Measured over 28 flights between eight years: the errors of two matches
-/// are correlated by 0.5 and 0.67 after 1.5 s (patches of 35 and 64 pixels), 0.15 and 0.38 after 6 s, 0.1 and 0.24 after 10 s.
-const BY_PLACE_S: f32 = 4.0;
 /// Known no better than this a velocity is one that nobody reports, one sigma of each axis, m/s: more was not seen of an autopilot.
 const KNOWN_M_PER_S: f32 = 5.0;
 
@@ -324,18 +322,6 @@ impl Filter {
 
     fn white(&self, found: &Found) -> Matrix2<f32> {
         white(found, self.transient_rad)
-    }
-
-    /// That as much as it counts.
-    fn counted(&self, found: &Found) -> Matrix2<f32> {
-        self.white(found) + Matrix2::identity() * found.alike_m2
-    }
-
-    /// By how much less a match of the newest frame counts, of which each axis has such a variance that neighbours share, square metres: as
-    /// many as lie in twice the time constant of their error say what one says.
-    pub fn alike_m2(&self, map_variance_m2: f32) -> f32 {
-        let apart_s = self.moment.at.since(self.matched_at).max(1) as f32 * 1e-6;
-        ((2.0 * BY_PLACE_S / apart_s).max(1.0) - 1.0) * map_variance_m2
     }
 
     /// From a match on; nothing of it was expected.

@@ -78,13 +78,4 @@ impl Filter {
         }
         Judged::Expected(self.with(&doubted, found, &doubted.innovation(found, self.white(found))), more_rad)
     }
-
-    /// An estimate with a match that was expected, which counts less the more matches before it are off alike.
-    fn with(&self, estimate: &Estimate, found: &Found, innovation: &Innovation) -> Estimate {
-        if found.alike_m2 > 0.0 {
-            estimate.with(&estimate.innovation(found, self.counted(found)))
-        } else {
-            estimate.with(innovation)
-        }
-    }
 }
