@@ -46,6 +46,16 @@ impl Flown {
         self.summary.navigation.as_ref().and_then(|navigation| navigation.kept()).expect("it navigates")
     }
 
+    /// These columns of its fixes, a row each.
+    fn fixes<const N: usize>(&self, names: [&str; N]) -> Vec<[f64; N]> {
+        let mut lines = self.csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let header = lines.next().expect("a header");
+        let column = |name: &str| header.iter().position(|field| *field == name).expect("a column");
+        let (accepted, wanted) = (column("accepted"), names.map(column));
+        let fixes = lines.filter(|line| line[accepted] == "1");
+        fixes.map(|line| wanted.map(|at| line[at].parse().expect("a number"))).collect()
+    }
+
     /// Its navigation's figures, and the fixes.
     fn bytes(&self) -> (String, &str) {
         (serde_json::to_string(self.kept()).expect("figures"), &self.csv)
@@ -104,15 +114,10 @@ fn fixes_are_worth_less_while_the_autopilot_changes_its_source() {
     let mut scenario = scenario(&["navigation.gnss_lost_s=20"]);
     scenario.run.frames = 114;
     let flown = in_process(&Setup::prepare(scenario).expect("it can be flown"));
-    let mut lines = flown.csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
-    let header = lines.next().expect("a header");
-    let column = |name: &str| header.iter().position(|field| *field == name).expect("a column");
-    let (at, sigma) = (column("mid_exposure_us"), column("sigma_east_m"));
-    let fixes: Vec<(f64, f64)> =
-        lines.filter_map(|row| Some((row[at].parse().ok()?, row[sigma].parse().ok()?))).collect();
+    let fixes = flown.fixes(["mid_exposure_us", "sigma_east_m"]);
     let median_m = |from_s: f64, to_s: f64| {
-        let within = fixes.iter().filter(|(at_us, _)| (from_s..to_s).contains(&(at_us * 1e-6)));
-        let mut sigmas: Vec<f64> = within.map(|(_, sigma_m)| *sigma_m).collect();
+        let within = fixes.iter().filter(|[at_us, _]| (from_s..to_s).contains(&(at_us * 1e-6)));
+        let mut sigmas: Vec<f64> = within.map(|[_, sigma_m]| *sigma_m).collect();
         sigmas.sort_by(f64::total_cmp);
         sigmas[sigmas.len() / 2]
     };
