@@ -21,6 +21,8 @@ mod estimate;
 mod alike;
 mod judged;
 mod jumps;
+mod misalignment;
+mod settle;
 mod satellites;
 
 use super::reckoning::{Moment, way_m};
@@ -33,6 +35,7 @@ pub use found::{Found, Unknown};
 use heapless::Deque;
 use judged::{Judged, TRANSIENT_MAX_RAD, Without};
 use jumps::{Jumps, LEARNT_SIGMAS};
+use misalignment::Misalignment;
 use nalgebra::{Matrix2, Vector2};
 pub use satellites::SatellitePosition;
 use satellites::{Moved, Satellites};
@@ -83,6 +86,7 @@ pub struct Filter {
     /// What it was before.
     swung_rad: f32,
     jumps: Jumps,
+    misalignment: Misalignment,
     /// What satellite navigation says beside the matches, and by how much pitch and roll are off by that at the newest frame, radians.
     satellites: Satellites,
     by_satellites_rad: Option<[f32; 2]>,
@@ -105,6 +109,7 @@ impl Filter {
             swung_at: moment.at,
             swung_rad: 0.0,
             jumps: Jumps::new(),
+            misalignment: Misalignment::new(),
             satellites: Satellites::new(),
             by_satellites_rad: None,
         }
@@ -134,7 +139,9 @@ impl Filter {
     /// One sigma of each of the tilts that matches have shown lately and nothing explains, radians: one that comes and goes, or what
     /// is left of a jump that neither has been taken back nor a turn has told.
     pub fn unexplained_rad(&self, unknown: &Unknown) -> f32 {
-        let shown_rad = sqrt((squared(self.tilt_sigma_rad(unknown)) - squared(unknown.sigma_rad())).max(0.0));
+        // A misalignment that turns have told explains what they have not told of it.
+        let explained = squared(unknown.sigma_rad()) + squared(self.misalignment.left_rad());
+        let shown_rad = sqrt((squared(self.shown_rad(unknown)) - explained).max(0.0));
         let unproven_rad = self.jumps.unproven_rad(self.moment.at);
         // One tilt, of which all of these say the same.
         let open_rad = shown_rad.max(unproven_rad);
@@ -150,6 +157,11 @@ impl Filter {
     /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians: what wanders is in it as if
     /// nothing were known of that, since no frame is rectified with it.
     pub fn tilt_sigma_rad(&self, unknown: &Unknown) -> f32 {
+        hypot(self.shown_rad(unknown), self.misalignment.doubt_rad().amax())
+    }
+
+    /// What a misalignment may be is not in this one.
+    fn shown_rad(&self, unknown: &Unknown) -> f32 {
         let [_, wander_rad] = parts_rad(unknown);
         let known_rad =
             self.newest.map_or(unknown.sigma_rad(), |estimate| hypot(estimate.tilt_sigma_rad(), wander_rad));
@@ -163,7 +175,9 @@ impl Filter {
 
     /// Where the camera is at the newest frame, and the covariance of that, square metres; nothing before the first match.
     pub fn position(&self) -> Option<(Local, Matrix2<f32>)> {
-        self.newest.map(|estimate| estimate.position())
+        let doubt_m = self.misalignment.doubt_m();
+        let (local, covariance) = self.newest?.position();
+        Some((local, covariance + doubt_m * doubt_m.transpose()))
     }
 
     /// How far east and north of that it would be without the newest match, and the covariance there; nothing where that match began
@@ -193,6 +207,7 @@ impl Filter {
             }
             let beside_m = unaided_m(self.matched_at, moment.at, seconds);
             settled.carry((before, moment), beside_m, usual_rad, unknown);
+            self.misalignment.carry(seconds, usual_rad.is_some());
             self.satellites.carry((before, moment), beside_m, usual_rad, unknown);
         }
         while self.waiting.front().is_some_and(|(at, _)| *at <= moment.at) {
@@ -226,6 +241,7 @@ impl Filter {
         (self.settled, self.newest, self.without) = (None, None, None);
         self.waiting.clear();
         (self.transient_rad, self.jumps, self.by_satellites_rad) = (0.0, Jumps::new(), None);
+        self.misalignment = Misalignment::new();
         self.satellites.end();
     }
 
@@ -298,7 +314,7 @@ impl Filter {
                 let more_rad = sqrt((squared(begun_unknown.sigma_rad()) - squared(known_rad)).max(0.0));
                 hypot(more_rad, begun.off_rad)
             }
-            Judged::Expected(newest, more_rad) => {
+            Judged::Expected { estimate: newest, more_rad, .. } => {
                 self.jumps.followed(&newest, found);
                 self.jumps.swung(self.moment.at, more_rad);
                 self.without = self.newest.map(|expected| Without::new(&expected, &newest));
@@ -334,6 +350,7 @@ impl Filter {
         let settled = Estimate::begun(&found.moved(back), white + less, unknown);
         self.satellites.begun(&settled);
         self.settled = Some(settled);
+        self.misalignment.begun(found);
         self.without = None;
         self.waiting.clear();
         0.0
@@ -343,37 +360,6 @@ impl Filter {
     fn sees_swings(&self) -> bool {
         self.newest
             .is_none_or(|newest| newest.velocity().iter().all(|(_, variance)| *variance <= squared(HIDDEN_M_PER_S)))
-    }
-
-    /// The match that has waited longest, moved to the newest reported velocity by what is known of the way.
-    fn settle_oldest(&mut self, unknown: &Unknown) {
-        let Some((at, found)) = self.waiting.pop_front() else { return };
-        let Some(settled) = self.settled else { return };
-        let (apart_s, [east, north]) = (self.reported.at.since(at) as f32 * 1e-6, settled.velocity());
-        // Beyond the newest velocity its jerk is not known, and within it not all of its error.
-        let late_m = JERK_M_PER_S3 / 6.0 * squared(apart_s.min(0.0)) * apart_s;
-        let variance = |(_, variance): (f32, f32)| squared(apart_s) * variance + squared(late_m);
-        let found = found
-            .moved(way_m(self.reckoned(at), self.reported))
-            .moved([-east.0 * apart_s, -north.0 * apart_s])
-            .less_certain(Matrix2::new(variance(east), 0.0, 0.0, variance(north)));
-        let plain = settled.innovation(&found, white(&found, 0.0));
-        let begun = match self.judged(at, &settled, (&found, &plain), unknown) {
-            Judged::Expected(settled, _) => {
-                self.satellites.matched(&found, self.counted(&found));
-                self.settled = Some(settled);
-                return;
-            }
-            Judged::Jumped(off) => {
-                // When the match before it was is not kept.
-                let jumped = (at, Micros(0), off);
-                let begun = self.jumps.jumped(jumped, (settled.tilt_rad(), Some(settled)), &found, unknown);
-                let unknown = Unknown { tilt_rad: begun.sigma_rad, ..*unknown };
-                Estimate::begun(&begun.found, self.white(&begun.found), &unknown)
-            }
-        };
-        self.satellites.begun(&begun);
-        self.settled = Some(begun);
     }
 }
 

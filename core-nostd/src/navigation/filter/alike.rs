@@ -22,12 +22,8 @@ impl Filter {
         ((2.0 * BY_PLACE_S / apart_s).max(1.0) - 1.0) * map_variance_m2
     }
 
-    /// An estimate with a match that was expected, which counts less the more matches before it are off alike.
-    pub(super) fn with(&self, estimate: &Estimate, found: &Found, innovation: &Innovation) -> Estimate {
-        if found.alike_m2 > 0.0 {
-            estimate.with(&estimate.innovation(found, self.counted(found)))
-        } else {
-            estimate.with(innovation)
-        }
+    /// The innovation by which an estimate takes a match that was expected, which counts less the more matches before it are off alike.
+    pub(super) fn counting(&self, estimate: &Estimate, found: &Found, innovation: Innovation) -> Innovation {
+        if found.alike_m2 > 0.0 { estimate.innovation(found, self.counted(found)) } else { innovation }
     }
 }

@@ -33,8 +33,8 @@ impl Without {
 /// What becomes of an estimate by a match.
 #[allow(clippy::large_enum_variant, reason = "no heap to put the large one on, and one at a time is made")]
 pub(super) enum Judged {
-    /// It was expected, but for a tilt of so many radians that comes and goes.
-    Expected(Estimate, f32),
+    /// It was expected, but for a tilt of so many radians that comes and goes: the estimate with it, by this innovation.
+    Expected { estimate: Estimate, innovation: Innovation, more_rad: f32 },
     /// It is so far off that something has jumped.
     Jumped(Vector2<f32>),
 }
@@ -68,7 +68,7 @@ impl Filter {
             return Judged::Jumped(innovation.off);
         }
         if !swings && !may_last {
-            return Judged::Expected(self.with(estimate, found, &innovation), 0.0);
+            return self.expected(estimate, found, innovation, 0.0);
         }
         let doubted = if may_last { estimate.doubted(self.transient_rad, found) } else { *estimate };
         let mut more_rad = 0.0;
@@ -76,6 +76,10 @@ impl Filter {
             more_rad = sqrt(squared(plain.beyond_rad) - squared(self.transient_rad));
             self.transient_rad = plain.beyond_rad;
         }
-        Judged::Expected(self.with(&doubted, found, &doubted.innovation(found, self.white(found))), more_rad)
+        self.expected(&doubted, found, doubted.innovation(found, self.white(found)), more_rad)
+    }
+    fn expected(&self, estimate: &Estimate, found: &Found, innovation: Innovation, more_rad: f32) -> Judged {
+        let innovation = self.counting(estimate, found, innovation);
+        Judged::Expected { estimate: estimate.with(&innovation), innovation, more_rad }
     }
 }

@@ -123,14 +123,27 @@ impl Jumps {
             self.swung(at, unknown.tilt_rad);
         }
         let is_open = self.unproven_rad(at) > 0.0;
-        let Some(last) = &mut self.last else { return };
-        if self.to_rad.is_some() && estimate.tilt_sigma_rad() <= TOLD * unknown.tilt_rad {
+        let is_told = self.to_rad.is_some() && estimate.tilt_sigma_rad() <= TOLD * unknown.tilt_rad;
+        if is_told {
             self.to_rad = None;
+        }
+        let Some(last) = &mut self.last else {
+            if is_told {
+                self.usual_rad = estimate.tilt_rad();
+            }
+            return;
+        };
+        if is_told {
             (last.is_told, last.quiet_since) = (true, at);
         } else if last.is_told && !is_open {
             last.is_told = false;
             self.usual_rad = estimate.tilt_rad();
         }
+    }
+
+    /// The tilt is another one than was stated, and no jump has made it so: it is kept until a turn tells it as well as was stated.
+    pub(super) fn open(&mut self, estimate: &Estimate) {
+        self.to_rad = Some(estimate.tilt_rad().into());
     }
 
     /// A match lies outside what was expected, or nothing would, since the velocity may be anything: what is not proven yet has to hold from

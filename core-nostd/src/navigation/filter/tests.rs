@@ -1,4 +1,5 @@
 mod alike;
+mod misalignment;
 
 use super::{Filter, Found, Unknown};
 use crate::navigation::reckoning::Moment;
@@ -49,8 +50,18 @@ fn flown_knowing(
     heading: impl Fn(f32) -> f32,
     tilt: impl Fn(f32) -> [f32; 2],
 ) -> std::vec::Vec<After> {
+    flown_by(&mut Filter::new(), unknown, seconds, speed, heading, tilt)
+}
+
+fn flown_by(
+    filter: &mut Filter,
+    unknown: &Unknown,
+    seconds: f32,
+    speed: f32,
+    heading: impl Fn(f32) -> f32,
+    tilt: impl Fn(f32) -> [f32; 2],
+) -> std::vec::Vec<After> {
     const STEP_MS: u32 = 10;
-    let mut filter = Filter::new();
     let (mut position, mut state) = ([0.0f32; 2], 1u32);
     let micros = |ms: u32| Micros(1_000_000 + 1000 * u64::from(ms));
     let velocity = |ms: u32| {
