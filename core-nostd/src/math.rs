@@ -55,6 +55,11 @@ pub fn hypot(a: f32, b: f32) -> f32 {
     sqrt(squared(a) + squared(b))
 }
 
+/// A sigma with another one beside it; to the last bit itself without.
+pub fn beside(sigma: f32, other: f32) -> f32 {
+    if other > 0.0 { hypot(sigma, other) } else { sigma }
+}
+
 /// `x` times itself.
 pub fn squared(x: f32) -> f32 {
     x * x

@@ -26,7 +26,7 @@ mod settle;
 mod satellites;
 
 use super::reckoning::{Moment, way_m};
-use crate::math::{hypot, sqrt, squared};
+use crate::math::{beside, hypot, sqrt, squared};
 use crate::tile::Local;
 use crate::units::Micros;
 use estimate::{Estimate, parts_rad, unaided_m};
@@ -157,7 +157,7 @@ impl Filter {
     /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians: what wanders is in it as if
     /// nothing were known of that, since no frame is rectified with it.
     pub fn tilt_sigma_rad(&self, unknown: &Unknown) -> f32 {
-        hypot(self.shown_rad(unknown), self.misalignment.doubt_rad().amax())
+        beside(self.shown_rad(unknown), self.misalignment.doubt_rad().amax())
     }
 
     /// What a misalignment may be is not in this one.

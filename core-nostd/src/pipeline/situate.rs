@@ -2,7 +2,7 @@
 
 use super::{FollowUpMode, Pipeline, Prediction, Situation};
 use crate::budget::PATCH_MAX_PX;
-use crate::math::{hypot, sqrt};
+use crate::math::{beside, hypot, sqrt};
 use crate::motion::Rates;
 use crate::navigation::candidates::{Candidate, candidates};
 use crate::navigation::filter::Unknown;
@@ -283,9 +283,4 @@ impl Pipeline<'_> {
         let sigma_m = beside(predicted.sigma_m, self.doubt.position_m);
         Ok((Prediction { local, velocity_m_per_s, sigma_m }, predicted.method))
     }
-}
-
-/// A sigma with another one beside it; to the last bit itself without.
-fn beside(sigma: f32, other: f32) -> f32 {
-    if other > 0.0 { hypot(sigma, other) } else { sigma }
 }

@@ -290,16 +290,16 @@ impl App<'_> {
             .chain(reference)
             .chain(text)
             .for_each(|out| self.outbox.put(out));
-        self.stand_at(due.place, due.is_changing, now);
+        self.pipeline.with(|pipeline| pipeline.autopilot_changes(due.is_changing));
+        self.stand_at(due.place, now);
         if beat == 0 {
             self.tell_readiness(now);
         }
     }
 
     /// Where the vehicle is while the autopilot does not know it: as a position of its own would be, and with its sigmas.
-    fn stand_at(&self, place: Option<Place>, is_changing: bool, now: Ticks) {
+    fn stand_at(&self, place: Option<Place>, now: Ticks) {
         let taken = self.pipeline.with(|pipeline| {
-            pipeline.autopilot_changes(is_changing);
             pipeline.doubt = place.map_or(Doubt::default(), |place| Doubt {
                 position_m: place.sigma_m,
                 velocity_m_per_s: place.velocity_m_per_s,

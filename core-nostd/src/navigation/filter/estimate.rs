@@ -5,7 +5,7 @@
 //! ten seconds, and stays with the ground's axes: the *wander*.
 
 use super::found::{Found, Unknown, moved_by_tilt};
-use crate::math::{hypot, sqrt, squared};
+use crate::math::{beside, hypot, sqrt, squared};
 use crate::navigation::reckoning::{Moment, way_m};
 use crate::tile::Local;
 use crate::units::Micros;
@@ -15,7 +15,7 @@ use nalgebra::{Matrix2, SMatrix, Vector2};
 pub(super) fn parts_rad(unknown: &Unknown) -> [f32; 2] {
     let wander = (WANDER_SHARE * unknown.tilt_rad).min(WANDER_MAX_RAD);
     let lasts = sqrt((squared(unknown.tilt_rad) - squared(wander)).max(0.0));
-    [lasts, if unknown.swings_rad > 0.0 { hypot(wander, unknown.swings_rad) } else { wander }]
+    [lasts, beside(wander, unknown.swings_rad)]
 }
 
 type Covariance = SMatrix<f32, STATES, STATES>;

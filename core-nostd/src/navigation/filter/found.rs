@@ -1,6 +1,6 @@
 //! A match as the filter takes it, and what the filter does not know beforehand.
 
-use crate::math::{hypot, sin_cos, squared};
+use crate::math::{beside, hypot, sin_cos, squared};
 use crate::tile::Local;
 use nalgebra::{Matrix2, Vector2};
 
@@ -18,7 +18,7 @@ pub struct Unknown {
 impl Unknown {
     /// Of pitch and roll, each, all in all, radians.
     pub(super) fn sigma_rad(&self) -> f32 {
-        if self.swings_rad > 0.0 { hypot(self.tilt_rad, self.swings_rad) } else { self.tilt_rad }
+        beside(self.tilt_rad, self.swings_rad)
     }
 }
 
