@@ -131,3 +131,10 @@ fn a_camera_that_hangs_makes_no_fix() {
     assert_eq!((hung.wrong, hung.accepted(FAILING.start + 1..FAILING.end - 1)), (0, 0));
     holds("camera.repeated", "", 0.0);
 }
+
+/// Frames wait for the angle for longer than attitudes are kept.
+#[test]
+fn an_encoder_that_is_gone_is_what_is_told() {
+    let flown = holds("encoder.off", "follow_up.mode = \"measured\"", 0.0);
+    assert_eq!(flown.refused.get("no_follow_up"), Some(&FAILING.len()), "{:?}", flown.refused);
+}

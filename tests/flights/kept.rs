@@ -1,6 +1,7 @@
 //! Flights that are kept by their fixes: the vehicle flies where its autopilot believes to be, and what it believes is what the
 //! firmware's fixes leave of its inertial sensors' drift.
 
+mod misaligned;
 mod satellites;
 
 use plumbline_sim::link::Link;

@@ -81,6 +81,10 @@ impl Pipeline<'_> {
         (mid_exposure_at, sigma_us): (Micros, f32),
         wait: Wait,
     ) -> Result<Option<Situation>, SituateError> {
+        // While it waited in vain for a follow-up angle, the attitudes around it may have gone.
+        if wait == Wait::No && self.lacks_follow_up(mid_exposure_at) {
+            return Err(self.missing_at(mid_exposure_at));
+        }
         let Some(attitude) = self.attitude_at(mid_exposure_at, wait)? else { return Ok(None) };
         let [offset_north_m, _, offset_east_m] = self.settings.mount.camera_offset(attitude.value);
         let camera_offset_m = [offset_east_m, offset_north_m];
@@ -239,16 +243,20 @@ impl Pipeline<'_> {
         }))
     }
 
+    /// Whether it is measured, and no angle behind an instant has come.
+    fn lacks_follow_up(&self, at: Micros) -> bool {
+        let is_measured = self.settings.follow_up == FollowUpMode::Measured;
+        is_measured && self.streams.follow_up.history().later_than(at) == 0
+    }
+
     /// Which stream a frame waited for in vain.
     pub fn missing_at(&self, mid_exposure_at: Micros) -> SituateError {
-        let settings = self.settings();
         // The fit wants a sample behind the instant, where interpolation would take one at it.
-        let is_measured = settings.follow_up == FollowUpMode::Measured;
         if self.streams.attitude.history().later_than(mid_exposure_at) == 0 {
             SituateError::Attitude(PoseError::NotYet)
         } else if self.newest_height_m().is_none() {
             SituateError::Range(PoseError::NotYet)
-        } else if is_measured {
+        } else if self.settings.follow_up == FollowUpMode::Measured {
             SituateError::FollowUp(PoseError::NotYet)
         } else {
             SituateError::Attitude(PoseError::NotYet)
