@@ -21,6 +21,8 @@ pub struct Fixed {
     pub offset_m: [f64; 2],
     /// From where it was, as far as that is known, metres.
     pub error_m: [f64; 2],
+    /// What the firmware took pitch and roll to be off by, radians: what it has learnt of them in the flight.
+    pub less_tilt_rad: [f64; 2],
     /// Stated probability that it is wrong.
     pub risk: f64,
 }
@@ -109,11 +111,15 @@ fn fixed(setup: &Setup, row: &Row, record: Option<&FrameRecord>) -> Result<Fixed
     };
     let place_m = [setup.tile_centre[0] + f64::from(fix.east_m), setup.tile_centre[1] + f64::from(fix.north_m)];
     let offset_m = std::array::from_fn(|axis| place_m[axis] - row.place_m[axis]);
+    let [_, pitch_rad, roll_rad] = row.attitude_rad;
+    let used_rad = report.situation.map(|used| [used.pitch_rad, used.roll_rad].map(f64::from));
+    let less_tilt_rad = used_rad.map_or([0.0; 2], |[pitch, roll]| [pitch_rad - pitch, roll_rad - roll]);
     Ok(Fixed {
         place_m,
         covariance_m2: [fix.variance_east_m2, fix.covariance_m2, fix.variance_north_m2].map(f64::from),
         offset_m,
         error_m: offset_m,
+        less_tilt_rad,
         risk: probability(report.risk),
     })
 }
@@ -168,7 +174,7 @@ mod tests {
     use super::*;
 
     fn fix(error_m: [f64; 2], covariance_m2: [f64; 3]) -> Fixed {
-        Fixed { place_m: [0.0; 2], covariance_m2, offset_m: error_m, error_m, risk: 1e-4 }
+        Fixed { place_m: [0.0; 2], covariance_m2, offset_m: error_m, error_m, less_tilt_rad: [0.0; 2], risk: 1e-4 }
     }
 
     #[test]

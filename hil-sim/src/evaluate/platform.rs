@@ -1,8 +1,8 @@
 //! What the offsets of a flight's fixes say of camera and map: a camera that sits otherwise than its file says moves fixes along with the
 //! heading, a map that is shifted as a whole moves all of them alike. On one heading the two are one.
 
-use super::judge::Verdict;
-use crate::setup::frames::table::Table;
+use super::judge::{Fixed, Verdict};
+use crate::setup::frames::table::{Row, Table};
 use plumbline_survey::calibrate::boresight::{Boresight, BoresightError, FIXES_MIN, Footprint, Sighting, estimate};
 use plumbline_survey::camera_file::CameraFile;
 use serde::Serialize;
@@ -40,7 +40,7 @@ impl Platform {
             .map(|(index, fix)| {
                 let row = &table.rows[index];
                 Sighting {
-                    fix_m: fix.place_m,
+                    fix_m: uncorrected_m(fix, row),
                     sigma_m: fix.sigma_m(),
                     position_m: row.truth_m.unwrap_or(row.place_m),
                     height_m: row.height_m,
@@ -135,6 +135,14 @@ impl Platform {
         );
         Platform { map_offset_m, map_offset_sd_m, says, ..camera }
     }
+}
+
+/// Where a fix would be if the firmware had not taken out of the attitude what it has learnt of it: as a nose that is said to be up too far by an
+/// angle moves the nadir that is found back by height times angle, a right wing too far down to the right.
+fn uncorrected_m(fix: &Fixed, row: &Row) -> [f64; 2] {
+    let ([pitch, roll], (sin, cos)) = (fix.less_tilt_rad, row.attitude_rad[0].sin_cos());
+    let (ahead_m, right_m) = (-row.height_m * pitch, row.height_m * roll);
+    [fix.place_m[0] + ahead_m * sin + right_m * cos, fix.place_m[1] + ahead_m * cos - right_m * sin]
 }
 
 /// Mean error of the fixes and its standard deviation, by their scatter.

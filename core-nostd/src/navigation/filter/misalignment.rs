@@ -14,8 +14,8 @@ use nalgebra::{ArrayStorage, Matrix2, SMatrix, Vector2};
 /// One sigma of a misalignment that nobody has stated, each axis, radians. Chosen: one degree, what a camera that was mounted by eye and an
 /// accelerometer that was levelled on a table have.
 const SIGMA_RAD: f32 = 0.0175;
-/// Chance that there is one. Chosen: one vehicle in twenty.
-const CHANCE: f32 = 0.05;
+/// Chance that there is one. Chosen: one vehicle in ten.
+const CHANCE: f32 = 0.1;
 
 /// What matches say of one.
 #[derive(Clone, Copy, Debug)]
@@ -91,9 +91,10 @@ impl Misalignment {
     }
 
     /// What pitch and roll may be off by it beside what was stated, radians: the mean square of what it is, where it is, and of nothing, where
-    /// it is not. What was stated counts as long as no match speaks against it.
+    /// it is not. What was stated counts as long as matches do not make one more likely than it was before.
     pub(super) fn doubt_rad(&self) -> Vector2<f32> {
-        if self.found_rad.is_some() { Vector2::zeros() } else { self.told().0 * sqrt(self.chance) }
+        let more = ((self.chance - CHANCE) / (1.0 - CHANCE)).max(0.0);
+        if self.found_rad.is_some() { Vector2::zeros() } else { self.told().0 * sqrt(more) }
     }
 
     /// By that the position of the estimate may be off, east and north, metres.

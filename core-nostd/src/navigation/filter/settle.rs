@@ -26,10 +26,13 @@ impl Filter {
         let begun = match self.judged(at, &settled, (&found, &plain), unknown) {
             Judged::Expected { mut estimate, innovation, .. } => {
                 self.satellites.matched(&found, self.counted(&found));
-                self.misalignment.matched(&found, &innovation);
-                if self.misalignment.find(&mut estimate) {
-                    self.jumps.open(&estimate);
-                    self.satellites.begun(&estimate);
+                // While a jump is open, the tilt is as uncertain as that.
+                if self.jumps.usual_rad().is_some() {
+                    self.misalignment.matched(&found, &innovation);
+                    if self.misalignment.find(&mut estimate) {
+                        self.jumps.open(&estimate);
+                        self.satellites.begun(&estimate);
+                    }
                 }
                 self.settled = Some(estimate);
                 return;
