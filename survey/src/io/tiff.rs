@@ -1,13 +1,14 @@
 //! The first picture of a TIFF file as typed samples, with the tags a georeference is made of.
 //!
-//! Strips (chunky and planar) and tiles (chunky), deflate, LZW, PackBits and JPEG, classic and BigTIFF, as the crate `tiff`
+//! Strips and tiles, chunky and planar, deflate, LZW, PackBits and JPEG, classic and BigTIFF, as the crate `tiff`
 //! has them. Further pictures of the file (overviews, masks) are not looked at. A file is opened in one way
 //! (`header`), then decoded whole from memory, here, or a part of its first band from disk (`window`).
 
 mod header;
+mod planes;
 mod window;
 
-use std::io::Cursor;
+use std::io::{Cursor, Read, Seek};
 use std::path::Path;
 
 use tiff::ColorType;
@@ -52,31 +53,33 @@ pub(crate) fn read_tiff(bytes: &[u8], path: &Path) -> Result<TiffImage, InputErr
     if count > u128::from(SAMPLES_MAX) {
         return Err(file.refuse(&format!("{cols} x {rows} x {bands} samples are more than {SAMPLES_MAX}")));
     }
-    if file.planes > 1 && file.decoder.get_chunk_type() == ChunkType::Tile {
-        // The decoder loses count at the edge tiles of the second plane.
-        return Err(file.refuse("tiles of one band each (planar configuration) are not read, only strips are"));
-    }
     let mut file = file.with_memory(usize::MAX); // bounded by SAMPLES_MAX above
-    let mut decoded = DecodingResult::U8(Vec::new());
-    file.decoder.read_image_to_buffer(&mut decoded).map_err(|error| broken(path, &error))?;
-    let size = Size { pixels: cols as usize * rows as usize, bands, planes: file.planes };
-    let samples = match decoded {
-        DecodingResult::U8(v) => size.interleaved(v).map(Samples::U8),
-        DecodingResult::U16(v) => size.interleaved(v).map(Samples::U16),
-        DecodingResult::I16(v) => size.interleaved(v).map(Samples::I16),
-        DecodingResult::U32(v) => size.interleaved(v).map(Samples::U32),
-        DecodingResult::I32(v) => size.interleaved(v).map(Samples::I32),
-        DecodingResult::F32(v) => size.interleaved(v).map(Samples::F32),
-        DecodingResult::F64(v) => size.interleaved(v).map(Samples::F64),
-        _ => return Err(file.refuse(NO_SAMPLE_TYPE)),
-    };
-    let Some(mut samples) = samples else {
-        return Err(file.refuse("its picture has fewer samples than its header says"));
-    };
+    let is_tiled = file.decoder.get_chunk_type() == ChunkType::Tile;
+    let mut samples = if file.planes > 1 && is_tiled { file.tiled_planes()? } else { file.whole()? };
     if let (ColorType::YCbCr(_), Samples::U8(values)) = (file.colour, &mut samples) {
         values.chunks_exact_mut(3).for_each(rgb_from_ycbcr);
     }
     Ok(TiffImage { cols: cols as usize, rows: rows as usize, bands, samples, geo: file.geo })
+}
+
+impl<R: Read + Seek> TiffFile<R> {
+    /// All bands as the decoder has them, interleaved by pixel.
+    fn whole(&mut self) -> Result<Samples, InputError> {
+        let mut decoded = DecodingResult::U8(Vec::new());
+        self.decoder.read_image_to_buffer(&mut decoded).map_err(|error| broken(&self.path, &error))?;
+        let size = Size { pixels: self.cols as usize * self.rows as usize, bands: self.bands, planes: self.planes };
+        let samples = match decoded {
+            DecodingResult::U8(v) => size.interleaved(v).map(Samples::U8),
+            DecodingResult::U16(v) => size.interleaved(v).map(Samples::U16),
+            DecodingResult::I16(v) => size.interleaved(v).map(Samples::I16),
+            DecodingResult::U32(v) => size.interleaved(v).map(Samples::U32),
+            DecodingResult::I32(v) => size.interleaved(v).map(Samples::I32),
+            DecodingResult::F32(v) => size.interleaved(v).map(Samples::F32),
+            DecodingResult::F64(v) => size.interleaved(v).map(Samples::F64),
+            _ => return Err(self.refuse(NO_SAMPLE_TYPE)),
+        };
+        samples.ok_or_else(|| self.refuse("its picture has fewer samples than its header says"))
+    }
 }
 
 /// How decoded samples lie in memory.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
 use tiff::encoder::{Compression, TiffEncoder, colortype};
+use tiff::tags::Tag;
 
 use super::*;
 use crate::io::output::tests::scratch;
@@ -67,6 +68,46 @@ fn tiff_of_8_and_16_bits_grey_and_colour() {
         let deep = read(tiff::<colortype::Gray16>(3, 2, &DEEP, compression));
         assert_eq!(deep, Picture { cols: 3, rows: 2, pixels: DEEP_GREY.to_vec() });
     }
+}
+
+/// GDAL writes them where bands are kept apart: tiles at the right and at the bottom reach beyond the picture.
+#[test]
+fn tiles_of_one_band_each() {
+    const TILE: u32 = 16;
+    let (cols, rows) = (TILE + 5, 2 * TILE + 3);
+    let colour = |col: u32, row: u32| COLOURS[((3 * col + row) % 4) as usize];
+    let mut file = Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut file).expect("encoder");
+    let mut directory = encoder.image_directory().expect("directory");
+    let mut offsets = Vec::new();
+    for band in 0..3 {
+        for (top, left) in [0, TILE, 2 * TILE].into_iter().flat_map(|top| [(top, 0), (top, TILE)]) {
+            let within = |(col, row): (u32, u32)| if col < cols && row < rows { colour(col, row)[band] } else { 99 };
+            let pixels = (top..top + TILE).flat_map(|row| (left..left + TILE).map(move |col| (col, row)));
+            let samples: Vec<u8> = pixels.map(within).collect();
+            offsets.push(directory.write_data(&samples[..]).expect("data") as u32);
+        }
+    }
+    let mut tag = |tag, values: &[u16]| directory.write_tag(tag, values).expect("tag");
+    tag(Tag::ImageWidth, &[cols as u16]);
+    tag(Tag::ImageLength, &[rows as u16]);
+    tag(Tag::BitsPerSample, &[8, 8, 8]);
+    tag(Tag::Compression, &[1]);
+    tag(Tag::PhotometricInterpretation, &[2]);
+    tag(Tag::SamplesPerPixel, &[3]);
+    tag(Tag::PlanarConfiguration, &[2]);
+    tag(Tag::TileWidth, &[TILE as u16]);
+    tag(Tag::TileLength, &[TILE as u16]);
+    let lengths = vec![TILE * TILE; offsets.len()];
+    directory.write_tag(Tag::TileOffsets, &offsets[..]).expect("offsets");
+    directory.write_tag(Tag::TileByteCounts, &lengths[..]).expect("lengths");
+    directory.finish().expect("directory");
+    let path = scratch("picture-planes").join("a.tif");
+    fs::write(&path, file.into_inner()).expect("written");
+    let picture = read_grey(&path).expect("readable");
+    let wanted: Vec<u8> =
+        (0..rows).flat_map(|row| (0..cols).map(move |col| COLOURS_GREY[((3 * col + row) % 4) as usize])).collect();
+    assert_eq!((picture.cols, picture.rows, picture.pixels), (cols as usize, rows as usize, wanted));
 }
 
 /// A picture without repetition, so that no compressor can make it short.
