@@ -22,7 +22,7 @@ const LAMBERT_KEYS: &Parameters =
 
 /// Lowest EPSG code of the system with these keys' base, projection and parameters.
 pub(super) fn epsg(keys: &GeoKeys) -> Result<u32, String> {
-    let unknown = || String::from("its projected reference system is user-defined and matches no EPSG system");
+    let unknown = || unknown(central_meridian(keys));
     let base = keys.base_epsg().ok_or_else(unknown)?;
     let (method, parameters) = match keys.short(PROJECTION_METHOD) {
         Some(TRANSVERSE_MERCATOR) => ("tmerc", TRANSVERSE_MERCATOR_KEYS),
@@ -35,6 +35,21 @@ pub(super) fn epsg(keys: &GeoKeys) -> Result<u32, String> {
         .collect::<Option<Vec<_>>>()
         .ok_or_else(unknown)?;
     code_of(u32::from(base), method, &wanted).ok_or_else(unknown)
+}
+
+/// That of the projection, degrees east of Greenwich, where it has one.
+fn central_meridian(keys: &GeoKeys) -> Option<f64> {
+    keys.double(3080).or_else(|| keys.double(3084)).filter(|degrees| degrees.abs() <= 180.0)
+}
+
+/// What is wrong and the command that mends it: to the UTM zone of the central meridian.
+fn unknown(meridian_deg: Option<f64>) -> String {
+    let zone =
+        meridian_deg.map_or("ZZ".to_owned(), |degrees| format!("{:02}", ((degrees + 180.0) / 6.0) as u8 % 60 + 1));
+    let mends =
+        format!("gdalwarp -t_srs EPSG:326{zone} IN OUT.tif puts it on one, EPSG:327{zone} south of the equator");
+    let whose = if meridian_deg.is_none() { " (ZZ: its UTM zone)" } else { "" };
+    format!("its projected reference system is user-defined and matches no EPSG system: {mends}{whose}")
 }
 
 #[cfg(test)]
@@ -59,6 +74,15 @@ mod tests {
 
     const GK_EAST: [(u16, f64); 5] =
         [(3080, 16.333_333_333_3), (3081, 0.0), (3082, 0.0), (3083, -5_000_000.0), (3092, 1.0)];
+
+    #[test]
+    fn what_mends_an_unknown_system_names_its_zone() {
+        let lo_25 = [(3080, 25.0), (3081, 0.0), (3082, 0.0), (3083, 0.0), (3092, 1.0)];
+        let said = epsg(&keys(4326, 1, &lo_25)).expect_err("it has no code");
+        assert!(said.contains("EPSG:32635 IN OUT.tif") && said.contains("EPSG:32735 south"), "{said}");
+        let said = epsg(&keys(4326, 9, &[])).expect_err("another projection");
+        assert!(said.contains("EPSG:326ZZ") && said.ends_with("(ZZ: its UTM zone)"), "{said}");
+    }
 
     #[test]
     fn systems_are_found_by_their_parameters() {
