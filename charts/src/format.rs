@@ -12,7 +12,10 @@ pub fn number(value: f64, digits: usize, unit: &str) -> String {
     if !value.is_finite() {
         return NONE.to_owned();
     }
-    let mut text = format!("{value:.digits$}").replace('-', "−");
+    let digits = format!("{value:.digits$}");
+    // What rounds to nothing has no sign.
+    let is_nothing = digits.trim_start_matches('-').chars().all(|digit| matches!(digit, '0' | '.'));
+    let mut text = digits.replace('-', if is_nothing { "" } else { "−" });
     if !unit.is_empty() {
         // Signs of angles stand close.
         text.extend(Some(SPACE).filter(|_| !["°", "′", "″"].contains(&unit)));
@@ -96,6 +99,7 @@ mod tests {
         assert_eq!(whole(1_234_567), "1\u{202f}234\u{202f}567");
         assert_eq!(number(-0.256, 2, "m"), "−0.26\u{202f}m");
         assert_eq!(number(-1.5, 1, "°"), "−1.5°");
+        assert_eq!([number(-0.04, 1, ""), number(-0.2, 0, ""), number(-0.06, 1, "")], ["0.0", "0", "−0.1"]);
         assert_eq!(
             minus("phi is -0.13 (-2 m), 3-4 of a north-east 2e-4"),
             "phi is −0.13 (−2 m), 3-4 of a north-east 2e-4"
