@@ -18,6 +18,7 @@ use crate::error::InputError;
 
 pub(crate) use header::{GeoTags, TiffFile, is_tiff};
 use header::{NO_SAMPLE_TYPE, broken};
+use window::CHUNK_BYTES_MAX;
 pub(crate) use window::{Part, Put};
 
 /// Most samples (columns x rows x bands) that are read: 2 GiB as `f32`. A header that claims more is refused.
@@ -53,9 +54,10 @@ pub(crate) fn read_tiff(bytes: &[u8], path: &Path) -> Result<TiffImage, InputErr
     if count > u128::from(SAMPLES_MAX) {
         return Err(file.refuse(&format!("{cols} x {rows} x {bands} samples are more than {SAMPLES_MAX}")));
     }
-    let mut file = file.with_memory(usize::MAX); // bounded by SAMPLES_MAX above
-    let is_tiled = file.decoder.get_chunk_type() == ChunkType::Tile;
-    let mut samples = if file.planes > 1 && is_tiled { file.tiled_planes()? } else { file.whole()? };
+    let has_tiled_planes = file.planes > 1 && file.decoder.get_chunk_type() == ChunkType::Tile;
+    // The whole is bounded by SAMPLES_MAX above, but not a tile that reaches beyond the picture.
+    let mut file = file.with_memory(if has_tiled_planes { CHUNK_BYTES_MAX } else { usize::MAX });
+    let mut samples = if has_tiled_planes { file.tiled_planes()? } else { file.whole()? };
     if let (ColorType::YCbCr(_), Samples::U8(values)) = (file.colour, &mut samples) {
         values.chunks_exact_mut(3).for_each(rgb_from_ycbcr);
     }

@@ -70,22 +70,24 @@ fn tiff_of_8_and_16_bits_grey_and_colour() {
     }
 }
 
-/// GDAL writes them where bands are kept apart: tiles at the right and at the bottom reach beyond the picture.
-#[test]
-fn tiles_of_one_band_each() {
-    const TILE: u32 = 16;
-    let (cols, rows) = (TILE + 5, 2 * TILE + 3);
-    let colour = |col: u32, row: u32| COLOURS[((3 * col + row) % 4) as usize];
+/// Side of a tile, pixels.
+const TILE: u32 = 16;
+
+/// A TIFF file of three bands of bytes in tiles of one band each, which GDAL writes where bands are kept apart: those at the right and at the bottom reach
+/// beyond the picture. `length`: rows of a tile as its header has them.
+fn planar(cols: u32, rows: u32, length: u32, colour: impl Fn(u32, u32) -> [u8; 3]) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
     let mut encoder = TiffEncoder::new(&mut file).expect("encoder");
     let mut directory = encoder.image_directory().expect("directory");
     let mut offsets = Vec::new();
     for band in 0..3 {
-        for (top, left) in [0, TILE, 2 * TILE].into_iter().flat_map(|top| [(top, 0), (top, TILE)]) {
-            let within = |(col, row): (u32, u32)| if col < cols && row < rows { colour(col, row)[band] } else { 99 };
-            let pixels = (top..top + TILE).flat_map(|row| (left..left + TILE).map(move |col| (col, row)));
-            let samples: Vec<u8> = pixels.map(within).collect();
-            offsets.push(directory.write_data(&samples[..]).expect("data") as u32);
+        for top in (0..rows).step_by(TILE as usize) {
+            for left in (0..cols).step_by(TILE as usize) {
+                let pixels = (top..top + TILE).flat_map(|row| (left..left + TILE).map(move |col| (col, row)));
+                let within = |(col, row)| if col < cols && row < rows { colour(col, row)[band] } else { 99 };
+                let samples: Vec<u8> = pixels.map(within).collect();
+                offsets.push(directory.write_data(&samples[..]).expect("data") as u32);
+            }
         }
     }
     let mut tag = |tag, values: &[u16]| directory.write_tag(tag, values).expect("tag");
@@ -97,17 +99,27 @@ fn tiles_of_one_band_each() {
     tag(Tag::SamplesPerPixel, &[3]);
     tag(Tag::PlanarConfiguration, &[2]);
     tag(Tag::TileWidth, &[TILE as u16]);
-    tag(Tag::TileLength, &[TILE as u16]);
+    directory.write_tag(Tag::TileLength, length).expect("length");
     let lengths = vec![TILE * TILE; offsets.len()];
     directory.write_tag(Tag::TileOffsets, &offsets[..]).expect("offsets");
     directory.write_tag(Tag::TileByteCounts, &lengths[..]).expect("lengths");
     directory.finish().expect("directory");
+    file.into_inner()
+}
+
+#[test]
+fn tiles_of_one_band_each() {
     let path = scratch("picture-planes").join("a.tif");
-    fs::write(&path, file.into_inner()).expect("written");
+    let (cols, rows) = (TILE + 5, 2 * TILE + 3);
+    let index = |col: u32, row: u32| ((3 * col + row) % 4) as usize;
+    fs::write(&path, planar(cols, rows, TILE, |col, row| COLOURS[index(col, row)])).expect("written");
     let picture = read_grey(&path).expect("readable");
-    let wanted: Vec<u8> =
-        (0..rows).flat_map(|row| (0..cols).map(move |col| COLOURS_GREY[((3 * col + row) % 4) as usize])).collect();
+    let wanted: Vec<u8> = (0..rows).flat_map(|row| (0..cols).map(move |col| COLOURS_GREY[index(col, row)])).collect();
     assert_eq!((picture.cols, picture.rows, picture.pixels), (cols as usize, rows as usize, wanted));
+    // A tile that is said to be much longer than the picture takes no memory for that.
+    fs::write(&path, planar(TILE, 1, u32::MAX - 15, |_, _| [1, 2, 3])).expect("written");
+    let error = read_grey(&path).expect_err("64 GiB").to_string();
+    assert!(error.contains("a.tif"), "{error}");
 }
 
 /// A picture without repetition, so that no compressor can make it short.

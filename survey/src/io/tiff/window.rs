@@ -16,7 +16,7 @@ use super::NO_SAMPLE_TYPE;
 use super::header::{TiffFile, broken};
 
 /// Most bytes that a compressed strip or tile, or one row of an uncompressed one, may have.
-const CHUNK_BYTES_MAX: usize = 1 << 30;
+pub(super) const CHUNK_BYTES_MAX: usize = 1 << 30;
 
 /// Bytes of an uncompressed strip or tile that are read at a time, at least a row.
 const BLOCK_BYTES: usize = 1 << 20;
