@@ -139,9 +139,7 @@ impl Filter {
     /// One sigma of each of the tilts that matches have shown lately and nothing explains, radians: one that comes and goes, or what
     /// is left of a jump that neither has been taken back nor a turn has told.
     pub fn unexplained_rad(&self, unknown: &Unknown) -> f32 {
-        // A misalignment that turns have told explains what they have not told of it.
-        let explained = squared(unknown.sigma_rad()) + squared(self.misalignment.left_rad());
-        let shown_rad = sqrt((squared(self.shown_rad(unknown)) - explained).max(0.0));
+        let shown_rad = sqrt((squared(self.shown_rad(unknown)) - squared(unknown.sigma_rad())).max(0.0));
         let unproven_rad = self.jumps.unproven_rad(self.moment.at);
         // One tilt, of which all of these say the same.
         let open_rad = shown_rad.max(unproven_rad);
@@ -157,10 +155,10 @@ impl Filter {
     /// One sigma of pitch's and roll's error that is left of it, the larger one, by matches alone, radians: what wanders is in it as if
     /// nothing were known of that, since no frame is rectified with it.
     pub fn tilt_sigma_rad(&self, unknown: &Unknown) -> f32 {
-        beside(self.shown_rad(unknown), self.misalignment.doubt_rad().amax())
+        beside(self.shown_rad(unknown), self.misalignment.doubt_rad())
     }
 
-    /// What a misalignment may be is not in this one.
+    /// That without what a misalignment may be.
     fn shown_rad(&self, unknown: &Unknown) -> f32 {
         let [_, wander_rad] = parts_rad(unknown);
         let known_rad =
@@ -175,9 +173,8 @@ impl Filter {
 
     /// Where the camera is at the newest frame, and the covariance of that, square metres; nothing before the first match.
     pub fn position(&self) -> Option<(Local, Matrix2<f32>)> {
-        let doubt_m = self.misalignment.doubt_m();
         let (local, covariance) = self.newest?.position();
-        Some((local, covariance + doubt_m * doubt_m.transpose()))
+        Some((local, covariance + self.misalignment.doubt_m2()))
     }
 
     /// How far east and north of that it would be without the newest match, and the covariance there; nothing where that match began
@@ -213,6 +210,7 @@ impl Filter {
         while self.waiting.front().is_some_and(|(at, _)| *at <= moment.at) {
             self.settle_oldest(unknown);
         }
+        self.find_misalignment();
         if let Some(settled) = &self.settled {
             self.jumps.known(moment.at, settled, unknown);
         }

@@ -123,17 +123,9 @@ impl Jumps {
             self.swung(at, unknown.tilt_rad);
         }
         let is_open = self.unproven_rad(at) > 0.0;
-        let is_told = self.to_rad.is_some() && estimate.tilt_sigma_rad() <= TOLD * unknown.tilt_rad;
-        if is_told {
+        let Some(last) = &mut self.last else { return };
+        if self.to_rad.is_some() && estimate.tilt_sigma_rad() <= TOLD * unknown.tilt_rad {
             self.to_rad = None;
-        }
-        let Some(last) = &mut self.last else {
-            if is_told {
-                self.usual_rad = estimate.tilt_rad();
-            }
-            return;
-        };
-        if is_told {
             (last.is_told, last.quiet_since) = (true, at);
         } else if last.is_told && !is_open {
             last.is_told = false;
@@ -141,9 +133,9 @@ impl Jumps {
         }
     }
 
-    /// The tilt is another one than was stated, and no jump has made it so: it is kept until a turn tells it as well as was stated.
-    pub(super) fn open(&mut self, estimate: &Estimate) {
-        self.to_rad = Some(estimate.tilt_rad().into());
+    /// The tilt goes back to this one from now on, pitch and roll in radians: no jump has made it so.
+    pub(super) fn goes_back_to(&mut self, usual_rad: [f32; 2]) {
+        self.usual_rad = usual_rad;
     }
 
     /// A match lies outside what was expected, or nothing would, since the velocity may be anything: what is not proven yet has to hold from

@@ -6,7 +6,7 @@
 //! 14, 1969): b and its covariance are what a filter with two more states would have. How much more likely the innovations are with such
 //! a bias than without says whether there is one (the likelihood ratio of Willsky and Jones, IEEE Trans. Automatic Control 21, 1976).
 
-use super::estimate::{Estimate, Innovation, STATES, TILT, VELOCITY, WANDER, keeps, symmetric};
+use super::estimate::{Estimate, Innovation, STATES, TILT, VELOCITY, WANDER, keeps};
 use super::found::{Found, moved_by_tilt};
 use crate::math::{exp, ln, sqrt, squared};
 use nalgebra::{ArrayStorage, Matrix2, SMatrix, Vector2};
@@ -27,8 +27,8 @@ pub(super) struct Misalignment {
     score: Vector2<f32>,
     /// Probability that there is one.
     chance: f32,
-    /// One sigma of it when it was taken into the estimate, the larger one, radians.
-    found_rad: Option<f32>,
+    /// What the tilt goes back to, where it was found; sums are of what is left of it.
+    found_rad: Option<[f32; 2]>,
 }
 
 impl Misalignment {
@@ -43,9 +43,12 @@ impl Misalignment {
         }
     }
 
-    /// An estimate begins from a match: it moves the position by all that it moves the match by.
+    /// An estimate begins from a match: it moves the position by all that it moves the match by. What was found stays known as well as it was.
     pub(super) fn begun(&mut self, found: &Found) {
-        *self = Misalignment::new();
+        if self.found_rad.is_none() {
+            *self = Misalignment::new();
+        }
+        self.moved = SMatrix::zeros();
         self.moved.fixed_view_mut::<2, 2>(0, 0).copy_from(&-moved_by_tilt(found));
     }
 
@@ -63,16 +66,18 @@ impl Misalignment {
         }
     }
 
-    /// The estimate has taken a match by this innovation.
-    pub(super) fn matched(&mut self, found: &Found, innovation: &Innovation) {
+    /// The estimate has taken a match by this innovation. `tells`: no jump has changed the tilt.
+    pub(super) fn matched(&mut self, found: &Found, innovation: &Innovation, tells: bool) {
         let tilted = moved_by_tilt(found);
         let own = |states: usize| self.moved.fixed_view::<2, 2>(states, 0);
         let seen = own(0) + tilted * own(TILT) + own(WANDER) * found.height_m + tilted;
-        let weighed = seen.transpose() * innovation.inverse;
-        self.information += weighed * seen;
-        self.score += weighed * innovation.off;
         self.moved -= innovation.seen * (innovation.inverse * seen);
-        self.chance = self.likely();
+        if tells {
+            let weighed = seen.transpose() * innovation.inverse;
+            self.information += weighed * seen;
+            self.score += weighed * innovation.off;
+            self.chance = self.likely();
+        }
     }
 
     /// What it is, pitch and roll in radians, and the covariance of that, if there is one.
@@ -90,35 +95,55 @@ impl Misalignment {
         1.0 / (1.0 + (1.0 - CHANCE) / CHANCE * exp(-log_ratio))
     }
 
-    /// What pitch and roll may be off by it beside what was stated, radians: the mean square of what it is, where it is, and of nothing, where
-    /// it is not. What was stated counts as long as matches do not make one more likely than it was before.
-    pub(super) fn doubt_rad(&self) -> Vector2<f32> {
+    /// Covariance of what pitch and roll may be off by it beside what was stated, square radians: of what is left of one that was found; else
+    /// as far as matches make one more likely than it was before, the square of what it would be, so that what was stated counts while
+    /// nothing speaks against it.
+    fn doubt(&self) -> Matrix2<f32> {
+        let (rad, covariance) = self.told();
+        if self.is_found() {
+            return covariance;
+        }
         let more = ((self.chance - CHANCE) / (1.0 - CHANCE)).max(0.0);
-        if self.found_rad.is_some() { Vector2::zeros() } else { self.told().0 * sqrt(more) }
+        rad * rad.transpose() * more
     }
 
-    /// By that the position of the estimate may be off, east and north, metres.
-    pub(super) fn doubt_m(&self) -> Vector2<f32> {
-        self.moved.fixed_view::<2, 2>(0, 0) * self.doubt_rad()
+    /// One sigma of that, the larger one, radians.
+    pub(super) fn doubt_rad(&self) -> f32 {
+        sqrt(self.doubt().diagonal().max().max(0.0))
     }
 
-    /// One sigma of what is left of one that is in the estimate, when it was taken into it, radians.
-    pub(super) fn left_rad(&self) -> f32 {
-        self.found_rad.unwrap_or(0.0)
+    /// What the position of the estimate may be off by it, square metres.
+    pub(super) fn doubt_m2(&self) -> Matrix2<f32> {
+        let moved = self.moved.fixed_view::<2, 2>(0, 0);
+        moved * self.doubt() * moved.transpose()
     }
 
-    /// Takes it into the estimate's tilt where it is more likely than not; whether it has.
+    /// Whether it is in the estimate.
+    pub(super) fn is_found(&self) -> bool {
+        self.found_rad.is_some()
+    }
+
+    /// What the tilt goes back to by it, pitch and roll in radians. Where a jump has been told meanwhile that is another tilt, and nothing is told of this one any more.
+    pub(super) fn usual_rad(&self) -> [f32; 2] {
+        self.found_rad.unwrap_or_default()
+    }
+
+    /// Takes it into the estimate, where it is more likely than not, and what has been learnt of it since; whether it has.
     pub(super) fn find(&mut self, estimate: &mut Estimate) -> bool {
-        if self.found_rad.is_some() || self.chance <= 0.5 {
+        // No number is not likely.
+        let is_likely = self.is_found() || self.chance > 0.5;
+        if !is_likely {
             return false;
         }
-        let (rad, covariance) = self.told();
-        self.found_rad = Some(sqrt(covariance.diagonal().max()));
+        let (rad, _) = self.told();
         let mut moved = self.moved;
         moved[(TILT, 0)] += 1.0;
         moved[(TILT + 1, 1)] += 1.0;
         estimate.state += moved * rad;
-        estimate.covariance = symmetric(&(estimate.covariance + moved * covariance * moved.transpose()));
+        // What is left is nothing, known to the same covariance.
+        self.score = Vector2::zeros();
+        let [pitch, roll] = self.usual_rad();
+        self.found_rad = Some([pitch + rad[0], roll + rad[1]]);
         true
     }
 }

@@ -142,7 +142,8 @@ impl Satellites {
         ([self.state[0], self.state[1]], sigma)
     }
 
-    fn forget_offset(&mut self) {
+    /// Nothing is known of the offset any more.
+    pub(super) fn forget_offset(&mut self) {
         (self.joint, self.tilt_rad, self.state) = (None, None, Vector3::zeros());
         let sigmas = self.prior.unwrap_or_default();
         self.covariance = Matrix3::from_diagonal(&Vector3::from(sigmas.map(squared)));

@@ -24,16 +24,9 @@ impl Filter {
             .less_certain(Matrix2::new(variance(east), 0.0, 0.0, variance(north)));
         let plain = settled.innovation(&found, white(&found, 0.0));
         let begun = match self.judged(at, &settled, (&found, &plain), unknown) {
-            Judged::Expected { mut estimate, innovation, .. } => {
+            Judged::Expected { estimate, innovation, .. } => {
                 self.satellites.matched(&found, self.counted(&found));
-                // While a jump is open, the tilt is as uncertain as that.
-                if self.jumps.usual_rad().is_some() {
-                    self.misalignment.matched(&found, &innovation);
-                    if self.misalignment.find(&mut estimate) {
-                        self.jumps.open(&estimate);
-                        self.satellites.begun(&estimate);
-                    }
-                }
+                self.misalignment.matched(&found, &innovation, self.is_as_mounted());
                 self.settled = Some(estimate);
                 return;
             }
@@ -48,5 +41,23 @@ impl Filter {
         self.satellites.begun(&begun);
         self.misalignment.begun(&found);
         self.settled = Some(begun);
+    }
+    /// Whether no jump has changed the tilt, or has been taken back.
+    fn is_as_mounted(&self) -> bool {
+        self.jumps.usual_rad() == Some(self.misalignment.usual_rad())
+    }
+
+    /// A misalignment that matches have told is in the estimate from now on.
+    pub(super) fn find_misalignment(&mut self) {
+        let is_as_mounted = self.is_as_mounted();
+        let Some(settled) = self.settled.as_mut().filter(|_| is_as_mounted) else { return };
+        let was_found = self.misalignment.is_found();
+        if self.misalignment.find(settled) {
+            self.jumps.goes_back_to(self.misalignment.usual_rad());
+            if !was_found {
+                // Satellites have told the map's offset with the tilt of before.
+                self.satellites.forget_offset();
+            }
+        }
     }
 }
