@@ -78,6 +78,8 @@ impl Filter {
         }
         self.expected(&doubted, found, doubted.innovation(found, self.white(found)), more_rad)
     }
+
+    /// The estimate with a match that was expected, by the innovation by which it counts.
     fn expected(&self, estimate: &Estimate, found: &Found, innovation: Innovation, more_rad: f32) -> Judged {
         let innovation = self.counting(estimate, found, innovation);
         Judged::Expected { estimate: estimate.with(&innovation), innovation, more_rad }

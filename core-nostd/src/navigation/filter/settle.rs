@@ -42,6 +42,7 @@ impl Filter {
         self.misalignment.begun(&found);
         self.settled = Some(begun);
     }
+
     /// Whether no jump has changed the tilt, or has been taken back.
     fn is_as_mounted(&self) -> bool {
         self.jumps.usual_rad() == Some(self.misalignment.usual_rad())

@@ -16,7 +16,7 @@ fn turns_find_what_was_not_stated() {
     let after = flown_knowing(&CONSUMER, 90.0, 24.0, turning, |_| MISALIGNED);
     // On the leg what was stated counts.
     assert!(after[..70].iter().all(|after| after.sigma_rad < 1.1 * CONSUMER.tilt_rad), "{:?}", after[69]);
-    // Half a circle later it is found, and taken out.
+    // A circle later it is found, and taken out.
     let end = &after[250..];
     let is_known = |after: &After| {
         let off = |axis: usize| (after.tilt_rad[axis] - MISALIGNED[axis]).abs();
