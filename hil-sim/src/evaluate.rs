@@ -133,7 +133,7 @@ impl Summary {
             figures: verdict.figures(),
             judged_against: if table.knows_truth() { "truth" } else { "median_offset" },
             resolution_m: verdict.resolution_m,
-            epsg: setup.crs.epsg(),
+            epsg: setup.flash.head.georeference.epsg,
             platform,
             corrected: corrected.map(Verdict::figures),
         }

@@ -291,7 +291,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
     Summary {
         schema: 1,
         scenario: setup.scenario.resolved(),
-        epsg: setup.crs.epsg(),
+        epsg: setup.flash.head.georeference.epsg,
         seed: setup.scenario.run.seed,
         link: linked.name.clone(),
         firmware_sha256: linked.firmware_sha256.clone(),

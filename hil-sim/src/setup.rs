@@ -29,7 +29,7 @@ use frames::Pictures;
 use planned::Planned;
 use plumbline_firmware::stores::tiles::TileHead;
 use plumbline_firmware::wire::signature::Key;
-use plumbline_survey::crs::Crs;
+use plumbline_survey::crs::{Crs, System};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::raster::{Raster, check_metric, check_square, quoted};
 use std::path::Path;
@@ -253,14 +253,15 @@ fn scenario_reference(scenario: &Scenario) -> Option<&Path> {
 
 fn picture(path: &Path, model: Option<&Path>, knows_nodata: bool) -> Result<Ground, InputError> {
     let raster = Raster::read(path)?;
-    let epsg = raster.crs.ok_or_else(|| {
+    let system = raster.crs.ok_or_else(|| {
         InputError::new(format!(
             "{}: the orthophoto names no reference system; where it is known: gdal_edit.py -a_srs EPSG:CODE {}",
             path.display(),
             path.display()
         ))
     })?;
-    check_metric(path, &raster.geo, epsg, (raster.cols, raster.rows))?;
+    check_metric(path, &raster.geo, system, (raster.cols, raster.rows))?;
+    let epsg = system.epsg().map_err(|error| error.at(path.display().to_string()))?;
     let surface = model.map(|model| surface(model, (path, epsg))).transpose()?;
     let mut grey = raster.grey();
     if knows_nodata {
@@ -274,9 +275,9 @@ fn picture(path: &Path, model: Option<&Path>, knows_nodata: bool) -> Result<Grou
 /// The elevation model under an orthophoto that is in a reference system.
 fn surface(path: &Path, (ortho, epsg): (&Path, u32)) -> Result<Grid, InputError> {
     let raster = Raster::read(path)?;
-    if let Some(other) = raster.crs.filter(|other| *other != epsg) {
+    if let Some(other) = raster.crs.filter(|other| *other != System::Epsg(epsg)) {
         return Err(InputError::new(format!(
-            "{} is in EPSG:{epsg}, but the elevation model in EPSG:{other}: gdalwarp -t_srs EPSG:{epsg} -r bilinear {} {}",
+            "{} is in EPSG:{epsg}, but the elevation model in {other}: gdalwarp -t_srs EPSG:{epsg} -r bilinear {} {}",
             ortho.display(),
             quoted(&path.display().to_string()),
             quoted(&path.with_extension(format!("{epsg}.tif")).display().to_string())

@@ -1,10 +1,10 @@
 //! Coordinate reference systems: from grid or geographic coordinates to WGS 84 and back.
 //!
-//! A system is named by its EPSG code. What is accepted, and why so little, is in [`Crs::from_epsg`].
+//! A system is named by its EPSG code, or spelt out by a file. What is accepted, and why so little, is in [`Crs::new`].
 
 mod bases;
 mod definition;
-pub(crate) mod lookup;
+pub(crate) mod system;
 
 use std::fmt;
 
@@ -13,6 +13,7 @@ use proj4rs::transform::transform;
 
 use crate::error::InputError;
 use definition::Definition;
+pub use system::System;
 
 /// A horizontal reference system with a known way to WGS 84.
 ///
@@ -20,7 +21,7 @@ use definition::Definition;
 /// times h, some cm at 1000 m, and lengths on the ground by the factor 1 + h/R.
 #[derive(Clone)]
 pub struct Crs {
-    epsg: u32,
+    system: System,
     name: String,
     geographic: bool,
     proj: Proj,
@@ -29,7 +30,7 @@ pub struct Crs {
 
 impl fmt::Debug for Crs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Crs(EPSG:{} {})", self.epsg, self.name)
+        write!(f, "Crs({} {})", self.system, self.name)
     }
 }
 
@@ -50,7 +51,15 @@ const ROUND_TRIP_M: f64 = 0.05;
 const M_PER_DEG: f64 = 111_320.0;
 
 impl Crs {
-    /// The system of an EPSG code.
+    /// The system of an EPSG code: [`Self::new`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn from_epsg(epsg: u32) -> Result<Self, InputError> {
+        Self::new(System::Epsg(epsg))
+    }
+
+    /// How to convert by a system.
     ///
     /// Accepted are projected systems in metres with east and north axes and a conformal projection (transverse Mercator
     /// and UTM, Lambert conformal conic, stereographic, Mercator on the ellipsoid, oblique and Swiss Mercator), and geographic
@@ -68,27 +77,33 @@ impl Crs {
     /// than Greenwich; projections that are not conformal, on which one convergence and one scale do not turn and stretch a
     /// patch (equal-area grids; also EPSG:3857, whose metre is neither a ground metre nor the same in both directions), and
     /// Krovak's, on which the list of definitions does not tell the axes apart.
-    pub fn from_epsg(epsg: u32) -> Result<Self, InputError> {
-        let definition = Definition::read(epsg)?;
+    pub fn new(system: System) -> Result<Self, InputError> {
+        let (name, geographic, string) = match system {
+            System::Epsg(code) => {
+                let Definition { name, geographic, proj4, .. } = Definition::read(code)?;
+                (name, geographic, proj4.to_owned())
+            }
+            System::UserDefined(spelt_out) => ("user-defined", false, spelt_out.proj4()?),
+        };
         let proj = |text: &str| {
-            Proj::from_proj_string(text).map_err(|error| InputError::new(format!("cannot use EPSG:{epsg}: {error}")))
+            Proj::from_proj_string(text).map_err(|error| InputError::new(format!("cannot use {system}: {error}")))
         };
         Ok(Self {
-            epsg,
-            name: definition.name.to_owned(),
-            geographic: definition.geographic,
-            proj: proj(definition.proj4)?,
+            system,
+            name: name.to_owned(),
+            geographic,
+            proj: proj(&string)?,
             wgs84: proj("+proj=longlat +datum=WGS84 +no_defs")?,
         })
     }
 
-    /// The EPSG code.
+    /// What names it.
     #[must_use]
-    pub fn epsg(&self) -> u32 {
-        self.epsg
+    pub fn system(&self) -> System {
+        self.system
     }
 
-    /// The name in the EPSG list.
+    /// The name in the EPSG list; "user-defined" where it has none.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -151,8 +166,8 @@ impl Crs {
     pub fn point_scale(&self, x: f64, y: f64) -> Result<f64, InputError> {
         if self.geographic {
             return Err(InputError::new(format!(
-                "EPSG:{} ({}) is in degrees and has no point scale",
-                self.epsg, self.name
+                "{} ({}) is in degrees and has no point scale",
+                self.system, self.name
             )));
         }
         let (d_x, d_y, ground_m) = self.meridian_step(x, y)?;
@@ -200,7 +215,7 @@ impl Crs {
     }
 
     fn outside(&self, place: &str) -> InputError {
-        InputError::new(format!("{place} is outside what EPSG:{} ({}) can express", self.epsg, self.name))
+        InputError::new(format!("{place} is outside what {} ({}) can express", self.system, self.name))
     }
 }
 

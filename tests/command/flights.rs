@@ -3,6 +3,7 @@
 use crate::command::{Run, plumbline};
 use crate::folder::{FLY, Folder};
 use crate::refusals::Refusals;
+use plumbline_survey::crs::System;
 use plumbline_survey::io::picture::read_grey;
 use plumbline_survey::io::raster::Raster;
 use plumbline_tests::vectors::number;
@@ -151,7 +152,7 @@ fn the_tile_lies_where_it_was_cut_from_the_ground() {
     let folder = Folder::with_ground("fly-tile");
     folder.run(&format!("{FLY} --frames 1 --out out")).done();
     let [ground, tile] = ["ground.tif", "out/tile.tif"].map(|name| Raster::read(&folder.path(name)).expect("a raster"));
-    assert_eq!((tile.crs, tile.nodata, tile.bands), (Some(32633), None, 1));
+    assert_eq!((tile.crs, tile.nodata, tile.bands), (Some(System::Epsg(32633)), None, 1));
     let (mut off, mut count) = (0.0, 0);
     for index in 0..tile.cols * tile.rows {
         let (col, row) = (index % tile.cols, index / tile.cols);

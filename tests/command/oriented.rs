@@ -2,6 +2,7 @@
 
 use crate::folder::Folder;
 use crate::refusals::Refusals;
+use plumbline_survey::crs::System;
 use plumbline_survey::io::raster::{Band, GeoTransform, Raster, geotiff_bytes};
 use plumbline_tests::vectors::number;
 
@@ -21,10 +22,10 @@ fn scene(name: &str, height: impl Fn(f64, f64) -> f64) -> Folder {
     };
     let samples: Vec<f32> = (0..101 * 101).map(of).collect();
     let bands = [Band { description: "height", samples: &samples }];
-    let write = |name: &str, epsg| {
-        folder.write(name, geotiff_bytes(101, 101, &bands, &geo, epsg, f32::NAN).expect("a raster"));
+    let write = |name: &str, system| {
+        folder.write(name, geotiff_bytes(101, 101, &bands, &geo, system, f32::NAN).expect("a raster"));
     };
-    write("dem.tif", Some(32633));
+    write("dem.tif", Some(System::Epsg(32633)));
     write("nowhere.tif", None);
     folder
 }
@@ -39,7 +40,7 @@ fn the_geotiff_lies_where_the_camera_is() {
     );
     assert!(summary["follow_up_deg"].is_null(), "{summary}");
     let raster = Raster::read(&folder.path("out.tif")).expect("a raster");
-    assert_eq!((raster.crs, raster.nodata, raster.bands), (Some(32633), Some(0.0), 1));
+    assert_eq!((raster.crs, raster.nodata, raster.bands), (Some(System::Epsg(32633)), Some(0.0), 1));
     let middle = raster.geo.world_from_pixel(0.5 * (raster.cols as f64 - 1.0), 0.5 * (raster.rows as f64 - 1.0));
     assert_eq!((middle, raster.geo.step_x, raster.geo.step_y), ((EAST, NORTH), 2.0, 2.0));
     // The same by a vehicle's angles over a plane, but for the way of averaging.
@@ -115,4 +116,42 @@ fn a_model_without_a_system_is_on_the_grid() {
     let summary = folder.run(&CALL.replace("dem.tif", "nowhere.tif")).json();
     assert!(summary.get("epsg").is_none(), "{summary}");
     assert_eq!(Raster::read(&folder.path("out.tif")).expect("a raster").crs, None);
+}
+
+/// UTM zone 33 about another meridian, as ESRI writes it.
+const ABOUT_15_5: &str = "PROJCS[\"x\",GEOGCS[\"GCS_WGS_1984\",DATUM[\"D_WGS_1984\",SPHEROID[\"WGS_1984\",6378137.0,298.257223563]],\
+    PRIMEM[\"Greenwich\",0.0],UNIT[\"Degree\",0.0174532925199433]],PROJECTION[\"Transverse_Mercator\"],\
+    PARAMETER[\"False_Easting\",500000.0],PARAMETER[\"False_Northing\",0.0],PARAMETER[\"Central_Meridian\",15.5],\
+    PARAMETER[\"Scale_Factor\",0.9996],PARAMETER[\"Latitude_Of_Origin\",0.0],UNIT[\"Meter\",1.0]]";
+
+/// A system that its file spells out serves where places are compared, and is refused where its code has to be written.
+#[test]
+fn a_system_without_a_code_is_kept() {
+    let folder = scene("oriented-user-defined", |_, _| 500.0);
+    let rows = vec!["500 ".repeat(101); 101].join("\n");
+    let head = "ncols 101\nnrows 101\nxllcenter 499500\nyllcenter 5199500\ncellsize 10\n";
+    folder.write("dem.asc", format!("{head}{rows}\n"));
+    folder.write("dem.prj", ABOUT_15_5);
+    let call = CALL.replace("dem.tif", "dem.asc");
+    let patch = call.replace("--json", "--cols 35 --rows 35 --json");
+    assert!(folder.run(&patch).json().get("epsg").is_none(), "it has no code");
+    let written = Raster::read(&folder.path("out.tif")).expect("a raster");
+    assert!(matches!(written.crs, Some(System::UserDefined(_))), "{:?}", written.crs);
+
+    folder.run(&call.replace("out.tif", "map.tif")).done();
+    let find = "match --patch out.tif --reference map.tif --search-px 4 --json";
+    let found = folder.run(find).json();
+    assert!((number(&found, "east_m") - EAST).abs() < 0.1, "{found}");
+
+    let mut refusals = Refusals::new(&folder);
+    folder.run(&patch.replace("dem.asc", "dem.tif").replace("out.tif", "grid_33.tif")).done();
+    folder.run(&CALL.replace("out.tif", "map_33.tif")).done();
+    let other = find.replace("map.tif", "map_33.tif");
+    refusals.expect(&other, &["+lon_0=15.5", "gdalwarp -t_srs EPSG:32633"]);
+    let other = find.replace("out.tif", "grid_33.tif");
+    refusals.expect(&other, &["gdalwarp -t_srs '+proj=tmerc +lon_0=15.5", "+datum=WGS84"]);
+    refusals.expect("tiles --ortho map.tif --resolution-m 2 --out tiles.bin", &["map.tif", "user-defined", "gdalwarp"]);
+    let plan = "plan --dem dem.asc --area 499800,5199800,500200,5200200 --camera camera.toml --height-m 100 --overlap 60/30 --out out";
+    refusals.expect(plan, &["dem.asc", "user-defined", "gdalwarp -t_srs EPSG:32633"]);
+    refusals.done();
 }

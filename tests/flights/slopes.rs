@@ -7,6 +7,7 @@ use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{Scored, score};
 use plumbline_sim::setup::Setup;
 use plumbline_sim::world::procedural;
+use plumbline_survey::crs::System;
 use plumbline_survey::io::raster::{Band, GeoTransform, geotiff_bytes};
 use std::fs;
 use std::path::PathBuf;
@@ -44,8 +45,11 @@ impl Land {
         let geo = GeoTransform { x0: CORNER_M[0], y0: CORNER_M[1] + SIDE_M, step_x: step, step_y: step };
         let bands = [Band { description: "value", samples }];
         let path = self.0.join(name);
-        fs::write(&path, geotiff_bytes(side, side, &bands, &geo, Some(EPSG), -9999.0).expect("it can be written"))
-            .expect("written");
+        fs::write(
+            &path,
+            geotiff_bytes(side, side, &bands, &geo, Some(System::Epsg(EPSG)), -9999.0).expect("it can be written"),
+        )
+        .expect("written");
         path
     }
 

@@ -111,7 +111,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         equivalent_roll_deg,
         east_m: place.is_known.then_some(place.centre[0]),
         north_m: place.is_known.then_some(place.centre[1]),
-        epsg: place.epsg().filter(|_| place.is_known),
+        epsg: place.system().filter(|_| place.is_known).and_then(|system| system.epsg().ok()),
     };
     let text = || {
         format!(
@@ -188,7 +188,7 @@ fn write(args: &Args, patch: &Patch, place: &Place) -> Result<(), Failure> {
         // 0 is no-data: what is black and valid is a grey above.
         let grey = |(pixel, valid): (&u8, &u8)| if *valid == 0 { 0 } else { (*pixel).max(1) };
         let pixels = patch.picture.pixels.iter().zip(&mask.pixels).map(grey).collect();
-        let bytes = grey_geotiff_bytes(&Picture { pixels, ..patch.picture }, &geo, place.epsg(), Some(0))?;
+        let bytes = grey_geotiff_bytes(&Picture { pixels, ..patch.picture }, &geo, place.system(), Some(0))?;
         write_file(&args.out, &bytes)?;
     } else {
         write_grey_png(&args.out, &patch.picture)?;

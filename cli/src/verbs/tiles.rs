@@ -13,7 +13,7 @@ use plumbline_sim::world::Bounds;
 use plumbline_sim::world::reference::Radiometry;
 use plumbline_sim::world::tile::area::area;
 use plumbline_sim::world::tile::{Frame, SIDE_MAX, Tile};
-use plumbline_survey::crs::Crs;
+use plumbline_survey::crs::{Crs, System};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::geojson;
 use plumbline_survey::io::output::write_file;
@@ -79,15 +79,16 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     check_files(args)?;
     let refuse = |why: String| InputError::new(format!("{}: {why}", args.ortho.display()));
     let ground = orthophoto(&args.ortho)?;
-    let crs = Crs::from_epsg(ground.epsg()).map_err(|error| refuse(error.to_string()))?;
+    let system = System::Epsg(ground.epsg());
+    let crs = Crs::new(system).map_err(|error| refuse(error.to_string()))?;
     if crs.is_geographic() {
-        return Err(refuse(format!("it is in degrees (EPSG:{}); a grid in metres is needed", crs.epsg())).into());
+        return Err(refuse(format!("it is in degrees ({system}); a grid in metres is needed")).into());
     }
     let bounds = ground.bounds();
     let wanted = args.area.as_deref().map_or(Ok(bounds), |text| area(text, &crs))?;
     let meant = || {
         let file = args.area.as_deref().filter(|text| text.split(',').count() != 4).map(Path::new);
-        file.map_or("", |file| geojson::swapped(file, Some(crs.epsg()), |[x, y]| bounds.contains(x, y)))
+        file.map_or("", |file| geojson::swapped(file, Some(system), |[x, y]| bounds.contains(x, y)))
     };
     check_area(&bounds, &wanted, args.resolution_m).map_err(|why| refuse(format!("{why}{}", meant())))?;
     let frame = Frame::within(&ground, &wanted, args.resolution_m);

@@ -25,7 +25,7 @@ pub fn tile(setup: &Setup) -> Result<Vec<u8>, InputError> {
     let [east_m, north_m] = setup.tile_centre;
     let geo = GeoTransform { x0: east_m - half_m(cols), y0: north_m + half_m(rows), step_x: step_m, step_y: step_m };
     let picture = Picture { cols, rows, pixels: flash.tile.clone() };
-    grey_geotiff_bytes(&picture, &geo, Some(setup.crs.epsg()), None)
+    grey_geotiff_bytes(&picture, &geo, Some(setup.crs.system()), None)
 }
 
 /// A point a fix, with its frame, stamp, sigmas, risk, and distance from the truth.

@@ -9,7 +9,7 @@ use crate::vehicle::motion::{Motion, PlannedTrack};
 use crate::vehicle::mount::payload_of;
 use crate::world::{Bounds, Ground, draped};
 use plumbline_core::budget::PATCH_MAX_PX;
-use plumbline_survey::crs::Crs;
+use plumbline_survey::crs::{Crs, System};
 use plumbline_survey::error::InputError;
 use std::path::PathBuf;
 
@@ -168,19 +168,19 @@ fn ground(
     terrain: &Terrain,
     seen: &Bounds,
 ) -> Result<(Ground, Option<Ground>), InputError> {
-    let epsg = planned.place.crs.epsg();
+    let grid = planned.place.crs.system();
     let GroundOf::Ortho { ortho, .. } = &scenario.world.ground else {
         // A square, as the texture is.
         let side_m = (seen.east_m - seen.west_m).max(seen.north_m - seen.south_m);
         let square = Bounds { east_m: seen.west_m + side_m, south_m: seen.north_m - side_m, ..*seen };
         let surface = terrain.surface(&planned.place, &square)?;
-        let ground = draped(scenario.run.seed, &square, surface, epsg);
+        let ground = draped(scenario.run.seed, &square, surface, grid.epsg()?);
         return Ok((ground.map_err(|error| InputError::new(error.to_string()))?, None));
     };
     let (picture, reference) = grounds_of(scenario)?;
     let of_ortho = |why: String| InputError::new(format!("{}: {why}", ortho.display()));
-    if picture.epsg() != epsg {
-        return Err(of_ortho(format!("it is in EPSG:{}, and the plan is flown in EPSG:{epsg}", picture.epsg())));
+    if System::Epsg(picture.epsg()) != grid {
+        return Err(of_ortho(format!("it is in EPSG:{}, and the plan is flown in {grid}", picture.epsg())));
     }
     let bounds = picture.bounds();
     let corners = [(seen.west_m, seen.south_m), (seen.east_m, seen.north_m)];

@@ -94,7 +94,10 @@ mod tests {
         scenario.run.live.tile_side_m = Some(1200.0);
         scenario.run.live.tile_offset_m = [100.0, -50.0];
         let setup = Setup::live(scenario, &start).unwrap();
-        assert_eq!((setup.crs.epsg(), setup.flash.head.size), (32755, (600, 600)));
+        assert_eq!(
+            (setup.crs.system(), setup.flash.head.size),
+            (plumbline_survey::crs::System::Epsg(32755), (600, 600))
+        );
         let (east_m, north_m) = setup.crs.from_wgs84(start.lat_deg, start.lon_deg).unwrap();
         let off = [setup.tile_centre[0] - east_m - 100.0, setup.tile_centre[1] - north_m + 50.0];
         assert!(off[0].hypot(off[1]) < 2.0, "{off:?}");

@@ -86,7 +86,7 @@ impl Tile {
     /// What its store says beside the pixels.
     ///
     /// # Errors
-    /// A place that the grid cannot express, or a tile too large for its georeference.
+    /// A grid without an EPSG code, a place that it cannot express, or a tile too large for its georeference.
     pub fn head(&self, crs: &Crs) -> Result<TileHead, InputError> {
         let centre = self.centre();
         let size_m = self.cols.max(self.rows) as f64 * self.resolution_m;
@@ -96,7 +96,7 @@ impl Tile {
             size: (self.cols as u16, self.rows as u16),
             resolution_m: self.resolution_m as f32,
             georeference: Georeference {
-                epsg: crs.epsg(),
+                epsg: crs.system().epsg()?,
                 centre: Geographic { lat_e7, lon_e7 },
                 east: fit.east,
                 north: fit.north,

@@ -115,7 +115,7 @@ pub fn hills() -> Result<Option<Dem>, InputError> {
     };
     let file = DemFile::open(&path)?;
     let [x0, y0, x1, y1] = file.bounds();
-    let frame = Frame::new(file.epsg(), [0.5 * (x0 + x1), 0.5 * (y0 + y1)])?;
+    let frame = Frame::new(file.system(), [0.5 * (x0 + x1), 0.5 * (y0 + y1)])?;
     let ([west, south], [east, north]) = (frame.metres([x0, y0]), frame.metres([x1, y1]));
     let dem = file.window(&frame, [west, south, east, north], &mut |_, _| ())?;
     let (cols, rows) = (dem.cols, dem.rows);

@@ -5,6 +5,7 @@ use std::io::{BufReader, Read, Seek};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use crate::crs::System;
 use crate::error::InputError;
 use crate::io::input::{open, unreadable};
 use crate::io::raster::{GeoTransform, Georeference, is_known};
@@ -27,7 +28,7 @@ pub struct DemFile {
     rows: usize,
     bands: usize,
     geo: GeoTransform,
-    epsg: Option<u32>,
+    system: Option<System>,
     height_unit_m: f64,
     kind: Kind,
 }
@@ -55,7 +56,7 @@ impl DemFile {
         let refuse = |why: String| refusal(path, &why);
         let model = if is_tiff(&start) {
             let tiff = open_tiff(path)?;
-            let Georeference { geo, crs: epsg, nodata, height_unit_m } =
+            let Georeference { geo, crs: system, nodata, height_unit_m } =
                 Georeference::read(&tiff.geo).map_err(refuse)?;
             let kind = Kind::GeoTiff { nodata };
             Self {
@@ -64,17 +65,17 @@ impl DemFile {
                 rows: tiff.rows as usize,
                 bands: tiff.bands,
                 geo,
-                epsg,
+                system,
                 height_unit_m,
                 kind,
             }
         } else if is_ascii_grid(&start) {
             let (header, _) = open_ascii(path)?;
             let Header { cols, rows, geo, .. } = header;
-            let system = prj::beside(path)?;
-            let (epsg, height_unit_m) =
-                (system.map(|system| system.epsg), system.map_or(1.0, |system| system.height_unit_m));
-            Self { path: path.into(), cols, rows, bands: 1, geo, epsg, height_unit_m, kind: Kind::Ascii(header) }
+            let beside = prj::beside(path)?;
+            let (system, height_unit_m) =
+                (beside.map(|said| said.horizontal), beside.map_or(1.0, |said| said.height_unit_m));
+            Self { path: path.into(), cols, rows, bands: 1, geo, system, height_unit_m, kind: Kind::Ascii(header) }
         } else {
             return Err(refuse("it is neither a GeoTIFF nor an ESRI ASCII grid".into()));
         };
@@ -109,10 +110,10 @@ impl DemFile {
         [self.geo.x0, y0, x1, self.geo.y0]
     }
 
-    /// EPSG code of its reference system; `None` where it names none (local metres).
+    /// Its reference system; `None` where it names none (local metres).
     #[must_use]
-    pub fn epsg(&self) -> Option<u32> {
-        self.epsg
+    pub fn system(&self) -> Option<System> {
+        self.system
     }
 
     /// Reads the posts within `bounds_m` (x0, y0, x1, y1 in working metres) and one beyond on each side, as far as there are
@@ -130,7 +131,7 @@ impl DemFile {
         bounds_m: [f64; 4],
         progress: &mut dyn FnMut(u64, u64),
     ) -> Result<Dem, InputError> {
-        if frame.epsg() != self.epsg {
+        if frame.system() != self.system {
             return Err(self.refuse("it is not in the system of the working coordinates"));
         }
         let part = self.part(frame, bounds_m)?;

@@ -1,6 +1,6 @@
 //! Where working coordinates lie: the metres that lines are planned in.
 
-use crate::crs::{Crs, LATITUDE_MAX_DEG, radii_m};
+use crate::crs::{Crs, LATITUDE_MAX_DEG, System, radii_m};
 use crate::error::InputError;
 
 /// From the x and y of an elevation model to working coordinates, metres east and north, and to WGS 84.
@@ -29,15 +29,15 @@ pub enum Frame {
 }
 
 impl Frame {
-    /// The frame of a model by its EPSG code, and the centre of the area of interest in the model's x and y.
+    /// The frame of a model by its reference system, and the centre of the area of interest in the model's x and y.
     ///
     /// The metres of a degree are those of the WGS 84 ellipsoid also where the system has another one: 1e-4 of a length.
     ///
     /// # Errors
-    /// The system is one that [`Crs::from_epsg`] refuses, or the centre is no place in it.
-    pub fn new(epsg: Option<u32>, centre: [f64; 2]) -> Result<Self, InputError> {
-        let Some(epsg) = epsg else { return Ok(Self::Local) };
-        let crs = Crs::from_epsg(epsg)?;
+    /// The system is one that [`Crs::new`] refuses, or the centre is no place in it.
+    pub fn new(system: Option<System>, centre: [f64; 2]) -> Result<Self, InputError> {
+        let Some(system) = system else { return Ok(Self::Local) };
+        let crs = Crs::new(system)?;
         if !crs.is_geographic() {
             return Ok(Self::Grid(crs));
         }
@@ -57,8 +57,8 @@ impl Frame {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn over(epsg: Option<u32>, [x0, y0, x1, y1]: [f64; 4]) -> Result<Self, InputError> {
-        let frame = Self::new(epsg, [0.5 * (x0 + x1), 0.5 * (y0 + y1)])?;
+    pub fn over(system: Option<System>, [x0, y0, x1, y1]: [f64; 4]) -> Result<Self, InputError> {
+        let frame = Self::new(system, [0.5 * (x0 + x1), 0.5 * (y0 + y1)])?;
         let Self::Degrees { crs, origin, .. } = frame else { return Ok(frame) };
         let nearest_equator = if y0 <= 0.0 && y1 >= 0.0 { 0.0 } else { y0.abs().min(y1.abs()) };
         let [_, prime_vertical_m] = radii_m(nearest_equator);
@@ -105,10 +105,10 @@ impl Frame {
         Ok(world.map(|(x, y)| self.metres([x, y])))
     }
 
-    /// EPSG code of the model's system.
+    /// What names the model's system.
     #[must_use]
-    pub fn epsg(&self) -> Option<u32> {
-        self.crs().map(Crs::epsg)
+    pub fn system(&self) -> Option<System> {
+        self.crs().map(Crs::system)
     }
 
     /// The model's system.
@@ -131,13 +131,13 @@ mod tests {
     const GEODESIC_M_PER_DEG: [f64; 2] = [89_487.307_014_973_8, 110_969.974_582_178_92];
 
     fn degrees() -> Frame {
-        Frame::new(Some(4326), CENTRE).expect("geographic")
+        Frame::new(Some(System::Epsg(4326)), CENTRE).expect("geographic")
     }
 
     #[test]
     fn degrees_are_metres_as_geodesics_measure_them() {
         let frame = degrees();
-        assert_eq!((frame.metres(CENTRE), frame.epsg()), ([0.0, 0.0], Some(4326)));
+        assert_eq!((frame.metres(CENTRE), frame.system()), ([0.0, 0.0], Some(System::Epsg(4326))));
         let [east_m, north_m] = frame.metres([CENTRE[0] + 1.0, CENTRE[1] + 1.0]);
         // An arc of 111 m against its tangent: 1e-11 of it.
         assert!((east_m / GEODESIC_M_PER_DEG[0] - 1.0).abs() < 1e-9, "{east_m}");
@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn there_and_back_is_the_same_place() {
-        for frame in [degrees(), Frame::new(Some(31287), [0.0, 0.0]).expect("grid"), Frame::Local] {
+        for frame in [degrees(), Frame::new(Some(System::Epsg(31287)), [0.0, 0.0]).expect("grid"), Frame::Local] {
             let metres = [551_234.5, 432_109.25];
             let back = frame.metres(frame.world(metres));
             assert!((back[0] - metres[0]).abs() < 1e-8 && (back[1] - metres[1]).abs() < 1e-8, "{frame:?} {back:?}");
@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn wgs84_is_the_model_s_place() {
         // pyproj 3.7.2, `Transformer.from_crs(31287, 4326)`, by the transformation "MGI to WGS 84 (3)" as everywhere here.
-        let grid = Frame::new(Some(31287), [0.0, 0.0]).expect("grid");
+        let grid = Frame::new(Some(System::Epsg(31287)), [0.0, 0.0]).expect("grid");
         let (lat_deg, lon_deg) =
             grid.wgs84([554_883.275_826_701_3, 432_676.184_330_590_4]).expect("inside").expect("known");
         assert!((lat_deg - 47.775).abs() < 2e-7 && (lon_deg - 15.4).abs() < 2e-7, "{lat_deg} {lon_deg}");
@@ -184,9 +184,9 @@ mod tests {
 
     #[test]
     fn doubtful_frames_are_refused() {
-        assert!(Frame::new(Some(3857), [0.0, 0.0]).is_err(), "not conformal");
+        assert!(Frame::new(Some(System::Epsg(3857)), [0.0, 0.0]).is_err(), "not conformal");
         for centre in [[16.0, 89.999], [16.0, 91.0], [f64::NAN, 48.0]] {
-            assert!(Frame::new(Some(4326), centre).is_err(), "{centre:?}");
+            assert!(Frame::new(Some(System::Epsg(4326)), centre).is_err(), "{centre:?}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Heights by places on a grid that need not be the model's own.
 
 use super::{Dem, DemFile, Frame};
-use crate::crs::Crs;
+use crate::crs::{Crs, System};
 use crate::error::InputError;
 
 /// A model over an area of a grid.
@@ -23,11 +23,11 @@ impl Heights {
     /// One sentence, with the file's name, where the file cannot be read or does not lie there.
     pub fn over(file: &DemFile, grid: Option<&Crs>, [x0, y0, x1, y1]: [f64; 4]) -> Result<Self, InputError> {
         let named = |error: InputError| InputError::new(format!("{}: {error}", file.path().display()));
-        let is_other = |epsg: &u32| grid.is_some_and(|grid| *epsg != grid.epsg());
-        let other = file.epsg().filter(is_other).map(Crs::from_epsg).transpose().map_err(named)?;
+        let is_other = |system: &System| grid.is_some_and(|grid| *system != grid.system());
+        let other = file.system().filter(is_other).map(Crs::new).transpose().map_err(named)?;
         let grid = grid.cloned();
         let centre = in_file(grid.as_ref(), other.as_ref(), [0.5 * (x0 + x1), 0.5 * (y0 + y1)]).map_err(named)?;
-        let frame = Frame::new(file.epsg(), centre).map_err(named)?;
+        let frame = Frame::new(file.system(), centre).map_err(named)?;
         let mut wanted = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
         // Grids are turned against each other: the borders' middles count too.
         for [u, v] in [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [0.0, 0.5], [1.0, 0.5], [0.0, 1.0], [0.5, 1.0], [1.0, 1.0]] {

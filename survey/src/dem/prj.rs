@@ -1,12 +1,13 @@
 //! The reference system of an ASCII grid: well-known text in a file beside it.
 //!
 //! Either the text names an EPSG code at its root, or it is ESRI's kind, which names none: then the geographic system is known
-//! by ESRI's name for it and the projection by its parameters, which have to be those of a system in the EPSG list.
+//! by ESRI's name for it and the projection by its parameters.
 
 use std::fs;
 use std::path::Path;
 
-use crate::crs::lookup::code_of;
+use crate::crs::System;
+use crate::crs::system::Projection;
 use crate::error::InputError;
 
 use super::wkt::Node;
@@ -34,12 +35,12 @@ const GEOGRAPHIC: [(&str, u32); 16] = [
     ("GCS_SIRGAS_2000", 4674),
 ];
 
-/// Names of projections, each with the one in projection strings.
-const PROJECTIONS: [(&str, &str); 4] = [
-    ("Transverse_Mercator", "tmerc"),
-    ("Gauss_Kruger", "tmerc"),
-    ("Lambert_Conformal_Conic", "lcc"),
-    ("Lambert_Conformal_Conic_2SP", "lcc"),
+/// Names of projections.
+const PROJECTIONS: [(&str, Projection); 4] = [
+    ("Transverse_Mercator", Projection::TransverseMercator),
+    ("Gauss_Kruger", Projection::TransverseMercator),
+    ("Lambert_Conformal_Conic", Projection::LambertConic2Sp),
+    ("Lambert_Conformal_Conic_2SP", Projection::LambertConic2Sp),
 ];
 
 /// Names of parameters, each with the one in projection strings.
@@ -53,10 +54,6 @@ const PARAMETERS: [(&str, &str); 7] = [
     ("Standard_Parallel_2", "lat_2"),
 ];
 
-/// Parameters each projection has to have.
-const NEEDED: [(&str, &[&str]); 2] =
-    [("tmerc", &["x_0", "y_0", "lon_0", "lat_0", "k"]), ("lcc", &["x_0", "y_0", "lon_0", "lat_0", "lat_1", "lat_2"])];
-
 /// Keywords of compound and of vertical systems, in WKT 1, ESRI's and WKT 2.
 const COMPOUND: [(&str, ()); 2] = [("COMPD_CS", ()), ("COMPOUNDCRS", ())];
 const VERTICAL: [(&str, ()); 4] = [("VERT_CS", ()), ("VERTCS", ()), ("VERTCRS", ()), ("VERTICALCRS", ())];
@@ -66,9 +63,9 @@ const DEGREE_RAD: f64 = 0.017_453_292_519_943_3;
 
 /// What a `.prj` file says.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct System {
-    /// EPSG code of the horizontal system.
-    pub epsg: u32,
+pub(super) struct Compound {
+    /// The horizontal one.
+    pub horizontal: System,
     /// Metres of a unit of height; 1 where it names no vertical system.
     pub height_unit_m: f64,
 }
@@ -77,7 +74,7 @@ pub(super) struct System {
 ///
 /// # Errors
 /// The file cannot be read, or is not understood.
-pub(super) fn beside(grid: &Path) -> Result<Option<System>, InputError> {
+pub(super) fn beside(grid: &Path) -> Result<Option<Compound>, InputError> {
     let mut beside = ["prj", "PRJ"].map(|extension| grid.with_extension(extension)).into_iter();
     let Some(path) = beside.find(|path| path.is_file()) else {
         return Ok(None);
@@ -87,12 +84,12 @@ pub(super) fn beside(grid: &Path) -> Result<Option<System>, InputError> {
         return Err(refuse(&format!("it has more than {BYTES_MAX} bytes")));
     }
     let bytes = fs::read(&path).map_err(|error| refuse(&error.to_string()))?;
-    system(&String::from_utf8_lossy(&bytes)).map(Some).map_err(|why| refuse(&why))
+    compound(&String::from_utf8_lossy(&bytes)).map(Some).map_err(|why| refuse(&why))
 }
 
 /// The system of a well-known text, or why there is none. A vertical system stands beside the horizontal one in a compound, as
 /// GDAL writes it, or behind it, as ESRI does.
-fn system(text: &str) -> Result<System, String> {
+fn compound(text: &str) -> Result<Compound, String> {
     let nodes = Node::read(text).ok_or("it is not well-known text")?;
     let parts: Vec<&Node> = match nodes.as_slice() {
         [compound] if listed(&COMPOUND, compound.keyword).is_some() => compound.nodes().collect(),
@@ -104,8 +101,8 @@ fn system(text: &str) -> Result<System, String> {
         .partition(|part| listed(&VERTICAL, part.keyword).is_some());
     match (horizontal.as_slice(), vertical.as_slice()) {
         ([one], _) if listed(&COMPOUND, one.keyword).is_some() => Err("it has a system beside a compound one".into()),
-        ([one], []) => Ok(System { epsg: epsg(one)?, height_unit_m: 1.0 }),
-        ([one], [vertical]) => Ok(System { epsg: epsg(one)?, height_unit_m: height_unit_m(vertical)? }),
+        ([one], []) => Ok(Compound { horizontal: system_of(one)?, height_unit_m: 1.0 }),
+        ([one], [vertical]) => Ok(Compound { horizontal: system_of(one)?, height_unit_m: height_unit_m(vertical)? }),
         _ => Err("it is not one horizontal and at most one vertical system".into()),
     }
 }
@@ -122,13 +119,13 @@ fn height_unit_m(vertical: &Node) -> Result<f64, String> {
     unit_m.filter(|unit_m| *unit_m > 0.0 && unit_m.is_finite()).ok_or_else(|| "its vertical system has no unit".into())
 }
 
-/// The EPSG code of a horizontal system, or why there is none.
-fn epsg(root: &Node) -> Result<u32, String> {
+/// A horizontal system, or why there is none.
+fn system_of(root: &Node) -> Result<System, String> {
     if let Some(code) = authority(root) {
-        return Ok(code);
+        return Ok(System::Epsg(code));
     }
     match root.keyword.to_ascii_uppercase().as_str() {
-        "GEOGCS" => geographic(root),
+        "GEOGCS" => geographic(root).map(System::Epsg),
         "PROJCS" => projected(root),
         other => Err(format!("it is a {other} without an EPSG code")),
     }
@@ -158,7 +155,7 @@ fn geographic(node: &Node) -> Result<u32, String> {
     listed(&GEOGRAPHIC, name).ok_or_else(|| format!("its geographic system \"{name}\" is not known"))
 }
 
-fn projected(root: &Node) -> Result<u32, String> {
+fn projected(root: &Node) -> Result<System, String> {
     if root.child("UNIT").and_then(|unit| unit.number(1)) != Some(1.0) {
         return Err("its coordinates are not in metres".into());
     }
@@ -173,12 +170,14 @@ fn projected(root: &Node) -> Result<u32, String> {
             _ => return Err(format!("its parameter \"{name}\" is not known")),
         }
     }
-    let needed = listed(&NEEDED, projection).unwrap_or_default();
+    let needed = projection.parameters();
     let same = needed.iter().all(|key| parameters.iter().filter(|(name, _)| name == key).count() == 1);
     if !same || parameters.len() != needed.len() {
         return Err(format!("its projection \"{name}\" has not the parameters it should have"));
     }
-    code_of(base, projection, &parameters).ok_or_else(|| "its parameters are those of no EPSG system".into())
+    System::spelt_out(base, projection, |wanted| {
+        parameters.iter().find(|(known, _)| *known == wanted).map(|(_, value)| *value)
+    })
 }
 
 /// What a list has for a name, whatever the case.
@@ -191,7 +190,7 @@ mod tests {
     use super::*;
 
     fn epsg(text: &str) -> Result<u32, String> {
-        system(text).map(|system| system.epsg)
+        compound(text)?.horizontal.epsg().map_err(|error| error.to_string())
     }
 
     const BASE: &str = "GEOGCS[\"GCS_MGI\",DATUM[\"D_MGI\",SPHEROID[\"Bessel_1841\",6377397.155,299.1528128]],\
@@ -232,6 +231,13 @@ mod tests {
         assert_eq!(epsg(&esri), Ok(31287));
     }
 
+    #[test]
+    fn parameters_of_no_listed_system_make_a_user_defined_one() {
+        for text in [lambert().replace("47.5", "47.6"), utm_33_south().replace("15.0", "15.5")] {
+            assert!(matches!(compound(&text).map(|said| said.horizontal), Ok(System::UserDefined(_))), "{text}");
+        }
+    }
+
     /// The vertical systems as pyproj 3.7's `CRS.from_epsg(6360).to_wkt(...)` writes them.
     #[test]
     fn the_vertical_system_states_heights_in_feet() {
@@ -239,18 +245,18 @@ mod tests {
             UNIT[\"US survey foot\",0.304800609601219],AXIS[\"Up\",UP],AUTHORITY[\"EPSG\",\"6360\"]]";
         const ESRI: &str = "VERTCS[\"NAVD_1988_Foot_US\",VDATUM[\"North_American_Vertical_Datum_1988\"],\
             PARAMETER[\"Vertical_Shift\",0.0],PARAMETER[\"Direction\",1.0],UNIT[\"Foot_US\",0.3048006096012192]]";
-        let wanted = |height_unit_m| Ok(System { epsg: 32733, height_unit_m });
-        assert_eq!(system(&utm_33_south()), wanted(1.0));
-        assert_eq!(system(&format!("{},{ESRI}", utm_33_south())), wanted(0.304_800_609_601_219_2));
-        let compound = format!("COMPD_CS[\"x\",{},{GDAL},AUTHORITY[\"EPSG\",\"9999\"]]", utm_33_south());
-        assert_eq!(system(&compound), wanted(0.304_800_609_601_219));
-        let metres = compound.replace("\"US survey foot\",0.304800609601219", "\"metre\",1");
-        assert_eq!(system(&metres), wanted(1.0));
-        assert!(system(&compound.replace("UNIT[\"US survey foot\",0.304800609601219],", "")).is_err());
-        assert!(system(&format!("{compound},{ESRI}")).is_err());
-        assert!(system(&compound.replace("\"Up\",UP", "\"Depth\",DOWN")).is_err());
+        let wanted = |height_unit_m| Ok(Compound { horizontal: System::Epsg(32733), height_unit_m });
+        assert_eq!(compound(&utm_33_south()), wanted(1.0));
+        assert_eq!(compound(&format!("{},{ESRI}", utm_33_south())), wanted(0.304_800_609_601_219_2));
+        let both = format!("COMPD_CS[\"x\",{},{GDAL},AUTHORITY[\"EPSG\",\"9999\"]]", utm_33_south());
+        assert_eq!(compound(&both), wanted(0.304_800_609_601_219));
+        let metres = both.replace("\"US survey foot\",0.304800609601219", "\"metre\",1");
+        assert_eq!(compound(&metres), wanted(1.0));
+        assert!(compound(&both.replace("UNIT[\"US survey foot\",0.304800609601219],", "")).is_err());
+        assert!(compound(&format!("{both},{ESRI}")).is_err());
+        assert!(compound(&both.replace("\"Up\",UP", "\"Depth\",DOWN")).is_err());
         let depth = ESRI.replace("\"Direction\",1.0", "\"Direction\",-1.0");
-        assert!(system(&format!("{},{depth}", utm_33_south())).is_err());
+        assert!(compound(&format!("{},{depth}", utm_33_south())).is_err());
     }
 
     #[test]
@@ -268,9 +274,7 @@ mod tests {
             ("projection", text.replace("Lambert_Conformal_Conic", "Albers")),
             ("parameter", text.replace("False_Easting", "Rotation")),
             ("missing parameter", text.replace(",PARAMETER[\"Latitude_Of_Origin\",47.5]", "")),
-            ("value", text.replace("47.5", "47.6")),
             ("no number", text.replace("47.5", "x")),
-            ("zone", utm.replace("15.0", "15.5")),
             ("twice", utm.replace("\"Latitude_Of_Origin\"", "\"Scale_Factor\"")),
         ] {
             assert!(epsg(&text).is_err(), "{case}");

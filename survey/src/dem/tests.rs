@@ -5,6 +5,7 @@ mod geotiff;
 mod synthetic;
 mod mutations;
 
+use crate::crs::System;
 use std::path::{Path, PathBuf};
 
 use super::*;
@@ -23,7 +24,7 @@ fn bounds_of(file: &DemFile, [left, top, right, bottom]: [usize; 4]) -> [f64; 4]
 /// The frame of a file about its centre.
 fn frame_of(file: &DemFile) -> Frame {
     let [x0, y0, x1, y1] = file.bounds();
-    Frame::new(file.epsg(), [(x0 + x1) / 2.0, (y0 + y1) / 2.0]).expect("a frame")
+    Frame::new(file.system(), [(x0 + x1) / 2.0, (y0 + y1) / 2.0]).expect("a frame")
 }
 
 /// The window that holds these first and last columns and rows (from the north), and one more on each side.
@@ -90,7 +91,7 @@ fn compare(file: &DemFile, height: impl Fn(usize, usize) -> Option<f32>) {
 /// Compares windows of a GeoTIFF with the raster reader's samples of its first band.
 fn compare_with_raster(path: &Path) -> DemFile {
     let (file, raster) = (DemFile::open(path).expect("a model"), Raster::read(path).expect("a raster"));
-    assert_eq!((file.size(), file.epsg()), ((raster.cols, raster.rows), raster.crs));
+    assert_eq!((file.size(), file.system()), ((raster.cols, raster.rows), raster.crs));
     assert_eq!(file.bounds()[..2], <[f64; 2]>::from(raster.geo.world_from_pixel(0.0, (raster.rows - 1) as f64)));
     compare(&file, |col, row| raster.sample(col, row, 0));
     file
@@ -110,7 +111,7 @@ fn real_models_are_what_the_raster_reader_reads() {
     ] {
         let Some(path) = real(name) else { continue };
         let file = compare_with_raster(&path);
-        assert_eq!((file.size(), file.epsg()), (size, Some(epsg)), "{name}");
+        assert_eq!((file.size(), file.system()), (size, Some(System::Epsg(epsg))), "{name}");
     }
 }
 

@@ -1,13 +1,13 @@
 //! Polygons from a GeoJSON file (RFC 7946; the older `crs` member is understood).
 
 use super::input;
-use crate::crs::Crs;
+use crate::crs::{Crs, System};
 use crate::error::InputError;
 use serde_json::Value;
 use std::path::Path;
 
 /// What the coordinates of a file are.
-enum System {
+enum Coordinates {
     /// WGS 84 longitude and latitude.
     Degrees,
     /// A named system.
@@ -31,15 +31,15 @@ pub struct Polygon {
 /// # Errors
 /// One sentence: unreadable, not GeoJSON, no polygon, coordinates that are no numbers or cannot be places, a system that is
 /// not known.
-pub fn polygons(path: &Path, epsg: Option<u32>) -> Result<Vec<Polygon>, InputError> {
-    read(path, epsg, &|corner| corner)
+pub fn polygons(path: &Path, system: Option<System>) -> Result<Vec<Polygon>, InputError> {
+    read(path, system, &|corner| corner)
 }
 
 /// What was likely meant by a file whose polygons do not lie where they have to: the hint for the sentence that refuses it, where with
 /// latitude and longitude swapped a corner of them does.
 #[must_use]
-pub fn swapped(path: &Path, epsg: Option<u32>, lies_right: impl Fn([f64; 2]) -> bool) -> &'static str {
-    let polygons = epsg.and_then(|_| read(path, epsg, &|[x, y]| [y, x]).ok()).unwrap_or_default();
+pub fn swapped(path: &Path, system: Option<System>, lies_right: impl Fn([f64; 2]) -> bool) -> &'static str {
+    let polygons = system.and_then(|_| read(path, system, &|[x, y]| [y, x]).ok()).unwrap_or_default();
     let is_there = polygons.iter().flat_map(|polygon| &polygon.outer).any(|corner| lies_right(*corner));
     if is_there {
         "; with its numbers swapped it would: GeoJSON has the longitude first, [longitude, latitude]"
@@ -48,7 +48,7 @@ pub fn swapped(path: &Path, epsg: Option<u32>, lies_right: impl Fn([f64; 2]) -> 
     }
 }
 
-fn read(path: &Path, epsg: Option<u32>, order: &dyn Fn([f64; 2]) -> [f64; 2]) -> Result<Vec<Polygon>, InputError> {
+fn read(path: &Path, system: Option<System>, order: &dyn Fn([f64; 2]) -> [f64; 2]) -> Result<Vec<Polygon>, InputError> {
     let name = path.display();
     let refuse = |why: String| InputError::new(format!("{name}: {why}"));
     let json: Value =
@@ -58,19 +58,19 @@ fn read(path: &Path, epsg: Option<u32>, order: &dyn Fn([f64; 2]) -> [f64; 2]) ->
     if found.is_empty() {
         return Err(refuse("it has no polygon".to_owned()));
     }
-    let Some(epsg) = epsg else { return Ok(found) };
-    let target = Crs::from_epsg(epsg)?;
-    let system = match json.get("crs") {
-        None | Some(Value::Null) => System::Degrees,
+    let Some(system) = system else { return Ok(found) };
+    let target = Crs::new(system)?;
+    let coordinates = match json.get("crs") {
+        None | Some(Value::Null) => Coordinates::Degrees,
         Some(crs) => named(crs).map_err(&refuse)?,
     };
     for corner in found.iter_mut().flat_map(|polygon| &mut polygon.outer) {
         let [x, y] = order(*corner);
-        let (lat, lon) = match &system {
-            System::Named(crs) if crs.epsg() == epsg => continue,
-            System::Named(crs) => crs.to_wgs84(x, y).map_err(|error| error.at(name.to_string()))?,
-            System::Degrees if x.abs() <= 180.0 && y.abs() <= 90.0 => (y, x),
-            System::Degrees => {
+        let (lat, lon) = match &coordinates {
+            Coordinates::Named(crs) if crs.system() == system => continue,
+            Coordinates::Named(crs) => crs.to_wgs84(x, y).map_err(|error| error.at(name.to_string()))?,
+            Coordinates::Degrees if x.abs() <= 180.0 && y.abs() <= 90.0 => (y, x),
+            Coordinates::Degrees => {
                 let is_swapped = x.abs() <= 90.0 && y.abs() <= 180.0;
                 let what = if is_swapped {
                     "the longitude comes first, [longitude, latitude]"
@@ -124,14 +124,14 @@ fn place(at: &Value) -> Option<[f64; 2]> {
 }
 
 /// A `crs` member of the older GeoJSON: a name such as `EPSG:31287` or `urn:ogc:def:crs:EPSG::31287`.
-fn named(crs: &Value) -> Result<System, String> {
+fn named(crs: &Value) -> Result<Coordinates, String> {
     let name = crs.pointer("/properties/name").and_then(Value::as_str).ok_or("its crs has no name")?;
     if name.ends_with("CRS84") {
-        return Ok(System::Degrees);
+        return Ok(Coordinates::Degrees);
     }
     let code = name.contains("EPSG").then(|| name.rsplit(':').next()).flatten().and_then(|code| code.parse().ok());
     let code: u32 = code.ok_or_else(|| format!("its crs \"{name}\" is no EPSG code"))?;
-    Crs::from_epsg(code).map(|crs| System::Named(Box::new(crs))).map_err(|error| error.to_string())
+    Crs::from_epsg(code).map(|crs| Coordinates::Named(Box::new(crs))).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
@@ -146,7 +146,7 @@ mod tests {
     fn all(text: &str, epsg: Option<u32>) -> Result<Vec<Polygon>, String> {
         let path = scratch(&format!("geojson-{}", text.len())).join("area.geojson");
         std::fs::write(&path, text).expect("written");
-        polygons(&path, epsg).map_err(|error| error.to_string())
+        polygons(&path, epsg.map(System::Epsg)).map_err(|error| error.to_string())
     }
 
     const RING: &str = "[[[14.1,47.1],[14.2,47.1],[14.2,47.2],[14.1,47.1]]]";
@@ -172,8 +172,8 @@ mod tests {
         let path = scratch("geojson-swapped").join("area.geojson");
         std::fs::write(&path, format!(r#"{{"type":"Polygon","coordinates":{ring}}}"#)).expect("written");
         let is_near = |[x, y]: [f64; 2]| (x - 458_235.0).hypot(y - 355_886.0) < 20_000.0;
-        assert!(swapped(&path, Some(31287), is_near).contains("longitude first"));
-        assert_eq!(swapped(&path, Some(31287), |_| false), "");
+        assert!(swapped(&path, Some(System::Epsg(31287)), is_near).contains("longitude first"));
+        assert_eq!(swapped(&path, Some(System::Epsg(31287)), |_| false), "");
         assert_eq!(swapped(&path, None, |_| true), "", "local metres have no order to be wrong in");
         let far =
             of(r#"{"type":"Polygon","coordinates":[[[-37.8,144.9],[1,2],[3,4]]]}"#, Some(32755)).expect_err("swapped");

@@ -10,6 +10,7 @@ mod write;
 
 use std::path::Path;
 
+use crate::crs::System;
 use crate::error::InputError;
 use crate::io::input;
 use crate::io::tiff::{GeoTags, Samples, is_tiff, read_tiff};
@@ -54,8 +55,8 @@ pub struct Raster {
     pub nodata: Option<f32>,
     /// From pixels to the world and back.
     pub geo: GeoTransform,
-    /// EPSG code of the horizontal reference system; `None` where the file names none at all (local metres).
-    pub crs: Option<u32>,
+    /// The horizontal reference system; `None` where the file names none at all (local metres).
+    pub crs: Option<System>,
     /// Metres of a unit of height, where the samples are heights: 1 unless the file says otherwise.
     pub height_unit_m: f64,
     /// Sample type in the file.
@@ -67,11 +68,11 @@ impl Raster {
     ///
     /// The georeference is `ModelPixelScale` with one `ModelTiepoint`, or `ModelTransformation`; both kinds of pixel
     /// reference (area and point) are heeded. A reference system that the file spells out instead of naming (key 32767)
-    /// is looked up by its parameters. Samples stay in the file's units; a vertical datum is not interpreted.
+    /// is looked up by its parameters, and stays user-defined where the EPSG list has none with them. Samples stay in the file's units; a vertical datum is not interpreted.
     ///
     /// # Errors
     /// The file is missing, broken, cut short, no GeoTIFF; it has no georeference, one with a rotation or south up; its
-    /// reference system is user-defined and not in the EPSG list, or contradicts itself; its units are not
+    /// reference system is not certain, or user-defined in a way that nothing can be converted by; its units are not
     /// metres (degrees for a geographic system); its no-data tag is not a number.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let bytes = input::picture(path, "a TIFF file", is_tiff)?;
@@ -126,7 +127,7 @@ impl Raster {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Georeference {
     pub geo: GeoTransform,
-    pub crs: Option<u32>,
+    pub crs: Option<System>,
     pub nodata: Option<f32>,
     pub height_unit_m: f64,
 }
@@ -135,7 +136,7 @@ impl Georeference {
     pub fn read(tags: &GeoTags) -> Result<Self, String> {
         let keys = geo_keys::GeoKeys::read(tags)?;
         let geo = GeoTransform::from_tags(tags, keys.pixel_is_point())?;
-        let crs = system::epsg(&keys)?;
+        let crs = system::horizontal(&keys)?;
         let height_unit_m = system::height_unit_m(&keys, tags.metadata.as_deref())?;
         let nodata = match &tags.nodata {
             Some(text) => Some(number(text).ok_or_else(|| format!("its no-data value \"{text}\" is not a number"))?),

@@ -1,5 +1,6 @@
 //! The area to be photographed: one polygon, convex or not.
 
+use crate::crs::System;
 use crate::dem::Frame;
 use crate::error::InputError;
 use crate::io::geojson;
@@ -123,9 +124,9 @@ impl Area {
 ///
 /// # Errors
 /// As [`geojson::polygons`]; also several polygons, or holes.
-pub fn read_corners(path: &Path, epsg: Option<u32>) -> Result<Vec<[f64; 2]>, InputError> {
+pub fn read_corners(path: &Path, system: Option<System>) -> Result<Vec<[f64; 2]>, InputError> {
     let refuse = |why: String| Err(InputError::new(format!("{}: {why}", path.display())));
-    match geojson::polygons(path, epsg)?.as_slice() {
+    match geojson::polygons(path, system)?.as_slice() {
         [one] if one.holes == 0 => Ok(one.outer.clone()),
         [one] => refuse(format!("the polygon has {} holes, which are not planned around", one.holes)),
         several => refuse(format!("it has {} polygons, one is planned at a time", several.len())),

@@ -12,13 +12,14 @@ use super::place::Place;
 use super::planner::Planned;
 use super::request::Request;
 use crate::camera_file::CameraFile;
+use crate::crs::System;
 use crate::error::InputError;
 
 impl Planned<'_> {
     /// The plan's file. `dem` is the elevation model's file, `noise` what the request's sigmas were made of.
     ///
     /// # Errors
-    /// A photo lies where its reference system has no latitude.
+    /// A photo lies where its reference system has no latitude; that system has no EPSG code.
     pub fn file(
         &self,
         request: &Request,
@@ -33,7 +34,7 @@ impl Planned<'_> {
         Ok(PlanFile {
             version: VERSION,
             dem: dem.name.clone(),
-            epsg: place.frame().epsg(),
+            epsg: place.frame().system().map(System::epsg).transpose()?,
             origin_deg: place.origin_deg(),
             camera: camera.into(),
             height_m: view.height_m,

@@ -22,9 +22,9 @@ impl Place {
     /// # Errors
     /// The frame has a reference system of its own; the origin is no place, or at a pole.
     pub fn new(frame: Frame, origin_deg: Option<[f64; 2]>) -> Result<Self, InputError> {
-        if let (Some(epsg), Some(_)) = (frame.epsg(), origin_deg) {
+        if let (Some(system), Some(_)) = (frame.system(), origin_deg) {
             return Err(InputError::new(format!(
-                "--origin is for an elevation model without a reference system, and this one is in EPSG:{epsg}"
+                "--origin is for an elevation model without a reference system, and this one is in {system}"
             )));
         }
         if let Some([lat, lon]) = origin_deg
@@ -55,7 +55,7 @@ impl Place {
     /// Whether anybody knows where on Earth the plan lies.
     #[must_use]
     pub fn is_known(&self) -> bool {
-        self.frame.epsg().is_some() || self.origin_deg.is_some()
+        self.frame.system().is_some() || self.origin_deg.is_some()
     }
 
     /// Latitude and longitude (WGS 84, degrees) of working coordinates; `None` where nobody knows. A local grid is laid on the

@@ -1,5 +1,6 @@
 //! Terrain to plan over: a file for the command, and heights for the judge.
 
+use plumbline_survey::crs::System;
 use plumbline_survey::io::data;
 use plumbline_survey::io::raster::Raster;
 use std::fmt::Write;
@@ -48,7 +49,7 @@ impl Terrain {
         let (x, y) = raster.geo.world_from_pixel(0.0, (rows - 1) as f64);
         let step = [raster.geo.step_x, raster.geo.step_y];
         let mut terrain = Terrain { file, cols, rows, origin: [x, y], step, heights: heights.collect(), degrees: None };
-        if raster.crs == Some(4326) {
+        if raster.crs == Some(System::Epsg(4326)) {
             // Radii of curvature of WGS 84: a (1 - e2) / W^3 and a / W.
             let w2 = 1.0 - 0.006_694_379_990_141 * centre[1].to_radians().sin().powi(2);
             let meridian = 6_378_137.0 * (1.0 - 0.006_694_379_990_141) / w2.powf(1.5);

@@ -1,8 +1,9 @@
 //! Where pictures lie, and so where a match does.
 
 use plumbline_sim::camera::still_match::Place;
+use plumbline_survey::crs::System;
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::{GeoTransform, Placed, check_metres};
+use plumbline_survey::io::raster::{GeoTransform, Placed, check_metres, quoted};
 use serde::Serialize;
 use std::path::Path;
 
@@ -23,7 +24,7 @@ pub struct OnGround {
     pub offset_east_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub offset_north_m: Option<f64>,
-    /// The grid.
+    /// The grid's EPSG code, where it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub epsg: Option<u32>,
 }
@@ -32,7 +33,7 @@ pub struct OnGround {
 #[derive(Clone, Copy, Debug)]
 pub struct Georeference {
     geo: GeoTransform,
-    epsg: Option<u32>,
+    system: Option<System>,
     claimed: Option<(f64, f64)>,
 }
 
@@ -42,19 +43,19 @@ impl Georeference {
     /// # Errors
     /// Both have one, and their grids, or the sizes of their pixels, are not the same.
     pub fn read(patch: &Path, reference: &Path, patch_size: (usize, usize)) -> Result<Option<Self>, InputError> {
-        let Some(Placed { geo, epsg, size, .. }) = placed(reference) else { return Ok(None) };
-        if let Some(Err(why)) = epsg.map(|epsg| check_metres(reference, &geo, epsg, size)) {
+        let Some(Placed { geo, crs: system, size, .. }) = placed(reference) else { return Ok(None) };
+        if let Some(Err(why)) = system.map(|system| check_metres(reference, &geo, system, size)) {
             eprintln!("plumbline: no metres are given: {why}");
             return Ok(None);
         }
         let claimed = match placed(patch) {
             None => None,
             Some(own) => {
-                agree((patch, &own), (reference, &geo, epsg))?;
+                agree((patch, &own), (reference, &geo, system))?;
                 Some(own.geo.world_from_pixel(0.5 * (patch_size.0 as f64 - 1.0), 0.5 * (patch_size.1 as f64 - 1.0)))
             }
         };
-        Ok(Some(Georeference { geo, epsg, claimed }))
+        Ok(Some(Georeference { geo, system, claimed }))
     }
 
     /// Metres of a pixel of the reference, the smaller side.
@@ -79,7 +80,7 @@ impl Georeference {
             sigma_north_m: f64::from(place.sigma_row) * self.geo.step_y,
             offset_east_m: self.claimed.map(|(east, _)| east_m - east),
             offset_north_m: self.claimed.map(|(_, north)| north_m - north),
-            epsg: self.epsg,
+            epsg: self.system.and_then(|system| system.epsg().ok()),
         }
     }
 }
@@ -94,15 +95,17 @@ fn placed(path: &Path) -> Option<Placed> {
 
 fn agree(
     (patch, own): (&Path, &Placed),
-    (reference, geo, epsg): (&Path, &GeoTransform, Option<u32>),
+    (reference, geo, system): (&Path, &GeoTransform, Option<System>),
 ) -> Result<(), InputError> {
     let (name, other) = (patch.display(), reference.display());
-    if let (Some(one), Some(wanted)) = (own.epsg, epsg)
+    if let (Some(one), Some(wanted)) = (own.crs, system)
         && one != wanted
     {
         return Err(InputError::new(format!(
-            "{name} is on EPSG:{one}, {other} on EPSG:{wanted}: gdalwarp -t_srs EPSG:{wanted} -tr {} {} {name} OUT.tif",
-            geo.step_x, geo.step_y
+            "{name} is on {one}, {other} on {wanted}: gdalwarp -t_srs {} -tr {} {} {name} OUT.tif",
+            quoted(&wanted.for_gdal()),
+            geo.step_x,
+            geo.step_y
         )));
     }
     let is_alike = |one: f64, other: f64| (one / other - 1.0).abs() <= SCALE_TOLERANCE;

@@ -5,6 +5,7 @@ use crate::verbs::exterior::point;
 use crate::verbs::finite;
 use plumbline_core::budget::PAPER_TIME_MS;
 use plumbline_survey::camera_file::CameraFile;
+use plumbline_survey::crs::System;
 use plumbline_survey::dem::{Dem, DemFile, Frame};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::geojson;
@@ -57,12 +58,13 @@ impl Prepared {
         let height_m = height_m(args, &camera)?;
         let file = DemFile::open(&args.dem)?;
         one_band(&file)?;
+        has_code(&file)?;
         let (corners, world) = area_on(&file, &args.area)?;
         let half_tangent =
             half_tangents(&camera).map_err(|error| InputError::new(format!("{}: {error}", args.camera.display())))?;
         let half_tangent = tilted(half_tangent, args.tilt_deg)?;
         let far_m = far_m(half_tangent, height_m, args.speed_m_s());
-        let place = Place::new(frame(file.epsg(), world, far_m)?, args.origin)?;
+        let place = Place::new(frame(file.system(), world, far_m)?, args.origin)?;
         let area = Area::in_frame(&corners, place.frame())?;
         let (across_px, along_px) = camera.tangent_per_px();
         let noise = noise(args, &camera);
@@ -152,23 +154,23 @@ fn noise(args: &Args, camera: &CameraFile) -> Noise {
 fn area_on(file: &DemFile, area: &str) -> Result<(Vec<[f64; 2]>, [f64; 4]), InputError> {
     let inside = |[x, y]: [f64; 2]| within(file, &[x, y, x, y]).is_ok();
     let meant = |error: InputError| {
-        InputError::new(format!("{error}{}", geojson::swapped(Path::new(area), file.epsg(), inside)))
+        InputError::new(format!("{error}{}", geojson::swapped(Path::new(area), file.system(), inside)))
     };
-    let corners = corners(area, file.epsg()).map_err(meant)?;
+    let corners = corners(area, file.system()).map_err(meant)?;
     let world = bounds(&corners);
     within(file, &world).map_err(meant)?;
     Ok((corners, world))
 }
 
 /// Corners of the area in the elevation model's x and y.
-fn corners(area: &str, epsg: Option<u32>) -> Result<Vec<[f64; 2]>, InputError> {
+fn corners(area: &str, system: Option<System>) -> Result<Vec<[f64; 2]>, InputError> {
     let numbers: Result<Vec<f64>, String> = area.split(',').map(|part| finite(part.trim())).collect();
     let refuse = |why: &str| Err(InputError::new(format!("--area {area}: {why}")));
     match numbers.as_deref() {
         Ok([x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok(vec![[*x0, *y0], [*x1, *y0], [*x1, *y1], [*x0, *y1]]),
         Ok([_, _, _, _]) => refuse("X0 has to be below X1 and Y0 below Y1"),
         Ok(_) => refuse("four numbers X0,Y0,X1,Y1 or a GeoJSON file are needed"),
-        Err(_) if Path::new(area).exists() => read_corners(Path::new(area), epsg),
+        Err(_) if Path::new(area).exists() => read_corners(Path::new(area), system),
         Err(_) => refuse("it is neither four numbers X0,Y0,X1,Y1 nor a file"),
     }
 }
@@ -182,6 +184,12 @@ fn one_band(file: &DemFile) -> Result<(), InputError> {
     Err(InputError::new(format!(
         "{path} has {bands} bands, and a flight must clear the highest of what they are: gdal_translate -b BAND {path} OUT.tif takes one"
     )))
+}
+
+/// A plan names its reference system by the EPSG code.
+fn has_code(file: &DemFile) -> Result<(), InputError> {
+    let code = file.system().map(System::epsg).transpose();
+    code.map(|_| ()).map_err(|error| error.at(file.path().display().to_string()))
 }
 
 /// The area has to lie on the model's posts, or within half a step around them: a cell's height is that of its post.
@@ -225,14 +233,14 @@ fn far_m(half_tangent: [f64; 2], height_m: f64, speed_m_s: f64) -> f64 {
 }
 
 /// The frame over all of that, so that a model in degrees is nowhere taken for shorter than it is.
-fn frame(epsg: Option<u32>, world: [f64; 4], far_m: f64) -> Result<Frame, InputError> {
-    let frame = Frame::over(epsg, world)?;
+fn frame(system: Option<System>, world: [f64; 4], far_m: f64) -> Result<Frame, InputError> {
+    let frame = Frame::over(system, world)?;
     if !matches!(frame, Frame::Degrees { .. }) {
         return Ok(frame);
     }
     let [x0, y0, x1, y1] = reach(&frame, world, far_m);
     let ([x0, y0], [x1, y1]) = (frame.world([x0, y0]), frame.world([x1, y1]));
-    Frame::over(epsg, [x0, y0.max(-90.0), x1, y1.min(90.0)])
+    Frame::over(system, [x0, y0.max(-90.0), x1, y1.min(90.0)])
 }
 
 /// Bounds of all terrain that a plan may need, working metres.

@@ -2,7 +2,7 @@
 
 use crate::verbs::finite;
 use plumbline_sim::camera::oriented::{Cells, Terrain};
-use plumbline_survey::crs::Crs;
+use plumbline_survey::crs::{Crs, System};
 use plumbline_survey::dem::{DemFile, Heights};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::raster::GeoTransform;
@@ -19,7 +19,7 @@ pub struct PlaceArgs {
     /// Metres above the datum of --dem
     #[arg(long, value_parser = finite, requires_all = ["east_m", "dem"], allow_negative_numbers = true)]
     up_m: Option<f64>,
-    /// EPSG code of the grid; that of --dem unless given
+    /// EPSG code of the grid; the system of --dem unless given
     #[arg(long, requires = "east_m")]
     epsg: Option<u32>,
     /// Elevation model of the ground: each pixel is projected from its own height
@@ -43,12 +43,12 @@ impl PlaceArgs {
     /// Opens the elevation model.
     pub fn place(&self) -> Result<Place, InputError> {
         let dem = self.dem.as_deref().map(DemFile::open).transpose()?;
-        let epsg = self.epsg.or_else(|| dem.as_ref()?.epsg());
-        let crs = epsg.map(Crs::from_epsg).transpose()?;
+        let system = self.epsg.map(System::Epsg).or_else(|| dem.as_ref()?.system());
+        let crs = system.map(Crs::new).transpose()?;
         if let Some(crs) = crs.as_ref().filter(|crs| crs.is_geographic()) {
             return Err(InputError::new(format!(
-                "EPSG:{} is in degrees: --east-m and --north-m are metres of a grid, name it with --epsg",
-                crs.epsg()
+                "{} is in degrees: --east-m and --north-m are metres of a grid, name it with --epsg",
+                crs.system()
             )));
         }
         let centre = [self.east_m.unwrap_or(0.0), self.north_m.unwrap_or(0.0)];
@@ -60,9 +60,9 @@ impl PlaceArgs {
 }
 
 impl Place {
-    /// The code of the grid.
-    pub fn epsg(&self) -> Option<u32> {
-        self.crs.as_ref().map(Crs::epsg)
+    /// What names the grid.
+    pub fn system(&self) -> Option<System> {
+        self.crs.as_ref().map(Crs::system)
     }
 
     /// East, north and up of the camera, at a height above level ground at 0 where no model says more.

@@ -3,6 +3,7 @@ use crate::camera::{core_camera, render_camera, still};
 use plumbline_core::homography::Homography;
 use plumbline_core::tilt::follow_up_command;
 use plumbline_survey::camera_file::CameraFile;
+use plumbline_survey::crs::System;
 use plumbline_survey::dem::DemFile;
 use plumbline_survey::io::raster::{Band, GeoTransform, geotiff_bytes};
 
@@ -61,7 +62,7 @@ fn model(name: &str, height: impl Fn(f64, f64) -> f64) -> Heights {
         })
         .collect();
     let bands = [Band { description: "height", samples: &samples }];
-    let bytes = geotiff_bytes(side, side, &bands, &geo, Some(32633), f32::NAN).expect("a raster");
+    let bytes = geotiff_bytes(side, side, &bands, &geo, Some(System::Epsg(32633)), f32::NAN).expect("a raster");
     let path = std::env::temp_dir().join(format!("plumbline-oriented-{}-{name}.tif", std::process::id()));
     std::fs::write(&path, bytes).expect("written");
     let [x, y, _] = CENTRE;

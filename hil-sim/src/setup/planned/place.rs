@@ -103,7 +103,7 @@ impl Place {
 
     /// What a reader should know of it.
     pub fn note(&self) -> Option<String> {
-        let grid = format!("EPSG:{} ({})", self.crs.epsg(), self.crs.name());
+        let grid = format!("{} ({})", self.crs.system(), self.crs.name());
         match &self.way {
             Way::Same => None,
             Way::Degrees(_) => Some(format!("the plan is in degrees and is flown on the grid of {grid}")),

@@ -2,6 +2,7 @@
 
 use super::place::Place;
 use crate::world::{Bounds, Grid};
+use plumbline_survey::crs::System;
 use plumbline_survey::dem::{Dem, DemFile, Frame};
 use plumbline_survey::error::InputError;
 use plumbline_survey::plan::PlanFile;
@@ -37,16 +38,17 @@ impl Terrain {
     ) -> Result<Self, InputError> {
         let path = other.map_or_else(|| file.model_path(plan_path), |other| Ok(other.to_owned()))?;
         let opened = DemFile::open(&path)?;
-        if opened.epsg() != file.epsg {
-            let named = |epsg: Option<u32>| epsg.map_or("local metres".to_owned(), |epsg| format!("EPSG:{epsg}"));
+        let planned = file.epsg.map(System::Epsg);
+        if opened.system() != planned {
+            let named = |system: Option<System>| system.map_or("local metres".to_owned(), |system| system.to_string());
             return Err(InputError::new(format!(
                 "{}: the elevation model is in {}, the plan in {}",
                 path.display(),
-                named(opened.epsg()),
-                named(file.epsg)
+                named(opened.system()),
+                named(planned)
             )));
         }
-        let frame = Frame::new(file.epsg, place.plan(bounds.centre())?)?;
+        let frame = Frame::new(planned, place.plan(bounds.centre())?)?;
         let Bounds { west_m, east_m, south_m, north_m } = *bounds;
         let mut wanted = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
         // Grids are turned against each other: the borders' middles count too.

@@ -16,7 +16,7 @@ pub fn area(text: &str, crs: &Crs) -> Result<Bounds, InputError> {
     let points = match corners(text) {
         Some(points) => points.to_vec(),
         None => {
-            let polygons = geojson::polygons(Path::new(text), Some(crs.epsg()));
+            let polygons = geojson::polygons(Path::new(text), Some(crs.system()));
             let polygons = polygons.map_err(|error| error.at("--area is neither X0,Y0,X1,Y1 nor GeoJSON"))?;
             polygons.into_iter().flat_map(|polygon| polygon.outer).collect()
         }

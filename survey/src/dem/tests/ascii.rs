@@ -1,6 +1,7 @@
 //! ESRI ASCII grids: every form of the header, the same heights as a GeoTIFF's, and what is refused.
 
 use super::*;
+use crate::crs::System;
 use crate::io::output::tests::scratch;
 
 /// Three columns of two rows.
@@ -72,8 +73,8 @@ fn it_holds_what_a_geotiff_holds() {
 #[test]
 fn the_system_is_that_of_the_file_beside() {
     let named = "PROJCS[\"x\",UNIT[\"metre\",1],AUTHORITY[\"EPSG\",\"31256\"]]";
-    assert_eq!(open("asc-prj", SMALL, Some(named)).expect("readable").epsg(), Some(31256));
-    assert_eq!(open("asc-prj", SMALL, None).expect("readable").epsg(), None);
+    assert_eq!(open("asc-prj", SMALL, Some(named)).expect("readable").system(), Some(System::Epsg(31256)));
+    assert_eq!(open("asc-prj", SMALL, None).expect("readable").system(), None);
     let heights = |prj: &str| {
         let file = open("asc-feet", SMALL, Some(prj)).expect("readable");
         file.window(&frame_of(&file), file.bounds(), &mut |_, _| {}).expect("a window").at(2, 0)

@@ -143,7 +143,7 @@ fn files_without_a_system_are_local_metres() {
     let path = scratch("dem-local").join("a.tif");
     std::fs::write(&path, geotiff(&Layout { epsg: None, ..PLAIN }, float)).expect("written");
     let file = compare_with_raster(&path);
-    assert_eq!(file.epsg(), None);
+    assert_eq!(file.system(), None);
     assert!(matches!(frame_of(&file), Frame::Local));
 }
 

@@ -80,7 +80,7 @@ fn broken_files_are_read_or_refused() {
 fn window_of(path: &Path) -> Result<Dem, InputError> {
     let file = DemFile::open(path)?;
     let [x0, y0, x1, y1] = file.bounds();
-    let frame = Frame::new(file.epsg(), [(x0 + x1) / 2.0, (y0 + y1) / 2.0])?;
+    let frame = Frame::new(file.system(), [(x0 + x1) / 2.0, (y0 + y1) / 2.0])?;
     let ([x0, y0], [x1, y1]) = (frame.metres([x0, y0]), frame.metres([x1, y1]));
     let (width, height) = (x1 - x0, y1 - y0);
     file.window(&frame, [x0 + 0.3 * width, y0 + 0.3 * height, x0 + 0.8 * width, y1], &mut |_, _| {})

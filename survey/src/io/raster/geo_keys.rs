@@ -9,6 +9,8 @@ pub(super) const RASTER_TYPE: u16 = 1025;
 pub(super) const GEODETIC_CRS: u16 = 2048;
 pub(super) const ANGULAR_UNITS: u16 = 2054;
 pub(super) const PROJECTED_CRS: u16 = 3072;
+pub(super) const PROJECTION: u16 = 3074;
+pub(super) const PROJECTION_METHOD: u16 = 3075;
 pub(super) const LINEAR_UNITS: u16 = 3076;
 pub(super) const VERTICAL_CRS: u16 = 4096;
 pub(super) const VERTICAL_UNITS: u16 = 4099;
@@ -23,7 +25,7 @@ pub(super) const METRE: u16 = 9001;
 pub(super) const DEGREE: u16 = 9102;
 
 /// Tag number of the double parameters: where a key's value is a double.
-const DOUBLES_TAG: u16 = 34736;
+pub(super) const DOUBLES_TAG: u16 = 34736;
 
 /// The keys of one file: short values and double values by key number.
 #[derive(Debug, Default)]

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::GeoTransform;
-use crate::crs::{Crs, radii_m};
+use crate::crs::{Crs, System, radii_m};
 use crate::error::InputError;
 
 /// Web Mercator, EPSG:3857, and the codes that it went by before it had one.
@@ -18,8 +18,8 @@ const SQUARE: f64 = 1e-6;
 ///
 /// # Errors
 /// As [`check_metres`] and [`check_square`].
-pub fn check_metric(path: &Path, geo: &GeoTransform, epsg: u32, size: (usize, usize)) -> Result<(), InputError> {
-    check_metres(path, geo, epsg, size)?;
+pub fn check_metric(path: &Path, geo: &GeoTransform, system: System, size: (usize, usize)) -> Result<(), InputError> {
+    check_metres(path, geo, system, size)?;
     check_square(path, geo, "cubic")
 }
 
@@ -44,11 +44,11 @@ pub fn check_square(path: &Path, geo: &GeoTransform, interpolation: &str) -> Res
 pub fn check_metres(
     path: &Path,
     geo: &GeoTransform,
-    epsg: u32,
+    system: System,
     (cols, rows): (usize, usize),
 ) -> Result<(), InputError> {
-    let is_web = WEB_MERCATOR.contains(&epsg);
-    if !is_web && !Crs::from_epsg(epsg).is_ok_and(|crs| crs.is_geographic()) {
+    let is_web = WEB_MERCATOR.map(System::Epsg).contains(&system);
+    if !is_web && !Crs::new(system).is_ok_and(|crs| crs.is_geographic()) {
         return Ok(());
     }
     let (what, unit) = if is_web { ("in Web Mercator", "units") } else { ("in degrees", "degrees") };
@@ -57,7 +57,7 @@ pub fn check_metres(
     let (lat_deg, lon_deg) = if is_web { web_mercator(x, y) } else { (y, x) };
     if !(-90.0..=90.0).contains(&lat_deg) || !(-360.0..=360.0).contains(&lon_deg) {
         return Err(InputError::new(format!(
-            "{name} is {what} (EPSG:{epsg}), but its middle, {x}, {y}, is no place in it"
+            "{name} is {what} ({system}), but its middle, {x}, {y}, is no place in it"
         )));
     }
     let cos = lat_deg.to_radians().cos();
@@ -70,7 +70,7 @@ pub fn check_metres(
     let side_m = two_digits((sides_m[0] * sides_m[1]).sqrt());
     let (utm, zone) = utm_zone(lat_deg, lon_deg);
     Err(InputError::new(format!(
-        "{name} is {what} (EPSG:{epsg}), with pixels of {} {unit}, which are {} x {} m on the ground; a grid in metres is needed: {}",
+        "{name} is {what} ({system}), with pixels of {} {unit}, which are {} x {} m on the ground; a grid in metres is needed: {}",
         steps(geo),
         two_digits(sides_m[0]),
         two_digits(sides_m[1]),
@@ -127,7 +127,7 @@ mod tests {
 
     fn refused(path: &str, (x0, y0): (f64, f64), (step_x, step_y): (f64, f64), epsg: u32) -> String {
         let geo = GeoTransform { x0, y0, step_x, step_y };
-        check_metric(Path::new(path), &geo, epsg, (1001, 1001)).expect_err("refused").to_string()
+        check_metric(Path::new(path), &geo, System::Epsg(epsg), (1001, 1001)).expect_err("refused").to_string()
     }
 
     #[test]
@@ -154,7 +154,7 @@ mod tests {
         let said = refused("a.tif", (600_000.0, 5_340_000.0), (2.0, 2.2), 32633);
         assert!(said.ends_with("not square: gdalwarp -tr 2.1 2.1 -r cubic a.tif a_square.tif"), "{said}");
         let geo = GeoTransform { x0: 6e5, y0: 5.34e6, step_x: 2.0, step_y: 2.0 };
-        check_metric(Path::new("a.tif"), &geo, 32633, (10, 10)).expect("taken");
+        check_metric(Path::new("a.tif"), &geo, System::Epsg(32633), (10, 10)).expect("taken");
         // Posts as a public elevation model has them.
         let posts = GeoTransform { step_x: 10.003_956, step_y: 10.004_087, ..geo };
         let said = check_square(Path::new("dem.tif"), &posts, "bilinear").expect_err("not square").to_string();

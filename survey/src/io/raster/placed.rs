@@ -3,6 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
+use crate::crs::System;
 use crate::error::InputError;
 use crate::io::input::{open, unreadable};
 use crate::io::tiff::{TiffFile, is_tiff};
@@ -19,8 +20,8 @@ pub struct Placed {
     pub size: (usize, usize),
     /// From pixels to the world and back.
     pub geo: GeoTransform,
-    /// EPSG code of the horizontal system; `None` where the file names none.
-    pub epsg: Option<u32>,
+    /// The horizontal system; `None` where the file names none.
+    pub crs: Option<System>,
     /// Value that stands for "nothing known here".
     pub nodata: Option<f32>,
 }
@@ -43,7 +44,7 @@ impl Placed {
             return Ok(None);
         }
         let refuse = |why: String| InputError::new(format!("cannot use raster {}: {why}", path.display()));
-        let Georeference { geo, crs: epsg, nodata, .. } = Georeference::read(&tags).map_err(refuse)?;
-        Ok(Some(Placed { size: (cols as usize, rows as usize), geo, epsg, nodata }))
+        let Georeference { geo, crs, nodata, .. } = Georeference::read(&tags).map_err(refuse)?;
+        Ok(Some(Placed { size: (cols as usize, rows as usize), geo, crs, nodata }))
     }
 }

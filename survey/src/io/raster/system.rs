@@ -1,4 +1,6 @@
-//! The reference system that a file's keys name, and the unit of its heights.
+//! The reference system that a file's keys name or spell out, and the unit of its heights.
+
+use crate::crs::System;
 
 use super::geo_keys::{
     ANGULAR_UNITS, DEGREE, GEODETIC_CRS, GeoKeys, LINEAR_UNITS, METRE, MODEL_GEOCENTRIC, MODEL_GEOGRAPHIC,
@@ -44,22 +46,22 @@ const NAMES_M: [(&str, f64); 10] = [
     ("us-ft", 1200.0 / 3937.0),
 ];
 
-/// EPSG code of the horizontal system, `None` where the file names none. Units other than metres and degrees,
+/// The horizontal system, `None` where the file names none. Units other than metres and degrees,
 /// and systems that are not certain, are refused.
-pub(super) fn epsg(keys: &GeoKeys) -> Result<Option<u32>, String> {
+pub(super) fn horizontal(keys: &GeoKeys) -> Result<Option<System>, String> {
     match keys.short(MODEL_TYPE) {
         Some(MODEL_PROJECTED) => {
             unit_is(keys, LINEAR_UNITS, METRE, "metres")?;
             match keys.short(PROJECTED_CRS) {
-                Some(USER_DEFINED) | None => user_defined::epsg(keys).map(Some),
-                Some(code) => Ok(Some(u32::from(code))),
+                Some(USER_DEFINED) | None => user_defined::read(keys).map(Some),
+                Some(code) => Ok(Some(System::Epsg(u32::from(code)))),
             }
         }
         Some(MODEL_GEOGRAPHIC) => {
             unit_is(keys, ANGULAR_UNITS, DEGREE, "degrees")?;
             match keys.short(GEODETIC_CRS) {
                 Some(USER_DEFINED) | None => Err("its geographic reference system has no EPSG code".into()),
-                Some(code) => Ok(Some(u32::from(code))),
+                Some(code) => Ok(Some(System::Epsg(u32::from(code)))),
             }
         }
         Some(MODEL_GEOCENTRIC) => Err("its coordinates are geocentric".into()),
@@ -82,11 +84,11 @@ fn unit_is(keys: &GeoKeys, key: u16, wanted: u16, unit: &str) -> Result<(), Stri
 
 /// Metres of a unit of height. Three entries may name it: the key of the unit, the vertical system (key 4096), and GDAL's own
 /// metadata (`UNITTYPE`), in which GDAL keeps it where the file has no vertical system. All that do have to agree; metres
-/// where none does.
+/// where none does: GDAL writes a user-defined unit where it has lost the name.
 pub(super) fn height_unit_m(keys: &GeoKeys, metadata: Option<&str>) -> Result<f64, String> {
     let listed =
         |list: &[(u16, f64)], code: u16| list.iter().find(|(known, _)| *known == code).map(|(_, metres)| *metres);
-    let by_key = keys.short(VERTICAL_UNITS).map(|code| {
+    let by_key = keys.short(VERTICAL_UNITS).filter(|code| *code != USER_DEFINED).map(|code| {
         listed(&UNITS_M, code)
             .ok_or_else(|| format!("its heights are in EPSG unit {code}, which is neither metres nor feet"))
     });
@@ -129,12 +131,12 @@ mod tests {
 
     #[test]
     fn codes_are_read_by_model_type() {
-        assert_eq!(epsg(&keys(&[(1024, 1), (3072, 31256)])), Ok(Some(31256)));
-        assert_eq!(epsg(&keys(&[(1024, 2), (2048, 4326)])), Ok(Some(4326)));
+        assert_eq!(horizontal(&keys(&[(1024, 1), (3072, 31256)])), Ok(Some(System::Epsg(31256))));
+        assert_eq!(horizontal(&keys(&[(1024, 2), (2048, 4326)])), Ok(Some(System::Epsg(4326))));
         // A projected file also names its base: that is not its system.
-        assert_eq!(epsg(&keys(&[(1024, 1), (2048, 4312), (3072, 31256)])), Ok(Some(31256)));
-        assert_eq!(epsg(&keys(&[])), Ok(None));
-        assert_eq!(epsg(&GeoKeys::read(&GeoTags::default()).expect("none")), Ok(None));
+        assert_eq!(horizontal(&keys(&[(1024, 1), (2048, 4312), (3072, 31256)])), Ok(Some(System::Epsg(31256))));
+        assert_eq!(horizontal(&keys(&[])), Ok(None));
+        assert_eq!(horizontal(&GeoKeys::read(&GeoTags::default()).expect("none")), Ok(None));
     }
 
     #[test]
@@ -149,7 +151,7 @@ mod tests {
             &[(1024, 2), (2048, 4807), (2054, 9105)], // grads
             &[(3076, 9002)],                          // local feet
         ] {
-            assert!(epsg(&keys(entries)).is_err(), "{entries:?}");
+            assert!(horizontal(&keys(entries)).is_err(), "{entries:?}");
         }
     }
 
@@ -179,6 +181,8 @@ mod tests {
         for (entries, metadata, wanted) in [
             (&[][..], None, 1.0),
             (&[(4099, 9001)], None, 1.0),
+            (&[(4096, 32767), (4099, 32767)], None, 1.0),
+            (&[(4096, 32767), (4099, 32767)], Some(feet), us_foot),
             (&[(4099, 9003)], None, us_foot),
             (&[(4096, 5703)], None, 1.0),
             (&[(4096, 6360)], None, us_foot),

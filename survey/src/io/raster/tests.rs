@@ -50,7 +50,7 @@ fn all_sample_types_are_read() {
     for (bytes, sample_type, wanted) in cases {
         let raster = read("raster-types", &bytes).expect("readable");
         assert_eq!((raster.cols, raster.rows, raster.bands), (2, 2, 1));
-        assert_eq!((raster.sample_type, raster.crs), (sample_type, Some(32633)));
+        assert_eq!((raster.sample_type, raster.crs), (sample_type, Some(System::Epsg(32633))));
         assert_eq!(raster.data, wanted);
         assert_eq!(raster.geo.world_from_pixel(0.0, 0.0), (1000.25, 1999.75));
     }
@@ -160,7 +160,7 @@ fn real_files_hold_what_another_library_reads() {
         let Some(path) = real(wanted.name) else { continue };
         let raster = Raster::read(&path).expect(wanted.name);
         assert_eq!((raster.cols, raster.rows, raster.bands), wanted.size, "{}", wanted.name);
-        assert_eq!(raster.crs, Some(wanted.epsg), "{}", wanted.name);
+        assert_eq!(raster.crs, Some(System::Epsg(wanted.epsg)), "{}", wanted.name);
         let (x, y) = raster.geo.world_from_pixel(0.0, 0.0);
         let miss = (x - wanted.first.0).hypot(y - wanted.first.1);
         assert!(miss < 1e-9, "{}: {miss}", wanted.name);

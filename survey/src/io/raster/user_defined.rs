@@ -1,55 +1,54 @@
-//! The EPSG code of a projected system that a GeoTIFF spells out instead of naming.
+//! A projected system that a GeoTIFF spells out instead of naming.
 //!
-//! Some software writes code 32767 and the projection's parameters. Where the geodetic base has a code, and the list of
-//! EPSG systems holds one on that base with the same projection and parameters, that is the system. Anything else is
-//! refused. The two projections handled are the ones of national and zone grids.
+//! Some software writes code 32767 and the projection's parameters. Where the geodetic base has a code and the projection is one of
+//! the two of national and zone grids, that is enough to convert by. Anything else is refused.
 
-use crate::crs::lookup::code_of;
+use crate::crs::System;
+use crate::crs::system::{Projection, UserDefined};
 
-use super::geo_keys::GeoKeys;
+use super::geo_keys::{GeoKeys, PROJECTION_METHOD};
 
-const PROJECTION_METHOD: u16 = 3075;
-const TRANSVERSE_MERCATOR: u16 = 1;
-const LAMBERT_CONIC_2SP: u16 = 8;
+/// Codes of the projections' methods (GeoTIFF 1.1, key 3075).
+const METHODS: [(u16, Projection); 2] = [(1, Projection::TransverseMercator), (8, Projection::LambertConic2Sp)];
 
-/// GeoKeys of one method, each with the parameter's name in a projection string and its default.
-type Parameters = [(&'static str, u16)];
-
-const TRANSVERSE_MERCATOR_KEYS: &Parameters =
-    &[("lon_0", 3080), ("lat_0", 3081), ("x_0", 3082), ("y_0", 3083), ("k", 3092)];
-const LAMBERT_KEYS: &Parameters =
-    &[("lat_1", 3078), ("lat_2", 3079), ("lon_0", 3084), ("lat_0", 3085), ("x_0", 3086), ("y_0", 3087)];
-
-/// Lowest EPSG code of the system with these keys' base, projection and parameters.
-pub(super) fn epsg(keys: &GeoKeys) -> Result<u32, String> {
-    let unknown = || unknown(central_meridian(keys));
-    let base = keys.base_epsg().ok_or_else(unknown)?;
-    let (method, parameters) = match keys.short(PROJECTION_METHOD) {
-        Some(TRANSVERSE_MERCATOR) => ("tmerc", TRANSVERSE_MERCATOR_KEYS),
-        Some(LAMBERT_CONIC_2SP) => ("lcc", LAMBERT_KEYS),
-        _ => return Err(unknown()),
+/// Key of a parameter, by its name in projection strings.
+fn key(projection: Projection, name: &str) -> Option<u16> {
+    let keys: &[(&str, u16)] = match projection {
+        Projection::TransverseMercator => {
+            &[("lon_0", 3080), ("lat_0", 3081), ("x_0", 3082), ("y_0", 3083), ("k", 3092)]
+        }
+        Projection::LambertConic2Sp => {
+            &[("lat_1", 3078), ("lat_2", 3079), ("lon_0", 3084), ("lat_0", 3085), ("x_0", 3086), ("y_0", 3087)]
+        }
     };
-    let wanted = parameters
-        .iter()
-        .map(|(name, key)| keys.double(*key).map(|value| (*name, value)))
-        .collect::<Option<Vec<_>>>()
-        .ok_or_else(unknown)?;
-    code_of(u32::from(base), method, &wanted).ok_or_else(unknown)
+    keys.iter().find(|(known, _)| *known == name).map(|(_, key)| *key)
 }
 
-/// That of the projection, degrees east of Greenwich, where it has one.
-fn central_meridian(keys: &GeoKeys) -> Option<f64> {
-    keys.double(3080).or_else(|| keys.double(3084)).filter(|degrees| degrees.abs() <= 180.0)
+/// The system with these keys' base, projection and parameters.
+pub(super) fn read(keys: &GeoKeys) -> Result<System, String> {
+    let refuse = |why: &str| {
+        format!(
+            "its projected reference system is user-defined, and {why}: gdalwarp -t_srs EPSG:326ZZ IN OUT.tif puts it on UTM zone ZZ, EPSG:327ZZ south of the equator"
+        )
+    };
+    let base = keys.base_epsg().ok_or_else(|| refuse("its geographic base has no EPSG code"))?;
+    let method = keys.short(PROJECTION_METHOD);
+    let (_, projection) = METHODS
+        .into_iter()
+        .find(|(code, _)| Some(*code) == method)
+        .ok_or_else(|| refuse("its projection is neither transverse Mercator nor Lambert's with two parallels"))?;
+    System::spelt_out(u32::from(base), projection, |name| keys.double(key(projection, name)?))
+        .map_err(|why| refuse(&why))
 }
 
-/// What is wrong and the command that mends it: to the UTM zone of the central meridian.
-fn unknown(meridian_deg: Option<f64>) -> String {
-    let zone =
-        meridian_deg.map_or("ZZ".to_owned(), |degrees| format!("{:02}", ((degrees + 180.0) / 6.0) as u8 % 60 + 1));
-    let mends =
-        format!("gdalwarp -t_srs EPSG:326{zone} IN OUT.tif puts it on one, EPSG:327{zone} south of the equator");
-    let whose = if meridian_deg.is_none() { " (ZZ: its UTM zone)" } else { "" };
-    format!("its projected reference system is user-defined and matches no EPSG system: {mends}{whose}")
+/// Code of a user-defined system's method.
+pub(super) fn method(system: &UserDefined) -> Option<u16> {
+    METHODS.iter().find(|(_, projection)| *projection == system.projection).map(|(code, _)| *code)
+}
+
+/// Keys of its parameters, each with the value.
+pub(super) fn parameters(system: &UserDefined) -> Vec<(u16, f64)> {
+    system.values().filter_map(|(name, value)| Some((key(system.projection, name)?, value))).collect()
 }
 
 #[cfg(test)]
@@ -75,20 +74,15 @@ mod tests {
     const GK_EAST: [(u16, f64); 5] =
         [(3080, 16.333_333_333_3), (3081, 0.0), (3082, 0.0), (3083, -5_000_000.0), (3092, 1.0)];
 
-    #[test]
-    fn what_mends_an_unknown_system_names_its_zone() {
-        let lo_25 = [(3080, 25.0), (3081, 0.0), (3082, 0.0), (3083, 0.0), (3092, 1.0)];
-        let said = epsg(&keys(4326, 1, &lo_25)).expect_err("it has no code");
-        assert!(said.contains("EPSG:32635 IN OUT.tif") && said.contains("EPSG:32735 south"), "{said}");
-        let said = epsg(&keys(4326, 9, &[])).expect_err("another projection");
-        assert!(said.contains("EPSG:326ZZ") && said.ends_with("(ZZ: its UTM zone)"), "{said}");
+    fn code(keys: &GeoKeys) -> Option<u32> {
+        read(keys).ok()?.epsg().ok()
     }
 
     #[test]
     fn systems_are_found_by_their_parameters() {
-        assert_eq!(epsg(&keys(4312, 1, &GK_EAST)), Ok(31256));
+        assert_eq!(code(&keys(4312, 1, &GK_EAST)), Some(31256));
         let utm_33_south = [(3080, 15.0), (3081, 0.0), (3082, 5e5), (3083, 1e7), (3092, 0.9996)];
-        assert_eq!(epsg(&keys(4326, 1, &utm_33_south)), Ok(32733));
+        assert_eq!(code(&keys(4326, 1, &utm_33_south)), Some(32733));
         for parallels in [[46.0, 49.0], [49.0, 46.0]] {
             let lambert = [
                 (3078, parallels[0]),
@@ -98,22 +92,32 @@ mod tests {
                 (3086, 4e5),
                 (3087, 4e5),
             ];
-            assert_eq!(epsg(&keys(4312, 8, &lambert)), Ok(31287));
-            // The same cone on another datum is another system.
-            assert_eq!(epsg(&keys(4258, 8, &lambert)), Ok(3416));
-            assert!(epsg(&keys(4277, 8, &lambert)).is_err());
+            assert_eq!(code(&keys(4312, 8, &lambert)), Some(31287));
+            // The same cone on another datum is another system, and on one more it has no code.
+            assert_eq!(code(&keys(4258, 8, &lambert)), Some(3416));
+            assert_eq!(code(&keys(4277, 8, &lambert)), None);
         }
     }
 
     #[test]
-    fn what_matches_nothing_is_refused() {
-        assert!(epsg(&keys(32767, 1, &GK_EAST)).is_err(), "no base");
-        assert!(epsg(&keys(4312, 11, &GK_EAST)).is_err(), "another method");
-        assert!(epsg(&keys(4312, 1, &GK_EAST[..4])).is_err(), "a parameter is missing");
+    fn what_has_no_code_stays_what_it_is() {
         for index in 0..GK_EAST.len() {
             let mut moved = GK_EAST;
             moved[index].1 += 1e-3;
-            assert!(epsg(&keys(4312, 1, &moved)).is_err(), "parameter {index} differs");
+            let found = read(&keys(4312, 1, &moved)).expect("a projection");
+            assert!(found.epsg().is_err(), "parameter {index} differs");
+            let System::UserDefined(system) = found else { unreachable!() };
+            assert_eq!(method(&system), Some(1));
+            assert_eq!(parameters(&system), moved);
         }
+    }
+
+    #[test]
+    fn what_cannot_be_converted_by_is_refused() {
+        assert!(read(&keys(32767, 1, &GK_EAST)).is_err(), "no base");
+        assert!(read(&keys(4312, 11, &GK_EAST)).is_err(), "another method");
+        assert!(read(&keys(4312, 1, &GK_EAST[..4])).is_err(), "a parameter is missing");
+        let said = read(&keys(4267, 1, &GK_EAST)).expect_err("a datum that needs a grid file");
+        assert!(said.contains("grid file") && said.contains("gdalwarp"), "{said}");
     }
 }

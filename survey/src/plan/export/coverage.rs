@@ -40,6 +40,6 @@ impl Outputs<'_> {
         });
         let described: Vec<Band<'_>> =
             QUANTITIES.iter().zip(&bands).map(|((description, _), samples)| Band { description, samples }).collect();
-        geotiff_bytes(cells.cols, cells.rows, &described, &geo, self.place.frame().epsg(), NODATA)
+        geotiff_bytes(cells.cols, cells.rows, &described, &geo, self.place.frame().system(), NODATA)
     }
 }

@@ -8,6 +8,7 @@ mod mission;
 use super::Outputs;
 use super::vehicle::Vehicle;
 use crate::camera_file::CameraFile;
+use crate::crs::System;
 use crate::dem::{Dem, Frame};
 use crate::plan::area::Area;
 use crate::plan::combinations::Limits;
@@ -45,7 +46,8 @@ fn level(_: f64, _: f64) -> f64 {
 
 fn grid() -> Scene {
     Scene {
-        place: Place::new(Frame::new(Some(32633), [500_000.0, 5_300_000.0]).expect("a grid"), None).expect("a place"),
+        place: Place::new(Frame::new(Some(System::Epsg(32633)), [500_000.0, 5_300_000.0]).expect("a grid"), None)
+            .expect("a place"),
         corner: [500_000.0, 5_300_000.0],
         heading_deg: 90.0,
         trigger_items: false,

@@ -1,6 +1,7 @@
 //! `coverage.tif`, read back.
 
 use super::{Scene, grid, local};
+use crate::crs::System;
 use crate::dem::Frame;
 use crate::io::raster::Raster;
 use crate::plan::place::Place;
@@ -8,7 +9,8 @@ use std::collections::BTreeMap;
 
 #[test]
 fn the_coverage_is_read_back_at_the_right_places() {
-    let degrees = Place::new(Frame::new(Some(4326), [11.0, 48.0]).expect("a frame"), None).expect("a place");
+    let degrees =
+        Place::new(Frame::new(Some(System::Epsg(4326)), [11.0, 48.0]).expect("a frame"), None).expect("a place");
     let scenes = [grid(), local(None), Scene { place: degrees, ..local(None) }];
     for (index, scene) in scenes.into_iter().enumerate() {
         Scene { is_triangle: true, ..scene }.outputs(|outputs| {
@@ -19,7 +21,7 @@ fn the_coverage_is_read_back_at_the_right_places() {
             let _ = std::fs::remove_file(&path);
             let (cells, known) = (&outputs.planned.cells, &outputs.planned.known);
             assert_eq!((raster.cols, raster.rows, raster.bands), (cells.cols, cells.rows, 4));
-            assert_eq!((raster.crs, raster.nodata), (outputs.place.frame().epsg(), Some(-9999.0)));
+            assert_eq!((raster.crs, raster.nodata), (outputs.place.frame().system(), Some(-9999.0)));
             let mut seen = 0;
             for (cell, known) in cells.inside.iter().zip(known) {
                 let [x, y] = outputs.place.frame().world(cells.centre(cell.col, cell.row));
