@@ -67,10 +67,18 @@ const CHANGING: f32 = 1.5;
 /// At most, radians: half a degree. Chosen: a drift that is stated larger than in these flights may be a camera's that leans, which does not swing.
 const CHANGING_MAX_RAD: f32 = 0.009;
 
+/// What a stream has said; `Ok(None)` while it is worth waiting for.
+fn awaited<T>(said: Result<T, PoseError>, wait: Wait) -> Result<Option<T>, PoseError> {
+    match said {
+        Err(PoseError::NotYet) if wait != Wait::No => Ok(None),
+        said => said.map(Some),
+    }
+}
+
 impl Pipeline<'_> {
     /// Every stream at mid-exposure, an instant with its sigma in microseconds. `Ok(None)`: a stream's next samples have not
     /// arrived yet; try again when they have, as long as patience lasts, and then with [`Wait::No`], which takes what is
-    /// there.
+    /// there, and is never told to wait.
     ///
     /// # Errors
     /// The [`SituateError`] that waiting cannot mend.
@@ -81,19 +89,14 @@ impl Pipeline<'_> {
         (mid_exposure_at, sigma_us): (Micros, f32),
         wait: Wait,
     ) -> Result<Option<Situation>, SituateError> {
-        // While it waited in vain for a follow-up angle, the attitudes around it may have gone.
-        if wait == Wait::No && self.lacks_follow_up(mid_exposure_at) {
-            return Err(self.missing_at(mid_exposure_at));
-        }
         let Some(attitude) = self.attitude_at(mid_exposure_at, wait)? else { return Ok(None) };
         let [offset_north_m, _, offset_east_m] = self.settings.mount.camera_offset(attitude.value);
         let camera_offset_m = [offset_east_m, offset_north_m];
         let (prediction, position_method) = self.predict(mid_exposure_at, camera_offset_m)?;
-        let slant = match self.slant_at(mid_exposure_at, prediction.local, wait) {
-            Err(PoseError::NotYet) => return Ok(None),
-            other => other.map_err(SituateError::Range)?,
-        };
-        let Some(follow_up) = self.follow_up(mid_exposure_at, &attitude)? else { return Ok(None) };
+        let slant = self.slant_at(mid_exposure_at, prediction.local, wait);
+        let Some(slant) = awaited(slant, wait).map_err(SituateError::Range)? else { return Ok(None) };
+        let follow_up = awaited(self.follow_up(mid_exposure_at, &attitude), wait);
+        let Some(follow_up) = follow_up.map_err(SituateError::FollowUp)? else { return Ok(None) };
         let sigma_s = sigma_us * 1e-6;
         let unknown = self.unknown();
         self.navigation.filter.carry(mid_exposure_at, &unknown);
@@ -137,10 +140,14 @@ impl Pipeline<'_> {
     /// The attitude at an instant, of a camera that sees the ground below; `Ok(None)` while its next samples have not arrived.
     fn attitude_at(&self, at: Micros, wait: Wait) -> Result<Option<Estimate<Attitude, 3>>, SituateError> {
         let history = self.streams.attitude.history();
-        let attitude = match self.smoothers.attitude.at(history, at, self.settings.gap_us, wait) {
-            Err(PoseError::NotYet) => return Ok(None),
-            other => other.map_err(SituateError::Attitude)?,
-        };
+        let attitude = self.smoothers.attitude.at(history, at, self.settings.gap_us, wait);
+        // A frame that waits in vain for a follow-up angle may wait until the attitudes around it have gone.
+        if let Err(PoseError::TooOld) = attitude
+            && let Err(error) = self.measured_follow_up(at)
+        {
+            return Err(SituateError::FollowUp(error));
+        }
+        let Some(attitude) = awaited(attitude, wait).map_err(SituateError::Attitude)? else { return Ok(None) };
         let sees = attitude.value.looks_down() && attitude.value.cos_tilt() >= COS_TILT_MIN;
         if sees { Ok(Some(attitude)) } else { Err(SituateError::Tilt) }
     }
@@ -222,45 +229,29 @@ impl Pipeline<'_> {
         hypot(turning, seen_m_per_s / TILTS_WITHIN_S) / G_M_PER_S2
     }
 
-    /// The follow-up angle at an instant; `Ok(None)` while its next sample has not arrived.
-    fn follow_up(&self, at: Micros, attitude: &Estimate<Attitude, 3>) -> Result<Option<FollowUp>, SituateError> {
-        let settings = self.settings();
-        let sigma_rad = settings.sigmas.follow_up_rad;
-        Ok(Some(match settings.follow_up {
-            // A servo that follows exactly turns as the heading does, but for terms of the tilt's square.
-            FollowUpMode::Followed => {
-                FollowUp { angle: follow_up_command(attitude.value), rate: attitude.rate[0], sigma_rad }
+    /// The follow-up angle at an instant.
+    ///
+    /// # Errors
+    /// [`PoseError`].
+    fn follow_up(&self, at: Micros, attitude: &Estimate<Attitude, 3>) -> Result<FollowUp, PoseError> {
+        let sigma_rad = self.settings.sigmas.follow_up_rad;
+        Ok(match (self.measured_follow_up(at)?, self.settings.follow_up) {
+            (Some(found), _) => {
+                FollowUp { angle: found.value, rate: found.rate[0], sigma_rad: sigma_rad * found.noise_factor() }
             }
-            FollowUpMode::Fixed => FollowUp { angle: Radians(0.0), rate: 0.0, sigma_rad: 0.0 },
-            // Linearly: its noise turns the patch about the nadir, which the matching finds and no fix feels.
-            FollowUpMode::Measured => match self.streams.follow_up.history().at(at, settings.gap_us) {
-                Err(PoseError::NotYet) => return Ok(None),
-                Err(error) => return Err(SituateError::FollowUp(error)),
-                Ok(found) => {
-                    FollowUp { angle: found.value, rate: found.rate[0], sigma_rad: sigma_rad * found.noise_factor() }
-                }
-            },
-        }))
+            (None, FollowUpMode::Fixed) => FollowUp { angle: Radians(0.0), rate: 0.0, sigma_rad: 0.0 },
+            // A servo that follows exactly turns as the heading does, but for terms of the tilt's square.
+            (None, _) => FollowUp { angle: follow_up_command(attitude.value), rate: attitude.rate[0], sigma_rad },
+        })
     }
 
-    /// Whether it is measured, and no angle behind an instant has come.
-    fn lacks_follow_up(&self, at: Micros) -> bool {
-        let is_measured = self.settings.follow_up == FollowUpMode::Measured;
-        is_measured && self.streams.follow_up.history().later_than(at) == 0
-    }
-
-    /// Which stream a frame waited for in vain.
-    pub fn missing_at(&self, mid_exposure_at: Micros) -> SituateError {
-        // The fit wants a sample behind the instant, where interpolation would take one at it.
-        if self.streams.attitude.history().later_than(mid_exposure_at) == 0 {
-            SituateError::Attitude(PoseError::NotYet)
-        } else if self.newest_height_m().is_none() {
-            SituateError::Range(PoseError::NotYet)
-        } else if self.settings.follow_up == FollowUpMode::Measured {
-            SituateError::FollowUp(PoseError::NotYet)
-        } else {
-            SituateError::Attitude(PoseError::NotYet)
+    /// The angle that was measured; `Ok(None)` where none is.
+    fn measured_follow_up(&self, at: Micros) -> Result<Option<Interpolated<Radians, 1>>, PoseError> {
+        if self.settings.follow_up != FollowUpMode::Measured {
+            return Ok(None);
         }
+        // Linearly: its noise turns the patch about the nadir, which the matching finds and no fix feels.
+        self.streams.follow_up.history().at(at, self.settings.gap_us).map(Some)
     }
 
     /// Where the camera is at `at` and how fast: the newest position propagated with its velocity, and the lever arm by the

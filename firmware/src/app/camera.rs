@@ -219,11 +219,7 @@ impl Work {
                 let wait = if is_late { Wait::No } else { settings.wait() };
                 let (situation, cost) = performance.counted(|| pipeline.situate((stamp.mid, stamp.sigma_us), wait));
                 self.out.report.instructions[2] += cost;
-                match situation {
-                    Ok(None) if is_late => Err(pipeline.missing_at(stamp.mid)),
-                    situation => situation,
-                }
-                .map_err(Refusal::from)
+                situation.map_err(Refusal::from)
             };
             let moved_us = arrived_at.zip(app.instant(arrival)).map(|(before, after)| after.since(before));
             let has_stepped = moved_us.is_none_or(|us| us.unsigned_abs() as f32 > 1.0 + STEP_SIGMAS * stamp.sigma_us);

@@ -61,8 +61,23 @@ pub(super) fn unaided_m(matched_at: Micros, at: Micros, seconds: f32) -> f32 {
 }
 
 /// What velocity, tilt and wander keep of themselves over so many seconds.
-pub(super) fn keeps(seconds: f32) -> [f32; 3] {
+fn keeps(seconds: f32) -> [f32; 3] {
     [VELOCITY_S, TILT_S, WANDER_S].map(|constant_s| 1.0 / (1.0 + seconds / constant_s))
+}
+
+/// Carries what goes with the states, a column each: errors of them, or what they have in common with something. `forgets_tilt`: as
+/// [`Estimate::carry`] does where there is a usual one.
+pub(super) fn carry_along<const N: usize>(columns: &mut SMatrix<f32, STATES, N>, seconds: f32, forgets_tilt: bool) {
+    let [keeps_velocity, knows_tilt, keeps_wander] = keeps(seconds);
+    let keeps_tilt = if forgets_tilt { knows_tilt } else { 1.0 };
+    for mut column in columns.column_iter_mut() {
+        for axis in 0..2 {
+            column[axis] -= column[VELOCITY + axis] * seconds;
+            column[VELOCITY + axis] *= keeps_velocity;
+            column[TILT + axis] *= keeps_tilt;
+            column[WANDER + axis] *= keeps_wander;
+        }
+    }
 }
 
 /// What is estimated.

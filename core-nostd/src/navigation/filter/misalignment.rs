@@ -6,7 +6,7 @@
 //! 14, 1969): b and its covariance are what a filter with two more states would have. How much more likely the innovations are with such
 //! a bias than without says whether there is one (the likelihood ratio of Willsky and Jones, IEEE Trans. Automatic Control 21, 1976).
 
-use super::estimate::{Estimate, Innovation, STATES, TILT, VELOCITY, WANDER, keeps};
+use super::estimate::{Estimate, Innovation, STATES, TILT, WANDER, carry_along};
 use super::found::{Found, moved_by_tilt};
 use crate::math::{exp, ln, sqrt, squared};
 use nalgebra::{ArrayStorage, Matrix2, SMatrix, Vector2};
@@ -25,6 +25,9 @@ pub(super) struct Misalignment {
     /// Sums over innovations: Sᵀ W⁻¹ S and Sᵀ W⁻¹ ν, W their covariance.
     information: Matrix2<f32>,
     score: Vector2<f32>,
+    /// What it is by these, pitch and roll in radians, and the covariance of that, if there is one.
+    rad: Vector2<f32>,
+    covariance: Matrix2<f32>,
     /// Probability that there is one.
     chance: f32,
     /// What the tilt goes back to, where it was found; sums are of what is left of it.
@@ -38,6 +41,8 @@ impl Misalignment {
             moved: SMatrix::from_array_storage(ArrayStorage([[0.0; STATES]; 2])),
             information: Matrix2::new(0.0, 0.0, 0.0, 0.0),
             score: Vector2::new(0.0, 0.0),
+            rad: Vector2::new(0.0, 0.0),
+            covariance: Matrix2::new(SIGMA_RAD * SIGMA_RAD, 0.0, 0.0, SIGMA_RAD * SIGMA_RAD),
             chance: CHANCE,
             found_rad: None,
         }
@@ -45,25 +50,15 @@ impl Misalignment {
 
     /// An estimate begins from a match: it moves the position by all that it moves the match by. What was found stays known as well as it was.
     pub(super) fn begun(&mut self, found: &Found) {
-        if self.found_rad.is_none() {
-            *self = Misalignment::new();
-        }
-        self.moved = SMatrix::zeros();
-        self.moved.fixed_view_mut::<2, 2>(0, 0).copy_from(&-moved_by_tilt(found));
+        let known = if self.is_found() { *self } else { Misalignment::new() };
+        let mut moved = SMatrix::<f32, STATES, 2>::zeros();
+        moved.fixed_view_mut::<2, 2>(0, 0).copy_from(&-moved_by_tilt(found));
+        *self = Misalignment { moved, ..known };
     }
 
     /// The estimate is carried on ([`Estimate::carry`]): what it is off by grows and fades with its states.
     pub(super) fn carry(&mut self, seconds: f32, forgets_tilt: bool) {
-        let [keeps_velocity, knows_tilt, keeps_wander] = keeps(seconds);
-        let keeps_tilt = if forgets_tilt { knows_tilt } else { 1.0 };
-        for mut moved in self.moved.column_iter_mut() {
-            for axis in 0..2 {
-                moved[axis] -= moved[VELOCITY + axis] * seconds;
-                moved[VELOCITY + axis] *= keeps_velocity;
-                moved[TILT + axis] *= keeps_tilt;
-                moved[WANDER + axis] *= keeps_wander;
-            }
-        }
+        carry_along(&mut self.moved, seconds, forgets_tilt);
     }
 
     /// The estimate has taken a match by this innovation. `tells`: no jump has changed the tilt.
@@ -76,22 +71,17 @@ impl Misalignment {
             let weighed = seen.transpose() * innovation.inverse;
             self.information += weighed * seen;
             self.score += weighed * innovation.off;
+            let information = self.information + Matrix2::identity() / squared(SIGMA_RAD);
+            self.covariance = information.try_inverse().unwrap_or_default();
+            self.rad = self.covariance * self.score;
             self.chance = self.likely();
         }
     }
 
-    /// What it is, pitch and roll in radians, and the covariance of that, if there is one.
-    fn told(&self) -> (Vector2<f32>, Matrix2<f32>) {
-        let information = self.information + Matrix2::identity() / squared(SIGMA_RAD);
-        let covariance = information.try_inverse().unwrap_or_default();
-        (covariance * self.score, covariance)
-    }
-
     /// Probability that there is one: normal innovations are more likely by e^(bᵀ y / 2) √det(P / σ²), y the score and P the covariance of b.
     fn likely(&self) -> f32 {
-        let (rad, covariance) = self.told();
-        let spread = ln((covariance / squared(SIGMA_RAD)).determinant().max(f32::MIN_POSITIVE));
-        let log_ratio = 0.5 * (self.score.dot(&rad) + spread);
+        let spread = ln((self.covariance / squared(SIGMA_RAD)).determinant().max(f32::MIN_POSITIVE));
+        let log_ratio = 0.5 * (self.score.dot(&self.rad) + spread);
         1.0 / (1.0 + (1.0 - CHANCE) / CHANCE * exp(-log_ratio))
     }
 
@@ -99,12 +89,11 @@ impl Misalignment {
     /// as far as matches make one more likely than it was before, the square of what it would be, so that what was stated counts while
     /// nothing speaks against it.
     fn doubt(&self) -> Matrix2<f32> {
-        let (rad, covariance) = self.told();
         if self.is_found() {
-            return covariance;
+            return self.covariance;
         }
         let more = ((self.chance - CHANCE) / (1.0 - CHANCE)).max(0.0);
-        rad * rad.transpose() * more
+        self.rad * self.rad.transpose() * more
     }
 
     /// One sigma of that, the larger one, radians.
@@ -135,13 +124,13 @@ impl Misalignment {
         if !is_likely {
             return false;
         }
-        let (rad, _) = self.told();
+        let rad = self.rad;
         let mut moved = self.moved;
         moved[(TILT, 0)] += 1.0;
         moved[(TILT + 1, 1)] += 1.0;
         estimate.state += moved * rad;
         // What is left is nothing, known to the same covariance.
-        self.score = Vector2::zeros();
+        (self.score, self.rad) = (Vector2::zeros(), Vector2::zeros());
         let [pitch, roll] = self.usual_rad();
         self.found_rad = Some([pitch + rad[0], roll + rad[1]]);
         true

@@ -14,7 +14,7 @@
 
 use super::JUMP;
 use super::TRANSIENT;
-use super::estimate::{Estimate, STATES, TILT, VELOCITY, WANDER, keeps, symmetric};
+use super::estimate::{Estimate, STATES, TILT, WANDER, carry_along, symmetric};
 use super::found::{Found, Unknown, moved_by_tilt};
 use crate::math::{hypot, squared};
 use crate::navigation::reckoning::Moment;
@@ -186,16 +186,7 @@ impl Satellites {
         self.covariance += Matrix3::from_diagonal(&Vector3::from(prior.map(squared))) * (1.0 - squared(keeps_offset));
         let Some(Joint { estimate, cross }) = &mut self.joint else { return };
         estimate.carry(moments, beside_m, usual_rad, unknown);
-        let [keeps_velocity, knows_tilt, keeps_wander] = keeps(seconds);
-        let keeps_tilt = if usual_rad.is_some() { knows_tilt } else { 1.0 };
-        for other in 0..3 {
-            for axis in 0..2 {
-                cross[(axis, other)] -= seconds * cross[(VELOCITY + axis, other)];
-                cross[(VELOCITY + axis, other)] *= keeps_velocity;
-                cross[(TILT + axis, other)] *= keeps_tilt;
-                cross[(WANDER + axis, other)] *= keeps_wander;
-            }
-        }
+        carry_along(cross, seconds, usual_rad.is_some());
         *cross *= keeps_offset;
     }
 
