@@ -234,13 +234,19 @@ impl Whereabouts {
         by_place: bool,
     ) -> Result<(), Refusal> {
         let is_alone = tracks.is_empty();
-        match self.found.take() {
+        let found = self.found.take();
+        let agrees = |found: &Found| !found.is_on_border && found.agrees(sighting, usual.sigma_m_per_s);
+        if situation.is_candidate && found.as_ref().is_some_and(agrees) {
+            // Turn and scale are found as well: the next frame is rectified by the same, and this one has found it before.
+            self.found = Some(Found::new(situation, sighting.nadir, false));
+        }
+        match found {
             _ if by_place && !situation.is_candidate && is_alone => {
                 tracks.begin(sighting);
                 return Ok(());
             }
             _ if by_place && !situation.is_candidate => {}
-            Some(found) if found.is_on_border || !found.agrees(sighting, usual.sigma_m_per_s) => {
+            Some(found) if !agrees(&found) => {
                 return self.unconfirmed(situation, sighting);
             }
             Some(_) if is_alone => {
@@ -285,9 +291,49 @@ impl Whereabouts {
 
 #[cfg(test)]
 mod tests {
-    use super::{on_spiral, swept};
+    use super::*;
+    use crate::tilt::Attitude;
+    use crate::units::{Micros, Radians};
     extern crate std;
     use std::collections::BTreeSet;
+    use std::vec::Vec;
+
+    const USUAL: Usual =
+        Usual { reach_m: 50.0, is_in_doubt: false, px_m: 5.0, tile_m: [1000.0; 2], sigma_m_per_s: 0.5, prior_m: 8.0 };
+
+    /// What becomes of frames twice a second that find the nadir so far east of where it is expected; `None`: nothing.
+    fn ends(is_candidate: bool, east_m: &[Option<f32>]) -> Vec<Result<(), Refusal>> {
+        let (mut whereabouts, mut tracks) = (Whereabouts::default(), Tracks::new());
+        let level = Attitude { heading: Radians(0.0), pitch: Radians(0.0), roll: Radians(0.0) };
+        let frame = |(number, east_m): (u64, &Option<f32>)| {
+            let situation = Situation::exact(Micros(1_000_000 + 500_000 * number), level, (Radians(0.0), true), 100.0);
+            let situation = Situation { is_candidate, ..situation };
+            let search = whereabouts.search(&mut tracks, &situation, &USUAL);
+            let covariance = Matrix2::identity();
+            let nadir = |east_m| Local { east_m, north_m: 0.0 };
+            let sighting = |east_m| Sighting {
+                nadir: nadir(east_m),
+                covariance,
+                white: covariance,
+                side_m: 150.0,
+                heading_rad: 0.0,
+            };
+            let found = east_m.map(sighting).ok_or(Refusal::LowScore);
+            whereabouts.ended(&mut tracks, search, &situation, &USUAL, (found, true))
+        };
+        (0..).zip(east_m).map(frame).collect()
+    }
+
+    #[test]
+    fn what_a_turn_among_several_finds_counts_as_long_as_the_frames_before_have_found_it() {
+        let (found, unconfirmed) = (Some(1.0), Err(Refusal::Unconfirmed));
+        assert_eq!(ends(true, &[found; 4]), [unconfirmed, Ok(()), Ok(()), Ok(())]);
+        assert_eq!(ends(false, &[found; 2]), [Ok(()), Ok(())]);
+        // Two frames in vain, or another place, and it has to be found twice again.
+        let lost = ends(true, &[found, found, None, None, found, found]);
+        assert_eq!(lost[4..], [unconfirmed, Ok(())]);
+        assert_eq!(ends(true, &[found, found, Some(30.0)])[2], unconfirmed);
+    }
 
     #[test]
     fn a_spiral_comes_to_each_place_of_a_ring_before_the_next() {
