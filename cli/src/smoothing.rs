@@ -5,8 +5,8 @@ mod picture;
 use plumbline_survey::error::InputError;
 use plumbline_survey::logs::{self, File, Log};
 use plumbline_survey::smooth::{
-    Epochs, Estimate, Fields, Fit, Options, Recorded, Samples, SmoothError, read_instants, smooth, turned_over,
-    unwrap_degrees,
+    Epochs, Estimate, Fields, Fit, Options, Recorded, Samples, SmoothError, read_instants, smooth, turn_of,
+    turned_over, unwrap_turns,
 };
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ pub struct Wanted<'a> {
     pub time: Option<&'a str>,
     /// Its columns that are fitted; of a flight log all that change unless given.
     pub columns: &'a [String],
-    /// Those of them that are angles in degrees, to be unwrapped.
+    /// Those of them that are angles, to be unwrapped: in degrees, or in radians where they are counted over as these are.
     pub angles: &'a [String],
     /// Its column of weights.
     pub weights: Option<&'a str>,
@@ -76,7 +76,8 @@ impl Smoothed {
     /// Columns that are named twice or are not there, a log that cannot be read, samples that cannot be fitted, instants
     /// outside the log.
     pub fn of(wanted: &Wanted<'_>) -> Result<Self, InputError> {
-        let Recorded { mut samples, time, columns, notes } = read(wanted)?;
+        let Recorded { mut samples, time, columns, degrees, mut notes } = read(wanted)?;
+        notes.extend(doubts(&samples, &time, &columns));
         let order = wanted.options.order;
         if samples.t_s.len() <= order.differences() {
             return Err(samples.error_at(&SmoothError::TooFew { samples: samples.t_s.len(), order }, None));
@@ -84,9 +85,13 @@ impl Smoothed {
         let epochs = Epochs::new(samples.t_s.clone()).map_err(|error| samples.error_at(&error, None))?;
         let mut fits = Vec::new();
         for (index, column) in columns.iter().enumerate() {
-            if wanted.angles.contains(column) {
-                unwrap_degrees(&mut samples.channels[index]).map_err(|error| samples.error_at(&error, Some(column)))?;
-            } else if let Some(error) = turned_over(&samples.channels[index]) {
+            let over = turned_over(&samples.channels[index]);
+            let is_degrees = degrees.contains(column);
+            if wanted.angles.contains(column) || (is_degrees && over.is_some()) {
+                let turn = if is_degrees { 360.0 } else { turn_of(&samples.channels[index]) };
+                let unwrapped = unwrap_turns(&mut samples.channels[index], turn);
+                unwrapped.map_err(|error| samples.error_at(&error, Some(column)))?;
+            } else if let Some(error) = over {
                 return Err(samples.error_at(&error, Some(column)));
             }
             let fit = smooth(&epochs, &samples.channels[index], &samples.weights, &wanted.options);
@@ -223,7 +228,41 @@ fn read(wanted: &Wanted<'_>) -> Result<Recorded, InputError> {
     check_names(time, wanted.columns, wanted.angles)?;
     let columns: Vec<&str> = wanted.columns.iter().map(String::as_str).collect();
     let samples = Samples::of_table(&text, name, time, &columns, wanted.weights)?;
-    Ok(Recorded { samples, time: time.to_owned(), columns: wanted.columns.to_vec(), notes: Vec::new() })
+    Ok(Recorded {
+        samples,
+        time: time.to_owned(),
+        columns: wanted.columns.to_vec(),
+        degrees: Vec::new(),
+        notes: Vec::new(),
+    })
+}
+
+/// No autopilot logs its attitude as seldom, seconds between two samples.
+const STEP_MAX_S: f64 = 2.0;
+
+/// Units that the names of an attitude's columns say and its numbers do not look like.
+fn doubts(samples: &Samples, time: &str, columns: &[String]) -> Vec<String> {
+    let in_degrees: Vec<usize> = (0..columns.len()).filter(|index| columns[*index].ends_with("_deg")).collect();
+    if in_degrees.len() < 2 {
+        return Vec::new();
+    }
+    let mut notes = Vec::new();
+    let mut steps: Vec<f64> = samples.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    if let Some(step) = steps.get(steps.len() / 2).filter(|step| **step > STEP_MAX_S && time.ends_with("_s")) {
+        notes.push(format!(
+            "{time} goes in steps of {step}, which looks like no seconds: if it is milliseconds or microseconds, divide it, since rates are by its unit"
+        ));
+    }
+    let all = in_degrees.iter().flat_map(|index| &samples.channels[*index]);
+    let most = all.filter(|value| value.is_finite()).fold(0.0, |most: f64, value| most.max(value.abs()));
+    // A hundredth for what was rounded.
+    if most > 0.0 && most < std::f64::consts::TAU + 0.01 {
+        notes.push(format!(
+            "no angle in a column _deg is larger than {most:.2}, which looks like radians: if so, name the columns _rad"
+        ));
+    }
+    notes
 }
 
 /// Names that make sense together.

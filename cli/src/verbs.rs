@@ -26,7 +26,7 @@ mod stitch;
 mod tiles;
 
 use crate::outcome::{Failure, Outcome, note};
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use plumbline_survey::camera_file::CameraFile;
 
@@ -141,10 +141,61 @@ pub fn one_sentence(error: &clap::Error) -> String {
     let text = error.render().to_string();
     let lines = text.lines().map(str::trim).take_while(|line| !line.is_empty() && !line.starts_with("Usage"));
     let sentence = lines.collect::<Vec<_>>().join(" ");
-    // What was likely meant stands apart.
-    let meant = text.lines().find_map(|line| line.trim().strip_prefix("tip: a similar"));
-    let meant = meant.map_or_else(String::new, |meant| format!("; a similar{meant}"));
-    format!("plumbline: {}{meant}{}", sentence.strip_prefix("error: ").unwrap_or(&sentence), points(error))
+    // What was likely meant stands apart: one, or several.
+    let tip = |line: &str| {
+        let tip = line.trim().strip_prefix("tip: ")?;
+        ["a similar", "some similar"].iter().any(|start| tip.starts_with(start)).then(|| format!("; {tip}"))
+    };
+    let several = || text.lines().find_map(tip);
+    let meant = verbs_like(error).or_else(several).or_else(|| letters_swapped(error)).unwrap_or_default();
+    format!(
+        "plumbline: {}{meant}{}{}",
+        sentence.strip_prefix("error: ").unwrap_or(&sentence),
+        points(error),
+        loose_plan(error)
+    )
+}
+
+/// Verbs like the one that was typed, the likeliest first, which clap has last.
+fn verbs_like(error: &clap::Error) -> Option<String> {
+    let Some(ContextValue::Strings(verbs)) = error.get(ContextKind::SuggestedSubcommand) else { return None };
+    let verbs: Vec<String> = verbs.iter().rev().take(LIKE_MAX).map(|verb| format!("'{verb}'")).collect();
+    match verbs.as_slice() {
+        [] => None,
+        [one] => Some(format!("; a similar subcommand exists: {one}")),
+        several => Some(format!("; similar subcommands exist: {}", several.join(", "))),
+    }
+}
+
+/// How many verbs are named for one that was misspelt: chosen, as more say nothing.
+const LIKE_MAX: usize = 3;
+
+/// The verb with the letters of what was typed in another order, `fyl`: clap's measure of likeness sees none in words so short.
+fn letters_swapped(error: &clap::Error) -> Option<String> {
+    let Some(ContextValue::String(typed)) = error.get(ContextKind::InvalidSubcommand) else { return None };
+    let sorted = |word: &str| {
+        let mut letters: Vec<char> = word.chars().collect();
+        letters.sort_unstable();
+        letters
+    };
+    let command = Cli::command();
+    let verb = command.get_subcommands().find(|verb| sorted(verb.get_name()) == sorted(typed))?;
+    Some(format!("; a similar subcommand exists: '{}'", verb.get_name()))
+}
+
+/// What to type where a plan stands without its option.
+fn loose_plan(error: &clap::Error) -> String {
+    let verb = std::env::args_os().nth(1).unwrap_or_default().to_string_lossy().into_owned();
+    match error.get(ContextKind::InvalidArg) {
+        Some(ContextValue::String(word))
+            if error.kind() == ErrorKind::UnknownArgument
+                && ["mission", "configuration"].contains(&verb.as_str())
+                && word.ends_with(".json") =>
+        {
+            format!("; a plan stands behind its option: --plan {word}")
+        }
+        _ => String::new(),
+    }
 }
 
 /// What to type where numbers that belong behind `--` stand without it.

@@ -11,6 +11,8 @@
 
 pub mod judge;
 pub mod platform;
+pub mod refined;
+mod words;
 
 use crate::link::LinkError;
 use crate::link::inproc::InProcess;
@@ -120,7 +122,7 @@ pub struct Summary {
     pub epsg: u32,
     /// What the flight says of camera and map.
     pub platform: Platform,
-    /// With the camera as it is found to sit; `null` where it sits as its file says or the flight cannot tell.
+    /// With the camera as it is found to sit; `null` where it sits as its file says, the flight cannot tell, or it makes the fixes no better.
     pub corrected: Option<Figures>,
 }
 

@@ -1,6 +1,7 @@
 //! What a flight is worth: every frame against the truth, and the figures of `report.json`.
 
 pub mod blur;
+mod as_flown;
 mod cost;
 pub mod exposure;
 pub mod faults;
@@ -24,6 +25,7 @@ use crate::live::report::Live;
 use crate::run::{Flight, FrameRecord};
 use crate::setup::Setup;
 use crate::vehicle::mount::antenna;
+use as_flown::{null_without_pulses, scenario_as_flown};
 use cost::Costs;
 pub use cost::{Cost, Stages};
 use kept::Navigated;
@@ -211,6 +213,7 @@ pub struct Summary {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub signing: Option<signing::Signing>,
     /// What it counted of edges and pulses.
+    #[serde(serialize_with = "null_without_pulses")]
     pub stamp_health: StampHealth,
     /// Root mean square of the servo commands off the exact angle when they arrived, degrees.
     pub servo_rms_deg: f64,
@@ -290,7 +293,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
     let ram = u64::from(health.memory.0) + u64::from(health.memory.1);
     Summary {
         schema: 1,
-        scenario: setup.scenario.resolved(),
+        scenario: scenario_as_flown(setup),
         epsg: setup.flash.head.georeference.epsg,
         seed: setup.scenario.run.seed,
         link: linked.name.clone(),

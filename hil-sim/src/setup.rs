@@ -31,7 +31,9 @@ use plumbline_firmware::stores::tiles::TileHead;
 use plumbline_firmware::wire::signature::Key;
 use plumbline_survey::crs::{Crs, System};
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::{Raster, check_metric, check_square, quoted};
+use plumbline_survey::io::raster::{
+    Raster, SampleType, check_elevation, check_heights, check_metric, check_picture, check_square, quoted,
+};
 use std::path::Path;
 
 /// How far from the centre a flight goes at most, metres: larger grounds are not used to their borders, so that the
@@ -253,6 +255,7 @@ fn scenario_reference(scenario: &Scenario) -> Option<&Path> {
 
 fn picture(path: &Path, model: Option<&Path>, knows_nodata: bool) -> Result<Ground, InputError> {
     let raster = Raster::read(path)?;
+    check_picture(path, raster.sample_type)?;
     let system = raster.crs.ok_or_else(|| {
         InputError::new(format!(
             "{}: the orthophoto names no reference system; where it is known: gdal_edit.py -a_srs EPSG:CODE {}",
@@ -284,10 +287,19 @@ fn surface(path: &Path, (ortho, epsg): (&Path, u32)) -> Result<Grid, InputError>
         )));
     }
     check_square(path, &raster.geo, "bilinear")?;
-    let heights = (0..raster.rows * raster.cols)
-        .map(|index| raster.sample(index % raster.cols, index / raster.cols, 0).unwrap_or(f32::NAN))
-        .map(|height| (f64::from(height) * raster.height_unit_m) as f32)
-        .collect();
+    check_elevation(path, raster.bands, raster.sample_type == SampleType::U8)?;
+    let place = |index: usize| (index % raster.cols, index / raster.cols);
+    let height = |index: usize| {
+        let (col, row) = place(index);
+        raster.sample(col, row, 0).map_or(f64::NAN, f64::from)
+    };
+    let all = (0..raster.rows * raster.cols).map(height);
+    let at = |index: usize| {
+        let (col, row) = place(index);
+        raster.geo.world_from_pixel(col as f64, row as f64)
+    };
+    check_heights(path, all.clone(), raster.height_unit_m, at, false)?;
+    let heights = all.map(|height| (height * raster.height_unit_m) as f32).collect();
     Ok(grid(&raster, heights))
 }
 
@@ -336,7 +348,7 @@ fn wanted_of(scenario: &Scenario, area: &Area) -> Bounds {
 
 /// How the reference differs from the ground: as the scenario says, and where it says nothing by the synthetic differences
 /// of procedural ground; nothing is added to a picture of the world.
-fn radiometry_of(scenario: &Scenario) -> Radiometry {
+pub(crate) fn radiometry_of(scenario: &Scenario) -> Radiometry {
     let default = match scenario.world.ground {
         scenario::Ground::Procedural => SYNTHETIC,
         scenario::Ground::Ortho { .. } => Radiometry::SAME,

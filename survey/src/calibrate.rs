@@ -5,6 +5,7 @@
 //! determine; [`Calibration`] adjusts and judges; [`Symmetrised`] is the virtual camera; [`seam`] how far the heads put one
 //! direction apart in it. [`boresight`] is how a camera of one head sits in its vehicle, from a flight's fixes.
 
+mod axes;
 mod block;
 pub mod boresight;
 mod check;

@@ -120,6 +120,9 @@ pub fn write(path: &Path, camera: &CameraFile) -> Result<(), InputError> {
 
 /// A field of view of 120 degrees in radians: wider ones belong to fisheyes, which are not described so.
 const RADIANS_MOST: f64 = 2.1;
+/// Part of a side that a principal point may be off the middle unasked: lenses are centred within a twentieth, and a frame may be a part of
+/// the sensor's.
+const FAR_OFF: f64 = 0.25;
 
 impl CameraFile {
     /// A camera of (columns, rows) and full fields of view (across, along) in degrees, and nothing else. Not checked.
@@ -150,9 +153,13 @@ impl CameraFile {
         (per_px(self.fov_h_deg, self.cols), per_px(self.fov_v_deg, self.rows))
     }
 
-    /// What else the fields of view may mean: both are as small as angles in radians are.
+    /// What else the file may mean: fields of view, both as small as angles in radians are, or a principal point far off the middle.
     #[must_use]
     pub fn doubt(&self) -> Option<String> {
+        self.radians().or_else(|| self.far_off_middle())
+    }
+
+    fn radians(&self) -> Option<String> {
         let fields = [self.fov_h_deg, self.fov_v_deg];
         if fields.iter().any(|field| *field > RADIANS_MOST) {
             return None;
@@ -162,6 +169,28 @@ impl CameraFile {
             "fov_h_deg = {} and fov_v_deg = {} are degrees, which few lenses have so small; were they radians, write fov_h_deg = {h:.4} and \
              fov_v_deg = {v:.4}",
             self.fov_h_deg, self.fov_v_deg
+        ))
+    }
+
+    /// Whether the principal point is farther off the middle than lenses are centred.
+    #[must_use]
+    pub fn is_off_centre(&self) -> bool {
+        let is_far = |offset_px: f64, side: u32| offset_px.abs() > FAR_OFF * f64::from(side);
+        is_far(self.offset_m_px, self.cols) || is_far(self.offset_n_px, self.rows)
+    }
+
+    fn far_off_middle(&self) -> Option<String> {
+        let [cols, rows] = [self.cols, self.rows].map(f64::from);
+        if !self.is_off_centre() {
+            return None;
+        }
+        Some(format!(
+            "offset_m_px = {} and offset_n_px = {} count from the middle of a frame of {cols} x {rows}, which few principal points are so far \
+             from; were they OpenCV's cx, cy, write offset_m_px = {} and offset_n_px = {}",
+            self.offset_m_px,
+            self.offset_n_px,
+            self.offset_m_px - 0.5 * (cols - 1.0),
+            0.5 * (rows - 1.0) - self.offset_n_px
         ))
     }
 

@@ -70,6 +70,12 @@ impl Error for InputError {
     }
 }
 
+/// A number of things: `1 row`, `2 rows`.
+#[must_use]
+pub fn counted(number: usize, what: &str) -> String {
+    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -28,7 +28,7 @@ mod samples;
 mod spline;
 mod trend;
 
-pub use angles::{turned_over, unwrap_degrees};
+pub use angles::{turn_of, turned_over, unwrap_degrees, unwrap_turns};
 pub use epochs::{Epochs, GAP_SPACINGS};
 pub use error::{Gap, SmoothError, TURN_MAX_DEG};
 pub use fit::{Estimate, Fit};

@@ -19,8 +19,29 @@ fn without_a_verb_it_says_what_there_is() {
         assert!(run.stderr.lines().any(|line| line.trim_start().starts_with(verb)), "{verb}: {}", run.stderr);
     }
     // A misspelt one is told with what was likely meant.
-    let run = folder.run("evalute");
-    assert!(run.code == Some(2) && run.stderr.contains("evaluate"), "{}", run.stderr);
+    for (typed, meant) in [
+        ("evalute", "evaluate"),
+        ("plann", "plan"),
+        ("calibrat", "calibrate"),
+        ("mision", "mission"),
+        ("smoth", "smooth"),
+        ("fyl", "fly"),
+    ] {
+        let run = folder.run(typed);
+        let quoted = format!("'{meant}'");
+        assert!(run.code == Some(2) && run.stderr.contains(&quoted), "{}", run.stderr);
+    }
+}
+
+/// A plan without its option, and the ground station's mission instead of the plan.
+#[test]
+fn plans_in_the_wrong_place_are_told() {
+    let folder = Folder::new("beginning-plans");
+    folder.write("p.plan", r#"{"fileType": "Plan", "version": 1}"#);
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect("mission plan.json", &["plan.json", "--plan plan.json"]);
+    refusals.expect("configuration --plan p.plan --out c.bin", &["p.plan", "plan.json", "is meant"]);
+    refusals.done();
 }
 
 #[test]
@@ -50,6 +71,11 @@ fn a_camera_file_is_made_of_what_people_have() {
         "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   data: [ 320., 0., 319.5, 0., 320., 239.5, 0., 0., 1. ]\n",
     );
     near(camera(&folder, "--from-opencv cal.yml"), 90.0);
+    let bare = folder.text("cal.yml").replace("image_width: 640\nimage_height: 480\n", "");
+    folder.write("bare.yml", bare);
+    near(camera(&folder, "--from-opencv bare.yml --size 640x480"), 90.0);
+    let asked = folder.run("camera new --fov 60x60 --size 640x480").done();
+    assert!(asked.stderr.contains("--fov 60x60") && asked.stderr.contains("square"), "{}", asked.stderr);
     folder.write(
         "cameras.json",
         r#"{"a": {"projection_type": "perspective", "width": 640, "height": 480, "focal": 0.5}}"#,
@@ -64,6 +90,7 @@ fn a_camera_file_is_made_of_what_people_have() {
 fn what_makes_no_camera_is_refused() {
     let folder = Folder::new("beginning-refused");
     folder.write("cal.yml", "image_width: 640\n");
+    folder.write("fish.yml", "image_width: 640\nimage_height: 480\ndistortion_model: equidistant\n");
     folder.write("part.toml", "cols = 10\nrows = 10\nfov_h_deg = 30.0\n");
     let mut refusals = Refusals::new(&folder);
     for (arguments, names) in [
@@ -74,7 +101,15 @@ fn what_makes_no_camera_is_refused() {
         ("camera new --focal-mm 5 --size 640x480", &["--sensor-mm"]),
         ("camera new --preset pinhole", &["pinhole", "paper"]),
         ("camera new --preset paper --focal-px 10 --size 10x10", &["--focal-px"]),
-        ("camera new --from-opencv cal.yml", &["cal.yml", "image_height"]),
+        ("camera new --preset paper --size 10x10", &["--size", "--preset"]),
+        ("camera new --preset paper --name a", &["--name", "--preset"]),
+        ("camera new --fov 60x46.8 --size 640x480 --sensor-mm 3.68", &["--fov", "--sensor-mm"]),
+        ("camera new --fov 60x46.8 --size 640x480 --name foo", &["--fov", "--name"]),
+        ("camera new --focal-px 1 --size 640x480", &["--focal-px 1", "179"]),
+        ("camera new --focal-px 1e9 --size 640x480", &["--focal-px 1000000000", "0.3 to 150"]),
+        ("camera new --focal-mm 3040 --sensor-mm 3.68 --size 3280x2464", &["--focal-mm 3040", "0.06"]),
+        ("camera new --from-opencv cal.yml", &["cal.yml", "image_height", "camera_matrix"]),
+        ("camera new --from-opencv fish.yml", &["fish.yml", "distortion_model: equidistant", "--focal-px"]),
         ("camera new --from-opencv cal.yml --out cal.yml", &["same file"]),
         // All keys that are missing, at once.
         (
@@ -97,6 +132,8 @@ fn a_flight_with_too_few_fixes_fails_where_that_is_asked_for() {
     assert!(run.stderr.contains("--require-rate asks for 20 %") && !run.stdout.is_empty(), "{}", run.stderr);
     let mut refusals = Refusals::new(&folder);
     refusals.expect(&format!("{fly} --require-rate 120"), &["--require-rate", "between 0 and 100"]);
+    refusals.expect(&format!("{fly} --require-rate 0.95"), &["percent", "write --require-rate 95"]);
+    refusals.expect(&format!("{fly} --require-rate 1"), &["write --require-rate 100"]);
     refusals.expect(&format!("{fly} --speed 2"), &["--mavlink"]);
     refusals.expect(&format!("{fly} --mavlink http://localhost"), &["udp:HOST:PORT"]);
     refusals.done();

@@ -20,6 +20,7 @@ mod faults;
 mod first_steps;
 mod flights;
 mod folder;
+mod kinds;
 mod lines;
 mod live;
 mod logs;

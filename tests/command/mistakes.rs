@@ -18,6 +18,8 @@ fn a_gimbals_pitch_and_points_without_dashes() {
     refusals.expect(&format!("{RECTIFY} --pitch-deg -83.25"), &["write --pitch-deg 6.75"]);
     refusals.expect(&format!("{MAP} 10,20 -3,4.5"), &["points come last and after --: -- 10,20 -3,4.5"]);
     refusals.expect(&format!("{MAP} -10,20"), &["-- -10,20"]);
+    let gimbal = MAP.replace("--pitch-deg 5", "--pitch-deg -89");
+    refusals.expect(&format!("{gimbal} -- 10,20"), &["gimbal's pitch of -89", "write --pitch-deg 1"]);
     refusals.expect(
         "intersect --focal-mm 50 --station-1-m 0,0,100 --station-2-m 0,50,100 1,2,3,4",
         &["after --: -- 1,2,3,4"],
@@ -62,11 +64,12 @@ fn poses_of_a_gimbal_or_in_radians() {
     refusals.expect(boresight, &["poses.csv, line 2", "pitch_deg", "gimbal's pitch add 90"]);
     folder.write("poses.csv", poses(|at| [0.1 * at, 0.05 * (at / 3.0).sin(), 0.03]));
     refusals.expect(boresight, &["from 0.00 to 5.90", "looks like radians", "multiply all three by 57.29578"]);
-    refusals.done();
-    // To the north alone nobody can tell: it is said, and done.
+    // To the north alone nobody can tell: a turn more says that they are degrees.
     folder.write("poses.csv", poses(|at| [0.01 * at, 0.05 * (at / 3.0).sin(), 0.03]));
-    let run = folder.run(boresight);
-    assert!(run.stderr.contains("looks like radians") && run.code == Some(0), "{run:?}");
+    refusals.expect(boresight, &["looks like radians", "add 360 to heading_deg"]);
+    refusals.done();
+    folder.write("poses.csv", poses(|at| [360.0 + 0.01 * at, 0.05 * (at / 3.0).sin(), 0.03]));
+    folder.run(boresight).done();
     folder.write("poses.csv", poses(|at| [3.0 * at, 3.0 * (at / 3.0).sin(), 2.0]));
     assert!(!folder.run(boresight).stderr.contains("radians"));
 }
@@ -146,6 +149,12 @@ fn latitude_and_longitude_swapped() {
     let mut refusals = Refusals::new(&folder);
     refusals.expect(plan, &["longitude first"]);
     refusals.expect(&plan.replace("swapped", "far"), &["the longitude comes first"]);
+    let typed = |area: &str| plan.replace("swapped.json", area);
+    let meant = "--area 600100,5340100,600900,5340600";
+    refusals.expect(&typed("5340100,600100,5340600,600900"), &["dem.asc", "y before x", meant]);
+    refusals.expect(&typed("600100,600900,5340100,5340600"), &["X0,X1,Y0,Y1", meant]);
+    refusals.expect(&typed("16.347,48.206,16.359,48.212"), &["degrees, longitude first", "--area 600078."]);
+    refusals.expect(&typed("48.206,16.347,48.212,16.359"), &["degrees, latitude first", "--area 600078."]);
     let local = plan.replace("dem.asc", "local.asc").replace("swapped.json", "600100,5340100,600900,5340600");
     folder.write("local.asc", include_str!("../../examples/plan/dem.asc"));
     let mut refuse = |arguments: &str, names: &[&str]| refusals.expect(arguments, names);
@@ -200,20 +209,44 @@ fn unknown_keys_of_a_block_and_opencvs_axes() {
     refusals.expect(CALIBRATE, &["y_px counts downward, as OpenCV has it", "write -y_px"]);
     folder.write("obs.csv", turned(|x, y| (y, x)));
     refusals.expect(CALIBRATE, &["x_px and y_px are swapped"]);
-    // From the corner of a frame of 7230 x 5430 pixels, y down; the block has to say how large it is.
+    // From the corner of a frame of 7230 x 5430 pixels, y down or up, whether the block says how large it is or not.
+    folder.write("obs.csv", turned(|x, y| (x + 3614.5, y + 2714.5)));
+    refusals.expect(CALIBRATE, &["bottom left corner", "y_px - (rows - 1) / 2"]);
+    folder.write("obs.csv", turned(|x, y| (x + 3614.5, 2714.5 - y)));
+    refusals.expect(CALIBRATE, &["top left corner", "(rows - 1) / 2 - y_px"]);
     let mut sized: Value = serde_json::from_str(block).expect("JSON");
     (sized["cols"], sized["rows"]) = (7230.into(), 5430.into());
     folder.write("block.json", sized.to_string());
     folder.write("obs.csv", turned(|x, y| (x + 3614.5, 2714.5 - y)));
     refusals.expect(CALIBRATE, &["top left corner", "(rows - 1) / 2 - y_px"]);
     folder.write("obs.csv", observations);
-    for (key, meant) in [("weights", "sigma_px"), ("f_mm", "f_px"), ("fixed_point", "fixed_points")] {
+    let mut other = sized.clone();
+    (other["cols"], other["rows"]) = (100.into(), 100.into());
+    folder.write("block.json", other.to_string());
+    refusals.expect(CALIBRATE, &["obs.csv, line 2", "far outside a frame of 100 x 100"]);
+    let keys = [
+        ("weights", "sigma_px"),
+        ("f_mm", "f_px"),
+        ("fixed_point", "fixed_points"),
+        ("sigma_pix", "sigma_px"),
+        ("colour", "known are"),
+    ];
+    for (key, meant) in keys {
         let mut other = sized.clone();
         other[key] = serde_json::json!([1.0]);
         folder.write("block.json", other.to_string());
         refusals.expect(CALIBRATE, &[&format!("the key {key} means nothing"), meant]);
     }
+    let mut other = sized.clone();
+    for key in ["f_px", "heads_d_m"] {
+        other.as_object_mut().expect("keys").remove(key);
+    }
+    folder.write("block.json", other.to_string());
+    refusals.expect(CALIBRATE, &["the keys f_px, heads_d_m are missing"]);
     refusals.done();
+    // The answer that a generated block knows is passed over without a word.
+    folder.write("block.json", sized.to_string());
+    assert!(!folder.run(CALIBRATE).done().stderr.contains("truth_heads_rad"));
 }
 
 #[test]
@@ -223,6 +256,13 @@ fn an_angle_counted_over_its_end_and_samples_that_do_not_tell_their_noise() {
     let smooth = "smooth --in log.csv --time t_s --columns yaw_deg --out fit.csv";
     let mut refusals = Refusals::new(&folder);
     refusals.expect(smooth, &["column yaw_deg", "line ", "jumps by -3", "name it under --angles"]);
+    let around: String = (0..40)
+        .map(|i| format!("{i},{}\n", (f64::from(i * i) * 0.003 + 3.0) % std::f64::consts::TAU - std::f64::consts::PI))
+        .collect();
+    folder.write("radians.csv", format!("t_s,yaw\n{around}"));
+    let radians = "smooth --in radians.csv --time t_s --columns yaw --out fit.csv";
+    refusals.expect(radians, &["column yaw", "jumps by -6", "pi or 2 pi radians", "name it under --angles"]);
+    folder.run(&format!("{radians} --angles yaw")).done();
     refusals.done();
     folder.run(&format!("{smooth} --angles yaw_deg")).done();
     // Free of noise: GCV takes its least alpha, at which residuals are those of the smoothing and not of a sensor.

@@ -115,6 +115,11 @@ fn the_simulator_flies_what_was_planned() {
     folder.write("dem.prj", crate::plan_safety::METRES);
     folder.run(&epsg).done();
     folder.run("fly --plan out/plan.json --frames 12 --out flown").done();
+    // A simulation of what nobody should fly is told.
+    folder.run(&format!("{epsg} --min-clearance-m 500 --force")).done();
+    let run = folder.run("fly --plan out/plan.json --frames 1 --out unsafe").done();
+    assert!(run.stderr.contains("the plan's checks failed: the flight passes"), "{run:?}");
+    folder.run(&epsg).done();
     let plan = json(&folder, "out/plan.json");
     let poses = folder.text("flown/poses.csv");
     let head: Vec<&str> = poses.lines().next().expect("a head").split(',').collect();

@@ -69,13 +69,27 @@ fn strips_beyond_the_model_are_not_safe() {
         assert_eq!(checks["strips_off_dem"].as_u64(), Some(u64::from(!is_safe)), "{area}: {checks}");
         if is_safe {
             assert!(run.code == Some(0) && run.stderr.contains("beyond the elevation model"), "{area}: {run:?}");
+            assert!(run.stdout.contains("where the ground is known"), "{run:?}");
+            let page = folder.text("out/report.html");
+            let said = page
+                .find(r#"<p class="verdict bad"><strong>Look at this first: </strong>the ends of strips or the turns"#);
+            assert!(said.is_some() && said < page.find("is kept everywhere"), "{area}: {said:?}");
+            assert!(page.contains(">not known everywhere<") && !page.contains(">clear<"), "{area}");
             continue;
         }
         assert!(
             run.code == Some(1) && run.stderr.contains("1 of the strips leave the elevation model"),
             "{area}: {run:?}"
         );
+        let page = folder.text("out/report.html");
+        let said = page.find(r#"<p class="verdict bad"><strong>Not safe to fly: </strong>1 of the strips"#);
+        assert!(said.is_some() && said < page.find("is kept everywhere"), "{area}: {said:?}");
         folder.run(&format!("{} --force", with(PLAN, "--area", area))).done();
+        let store = "configuration --plan out/plan.json --out plan.bin";
+        let mut refusals = crate::refusals::Refusals::new(&folder);
+        refusals.expect(store, &["out/plan.json", "1 of the strips leave the elevation model", "--force"]);
+        refusals.done();
+        folder.run(&format!("{store} --force")).done();
     }
 }
 

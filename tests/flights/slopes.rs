@@ -8,7 +8,8 @@ use plumbline_sim::score::{Scored, score};
 use plumbline_sim::setup::Setup;
 use plumbline_sim::world::procedural;
 use plumbline_survey::crs::System;
-use plumbline_survey::io::raster::{Band, GeoTransform, geotiff_bytes};
+use plumbline_survey::io::picture::Picture;
+use plumbline_survey::io::raster::{Band, GeoTransform, geotiff_bytes, grey_geotiff_bytes};
 use std::fs;
 use std::path::PathBuf;
 
@@ -36,13 +37,17 @@ impl Land {
     pub fn picture(&self, name: &str, grey: impl Fn(f32) -> f32) -> PathBuf {
         let landscape = procedural(7);
         let (grid, side) = (landscape.albedo_grid(), (SIDE_M * PER_M) as usize);
-        let samples = (0..side * side).map(|k| grey(grid.data[k / side * grid.cols + k % side]));
-        self.write(name, side, 1.0 / PER_M, &samples.collect::<Vec<f32>>())
+        let pixels = (0..side * side).map(|k| grey(grid.data[k / side * grid.cols + k % side]).round() as u8).collect();
+        let picture = Picture { cols: side, rows: side, pixels };
+        let bytes = grey_geotiff_bytes(&picture, &place(1.0 / PER_M), Some(System::Epsg(EPSG)), None);
+        let path = self.0.join(name);
+        fs::write(&path, bytes.expect("it can be written")).expect("written");
+        path
     }
 
-    /// A raster over all of it, its first pixel's centre in the north-western corner.
+    /// A model over all of it.
     fn write(&self, name: &str, side: usize, step: f64, samples: &[f32]) -> PathBuf {
-        let geo = GeoTransform { x0: CORNER_M[0], y0: CORNER_M[1] + SIDE_M, step_x: step, step_y: step };
+        let geo = place(step);
         let bands = [Band { description: "value", samples }];
         let path = self.0.join(name);
         fs::write(
@@ -67,6 +72,11 @@ impl Land {
         scenario.world.ground = Ground::Ortho { ortho: self.0.join("ortho.tif"), dem: Some(dem), reference: None };
         scenario
     }
+}
+
+/// The place of a raster over all of the land, its first pixel's centre in the north-western corner.
+fn place(step: f64) -> GeoTransform {
+    GeoTransform { x0: CORNER_M[0], y0: CORNER_M[1] + SIDE_M, step_x: step, step_y: step }
 }
 
 impl Drop for Land {

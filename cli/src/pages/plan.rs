@@ -21,12 +21,14 @@ use plumbline_survey::plan::export::Outputs;
 /// What the page's sections share.
 struct Page<'a> {
     outputs: &'a Outputs<'a>,
+    /// What is probably not meant.
+    questions: &'a [String],
     map: Map,
 }
 
-/// The page.
-pub fn page(outputs: &Outputs<'_>) -> String {
-    let page = Page { outputs, map: Map::new(outputs) };
+/// The page; `questions`: what is probably not meant.
+pub fn page(outputs: &Outputs<'_>, questions: &[String]) -> String {
+    let page = Page { outputs, questions, map: Map::new(outputs) };
     let body = html! {
         (page.head())
         (page.plan())

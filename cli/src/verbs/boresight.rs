@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     camera.boresight = Some(boresight_deg);
     let camera = camera.checked_toml_string(&args.out)?;
     let summary = summary(boresight_deg, &found, &joined);
-    let notes = [joined.doubt.clone().into_iter().collect(), notes(&summary, &found)].concat();
+    let notes = notes(&summary, &found);
     match &args.report {
         None => write_file(&args.out, camera.as_bytes())?,
         Some(folder) => {
@@ -125,7 +125,7 @@ fn refused(args: &Args, joined: &Joined, error: &BoresightError) -> InputError {
         }
         BoresightError::Inseparable(_) => format!("--offset: {error} ({fixes})"),
         BoresightError::Diverged => return InputError::failed(format!("{fixes}: {error}")),
-        BoresightError::Undetermined => format!("{fixes}: {error}"),
+        BoresightError::Undetermined(_) => format!("{fixes}: {error}"),
     })
 }
 
@@ -155,20 +155,20 @@ fn notes(summary: &Summary, found: &Boresight) -> Vec<String> {
         notes.push(format!("{} poses have no accepted fix", summary.poses_without_fix));
     }
     for k in (0..3).filter(|k| !summary.determined[*k]) {
-        notes.push(format!(
-            "{} is not determined: its standard deviation would be {:.2} degrees, more than {:.1}; {} degrees are kept",
-            NAMES[k],
-            summary.sd_deg[k],
-            SD_MAX_RAD.to_degrees(),
-            summary.boresight_deg[k]
-        ));
-        if let Some(next_rad) = found.next_rad[k] {
-            notes.push(format!(
-                "{}'s correction is too large for one flight: configure the board with {:.3} degrees and fly again",
+        let (kept, sd, most) = (summary.boresight_deg[k], summary.sd_deg[k], SD_MAX_RAD.to_degrees());
+        notes.push(match found.next_rad[k] {
+            // Seen, but not known well enough to be final: the flight with it tells the rest.
+            Some(next_rad) => format!(
+                "{} is estimated, but its correction is too large for one flight (standard deviation {sd:.2} degrees, more than {most:.1}): the \
+                 file keeps {kept} degrees; configure the board with {:.3} degrees and fly again",
                 NAMES[k],
                 next_rad.to_degrees()
-            ));
-        }
+            ),
+            None => format!(
+                "{} is not determined: its standard deviation would be {sd:.2} degrees, more than {most:.1}; {kept} degrees are kept",
+                NAMES[k]
+            ),
+        });
     }
     notes
 }

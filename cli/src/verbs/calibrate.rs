@@ -80,8 +80,6 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     bar.finish_and_clear();
     let adjusted = adjusted?;
     let file = camera_file(&block, &observations, &adjusted)?;
-    let mut notes = file.assumed;
-    notes.extend(block.ignored.iter().map(|key| format!("{}: {key} means nothing here", args.block.display())));
     let text = file.camera.checked_toml_string(&args.out)?;
     if let Some(report) = &args.report {
         let page = calibration::page(&block, &observations, &adjusted);
@@ -89,7 +87,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         write_file(&report.join(REPORT), page.as_bytes())?;
     }
     write_file(&args.out, text.as_bytes())?;
-    let summary = summary(&block, &observations, &adjusted, notes);
+    let summary = summary(&block, &observations, &adjusted, file.assumed);
     summary.notes.iter().for_each(|line| note(line));
     Outcome::new(args.json, &summary, || text_of(&summary))
 }

@@ -2,10 +2,10 @@
 
 use super::positive;
 use crate::files::Files;
-use crate::outcome::{Failure, Outcome};
+use crate::outcome::{Failure, Outcome, note};
 use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::camera_file::imported::{
-    PRESETS, commented, focal_px_of_35_mm, from_odm, from_opencv, of_focal_px, of_fov, preset,
+    PRESETS, check_made, commented, focal_px_of_35_mm, from_odm, from_opencv, not_square, of_focal_px, of_fov, preset,
 };
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::input;
@@ -50,18 +50,38 @@ struct Source {
     focal_35mm: Option<f64>,
 }
 
+impl Source {
+    /// The option that was given, as messages call it.
+    fn words(&self) -> String {
+        let file =
+            |option: &str, path: &Option<PathBuf>| path.as_ref().map(|path| format!("{option} {}", path.display()));
+        let number = |option: &str, value: Option<f64>| value.map(|value| format!("{option} {value}"));
+        let given = [
+            self.preset.as_ref().map(|name| format!("--preset {name}")),
+            file("--from-opencv", &self.from_opencv),
+            file("--from-odm", &self.from_odm),
+            self.fov.map(|[h, v]| format!("--fov {h}x{v}")),
+            number("--focal-px", self.focal_px),
+            number("--focal-mm", self.focal_mm),
+            number("--focal-35mm", self.focal_35mm),
+        ];
+        given.into_iter().flatten().next().unwrap_or_default()
+    }
+}
+
 #[derive(Debug, clap::Args)]
 struct New {
     #[command(flatten)]
     source: Source,
     /// Which camera of --from-odm, where there are several
-    #[arg(long, requires = "from_odm")]
+    #[arg(long, requires = "from_odm", conflicts_with_all = ["preset", "from_opencv", "fov", "focal_px", "focal_mm", "focal_35mm"])]
     name: Option<String>,
-    /// Pixels of a frame: 640x480
-    #[arg(long, value_name = "COLSxROWS", value_parser = size, allow_negative_numbers = true)]
+    /// Pixels of a frame: 640x480; of --from-opencv where the file does not tell
+    #[arg(long, value_name = "COLSxROWS", value_parser = size, allow_negative_numbers = true, conflicts_with_all = ["preset", "from_odm"])]
     size: Option<[u32; 2]>,
     /// Width of the sensor, mm
-    #[arg(long, value_name = "MM", value_parser = positive, requires = "focal_mm", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", value_parser = positive, requires = "focal_mm", allow_negative_numbers = true,
+        conflicts_with_all = ["preset", "from_opencv", "from_odm", "fov", "focal_px", "focal_35mm"])]
     sensor_mm: Option<f64>,
     /// The file to write; standard output unless given
     #[arg(long, value_name = "TOML")]
@@ -104,6 +124,19 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         .may_write("--out", new.out.as_ref())
         .check()?;
     let (camera, from) = camera(new)?;
+    check_made(&camera, &new.source.words())?;
+    not_square(&camera).iter().for_each(|what| note(&format!("{}: {what}", new.source.words())));
+    if camera.is_off_centre() {
+        note(&format!(
+            "{}: the principal point lies {:.0} px right and {:.0} px forward of the middle of a frame of {} x {}, as that of frames of another \
+             size would",
+            new.source.words(),
+            camera.offset_m_px,
+            camera.offset_n_px,
+            camera.cols,
+            camera.rows
+        ));
+    }
     let text = commented(&camera, &from);
     // What is written must be what is taken.
     CameraFile::from_toml_str(&text, "as made")?;
@@ -116,7 +149,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
 fn camera(new: &New) -> Result<(CameraFile, String), InputError> {
     if let Some(path) = &new.source.from_opencv {
         let name = path.display().to_string();
-        return Ok((from_opencv(&input::text(path)?, &name)?, format!("OpenCV's calibration {name}")));
+        return Ok((from_opencv(&input::text(path)?, &name, new.size)?, format!("OpenCV's calibration {name}")));
     }
     if let Some(path) = &new.source.from_odm {
         let name = path.display().to_string();

@@ -29,6 +29,9 @@ pub struct Args {
     /// Plan (plan.json) of which the plan store is made, instead of a configuration store
     #[arg(long, value_name = "PLAN", conflicts_with_all = ["camera", "head", "settings"])]
     plan: Option<PathBuf>,
+    /// Make a store of a plan whose checks failed
+    #[arg(long, requires = "plan")]
+    force: bool,
     /// Key that messages are signed with (64 hexadecimal digits), of which the key store is made, instead of a configuration store
     ///
     /// What this key signed before now is not taken: the store holds the time at which it was made. It is as secret as the key;
@@ -82,6 +85,12 @@ const PLAN_BYTES: usize = 64 * 1024;
 /// The plan store.
 fn plan(path: &Path, args: &Args) -> Result<Outcome, Failure> {
     let file = PlanFile::read(path)?;
+    if let Some(danger) = file.checks.unsafe_because().filter(|_| !args.force) {
+        return Err(Failure::Input(InputError::new(format!(
+            "{}: its checks failed, {danger}; plan it anew, or --force accepts it",
+            path.display()
+        ))));
+    }
     let store = of_file(&file).map_err(|error| InputError::new(format!("{}: {error}", path.display())))?;
     if store.len() > PLAN_BYTES {
         return Err(Failure::Input(InputError::new(format!(

@@ -10,7 +10,7 @@ use crate::pages::evaluation::Page;
 use crate::progress;
 use indicatif::ProgressBar;
 use plumbline_sim::evaluate::judge::{Verdict, judge};
-use plumbline_sim::evaluate::platform::Platform;
+use plumbline_sim::evaluate::refined::refined;
 use plumbline_sim::evaluate::{Evaluation, Summary, flown};
 use plumbline_sim::run::Observer;
 use plumbline_sim::setup::Setup;
@@ -76,6 +76,7 @@ fn interval(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let table = Table::read(&args.frames)?;
     check(args, &table)?;
+    table.doubt.iter().for_each(|line| note(line));
     let camera = CameraFile::read(&args.camera)?;
     super::ask(&camera);
     if !camera.heads.is_empty() {
@@ -95,9 +96,8 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         Watch { bar: progress::bar(2 * table.rows.len() as u64, "frame"), interrupted: interrupt::listen()? };
     let setup = evaluation.prepare(&table, None)?;
     let verdict = judge(&setup, &table, &flown(&setup, &mut watch)?);
-    let platform = Platform::of(&table, &camera, &verdict);
-    let corrected =
-        platform.corrected_deg(&camera).map(|deg| corrected(&evaluation, &table, deg, &mut watch)).transpose()?;
+    let mut again = |deg| corrected(&evaluation, &table, deg, &mut watch);
+    let (platform, corrected) = refined((&table, &camera), &verdict, &mut again)?;
     watch.bar.finish_and_clear();
     let summary = Summary::new(&setup, &table, (&verdict, corrected.as_ref()), platform);
     write(

@@ -180,6 +180,13 @@ fn speed(text: &str) -> Result<f64, String> {
 
 fn percent(text: &str) -> Result<f64, String> {
     let percent: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if percent > 0.0 && percent <= 1.0 {
+        // As many digits as were given.
+        return Err(format!(
+            "this is percent; for a share of 1 write --require-rate {}",
+            (1e8 * percent).round() / 1e6
+        ));
+    }
     if (0.0..=100.0).contains(&percent) { Ok(percent) } else { Err("not between 0 and 100".to_owned()) }
 }
 

@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let file = read(&args.camera)?;
     super::ask(&file);
     let camera = core_camera(&file)?;
-    let attitude = args.attitude.attitude()?;
+    let attitude = args.attitude.looking_down()?;
     if args.model == Model::Simplified {
         if !camera.is_isotropic() {
             return Err(Input(InputError::new(format!(

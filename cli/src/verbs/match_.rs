@@ -164,12 +164,23 @@ fn sized(path: &Path) -> Result<Picture, Failure> {
 }
 
 fn text_of(Answer { place, on_ground }: &Answer) -> String {
-    let metres = on_ground.map_or_else(String::new, |at| {
-        format!(" east {:.2} north {:.2} sigma {:.2} {:.2} m", at.east_m, at.north_m, at.sigma_east_m, at.sigma_north_m)
-    });
     let verdict = place.reason.unwrap_or("accepted");
-    format!(
-        "d_col {} d_row {} sigma {:.2} {:.2} score {} second {} risk {:.1e}{metres} {verdict}\n",
+    let mut text = format!(
+        "d_col {} d_row {} px right and down from the reference's middle, sigma {:.2} {:.2} score {} second {} risk {:.1e} {verdict}\n",
         place.d_col, place.d_row, place.sigma_col, place.sigma_row, place.score, place.second_peak, place.risk
-    )
+    );
+    if let Some(at) = on_ground {
+        let system = at.epsg.map(|code| format!("EPSG:{code}")).or(at.crs.clone());
+        let system = system.map_or_else(String::new, |system| format!(" on {system}"));
+        text.push_str(&format!(
+            "east {:.2} north {:.2} sigma {:.2} {:.2} m{system}\n",
+            at.east_m, at.north_m, at.sigma_east_m, at.sigma_north_m
+        ));
+        if let (Some(east), Some(north)) = (at.offset_east_m, at.offset_north_m) {
+            text.push_str(&format!(
+                "offset east {east:.2} north {north:.2} m from where the patch's own georeference has it\n"
+            ));
+        }
+    }
+    text
 }

@@ -1,5 +1,6 @@
 //! `plumbline plan`: flight lines over terrain (paper 004).
 
+mod meant;
 mod questions;
 mod request;
 mod text;
@@ -101,10 +102,10 @@ pub struct Args {
     /// Put every photo into the autopilot's mission as a camera trigger, beside the waypoints
     #[arg(long)]
     trigger_items: bool,
-    /// Least height above the terrain along strips and turns; a plan below it is written, but the command fails
+    /// Least height above the terrain along strips and turns; a plan below it, or beyond the elevation model, is written, but the command fails
     #[arg(long, default_value_t = 50.0, value_parser = request::not_negative, allow_negative_numbers = true)]
     min_clearance_m: f64,
-    /// Accept a plan that keeps less clearance
+    /// Accept a plan that keeps less clearance, or of which it is not known
     #[arg(long)]
     force: bool,
     /// Folder for plan.json, plan.plan, plan.geojson, plan.kml, coverage.tif and report.html
@@ -216,8 +217,9 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         trigger_items: args.trigger_items,
         vehicle: args.vehicle(),
     };
+    let questions = questions::questions(&prepared.camera, &file);
     let mut files = outputs.files()?;
-    files.push(("report.html", pages::plan::page(&outputs).into_bytes()));
+    files.push(("report.html", pages::plan::page(&outputs, &questions).into_bytes()));
     create_folder(&args.out)?;
     export::write(&args.out, &files)?;
     bar.finish_and_clear();
@@ -234,7 +236,8 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
             export::ITEMS_MAX
         ));
     }
-    questions::questions(&prepared.camera, &file).iter().for_each(|question| note(question));
+    questions.iter().for_each(|question| note(question));
     let outcome = Outcome::new(args.json, &file, || text::text_of(&file, &args.out))?;
-    Ok(outcome.failed(file.checks.unsafe_because().filter(|_| !args.force)))
+    let danger = file.checks.unsafe_because().filter(|_| !args.force);
+    Ok(outcome.failed(danger.map(|danger| format!("{danger}; --force accepts it"))))
 }

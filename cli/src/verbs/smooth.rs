@@ -35,7 +35,10 @@ pub struct Args {
     /// Times at which the curves are wanted, CSV; those of the log unless given
     #[arg(long, value_name = "CSV")]
     at: Option<PathBuf>,
-    /// Those of the columns that are angles in degrees: whole turns are added, so that they do not jump
+    /// Those of the columns that are angles: whole turns are added, so that they do not jump
+    ///
+    /// A turn is 360, or 2 pi where the column is counted over at pi or 2 pi as radians are. Columns of a DataFlash log that are degrees by its
+    /// own units need not be named.
     #[arg(long, value_name = "A,B", value_delimiter = ',', num_args = 1, value_parser = column)]
     angles: Vec<String>,
     /// Column of weights, 1 / variance; 0 = no sample

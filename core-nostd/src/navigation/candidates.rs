@@ -1,15 +1,14 @@
 //! Which turn and scale a frame is rectified with where neither is known well enough for a match.
 //!
-//! A correlation bears a turn or a scale by which the border of the patch is off by two pixels or so. Where the sigmas of heading and
+//! A correlation bears a turn or a scale by which the border of the patch is off by a pixel and a half. Where the sigmas of heading and
 //! height reach further, the frames after one another are rectified with other turns and scales, from the likely ones outwards, until
 //! one of them is found. A frame is rectified once: what a candidate costs is a frame, not time.
 
 use crate::math::ceil;
 
-/// What the border of a patch may be off, pixels, by a turn and by a scale. Measured: 10 degrees over patches of 28 pixels were matched as
-/// often as none, and a scale of 8 % three times in four.
-const TURN_PX: f32 = 2.4;
-const SCALE_PX: f32 = 1.5;
+/// What the border of a patch may be off, pixels: 10 degrees over patches of 28 pixels were matched as often as none, and a scale of
+/// 8 % three times in four.
+const BORDER_PX: f32 = 1.5;
 /// How far candidates reach, sigmas, and at most: radians, 10 degrees, and as a share. A compass that is off by more is no compass.
 const SIGMAS: f32 = 2.0;
 const TURN_MAX_RAD: f32 = 0.175;
@@ -52,8 +51,8 @@ fn candidate((each_side, step): (u8, f32), index: u8, sigma: f32) -> Candidate {
 /// Turn and scale of a frame, by their sigmas and the patch's half side in pixels, and whether they are one of several. `number`: of
 /// the frames since something was found.
 pub fn candidates(number: u8, turn_rad: f32, scale: f32, half_px: f32) -> ([Candidate; 2], bool) {
-    let bears = |border_px: f32| border_px / half_px.max(1.0);
-    let (turns, scales) = (steps(turn_rad, TURN_MAX_RAD, bears(TURN_PX)), steps(scale, SCALE_MAX, bears(SCALE_PX)));
+    let bears = BORDER_PX / half_px.max(1.0);
+    let (turns, scales) = (steps(turn_rad, TURN_MAX_RAD, bears), steps(scale, SCALE_MAX, bears));
     let of_scale = 2 * scales.0 + 1;
     let number = number % (of_scale * (2 * turns.0 + 1));
     let pair = [candidate(turns, number / of_scale, turn_rad), candidate(scales, number % of_scale, scale)];
@@ -62,7 +61,7 @@ pub fn candidates(number: u8, turn_rad: f32, scale: f32, half_px: f32) -> ([Cand
 
 #[cfg(test)]
 mod tests {
-    use super::{SCALE_PX, TURN_PX, candidates};
+    use super::candidates;
 
     #[test]
     fn what_is_known_well_has_no_candidates() {
@@ -77,13 +76,11 @@ mod tests {
         {
             let all: std::vec::Vec<_> =
                 (0..=254).map(|number| candidates(number, turn_rad, scale, half_px).0).collect();
-            for (axis, reach, border_px) in
-                [(0, (2.0 * turn_rad).min(0.175f32), TURN_PX), (1, (2.0 * scale).min(0.15f32), SCALE_PX)]
-            {
+            for (axis, reach) in [(0, (2.0 * turn_rad).min(0.175f32)), (1, (2.0 * scale).min(0.15f32))] {
                 let mut offs: std::vec::Vec<f32> = all.iter().map(|pair| pair[axis].off).collect();
                 offs.sort_by(f32::total_cmp);
                 offs.dedup();
-                let bears = border_px / half_px;
+                let bears = 1.5 / half_px;
                 if offs.len() > 1 {
                     assert!(offs.windows(2).all(|pair| pair[1] - pair[0] <= 2.0 * bears * 1.0001), "{offs:?}");
                     assert!(offs[offs.len() - 1] + bears >= 0.9999 * reach, "{offs:?} {reach}");

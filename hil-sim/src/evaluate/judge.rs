@@ -21,8 +21,8 @@ pub struct Fixed {
     pub offset_m: [f64; 2],
     /// From where it was, as far as that is known, metres.
     pub error_m: [f64; 2],
-    /// What the firmware took pitch and roll to be off by, radians: what it has learnt of them in the flight.
-    pub less_tilt_rad: [f64; 2],
+    /// Pitch and roll that the firmware rectified with, radians: the table's less what it has learnt of them in the flight.
+    pub rectified_rad: Option<[f64; 2]>,
     /// Stated probability that it is wrong.
     pub risk: f64,
 }
@@ -76,8 +76,12 @@ pub struct Figures {
     pub right: usize,
     /// The others.
     pub wrong: usize,
-    /// East and north, metres.
+    /// Of the fixes from the navigation, east and north each for itself, metres.
     pub median_offset_m: Option<[f64; 2]>,
+    /// Median of the fixes' distances from the navigation, metres.
+    pub median_distance_m: Option<f64>,
+    /// Median of the fixes' errors, metres.
+    pub median_error_m: Option<f64>,
     /// Mean of the fixes' errors squared in their own sigmas; 2 expected.
     pub nees_mean: Option<f64>,
     /// Frames without a fix, by reason.
@@ -111,28 +115,26 @@ fn fixed(setup: &Setup, row: &Row, record: Option<&FrameRecord>) -> Result<Fixed
     };
     let place_m = [setup.tile_centre[0] + f64::from(fix.east_m), setup.tile_centre[1] + f64::from(fix.north_m)];
     let offset_m = std::array::from_fn(|axis| place_m[axis] - row.place_m[axis]);
-    let [_, pitch_rad, roll_rad] = row.attitude_rad;
-    let used_rad = report.situation.map(|used| [used.pitch_rad, used.roll_rad].map(f64::from));
-    let less_tilt_rad = used_rad.map_or([0.0; 2], |[pitch, roll]| [pitch_rad - pitch, roll_rad - roll]);
     Ok(Fixed {
         place_m,
         covariance_m2: [fix.variance_east_m2, fix.covariance_m2, fix.variance_north_m2].map(f64::from),
         offset_m,
         error_m: offset_m,
-        less_tilt_rad,
+        rectified_rad: report.situation.map(|used| [used.pitch_rad, used.roll_rad].map(f64::from)),
         risk: probability(report.risk),
     })
 }
 
 /// Of each axis.
 fn median(axes: [Vec<f64>; 2]) -> Option<[f64; 2]> {
-    let middle = |mut values: Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        let count = values.len();
-        (count > 0).then(|| 0.5 * (values[(count - 1) / 2] + values[count / 2]))
-    };
     let [east, north] = axes.map(middle);
     Some([east?, north?])
+}
+
+fn middle(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let count = values.len();
+    (count > 0).then(|| 0.5 * (values[(count - 1) / 2] + values[count / 2]))
 }
 
 impl Verdict {
@@ -145,6 +147,12 @@ impl Verdict {
     #[must_use]
     pub fn is_right(&self, fix: &Fixed) -> bool {
         fix.off_m() <= RIGHT_PX * self.resolution_m
+    }
+
+    /// Median of the fixes' errors, metres.
+    #[must_use]
+    pub fn median_error_m(&self) -> Option<f64> {
+        middle(self.fixes().map(|(_, fix)| fix.off_m()).collect())
     }
 
     /// Its figures.
@@ -163,6 +171,8 @@ impl Verdict {
             right,
             wrong: accepted - right,
             median_offset_m: self.median_offset_m,
+            median_distance_m: middle(self.fixes().map(|(_, fix)| fix.offset_m[0].hypot(fix.offset_m[1])).collect()),
+            median_error_m: self.median_error_m(),
             nees_mean: (accepted > 0).then(|| nees / accepted as f64),
             refused,
         }
@@ -174,7 +184,7 @@ mod tests {
     use super::*;
 
     fn fix(error_m: [f64; 2], covariance_m2: [f64; 3]) -> Fixed {
-        Fixed { place_m: [0.0; 2], covariance_m2, offset_m: error_m, error_m, less_tilt_rad: [0.0; 2], risk: 1e-4 }
+        Fixed { place_m: [0.0; 2], covariance_m2, offset_m: error_m, error_m, rectified_rad: None, risk: 1e-4 }
     }
 
     #[test]
@@ -196,6 +206,15 @@ mod tests {
         assert_eq!((figures.frames, figures.accepted, figures.right, figures.wrong), (3, 2, 1, 1));
         assert_eq!(figures.refused.get("low_score"), Some(&1));
         assert!((figures.nees_mean.expect("fixes") - 0.5 * (9.0 + 3.1 * 3.1)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn offsets_that_turn_with_the_heading_have_a_median_length() {
+        let around = |[east, north]: [f64; 2]| Judged { fix: Ok(fix([east, north], [1.0, 0.0, 1.0])) };
+        let frames = [[5.0, 0.0], [-5.0, 0.0], [0.0, 5.0], [0.0, -5.0]].map(around).to_vec();
+        let verdict = Verdict { frames, median_offset_m: Some([0.0; 2]), resolution_m: 2.0 };
+        assert_eq!(verdict.figures().median_distance_m, Some(5.0));
+        assert_eq!(verdict.figures().median_error_m, Some(5.0));
     }
 
     #[test]

@@ -52,8 +52,15 @@ impl Planned {
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let file = PlanFile::read(path)?;
         let place = Place::of(&file).map_err(|error| InputError::new(format!("{}: {error}", path.display())))?;
-        let mut planned =
-            Planned { notes: place.note().into_iter().collect(), photos: Vec::new(), lines: Vec::new(), file, place };
+        let danger = file.checks.unsafe_because();
+        let danger = danger.map(|danger| format!("{}: the plan's checks failed: {danger}", path.display()));
+        let mut planned = Planned {
+            notes: danger.into_iter().chain(place.note()).collect(),
+            photos: Vec::new(),
+            lines: Vec::new(),
+            file,
+            place,
+        };
         for (strip, of_file) in planned.file.strips.iter().enumerate() {
             let course_rad = of_file.heading_deg.to_radians() - planned.place.convergence_rad;
             let along = |point: &[f64; 3]| point[0] * course_rad.sin() + point[1] * course_rad.cos();

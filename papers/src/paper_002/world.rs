@@ -246,7 +246,6 @@ impl World {
                 virtual_image: Some(VIRTUAL_PX.map(|side| side as u32)),
                 virtual_f_px: Some(F_PX),
             },
-            ignored: Vec::new(),
         }
     }
 }

@@ -18,6 +18,7 @@
 //! * `point_priors`: tables of `point`, `sigma_m` and `position_m` (the start unless given).
 //! * `huber_sigmas`: residuals count by their length beyond so many standard deviations.
 
+mod keys;
 mod priors;
 
 use super::fields::Field;
@@ -25,70 +26,14 @@ use crate::adjust::rig::{Head, LENS, Observation, Point, Rig, Station, TIME};
 use crate::adjust::{INTERIOR_NAMES, Interior, Loss};
 use crate::camera_file::SIDE_MAX_PX;
 use crate::camera_file::heads::{HEADS_MAX, VIRTUAL_SIDE_MAX_PX};
-use crate::error::InputError;
+use crate::error::{InputError, counted};
 use crate::io::table::text_of;
 use serde_json::Value;
 use std::path::Path;
 
+use keys::check_keys;
 pub use priors::{PointPrior, StationPrior};
 use priors::{point_priors, station_priors};
-
-/// Keys that mean something here.
-const KEYS: [&str; 24] = [
-    "f_px",
-    "pixel_mm",
-    "cols",
-    "rows",
-    "virtual_cols",
-    "virtual_rows",
-    "virtual_f_px",
-    "heads_d_m",
-    "head_start_rad",
-    "heads_interior",
-    "fixed_points",
-    "fixed_stations",
-    "station_start",
-    "station_rates",
-    "point_start",
-    "sigma_px",
-    "interior_free",
-    "interior_sigma",
-    "heads_d_sigma_m",
-    "head_sync_sigma_s",
-    "station_priors",
-    "point_priors",
-    "huber_sigmas",
-    "name",
-];
-
-/// Keys that blocks with a known answer have beside these; nothing is read of them.
-const ANSWERS: [&str; 2] = ["solution", "truth_heads_rad"];
-/// Keys that are written for others: `weights` for what `sigma_px` says.
-const MEANT: [(&str, &str); 6] = [
-    ("weights", "sigma_px, the standard deviation of an image coordinate (weight 1 / sigma_px^2)"),
-    ("weight", "sigma_px, the standard deviation of an image coordinate (weight 1 / sigma_px^2)"),
-    ("sigma", "sigma_px, the standard deviation of an image coordinate"),
-    ("f_mm", "f_px, the focal length in pixels (f_mm / pixel_mm)"),
-    ("gcps", "fixed_points, indices into point_start"),
-    ("distortion", "heads_interior, a table a head with any of xp, yp, k1, k2, k3, p1, p2"),
-];
-
-/// Refuses keys that were meant to be others: one that is misspelt would silently be left out of the adjustment. What resembles none is
-/// told and passed over.
-fn check_keys<'k>(keys: impl Iterator<Item = &'k String>, name: &str) -> Result<(), InputError> {
-    let plain = |key: &str| key.to_lowercase().replace(['_', '-', ' '], "").trim_end_matches('s').to_owned();
-    let meant = |key: &str| {
-        let other = MEANT.iter().find(|(other, _)| key == *other).map(|(_, meant)| *meant);
-        other.or_else(|| KEYS.into_iter().find(|other| plain(key) == plain(other)))
-    };
-    let mut unknown = keys.filter(|key| ![&KEYS[..], &ANSWERS[..]].concat().contains(&key.as_str()));
-    match unknown.find_map(|key| Some((key, meant(key)?))) {
-        Some((key, meant)) => {
-            Err(InputError::new(format!("{name}: the key {key} means nothing here; what was meant is {meant}")))
-        }
-        None => Ok(()),
-    }
-}
 
 /// Frame sizes that the camera file needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -124,8 +69,6 @@ pub struct Block {
     pub loss: Loss,
     /// For the camera file.
     pub sizes: Sizes,
-    /// Answers that stand in the file and are not read.
-    pub ignored: Vec<String>,
 }
 
 impl Block {
@@ -148,7 +91,7 @@ impl Block {
             serde_json::from_str(text).map_err(|error| InputError::new(format!("{name} is not JSON: {error}")))?;
         let file = Field { at: format!("{name}:"), value: &value };
         let Some(object) = value.as_object() else { return Err(file.wrong("an object")) };
-        check_keys(object.keys(), name)?;
+        check_keys(object, name)?;
         let mut heads = heads(&file)?;
         let stations = stations(&file)?;
         let points = points(&file)?;
@@ -169,7 +112,6 @@ impl Block {
             station_priors: station_priors(&file, &stations)?,
             point_priors: point_priors(&file, &points)?,
             sizes: sizes(&file)?,
-            ignored: object.keys().filter(|key| !KEYS.contains(&key.as_str())).cloned().collect(),
             heads,
             stations,
             points,
@@ -224,9 +166,9 @@ fn heads(file: &Field<'_>) -> Result<Vec<Head>, InputError> {
     let list = angles.list()?;
     if !(1..=HEADS_MAX).contains(&list.len()) {
         return Err(InputError::new(format!(
-            "{} has {} rows, not one a head, of 1 to {HEADS_MAX}",
+            "{} has {}, not one a head, of 1 to {HEADS_MAX}",
             angles.at,
-            list.len()
+            counted(list.len(), "row")
         )));
     }
     let centres = one_a_head(&file.needed("heads_d_m")?, list.len())?;
@@ -268,7 +210,12 @@ fn stations(file: &Field<'_>) -> Result<Vec<Station>, InputError> {
     if let Some(field) = file.key("station_rates") {
         let rows = field.list()?;
         if rows.len() != stations.len() {
-            let sentence = format!("{} has {} rows, but there are {} stations", field.at, rows.len(), stations.len());
+            let sentence = format!(
+                "{} has {}, but there are {}",
+                field.at,
+                counted(rows.len(), "row"),
+                counted(stations.len(), "station")
+            );
             return Err(InputError::new(sentence));
         }
         for (station, row) in stations.iter_mut().zip(&rows) {

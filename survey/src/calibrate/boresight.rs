@@ -25,7 +25,7 @@ mod model;
 #[cfg(test)]
 mod tests;
 
-pub use files::{Joined, join, read};
+pub use files::{Joined, join, looks_like_radians, read};
 pub use model::{Footprint, Sighting};
 
 use super::OUTLIER_SIGMAS;
@@ -37,7 +37,7 @@ use std::fmt;
 /// Fewest fixes that are adjusted: twenty equations for three or five unknowns.
 pub const FIXES_MIN: usize = 10;
 /// An angle of a larger standard deviation, all of it, is not determined, and the configured value is kept: 0.2 degrees. By its
-/// model's share a correction of kappa beyond 0.4 degrees takes a further flight.
+/// model's share a correction of phi or omega beyond 4 degrees, of kappa beyond 0.4, takes a further flight.
 pub const SD_MAX_RAD: f64 = 0.2 / 180.0 * std::f64::consts::PI;
 /// How many times the variance of phi or omega may grow when an offset is estimated too. 25 is a correlation of 0.98, and
 /// headings that span no more than 20 degrees either way.
@@ -78,6 +78,8 @@ pub struct Boresight {
     pub determined: [bool; 3],
     /// Of an angle that the fixes show well enough, but whose correction is too large for one flight: its value for the next.
     pub next_rad: [Option<f64>; 3],
+    /// Of each angle that the fixes show well enough, whatever the model's share: what they say it is.
+    pub shown_rad: [Option<f64>; 3],
     /// Offset of the fixes against the positions, east and north, metres, and its standard deviations; where it was asked for.
     pub offset: Option<([f64; 2], [f64; 2])>,
     /// Standard deviation of a residual whose sigma is as stated: 1 where the fixes' sigmas are right.
@@ -95,8 +97,8 @@ pub enum BoresightError {
     TooFew(usize),
     /// The camera of this sighting, by its index, does not see the ground below it.
     Sky(usize),
-    /// Neither phi nor omega is shown by the fixes.
-    Undetermined,
+    /// Neither phi nor omega is shown by the fixes to so many radians.
+    Undetermined(f64),
     /// Phi or omega and the offset do the same to the fixes: how many times its variance grows.
     Inseparable(f64),
     /// No boresight explains the fixes.
@@ -108,8 +110,8 @@ impl fmt::Display for BoresightError {
         match self {
             Self::TooFew(count) => write!(f, "{count} fixes with a pose, at least {FIXES_MIN} are needed"),
             Self::Sky(index) => write!(f, "the camera of sighting {index} does not see the ground below it"),
-            Self::Undetermined => {
-                write!(f, "neither phi nor omega is known to {:.1} degrees from these fixes", SD_MAX_RAD.to_degrees())
+            Self::Undetermined(sd_max_rad) => {
+                write!(f, "neither phi nor omega is known to {:.1} degrees from these fixes", sd_max_rad.to_degrees())
             }
             Self::Inseparable(inflation) => write!(
                 f,
@@ -132,6 +134,20 @@ pub fn estimate(
     configured_rad: [f64; 3],
     with_offset: bool,
 ) -> Result<Boresight, BoresightError> {
+    estimate_to(SD_MAX_RAD, sightings, footprint, configured_rad, with_offset)
+}
+
+/// As [`estimate`], where angles count as determined up to another standard deviation.
+///
+/// # Errors
+/// [`BoresightError`].
+pub fn estimate_to(
+    sd_max_rad: f64,
+    sightings: &[Sighting],
+    footprint: &Footprint,
+    configured_rad: [f64; 3],
+    with_offset: bool,
+) -> Result<Boresight, BoresightError> {
     if sightings.len() < FIXES_MIN {
         return Err(BoresightError::TooFew(sightings.len()));
     }
@@ -140,9 +156,12 @@ pub fn estimate(
     let mut adjustment =
         Adjustment { sightings, rays, configured_rad, free: [true, true, true, with_offset, with_offset] };
     let (mut sd_rad, mut random_sd_rad) = ([f64::INFINITY; 3], [f64::INFINITY; 3]);
-    let mut next_rad = [None; 3];
     loop {
-        let solved = adjustment.solve()?;
+        let solved = match adjustment.solve() {
+            // Nearly level flights hardly show kappa, which then runs away with the others.
+            Err(BoresightError::Diverged) if adjustment.free[2] => None,
+            other => other?,
+        };
         if let Some(Solved { sd, inflation, unknowns, .. }) = &solved {
             if with_offset && *inflation > INFLATION_MAX {
                 return Err(BoresightError::Inseparable(*inflation));
@@ -154,24 +173,37 @@ pub fn estimate(
         }
         // What a fix shows least goes first.
         let worst = match &solved {
-            Some(_) => (0..3).filter(|k| adjustment.free[*k]).max_by(|a, b| sd_rad[*a].total_cmp(&sd_rad[*b])),
+            Some(_) => {
+                (0..3).filter(|k| adjustment.free[*k]).max_by(|a, b| random_sd_rad[*a].total_cmp(&random_sd_rad[*b]))
+            }
             None => Some(2).filter(|k| adjustment.free[*k]),
         };
         match (worst, solved) {
-            (Some(k), Some(solved)) if sd_rad[k] <= SD_MAX_RAD => {
-                return Ok(Boresight { sd_rad, random_sd_rad, next_rad, ..adjustment.boresight(&solved) });
+            // The model's share says how well the correction is known, and not whether there is one: an angle that is held for it alone would be
+            // put down to the others.
+            (Some(k), Some(solved)) if random_sd_rad[k] <= sd_max_rad => {
+                let found = Boresight { sd_rad, random_sd_rad, ..adjustment.boresight(&solved) };
+                return Ok(found.within(sd_max_rad, configured_rad));
             }
-            (Some(k), solved) => {
-                adjustment.free[k] = false;
-                // The share alone is too much: what is left of the correction without it holds at both ends.
-                let solved = solved.filter(|_| random_sd_rad[k] <= SD_MAX_RAD);
-                next_rad[k] = solved.map(|solved| {
-                    configured_rad[k] + (1.0 - MODEL_SHARES[k]) * (solved.unknowns[k] - configured_rad[k])
-                });
-            }
+            (Some(k), _) => adjustment.free[k] = false,
             (None, None) if with_offset => return Err(BoresightError::Inseparable(f64::INFINITY)),
-            (None, _) => return Err(BoresightError::Undetermined),
+            (None, _) => return Err(BoresightError::Undetermined(sd_max_rad)),
         }
+    }
+}
+
+impl Boresight {
+    /// Without the corrections whose share is too much; what is left of them without it holds at both ends.
+    fn within(mut self, sd_max_rad: f64, configured_rad: [f64; 3]) -> Self {
+        for k in 0..3 {
+            if !self.determined[k] || self.sd_rad[k] <= sd_max_rad {
+                continue;
+            }
+            let correction_rad = self.angles_rad[k] - configured_rad[k];
+            self.next_rad[k] = Some(configured_rad[k] + (1.0 - MODEL_SHARES[k]) * correction_rad);
+            (self.determined[k], self.angles_rad[k]) = (false, configured_rad[k]);
+        }
+        self
     }
 }
 
@@ -313,6 +345,7 @@ impl Adjustment<'_> {
             sd_rad: [sd[0], sd[1], sd[2]],
             random_sd_rad: [sd[0], sd[1], sd[2]],
             next_rad: [None; 3],
+            shown_rad: [0, 1, 2].map(|k| self.free[k].then_some(x[k])),
             determined: [self.free[0], self.free[1], self.free[2]],
             offset: self.free[3].then(|| ([x[3], x[4]], [solved.sd[3], solved.sd[4]])),
             sigma0: solved.sigma0,

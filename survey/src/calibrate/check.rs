@@ -1,5 +1,6 @@
 //! Whether observations can determine a block, found out before any equation is solved.
 
+use super::axes;
 use super::block::Block;
 use super::observations::Observations;
 use crate::adjust::rig::{Rig, project};
@@ -70,54 +71,8 @@ pub fn check(block: &Block, observations: &Observations, rig: &Rig) -> Result<()
             )));
         }
     }
-    check_axes(block, observations)?;
+    axes::check(block, observations)?;
     check_datum(rig, &observations.name)
-}
-
-/// Start values that others fit so much better are not those of the axes that were written. Right axes and rough start values make
-/// all of them as bad; wrong ones make residuals of half a frame, against tens of pixels.
-const FITS_BETTER: f64 = 4.0;
-
-/// Refuses image coordinates that count as OpenCV's do: y down, or both from a corner of the frame.
-fn check_axes(block: &Block, observations: &Observations) -> Result<(), InputError> {
-    let size = block.sizes.head.map_or([0.0; 2], |size| size.map(f64::from));
-    let [x0, y0] = size.map(|side| 0.5 * (side - 1.0));
-    // A point on the border may lie half a pixel beyond the outermost one's centre, and noise beside that.
-    let is_from_corner = observations.seen.iter().all(|seen| seen.image_px.iter().all(|at| *at >= -2.0));
-    type Reading = fn([f64; 2], [f64; 2]) -> [f64; 2];
-    let readings: [(Reading, bool, &str); 3] = [
-        (|[x, y], _| [x, -y], true, "y_px counts downward, as OpenCV has it: write -y_px"),
-        (
-            |[x, y], [x0, y0]| [x - x0, y0 - y],
-            is_from_corner && x0 > 0.0,
-            "the origin is the frame's top left corner: write x_px - (cols - 1) / 2 and (rows - 1) / 2 - y_px",
-        ),
-        (|[x, y], _| [y, x], true, "x_px and y_px are swapped"),
-    ];
-    let as_written = median_off_px(block, observations, &|at| at);
-    for (reading, may_be, meant) in readings {
-        let other = median_off_px(block, observations, &|at| reading(at, [x0, y0]));
-        if may_be && FITS_BETTER * other < as_written {
-            return Err(InputError::new(format!(
-                "{}: by the start values half of the points lie {as_written:.0} px and more off, but {other:.0} px if {meant}; x_px is right and y_px up from the frame's middle",
-                observations.name
-            )));
-        }
-    }
-    Ok(())
-}
-
-/// The median distance of the image points, read somehow, from where the start values have them, pixels.
-fn median_off_px(block: &Block, observations: &Observations, read: &dyn Fn([f64; 2]) -> [f64; 2]) -> f64 {
-    let off = observations.seen.iter().filter_map(|seen| {
-        let (station, point) = (&block.stations[seen.station], block.points[seen.point].position_m);
-        let [x, y] = project(&block.heads[seen.head].values, station, point)?;
-        let at = read(seen.image_px);
-        Some((at[0] - x).hypot(at[1] - y))
-    });
-    let mut off: Vec<f64> = off.collect();
-    let middle = off.len() / 2;
-    if off.is_empty() { 0.0 } else { *off.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 fn line_of(observations: &Observations, point: usize) -> String {

@@ -1,5 +1,6 @@
 //! From a block and its observations to the heads' parameters with what they are worth.
 
+use super::axes::is_from_corner;
 use super::block::Block;
 use super::check::check;
 use super::observations::Observations;
@@ -287,6 +288,14 @@ fn refused(error: &SolveError, rig: &Rig, observations: &Observations) -> InputE
         ),
         SolveError::NotFinite => format!("{name}: the start values lead to numbers that are not finite"),
         SolveError::TooLarge => format!("{name}: there is no memory for the equations of this block"),
+    };
+    let is_far = matches!(error, SolveError::NotConverged { .. } | SolveError::Stuck { .. });
+    let sentence = if is_far && is_from_corner(observations) {
+        format!(
+            "{sentence}, or image coordinates, none of which is negative, are counted from the frame's corner and not from its middle"
+        )
+    } else {
+        sentence
     };
     if has_failed { InputError::failed(sentence) } else { InputError::new(sentence) }
 }

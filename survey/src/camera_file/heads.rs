@@ -108,6 +108,7 @@ fn head(keys: &Keys<'_>) -> Result<Head, InputError> {
         rotation_deg: keys.needed("rotation_deg", keys.triple("rotation_deg")?)?,
         d_m: keys.needed("d_m", keys.triple("d_m")?)?,
     };
+    keys.principal_point([head.cols, head.rows], [head.offset_m_px, head.offset_n_px])?;
     // A focal length of less than a pixel sees 180 degrees with any two columns.
     if head.f_px < 1.0 {
         return Err(keys.wrong("f_px", "at least 1"));

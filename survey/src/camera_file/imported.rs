@@ -51,23 +51,47 @@ pub fn preset(name: &str) -> Option<CameraFile> {
     Some(CameraFile { pixel_mm: Some(pixel_mm), fov_h_deg, ..of_focal_px(cols, rows, focal_px) })
 }
 
-/// From a calibration that OpenCV has stored, as YAML or JSON: `image_width`, `image_height`, `camera_matrix`,
-/// `distortion_coefficients`.
+/// From a calibration that OpenCV or ROS has stored, as YAML or JSON: `image_width`, `image_height`, `camera_matrix`,
+/// `distortion_coefficients`. `size` is what the frame's sides are where the file does not say.
 ///
 /// # Errors
-/// What is missing or not taken: a rational, thin-prism or fisheye lens.
-pub fn from_opencv(text: &str, name: &str) -> Result<CameraFile, InputError> {
+/// All that is missing; what is not taken: a rational, thin-prism or fisheye lens; a principal point outside the frame; a size that is
+/// not the file's.
+pub fn from_opencv(text: &str, name: &str, size: Option<[u32; 2]>) -> Result<CameraFile, InputError> {
     let wrong = |what: String| InputError::new(format!("{name}: {what}"));
+    if let Some(model) = fisheye(text) {
+        return Err(wrong(format!(
+            "a fisheye lens ({model}) is not taken, only OpenCV's model of five (k1, k2, p1, p2, k3); calibrate anew without the fisheye model, \
+             or undistort the frames (cv::fisheye) and describe those with --focal-px"
+        )));
+    }
     let side = |key: &str| {
         let found = numbers_behind(text, key, 1).and_then(|found| found.first().copied());
         let whole = found.filter(|side| *side >= 1.0 && side.fract() == 0.0 && *side <= f64::from(u32::MAX));
-        whole
-            .map(|side| side as u32)
-            .ok_or_else(|| wrong(format!("it has no {key}; is it a calibration stored by OpenCV?")))
+        whole.map(|side| side as u32)
     };
-    let (cols, rows) = (side("image_width")?, side("image_height")?);
+    let sides = [("image_width", 0), ("image_height", 1)].map(|(key, k)| (key, side(key), size.map(|size| size[k])));
     let matrix = matrix_behind(text, "camera_matrix").filter(|matrix| matrix.len() == 9);
-    let Some(matrix) = matrix else { return Err(wrong("it has no camera_matrix of 3 x 3 numbers".to_owned())) };
+    let mut missing: Vec<&str> =
+        sides.iter().filter(|(_, own, given)| own.or(*given).is_none()).map(|(key, ..)| *key).collect();
+    let lacks_side = !missing.is_empty();
+    let lacks_matrix = matrix.is_none();
+    if lacks_matrix {
+        missing.push("camera_matrix of 3 x 3 numbers");
+    }
+    let ([Some(cols), Some(rows)], Some(matrix)) = (sides.map(|(_, own, given)| own.or(given)), matrix) else {
+        let hint = match (lacks_side, lacks_matrix) {
+            (true, false) => "--size COLSxROWS says of what frames it is",
+            _ => "is it a calibration stored by OpenCV?",
+        };
+        return Err(wrong(format!("it has no {}; {hint}", missing.join(" and no "))));
+    };
+    if let Some([width, height]) = size.filter(|size| *size != [cols, rows]) {
+        return Err(wrong(format!(
+            "it is a calibration of frames of {cols} x {rows}, but --size says {width} x {height}; leave --size out, and calibrate anew for \
+             frames of another size"
+        )));
+    }
     let lens = matrix_behind(text, "distortion_coefficients").unwrap_or_default();
     if lens.len() > 5 && lens[5..].iter().any(|k| *k != 0.0) {
         return Err(wrong(
@@ -78,8 +102,81 @@ pub fn from_opencv(text: &str, name: &str) -> Result<CameraFile, InputError> {
     let k = |index: usize| lens.get(index).copied().unwrap_or(0.0);
     let distortion = Distortion { k1: k(0), k2: k(1), p1: k(2), p2: k(3), k3: k(4) };
     let offset = [matrix[2] - 0.5 * (f64::from(cols) - 1.0), 0.5 * (f64::from(rows) - 1.0) - matrix[5]];
+    is_inside([cols, rows], offset).map_err(wrong)?;
     let distortion = (distortion != Distortion::default()).then_some(distortion);
     Ok(of_focals(cols, rows, [matrix[0], matrix[4]], offset, distortion))
+}
+
+/// Key and value that say that a lens is a fisheye's: OpenCV's `fisheye_model`, ROS' and Kalibr's `distortion_model`. Its four
+/// coefficients are of a polynomial in the angle, and would be read as k1, k2, p1, p2.
+fn fisheye(text: &str) -> Option<String> {
+    if let Some(flag) = word_behind(text, "fisheye_model").filter(|flag| !["0", "false", "no"].contains(&flag.as_str()))
+    {
+        return Some(format!("fisheye_model: {flag}"));
+    }
+    let model = word_behind(text, "distortion_model")?;
+    ["equidistant", "fisheye", "kannala_brandt", "equi", "omni"]
+        .contains(&model.as_str())
+        .then(|| format!("distortion_model: {model}"))
+}
+
+/// The word behind a key and its colon, in lower case.
+fn word_behind(text: &str, key: &str) -> Option<String> {
+    let (_, behind) = text.split_once(key)?;
+    let (_, behind) = behind.split_once(':')?;
+    let word = behind.trim_start().trim_start_matches(['"', '\'']);
+    let word: String = word.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+    (!word.is_empty()).then(|| word.to_lowercase())
+}
+
+/// Why a principal point is none.
+fn is_inside(size: [u32; 2], offset: [f64; 2]) -> Result<(), String> {
+    if [0, 1].iter().all(|k| offset[*k].abs() < 0.5 * f64::from(size[*k])) {
+        return Ok(());
+    }
+    let [cols, rows] = size;
+    Err(format!(
+        "its principal point lies outside a frame of {cols} x {rows}; is it a calibration of frames of another size?"
+    ))
+}
+
+/// Widest field of view of a lens that is none of a fisheye: the widest that are made see 130 degrees.
+const WIDEST_DEG: f64 = 150.0;
+/// Narrowest: 1200 mm before a sensor 24 mm wide see 1.1 degrees, half of that along its shorter side with something to spare.
+const NARROWEST_DEG: f64 = 0.3;
+/// How far the sides of a pixel may differ before it is asked about: square ones whose fields of view are rounded to degrees differ by less.
+const SQUARE_WITHIN: f64 = 0.04;
+
+/// Refuses a camera that nobody has.
+///
+/// # Errors
+/// A field of view that is too wide or too narrow; `what` is where it comes from, and what may have been meant.
+pub fn check_made(camera: &CameraFile, what: &str) -> Result<(), InputError> {
+    let fields = [camera.fov_h_deg, camera.fov_v_deg];
+    if fields.iter().all(|field| (NARROWEST_DEG..=WIDEST_DEG).contains(field)) {
+        return Ok(());
+    }
+    let [h, v] = fields;
+    Err(InputError::new(format!(
+        "{what}: fields of view of {h:.4} x {v:.4} degrees, which no lens of this model has ({NARROWEST_DEG} to {WIDEST_DEG}); the focal length \
+         goes in its option's unit, that of a fisheye cannot be described"
+    )))
+}
+
+/// What is asked about pixels that are not square: nearly all sensors' are.
+#[must_use]
+pub fn not_square(camera: &CameraFile) -> Option<String> {
+    let (across, along) = camera.tangent_per_px();
+    if (across / along - 1.0).abs() <= SQUARE_WITHIN {
+        return None;
+    }
+    let meant = (2.0 * (0.5 * f64::from(camera.rows) * across).atan()).to_degrees();
+    Some(format!(
+        "pixels that are {:.1} % {} than they are high, as few sensors have them; square ones have a field of view of {:.4}x{meant:.4} degrees",
+        100.0 * (across / along - 1.0).abs(),
+        if across > along { "wider" } else { "narrower" },
+        camera.fov_h_deg
+    ))
 }
 
 /// From a camera of OpenDroneMap's `cameras.json`; `wanted` where it has several.
@@ -117,7 +214,9 @@ pub fn from_odm(text: &str, name: &str, wanted: Option<&str>) -> Result<CameraFi
     let k = |key: &str| number(key).unwrap_or(0.0);
     let distortion = Distortion { k1: k("k1"), k2: k("k2"), k3: k("k3"), p1: k("p1"), p2: k("p2") };
     let distortion = (distortion != Distortion::default()).then_some(distortion);
-    Ok(of_focals(cols, rows, focal_px, [k("c_x") * longer, -k("c_y") * longer], distortion))
+    let offset = [k("c_x") * longer, -k("c_y") * longer];
+    is_inside([cols, rows], offset).map_err(wrong)?;
+    Ok(of_focals(cols, rows, focal_px, offset, distortion))
 }
 
 fn of_focals(
@@ -133,8 +232,9 @@ fn of_focals(
         rows,
         fov_h_deg: fov_deg(cols, focal_px[0]),
         fov_v_deg: fov_deg(rows, focal_px[1]),
-        offset_m_px,
-        offset_n_px,
+        // No -0.0, which reads as if something had been meant.
+        offset_m_px: offset_m_px + 0.0,
+        offset_n_px: offset_n_px + 0.0,
         pixel_mm: None,
         distortion,
         version: None,
@@ -206,70 +306,4 @@ const TAIL: &str = "
 ";
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const OPENCV: &str = "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\nflags: 0\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   \
-        dt: d\n   data: [ 600., 0., 325.5, 0., 610., 230.,\n       0., 0., 1. ]\ndistortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n   \
-        data: [ -2.5e-01, 1.0e-01, 1.0e-03, -2.0e-03, 3.0e-02 ]\navg_reprojection_error: 0.3\n";
-
-    #[test]
-    fn opencvs_calibration_is_read() {
-        let camera = from_opencv(OPENCV, "a.yml").expect("sound");
-        assert_eq!((camera.cols, camera.rows), (640, 480));
-        assert!((camera.fov_h_deg - 2.0 * (320.0f64 / 600.0).atan().to_degrees()).abs() < 1e-12);
-        assert!((camera.fov_v_deg - 2.0 * (240.0f64 / 610.0).atan().to_degrees()).abs() < 1e-12);
-        assert_eq!([camera.offset_m_px, camera.offset_n_px], [6.0, 9.5]);
-        let lens = camera.distortion.expect("a lens");
-        assert_eq!([lens.k1, lens.k2, lens.p1, lens.p2, lens.k3], [-0.25, 0.1, 1e-3, -2e-3, 0.03]);
-        // What OpenCV writes as JSON has the same.
-        let json = r#"{"image_width": 640, "image_height": 480, "camera_matrix": {"type_id": "opencv-matrix", "rows": 3, "cols": 3, "dt": "d",
-            "data": [600.0, 0.0, 325.5, 0.0, 610.0, 230.0, 0.0, 0.0, 1.0]}, "distortion_coefficients": {"rows": 5, "cols": 1, "dt": "d",
-            "data": [-0.25, 0.1, 1e-3, -2e-3, 0.03]}}"#;
-        assert_eq!(from_opencv(json, "a.json"), Ok(camera));
-        for (from, to, wanted) in [
-            ("image_width", "width", "image_width"),
-            ("camera_matrix", "matrix", "camera_matrix"),
-            ("3.0e-02 ]", "3.0e-02, 0.5 ]", "beyond k3"),
-        ] {
-            let error = from_opencv(&OPENCV.replace(from, to), "a.yml").expect_err(wanted).to_string();
-            assert!(error.contains(wanted), "{error}");
-        }
-    }
-
-    #[test]
-    fn a_camera_of_opendronemap_is_read() {
-        let brown = r#"{"dji": {"projection_type": "brown", "width": 4000, "height": 3000, "focal_x": 0.7, "focal_y": 0.7, "c_x": 0.001, "c_y": 0.002,
-            "k1": 0.01, "k2": 0.02, "p1": 0.03, "p2": 0.04, "k3": 0.05}}"#;
-        let camera = from_odm(brown, "c.json", None).expect("sound");
-        assert!((camera.fov_h_deg - 2.0 * (2000.0f64 / 2800.0).atan().to_degrees()).abs() < 1e-12);
-        assert_eq!([camera.offset_m_px, camera.offset_n_px], [4.0, -8.0]);
-        assert_eq!(camera.distortion.map(|lens| lens.k3), Some(0.05));
-        let two = r#"{"a": {"width": 10, "height": 20, "focal": 0.5}, "b": {"projection_type": "fisheye", "width": 10, "height": 20, "focal": 0.5}}"#;
-        assert!(from_odm(two, "c.json", None).expect_err("two").to_string().contains("\"a\", \"b\""));
-        assert!(from_odm(two, "c.json", Some("b")).expect_err("a fisheye").to_string().contains("fisheye"));
-        let camera = from_odm(two, "c.json", Some("a")).expect("sound");
-        // The longer side is what lengths refer to.
-        assert!((camera.fov_v_deg - 90.0).abs() < 1e-12 && camera.distortion.is_none());
-    }
-
-    #[test]
-    fn what_is_written_is_read_again() {
-        for (name, what, ..) in PRESETS {
-            let camera = preset(name).expect("a preset");
-            let text = commented(&camera, what);
-            assert_eq!(CameraFile::from_toml_str(&text, name), Ok(camera), "{text}");
-        }
-        let camera = from_opencv(OPENCV, "a.yml").expect("sound");
-        assert_eq!(CameraFile::from_toml_str(&commented(&camera, "OpenCV"), "a"), Ok(camera));
-        assert_eq!(preset("none"), None);
-    }
-
-    /// A sensor of 36 x 24 mm has its own focal length.
-    #[test]
-    fn equivalents_go_by_the_diagonal() {
-        assert!((focal_px_of_35_mm(3600, 2400, 50.0) - 5000.0).abs() < 1e-9);
-        let camera = of_focal_px(3600, 2400, 5000.0);
-        assert!((camera.fov_h_deg - 2.0 * (18.0f64 / 50.0).atan().to_degrees()).abs() < 1e-12);
-    }
-}
+mod tests;

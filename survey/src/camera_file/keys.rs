@@ -93,6 +93,25 @@ impl<'a> Keys<'a> {
         }
     }
 
+    /// Refuses a principal point that is not on the frame, as OpenCV's cx and cy would be if they were read as offsets.
+    pub fn principal_point(&self, size: [u32; 2], offset: [f64; 2]) -> Result<(), InputError> {
+        let keys = ["offset_m_px", "offset_n_px"];
+        match (0..2).find(|k| offset[*k].abs() >= 0.5 * f64::from(size[*k])) {
+            Some(k) => Err(self.wrong(
+                keys[k],
+                &format!(
+                    "less than half of a frame of {} x {}, from whose middle it counts; for OpenCV's cx, cy write offset_m_px = cx - {} and \
+                     offset_n_px = {} - cy",
+                    size[0],
+                    size[1],
+                    0.5 * (f64::from(size[0]) - 1.0),
+                    0.5 * (f64::from(size[1]) - 1.0)
+                ),
+            )),
+            None => Ok(()),
+        }
+    }
+
     /// A table in this one; `None` where the key is absent.
     pub fn inner(&self, key: &str) -> Result<Option<Keys<'a>>, InputError> {
         match self.table.get(key) {

@@ -29,6 +29,9 @@ const KEYS: [&str; 14] = [
 /// Those that make a whole file.
 const NEEDED: [&str; 6] = ["cols", "rows", "fov_h_deg", "fov_v_deg", "offset_m_px", "offset_n_px"];
 
+/// Sides of a pixel, mm: sensors have 0.0005 to 0.05, a scan of film or frames that were made smaller some more.
+const PIXEL_MM: [f64; 2] = [0.000_1, 0.2];
+
 /// Names all keys that are missing.
 fn is_whole(file: &Keys<'_>) -> Result<(), InputError> {
     let missing: Vec<&str> = NEEDED.into_iter().filter(|key| !file.table.contains_key(*key)).collect();
@@ -69,9 +72,18 @@ pub(super) fn camera_file(text: &str, name: &str) -> Result<CameraFile, InputErr
         covariance: mounting::covariance(&file, heads.len())?,
         heads,
     };
-    if camera.pixel_mm.is_some_and(|side_mm| side_mm <= 0.0) {
-        return Err(file.wrong("pixel_mm", "more than 0"));
+    if let Some(side_mm) = camera.pixel_mm.filter(|side_mm| !(PIXEL_MM[0]..=PIXEL_MM[1]).contains(side_mm)) {
+        let [least, most] = PIXEL_MM;
+        let meant = if (least..=most).contains(&(1e-3 * side_mm)) {
+            // As many digits as were given.
+            format!("; were micrometres meant, write pixel_mm = {}", (1e6 * side_mm).round() / 1e9)
+        } else {
+            String::new()
+        };
+        return Err(file.wrong("pixel_mm", &format!("{least} to {most} mm, as the pixels of sensors are{meant}")));
     }
+    let size = [camera.cols, camera.rows];
+    file.principal_point(size, [camera.offset_m_px, camera.offset_n_px])?;
     if !camera.heads.is_empty() {
         is_ideal(&camera, &file)?;
     }

@@ -215,3 +215,21 @@ fn what_could_not_be_read_again_is_not_written() {
     assert!(write(&folder.join("other.toml"), &camera).is_err());
     assert!(!folder.join("other.toml").exists());
 }
+
+/// OpenCV's cx and cy as offsets, micrometres as millimetres.
+#[test]
+fn offsets_from_the_corner_and_micrometres_are_told() {
+    let error = |text: &str| CameraFile::from_toml_str(text, "a.toml").expect_err(text).to_string();
+    let corner = SIX.replace("-1.25", "320.0");
+    assert!(error(&corner).contains("offset_m_px = cx - 319.5 and offset_n_px = 239.5 - cy"), "{}", error(&corner));
+    let inside = CameraFile::from_toml_str(&SIX.replace("-1.25", "312.0"), "a.toml").expect("a frame");
+    let asked = inside.doubt().expect("asked about");
+    assert!(asked.contains("offset_m_px = -7.5"), "{asked}");
+    assert_eq!(CameraFile::from_toml_str(SIX, "a.toml").expect("sound").doubt(), None);
+    for (written, told) in
+        [("6.0", "write pixel_mm = 0.006"), ("2.4", "write pixel_mm = 0.0024"), ("1e-6", "0.0001 to 0.2 mm")]
+    {
+        let what = error(&format!("{SIX}pixel_mm = {written}\n"));
+        assert!(what.contains(told), "{what}");
+    }
+}

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::crs::System;
 use crate::error::InputError;
 use crate::io::input::{open, unreadable};
-use crate::io::raster::{GeoTransform, Georeference, is_known};
+use crate::io::raster::{GeoTransform, Georeference, check_elevation, check_heights, is_known};
 use crate::io::tiff::{Part, SAMPLES_MAX, TiffFile, is_tiff};
 
 use super::ascii::{Header, is_ascii_grid};
@@ -18,7 +18,7 @@ use super::{Dem, Frame, ROUNDING, prj};
 /// Bytes of a file that are looked at to tell what it is.
 const START_BYTES: u64 = 64;
 
-/// An elevation model on disk, of which only the header is in memory: a GeoTIFF (its first band) or an ESRI ASCII grid.
+/// An elevation model on disk, of which only the header is in memory: a GeoTIFF of one band or an ESRI ASCII grid.
 ///
 /// Heights become metres; a vertical datum is not interpreted.
 #[derive(Debug, Clone)]
@@ -26,10 +26,10 @@ pub struct DemFile {
     path: PathBuf,
     cols: usize,
     rows: usize,
-    bands: usize,
     geo: GeoTransform,
     system: Option<System>,
     height_unit_m: f64,
+    is_ellipsoidal: bool,
     kind: Kind,
 }
 
@@ -41,48 +41,59 @@ enum Kind {
 }
 
 impl DemFile {
-    /// Reads the header of a file.
+    /// Reads the header of a file, which has to be that of a model: one band, no samples of 8 bits.
     ///
     /// Which kind it is, its bytes say, not its name. The reference system of an ASCII grid is that of the `.prj` file beside
     /// it, if there is one; that says the unit of heights too. A file without a reference system is in local metres.
     ///
     /// # Errors
     /// The file is missing, neither of the two kinds, broken; it has no georeference, one with a rotation or south up;
-    /// its reference system is not certain; its units are not metres (degrees for a geographic system).
+    /// its reference system is not certain; its units are not metres (degrees for a geographic system); it is no model, which is told with
+    /// the command that makes one.
     pub fn open(path: &Path) -> Result<Self, InputError> {
+        let (model, bands, is_of_8_bits) = Self::header(path)?;
+        check_elevation(path, bands, is_of_8_bits)?;
+        Ok(model)
+    }
+
+    /// The header, whatever it is the header of, with the number of bands, of which the first is read, and whether its samples have 8 bits.
+    /// Errors as those of [`Self::open`].
+    pub(super) fn header(path: &Path) -> Result<(Self, usize, bool), InputError> {
         let mut start = Vec::new();
         let (mut file, _) = open(path)?;
         file.by_ref().take(START_BYTES).read_to_end(&mut start).map_err(|error| unreadable(path, error))?;
         let refuse = |why: String| refusal(path, &why);
-        let model = if is_tiff(&start) {
+        let (model, bands, is_of_8_bits) = if is_tiff(&start) {
             let tiff = open_tiff(path)?;
-            let Georeference { geo, crs: system, nodata, height_unit_m } =
+            let Georeference { geo, crs: system, nodata, height_unit_m, is_ellipsoidal } =
                 Georeference::read(&tiff.geo).map_err(refuse)?;
             let kind = Kind::GeoTiff { nodata };
-            Self {
+            let model = Self {
                 path: path.into(),
                 cols: tiff.cols as usize,
                 rows: tiff.rows as usize,
-                bands: tiff.bands,
                 geo,
                 system,
                 height_unit_m,
+                is_ellipsoidal,
                 kind,
-            }
+            };
+            (model, tiff.bands, tiff.colour.bit_depth() == 8)
         } else if is_ascii_grid(&start) {
             let (header, _) = open_ascii(path)?;
             let Header { cols, rows, geo, .. } = header;
             let beside = prj::beside(path)?;
             let (system, height_unit_m) =
                 (beside.map(|said| said.horizontal), beside.map_or(1.0, |said| said.height_unit_m));
-            Self { path: path.into(), cols, rows, bands: 1, geo, system, height_unit_m, kind: Kind::Ascii(header) }
+            let (path, kind, is_ellipsoidal) = (path.into(), Kind::Ascii(header), false);
+            (Self { path, cols, rows, geo, system, height_unit_m, is_ellipsoidal, kind }, 1, false)
         } else {
             return Err(refuse("it is neither a GeoTIFF nor an ESRI ASCII grid".into()));
         };
         if model.bounds().iter().any(|bound| !bound.is_finite()) {
             return Err(refuse("its bounds are not finite".into()));
         }
-        Ok(model)
+        Ok((model, bands, is_of_8_bits))
     }
 
     /// Where the file is.
@@ -97,10 +108,10 @@ impl DemFile {
         (self.cols, self.rows)
     }
 
-    /// Bands, of which the first is read.
+    /// Whether it says that its heights are above an ellipsoid, which the sea is not.
     #[must_use]
-    pub fn bands(&self) -> usize {
-        self.bands
+    pub fn is_ellipsoidal(&self) -> bool {
+        self.is_ellipsoidal
     }
 
     /// Its outermost posts (centres of pixels): x0, y0, x1, y1 in its own x and y.
@@ -116,6 +127,17 @@ impl DemFile {
         self.system
     }
 
+    /// Refuses heights of a part, in the file's units, that no land has.
+    fn check(&self, heights: &[f64], part: &Part) -> Result<(), InputError> {
+        let cols = part.cols.len();
+        let post = |index: usize| {
+            let (col, row) = (part.cols.start + index % cols, part.rows.end - 1 - index / cols);
+            self.geo.world_from_pixel(col as f64, row as f64)
+        };
+        let is_ascii = matches!(self.kind, Kind::Ascii(_));
+        check_heights(&self.path, heights.iter().copied(), self.height_unit_m, post, is_ascii)
+    }
+
     /// Reads the posts within `bounds_m` (x0, y0, x1, y1 in working metres) and one beyond on each side, as far as there are
     /// any. `progress` is called with the rows read and all rows.
     ///
@@ -124,7 +146,7 @@ impl DemFile {
     ///
     /// # Errors
     /// The bounds are not finite, upside down or beside the model; the frame is one of another system; the window has
-    /// more than 2^29 posts; the heights are broken, cut short or too many; the file has changed since it was opened.
+    /// more than 2^29 posts; the heights are broken, cut short or too many, or such as no land has; the file has changed since it was opened.
     pub fn window(
         &self,
         frame: &Frame,
@@ -150,7 +172,7 @@ impl DemFile {
         let mut put = |row: usize, col: usize, heights: &[f64], is_known: &dyn Fn(f64) -> bool| {
             let first = (part.rows.end - 1 - row) * cols + (col - part.cols.start);
             for (post, &height) in dem.heights[first..].iter_mut().zip(heights) {
-                *post = if is_known(height) { height * self.height_unit_m } else { f64::NAN };
+                *post = if is_known(height) { height } else { f64::NAN };
             }
             if col + heights.len() == part.cols.end {
                 done += 1;
@@ -178,6 +200,8 @@ impl DemFile {
                     .map_err(|why| self.refuse(&why))?;
             }
         }
+        self.check(&dem.heights, &part)?;
+        dem.heights.iter_mut().for_each(|height| *height *= self.height_unit_m);
         Ok(dem)
     }
 

@@ -2,6 +2,7 @@
 
 mod geo_keys;
 mod geo_transform;
+mod kind;
 mod metric;
 mod placed;
 mod system;
@@ -16,6 +17,7 @@ use crate::io::input;
 use crate::io::tiff::{GeoTags, Samples, is_tiff, read_tiff};
 
 pub use geo_transform::GeoTransform;
+pub use kind::{check_elevation, check_heights, check_picture, for_people};
 pub use metric::{check_metres, check_metric, check_square, quoted, utm_zone};
 pub use placed::Placed;
 pub use write::{Band, geotiff_bytes, grey_geotiff_bytes};
@@ -79,7 +81,7 @@ impl Raster {
         let refuse = |why: String| InputError::new(format!("cannot use raster {}: {why}", path.display()));
         let picture = read_tiff(&bytes, path)?;
         drop(bytes);
-        let Georeference { geo, crs, nodata, height_unit_m } = Georeference::read(&picture.geo).map_err(refuse)?;
+        let Georeference { geo, crs, nodata, height_unit_m, .. } = Georeference::read(&picture.geo).map_err(refuse)?;
         let (data, sample_type) = floats(picture.samples);
         Ok(Self {
             cols: picture.cols,
@@ -130,6 +132,7 @@ pub(crate) struct Georeference {
     pub crs: Option<System>,
     pub nodata: Option<f32>,
     pub height_unit_m: f64,
+    pub is_ellipsoidal: bool,
 }
 
 impl Georeference {
@@ -142,7 +145,7 @@ impl Georeference {
             Some(text) => Some(number(text).ok_or_else(|| format!("its no-data value \"{text}\" is not a number"))?),
             None => None,
         };
-        Ok(Self { geo, crs, nodata, height_unit_m })
+        Ok(Self { geo, crs, nodata, height_unit_m, is_ellipsoidal: system::is_ellipsoidal(&keys) })
     }
 }
 

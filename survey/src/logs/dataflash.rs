@@ -103,6 +103,7 @@ impl Reader<'_> {
         let values = format.numbers(body);
         let instance = format.instance.map_or(Instance::Only, |field| Instance::Number(values[field] as i64));
         let source = Source { message: format.name.clone(), instance };
+        gather.degrees(&source, &format.degrees);
         gather.add(source, &format.columns, || (format.time_s(&values), values));
     }
 }

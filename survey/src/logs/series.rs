@@ -51,6 +51,8 @@ pub struct Series {
     pub t_s: Vec<f64>,
     /// Samples, counted even where they were not wanted.
     pub samples: usize,
+    /// Those of them that are angles in degrees, where the log says so.
+    pub degrees: Vec<String>,
     /// Row by row, in the log's own units.
     values: Vec<f64>,
 }
@@ -83,6 +85,16 @@ impl<'a> Gather<'a> {
     /// Counts a sample that is not wanted.
     pub fn count(&mut self, source: Source) {
         self.found.entry(source).or_default().samples += 1;
+    }
+
+    /// The log says that these columns of a message that is wanted are angles in degrees.
+    pub fn degrees(&mut self, source: &Source, columns: &[String]) {
+        if self.wants(&source.message) {
+            let series = self.found.entry(source.clone()).or_default();
+            if series.degrees != columns {
+                series.degrees = columns.to_vec();
+            }
+        }
     }
 
     /// Takes a sample where its message is wanted, and else counts it. `row` says its time, and its numbers in the order of

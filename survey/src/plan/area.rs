@@ -128,7 +128,10 @@ pub fn read_corners(path: &Path, system: Option<System>) -> Result<Vec<[f64; 2]>
     let refuse = |why: String| Err(InputError::new(format!("{}: {why}", path.display())));
     match geojson::polygons(path, system)?.as_slice() {
         [one] if one.holes == 0 => Ok(one.outer.clone()),
-        [one] => refuse(format!("the polygon has {} holes, which are not planned around", one.holes)),
+        [one] => refuse(format!(
+            "the polygon has {}, which are not planned around",
+            crate::error::counted(one.holes, "hole")
+        )),
         several => refuse(format!("it has {} polygons, one is planned at a time", several.len())),
     }
 }

@@ -61,35 +61,52 @@ impl Turns {
 }
 
 impl Checks {
-    /// Why the flight is not safe, if it is not: the clearance that was asked for is not there, or nobody knows it, or the vehicle does not
-    /// climb to it in time.
+    /// Why the flight is not safe, if it is not, in one sentence: the first of [`Self::dangers`].
     #[must_use]
     pub fn unsafe_because(&self) -> Option<String> {
+        self.dangers().into_iter().next()
+    }
+
+    /// Whether the clearance is nowhere but over ground that is known.
+    #[must_use]
+    pub fn is_clearance_known(&self) -> bool {
+        !self.leaves_model && self.strips_off_dem == 0 && !self.passes_unknown
+    }
+
+    /// What is not safe, the worst first: the clearance that was asked for is not there, or nobody knows it, or the vehicle does not climb to
+    /// it in time.
+    #[must_use]
+    pub fn dangers(&self) -> Vec<String> {
+        let mut dangers = Vec::new();
         let (least_m, wanted_m) = (self.clearance_min_m, self.clearance_wanted_m);
-        let why = if least_m < wanted_m {
+        if least_m < wanted_m {
             let least = if least_m > 0.0 {
                 format!("the flight passes {least_m:.1} m above the terrain")
             } else {
                 format!("the terrain rises {:.1} m above the flying height", -least_m)
             };
-            format!("{least} beside the strips or under the turns, less than --min-clearance-m {wanted_m}")
-        } else if self.strips_off_dem > 0 {
-            format!(
-                "{} of the strips leave the elevation model, so the clearance there is not known; a model that reaches further tells it",
+            dangers
+                .push(format!("{least} beside the strips or under the turns, less than --min-clearance-m {wanted_m}"));
+        }
+        if self.strips_off_dem > 0 {
+            dangers.push(format!(
+                "{} of the strips leave the elevation model, so the clearance there is not known: it takes a larger elevation model or a smaller area",
                 self.strips_off_dem
-            )
-        } else if self.passes_unknown {
-            "the elevation model has posts without a height beside the strips or under the turns, so the clearance there is not known"
-                .to_owned()
-        } else if self.climb_wanted_percent > 0.0 && self.climb_percent > self.climb_wanted_percent * (1.0 + ROUNDING) {
-            format!(
+            ));
+        }
+        if self.passes_unknown {
+            dangers.push(
+                "the elevation model has posts without a height beside the strips or under the turns, so the clearance there is not known"
+                    .to_owned(),
+            );
+        }
+        if self.climb_wanted_percent > 0.0 && self.climb_percent > self.climb_wanted_percent * (1.0 + ROUNDING) {
+            dangers.push(format!(
                 "the height changes by {:.1} % of the way from one strip to the next, more than --climb-percent {}",
                 self.climb_percent, self.climb_wanted_percent
-            )
-        } else {
-            return None;
-        };
-        Some(format!("{why}; --force accepts it"))
+            ));
+        }
+        dangers
     }
 
     /// Of strips.

@@ -1,19 +1,28 @@
 //! Angles without jumps.
 
 use super::error::{SmoothError, TURN_MAX_DEG};
+use std::f64::consts::TAU;
 
-/// Adds whole turns, so that no value is more than half a turn from the one before. Values that are not finite (no
+/// Adds whole turns of 360, so that no value is more than half a turn from the one before. Values that are not finite (no
 /// sample) stay and are passed over. Degrees.
 ///
 /// # Errors
 /// [`SmoothError::TurnTooFar`]: which way round it went is not certain.
 pub fn unwrap_degrees(values: &mut [f64]) -> Result<(), SmoothError> {
+    unwrap_turns(values, 360.0)
+}
+
+/// As [`unwrap_degrees`], of an angle of which `turn` is a whole one: [`turn_of`].
+///
+/// # Errors
+/// [`SmoothError::TurnTooFar`]: which way round it went is not certain.
+pub fn unwrap_turns(values: &mut [f64], turn: f64) -> Result<(), SmoothError> {
     let mut before: Option<f64> = None;
     for (sample, value) in values.iter_mut().enumerate().filter(|(_, value)| value.is_finite()) {
         if let Some(before) = before {
             // Whole turns are added, never a remainder: the digits of the value stay.
-            *value -= 360.0 * ((*value - before) / 360.0).round();
-            let turn_deg = *value - before;
+            *value -= turn * ((*value - before) / turn).round();
+            let turn_deg = 360.0 * ((*value - before) / turn);
             if turn_deg.abs() > TURN_MAX_DEG {
                 return Err(SmoothError::TurnTooFar { sample, turn_deg });
             }
@@ -24,21 +33,34 @@ pub fn unwrap_degrees(values: &mut [f64]) -> Result<(), SmoothError> {
 }
 
 /// From one sample to the next an angle that is counted over its end changes by a whole turn but for what it really turned:
-/// less than this, degrees. Chosen: two samples of a vehicle's log are nearer.
-const REAL_TURN_DEG: f64 = 60.0;
+/// less than this share of one. Chosen, 60 degrees: two samples of a vehicle's log are nearer.
+const REAL_TURN: f64 = 60.0 / 360.0;
+/// What rounding may add to the end of a range, as a share of a turn: a hundredth of a degree has five digits of radians.
+const ROUNDED: f64 = 1e-4;
 
-/// The first place where values look like an angle in degrees that is counted over its end, as from 179 to -179: all of them lie
-/// within half a turn of 0, or from 0 to a whole one, and two that follow each other are nearly a whole turn apart.
+/// A whole turn in the unit of these values: 2π where they are counted over as radians are, else 360.
+#[must_use]
+pub fn turn_of(values: &[f64]) -> f64 {
+    if over(values, TAU).is_some() { TAU } else { 360.0 }
+}
+
+/// The first place where values look like an angle that is counted over its end, as from 179 to -179 degrees or from 3.1 to -3.1 radians: all of
+/// them lie within half a turn of 0, or from 0 to a whole one, and two that follow each other are nearly a whole turn apart.
 #[must_use]
 pub fn turned_over(values: &[f64]) -> Option<SmoothError> {
+    over(values, TAU).or_else(|| over(values, 360.0))
+}
+
+fn over(values: &[f64], turn: f64) -> Option<SmoothError> {
     let known = || values.iter().enumerate().filter(|(_, value)| value.is_finite());
-    let within = |low: f64, high: f64| known().all(|(_, value)| (low..=high).contains(value));
-    if !within(-180.0, 180.0) && !within(0.0, 360.0) {
+    let rounded = ROUNDED * turn;
+    let within = |low: f64, high: f64| known().all(|(_, value)| (low - rounded..=high + rounded).contains(value));
+    if !within(-0.5 * turn, 0.5 * turn) && !within(0.0, turn) {
         return None;
     }
     known().zip(known().skip(1)).find_map(|((_, before), (sample, value))| {
-        let turn_deg = value - before;
-        (turn_deg.abs() > 360.0 - REAL_TURN_DEG).then_some(SmoothError::TurnedOver { sample, turn_deg })
+        let jump = value - before;
+        (jump.abs() > turn - REAL_TURN * turn).then_some(SmoothError::TurnedOver { sample, jump, turn })
     })
 }
 
@@ -65,6 +87,22 @@ mod tests {
         assert_eq!(of(&[359.0, f64::NAN, 2.0, 3.0]), Some(true));
         // A jump of another size, metres beyond a turn, a slow change.
         assert_eq!((of(&[0.0, 170.0, -100.0]), of(&[0.0, 400.0, 10.0]), of(&[10.0, 100.0, 180.0])), (None, None, None));
+    }
+
+    #[test]
+    fn radians_are_known_by_their_own_turn() {
+        let mut values = [3.0, 3.1, -3.1, -3.0, -0.5, 0.5, 3.1, -3.1];
+        assert!(matches!(turned_over(&values), Some(SmoothError::TurnedOver { sample: 2, turn, .. }) if turn == TAU));
+        assert_eq!(turn_of(&values), TAU);
+        // Half a turn from the third value on is too far.
+        assert!(unwrap_turns(&mut values, TAU).is_err());
+        let mut values = [3.0, 3.1, -3.1, -2.0, -0.5, 0.5, 2.0, 3.1, -3.1];
+        assert_eq!(unwrap_turns(&mut values, TAU), Ok(()));
+        assert!(values.windows(2).all(|pair| (0.0..1.6).contains(&(pair[1] - pair[0]))), "{values:?}");
+        assert!((values[8] - (2.0 * TAU - 3.1)).abs() < 1e-12, "{values:?}");
+        // Degrees near 0, and degrees that are counted over.
+        assert_eq!((turn_of(&[-3.0, 2.0, -1.0]), turn_of(&[170.0, -170.0])), (360.0, 360.0));
+        assert_eq!(turned_over(&[-3.0, 2.0, -1.0]), None);
     }
 
     #[test]

@@ -35,7 +35,7 @@ pub enum SmoothError {
     /// An angle that turns so far from one sample to the next that the way round is not certain.
     TurnTooFar { sample: usize, turn_deg: f64 },
     /// A value that looks like an angle counted over its end, in a channel that is not smoothed as one.
-    TurnedOver { sample: usize, turn_deg: f64 },
+    TurnedOver { sample: usize, jump: f64, turn: f64 },
     /// Fewer samples than the order can smooth.
     TooFew { samples: usize, order: Order },
     /// A time or value that is not a finite number.
@@ -100,9 +100,10 @@ impl SmoothError {
             SmoothError::TurnTooFar { turn_deg, .. } => {
                 format!("the angle turns by {turn_deg:.1} deg; beyond {TURN_MAX_DEG} the way round is not certain")
             }
-            SmoothError::TurnedOver { turn_deg, .. } => {
+            SmoothError::TurnedOver { jump, turn, .. } => {
+                let ends = if *turn < 360.0 { "pi or 2 pi radians" } else { "180 or 360 degrees" };
                 format!(
-                    "the value jumps by {turn_deg:.1}, as an angle does that is counted over 180 or 360 degrees; if it is one, name it under --angles"
+                    "the value jumps by {jump:.1}, as an angle does that is counted over {ends}; if it is one, name it under --angles"
                 )
             }
             SmoothError::TooFew { samples, order } => {

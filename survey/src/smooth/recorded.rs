@@ -37,6 +37,8 @@ pub struct Recorded {
     pub time: String,
     /// Names of their channels.
     pub columns: Vec<String>,
+    /// Those of them that are angles in degrees, where the log says so.
+    pub degrees: Vec<String>,
     /// What a user has to know.
     pub notes: Vec<String>,
 }
@@ -77,7 +79,8 @@ impl Recorded {
         channels.iter_mut().for_each(|channel| *channel = of_kept(channel));
         let numbers = kept.iter().map(|row| row + 1).collect();
         let samples = Samples::of_log(name, of_kept(&t), channels, of_kept(&weights), numbers);
-        Ok(Recorded { samples, time: time.to_owned(), columns, notes })
+        let degrees = columns.iter().filter(|column| series.degrees.contains(column)).cloned().collect();
+        Ok(Recorded { samples, time: time.to_owned(), columns, degrees, notes })
     }
 }
 

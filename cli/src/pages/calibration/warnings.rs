@@ -5,13 +5,7 @@ use maud::{Markup, html};
 
 impl Page<'_> {
     pub(super) fn warnings(&self) -> Markup {
-        let ignored = &self.block.ignored;
-        let mut warnings: Vec<String> = Vec::new();
-        if !ignored.is_empty() {
-            warnings
-                .push(format!("Keys of the block that mean nothing here and were ignored: {}.", ignored.join(", ")));
-        }
-        warnings.extend(self.seams.assumed.iter().cloned());
+        let mut warnings: Vec<String> = self.seams.assumed.clone();
         if self.before.designed.is_none() {
             warnings.push(
                 "With the heads as designed the adjustment does not come to an end: “before” shows the start values."

@@ -41,12 +41,11 @@ impl Page<'_> {
 
 fn keys(figures: &Figures) -> Markup {
     let share = percent(figures.accepted as f64 / figures.frames.max(1) as f64);
-    let offset = figures.median_offset_m.map(|[east, north]| east.hypot(north));
     html! {
         div class="keys" {
             (key(&format!("{} of {}", figures.accepted, figures.frames), &format!("frames fixed ({share})")))
             (key(&format!("{} right, {} wrong", figures.right, figures.wrong), "of those"))
-            (key(&maybe(offset, 1, "m"), "median offset from the navigation"))
+            (key(&maybe(figures.median_distance_m, 1, "m"), "median distance from the navigation"))
             (key(&maybe(figures.nees_mean, 1, ""), "NEES (2 expected)"))
         }
     }

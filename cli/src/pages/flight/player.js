@@ -58,7 +58,7 @@
   ].filter(Boolean);
 
   const table = document.createElement("table");
-  table.innerHTML = "<thead><tr><th>Frame<th class=r>Time (s)<th>Outcome<th class=r>Off (m)<th class=r>σ (m)<th class=r>Score</tr></thead>";
+  table.innerHTML = "<thead><tr><th>Frame<th class=r>Time (s)<th>Outcome<th class=r>Off (m)<th class=r>σ (m)<th class=r>Correlation</tr></thead>";
   const body = table.createTBody();
   for (let i = 0; i < count; i++) {
     const row = body.insertRow(), bad = rows.why[i] || rows.is_wrong[i];

@@ -52,6 +52,7 @@ impl Report<'_> {
     /// Where the script puts its table, and the script itself, which needs everything above it.
     pub(super) fn table(&self) -> Markup {
         html! {
+            p class="note" id="rows-note" { "Correlation: of patch and reference at the place found, 1 at most. A frame is decided by the risk of being wrong, not by this alone." }
             div id="table" class="rows" hidden tabindex="-1" aria-label="frames" {}
             div id="tip" class="tip" role="status" hidden {}
             script { (PreEscaped(include_str!("player.js"))) }

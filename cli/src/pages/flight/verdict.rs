@@ -8,7 +8,7 @@ use plumbline_sim::score::Summary;
 
 /// Reasons that are explained then.
 const REASONS_MAX: usize = 3;
-/// Sigmas off by less than this factor are told of, but not warned of. Chosen: errors of neighbours are alike, and few are many less.
+/// Sigmas off by less than this factor are told of, but not warned of, where they lie outside the range of rightly stated ones. Chosen: errors of neighbours are alike, and few are many less.
 const SURE: f64 = 1.25;
 
 /// What the errors say of the stated sigmas: the class of its colour, and a sentence.
@@ -22,6 +22,10 @@ pub(super) fn sigmas(summary: &Summary) -> Option<(&'static str, String)> {
         ("bad", format!("The stated sigmas are {} times too small.", times(factor)))
     } else if nees < low && factor <= 1.0 / SURE {
         ("warn", format!("The stated sigmas are {} times larger than they need to be.", times(1.0 / factor)))
+    } else if nees > high {
+        ("", "The stated sigmas are a little smaller than the errors.".to_owned())
+    } else if nees < low {
+        ("", "The stated sigmas are a little larger than the errors.".to_owned())
     } else {
         ("good", "The stated sigmas are as large as the errors.".to_owned())
     })
@@ -75,6 +79,10 @@ mod tests {
         let (class_of_small, sentence) = of(100, 7.2).expect("a verdict");
         assert_eq!((class_of_small, sentence.as_str()), ("bad", "The stated sigmas are 1.9 times too small."));
         assert_eq!(class(100, 0.5), Some("warn"));
+        // Outside the range that the table beside it states, if not by much.
+        let (class_of_near, sentence) = of(60, 1.41).expect("a verdict");
+        assert_eq!((class_of_near, sentence.as_str()), ("", "The stated sigmas are a little larger than the errors."));
+        assert!(of(60, 2.6).expect("a verdict").1.contains("a little smaller"));
         // Of four fixes this may be chance.
         assert_eq!((class(4, 3.5), class(0, f64::NAN)), (Some("good"), None));
     }

@@ -15,6 +15,12 @@ impl Page<'_> {
             header {
                 p class="kicker" { "Plumbline " (env!("CARGO_PKG_VERSION")) " · flight plan" }
                 h1 { (photos(file.photo_count)) " on " (lines(self.lines())) }
+                @for danger in file.checks.dangers() {
+                    p class="verdict bad" { strong { "Not safe to fly: " } (danger) "." }
+                }
+                @for question in self.questions {
+                    p class="verdict bad" { strong { "Look at this first: " } (question) }
+                }
                 p class="note" {
                     (self.outputs.dem_name()) " (" (system) ") · " (number(self.area_km2(), 2, "km²")) " · strips heading "
                     (number(file.strip_heading_deg, 1, "")) "° of grid north · " (number(file.height_m, 1, "m"))

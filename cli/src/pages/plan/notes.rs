@@ -48,7 +48,7 @@ impl Page<'_> {
                         @if file.tilt_deg == 0.0 { "tilt (--tilt-deg), " } "drift and navigation take off the overlap has to be asked for beforehand." }
                     li { "Heights are those of the elevation model, bilinear between its posts. Trees, houses and masts are in it or not; what stands "
                         "above it lessens overlap and clearance." }
-                    li { "Flying heights are above the elevation model’s height datum. plan.plan and plan.kml take that for mean sea level." }
+                    li { "Flying heights are above the elevation model’s height datum. plan.plan and plan.kml take that for mean sea level; a model that says otherwise is refused." }
                     @match file.epsg {
                         None => li { "The grid is local metres, taken at their face value"
                             @if file.origin_deg.is_some() { " and laid on the ellipsoid at the given origin, its north true north" }
@@ -59,7 +59,7 @@ impl Page<'_> {
                     @if file.checks.strips_off_dem > 0 {
                         li { (whole(file.checks.strips_off_dem as u64)) " strips leave the elevation model: the clearance there is not known." }
                     } @else if file.checks.leaves_model {
-                        li { "Strips or turns reach beyond the elevation model: the clearance there is not known." }
+                        li { "Ends of strips or turns leave the elevation model: the clearance there is not known." }
                     }
                     @if file.checks.photos_beyond_dem > 0 {
                         li { (whole(file.checks.photos_beyond_dem as u64)) " photos look beyond the elevation model. What is there is not known: neither "

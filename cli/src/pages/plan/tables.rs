@@ -112,6 +112,7 @@ impl Page<'_> {
         let row = |name: &str, value: String, against: String, verdict: Markup| {
             html! { tr { th { (name) } td class="n" { (value) } td { (against) } td { (verdict) } } }
         };
+        let is_high = checks.clearance_min_m >= checks.clearance_wanted_m;
         let interval_s = Some(file.interval_min_s).filter(|interval_s| interval_s.is_finite());
         html! {
             section {
@@ -120,7 +121,7 @@ impl Page<'_> {
                     thead { tr { th {} th class="r" { "This plan" } th { "Against" } th {} } }
                     tbody {
                         (row("Least height above the terrain", number(checks.clearance_min_m, 1, "m"), format!("{} at least, strips and turns, a turn’s radius to both sides", number(checks.clearance_wanted_m, 0, "m")),
-                            kept(checks.unsafe_because().is_none(), "clear", if checks.clearance_min_m < checks.clearance_wanted_m { "too low" } else { "not known everywhere" })))
+                            kept(is_high && checks.is_clearance_known(), "clear", if is_high { "not known everywhere" } else { "too low" })))
                         @if let Some(follow) = &file.follow {
                             (row("Height above the ground straight below the strips", format!("{} to {}", number(follow.above_ground_min_m, 0, ""), number(follow.above_ground_max_m, 0, "m")),
                                 format!("{} at least; more than {} only where the climb allowed does not get down in time", number(file.height_m - follow.tolerance_m, 0, "m"), number(file.height_m + follow.tolerance_m, 0, "m")),

@@ -119,8 +119,14 @@ fn live_rows(live: &Live, navigation: Option<&Navigation>) -> [(&'static str, St
     [("live", flown), ("times", times), ("autopilot", navigation)]
 }
 
+/// Of a flight that ends before its positions are judged; the span is that of `plumbline_sim::score::kept`.
+const TOO_SHORT: &str = "not judged: positions are from 20 s on, or from 20 s after satellites were lost";
+
 /// What the board's own position is worth, and its protection level.
 fn board_row(kept: &Kept) -> String {
+    if kept.rms_m.is_none() {
+        return TOO_SHORT.to_owned();
+    }
     let percent = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.2} %", 100.0 * share));
     let nees = kept.nees.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
     format!(
@@ -134,6 +140,7 @@ fn board_row(kept: &Kept) -> String {
 /// What the position of an autopilot is worth that fixes keep.
 fn kept_row(kept: &Kept) -> String {
     let Kept { fixes, autopilot, gnss, .. } = kept;
+    let taken = format!("{} taken, {} rejected, {} jumped to", fixes.fused, fixes.rejected, fixes.resets);
     let told = gnss.disagreed_at_s.map_or_else(String::new, |at_s| {
         format!("; told at {at_s:.1} s that satellites disagree with the map by {}", number(gnss.offset_m, "m"))
     });
@@ -143,7 +150,9 @@ fn kept_row(kept: &Kept) -> String {
         kept.without_fixes.map_or_else(String::new, |free| format!(", {} without fixes", number(free.rms_m, "m")));
     let nees = autopilot.nees.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
     let across = number(kept.across_rms_m, "m");
-    let taken = format!("{} taken, {} rejected, {} jumped to", fixes.fused, fixes.rejected, fixes.resets);
+    if autopilot.rms_m.is_none() {
+        return format!("{TOO_SHORT}; fixes: {taken}{told}");
+    }
     format!(
         "{} RMS{since}{free}; NEES {nees} (1 expected); {across} RMS beside its legs; fixes: {taken}{told}",
         number(autopilot.rms_m, "m")
@@ -309,8 +318,8 @@ mod tests {
         let text = table(&summary, None);
         assert_eq!(text.lines().count(), 15, "{text}");
         let board = "3.00 m RMS; NEES 4.50 (1 expected); 75.00 % of frames within a protection level of 6.00 m median";
-        assert!(text.contains(board) && text.contains("- RMS; NEES - (1 expected); - RMS beside its legs"), "{text}");
-        assert!(!text.contains("satellites"), "{text}");
+        assert!(text.contains(board) && text.contains("not judged") && !text.contains("- RMS beside"), "{text}");
+        assert!(!text.contains("satellites disagree"), "{text}");
         let text = table(&Summary { navigation: Some(Navigated::Kept(misled)), ..nothing_measured() }, None);
         assert!(text.contains("; told at 45.5 s that satellites disagree with the map by 11.00 m"), "{text}");
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 const SCALE_TOLERANCE: f64 = 0.005;
 
 /// A match on the ground.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct OnGround {
     /// Where the patch's centre lies, on the reference's grid.
     pub east_m: f64,
@@ -27,6 +27,9 @@ pub struct OnGround {
     /// The grid's EPSG code, where it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub epsg: Option<u32>,
+    /// The grid's system as PROJ spells it, where it has no such code.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crs: Option<String>,
 }
 
 /// Where the reference lies, in metres, and where the patch's centre is by its own georeference.
@@ -81,6 +84,7 @@ impl Georeference {
             offset_east_m: self.claimed.map(|(east, _)| east_m - east),
             offset_north_m: self.claimed.map(|(_, north)| north_m - north),
             epsg: self.system.and_then(|system| system.epsg().ok()),
+            crs: self.system.filter(|system| system.epsg().is_err()).map(|system| system.for_gdal()),
         }
     }
 }

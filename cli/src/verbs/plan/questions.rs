@@ -1,4 +1,4 @@
-//! What a plan may be and nobody means, and what it rests on unseen: told on stderr, whatever is planned.
+//! What a plan may be and nobody means: and what it rests on unseen: told on stderr and on the page, whatever is planned.
 
 use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::plan::PlanFile;
@@ -18,9 +18,10 @@ pub fn questions(camera: &CameraFile, plan: &PlanFile) -> Vec<String> {
             if plan.follow.is_some() { "ground" } else { "base plane" }
         ));
     }
-    if plan.checks.leaves_model {
+    if plan.checks.leaves_model && plan.checks.strips_off_dem == 0 {
         questions.push(
-            "strips or turns reach beyond the elevation model: the clearance there is not known, and a model that reaches further tells it"
+            "the ends of strips or the turns reach beyond the elevation model: the clearance there is not known; a larger elevation model, a \
+             smaller area or, for narrower turns, a lower --speed-m-s tells it"
                 .to_owned(),
         );
     }

@@ -1,6 +1,6 @@
 //! From options to what is planned.
 
-use super::Args;
+use super::{Args, meant};
 use crate::verbs::exterior::point;
 use crate::verbs::finite;
 use plumbline_core::budget::PAPER_TIME_MS;
@@ -8,7 +8,7 @@ use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::crs::System;
 use plumbline_survey::dem::{Dem, DemFile, Frame};
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::geojson;
+use plumbline_survey::io::raster::{for_people, quoted};
 use plumbline_survey::plan::Request;
 use plumbline_survey::plan::area::{Area, bounds, read_corners};
 use plumbline_survey::plan::checks::Turns;
@@ -57,8 +57,8 @@ impl Prepared {
         let camera = CameraFile::read(&args.camera)?;
         let height_m = height_m(args, &camera)?;
         let file = DemFile::open(&args.dem)?;
-        one_band(&file)?;
         has_code(&file)?;
+        above_the_sea(&file)?;
         let (corners, world) = area_on(&file, &args.area)?;
         let half_tangent =
             half_tangents(&camera).map_err(|error| InputError::new(format!("{}: {error}", args.camera.display())))?;
@@ -152,9 +152,9 @@ fn noise(args: &Args, camera: &CameraFile) -> Noise {
 
 /// Corners of the area in the elevation model's x and y, and their bounds, which lie on it.
 fn area_on(file: &DemFile, area: &str) -> Result<(Vec<[f64; 2]>, [f64; 4]), InputError> {
-    let inside = |[x, y]: [f64; 2]| within(file, &[x, y, x, y]).is_ok();
     let meant = |error: InputError| {
-        InputError::new(format!("{error}{}", geojson::swapped(Path::new(area), file.system(), inside)))
+        let hint = meant::hint(area, file.system(), |bounds| within(file, &bounds).is_ok());
+        InputError::new(format!("{error}{hint}"))
     };
     let corners = corners(area, file.system()).map_err(meant)?;
     let world = bounds(&corners);
@@ -175,14 +175,24 @@ fn corners(area: &str, system: Option<System>) -> Result<Vec<[f64; 2]>, InputErr
     }
 }
 
-/// Which of several bands is the ground nobody knows, and a plan over another one may fly into it.
-fn one_band(file: &DemFile) -> Result<(), InputError> {
-    let (bands, path) = (file.bands(), file.path().display());
-    if bands == 1 {
+/// An autopilot flies at heights above the sea: over heights above an ellipsoid it would fly too low or too high by the geoid's undulation.
+fn above_the_sea(file: &DemFile) -> Result<(), InputError> {
+    if !file.is_ellipsoidal() {
         return Ok(());
     }
+    let path = file.path();
+    let made = path.with_extension("").display().to_string() + "_sea.tif";
+    let (from, to) = match file.system().map(System::epsg).transpose()? {
+        Some(4326 | 4979) => ("-s_srs EPSG:4979 ".to_owned(), "EPSG:4326+3855".to_owned()),
+        Some(epsg) => (String::new(), format!("EPSG:{epsg}+3855")),
+        None => (String::new(), "EPSG:CODE+3855".to_owned()),
+    };
     Err(InputError::new(format!(
-        "{path} has {bands} bands, and a flight must clear the highest of what they are: gdal_translate -b BAND {path} OUT.tif takes one"
+        "{}: its heights are above an ellipsoid, and a mission's are above the sea, up to 107 m apart: with PROJ's grid of the geoid EGM2008 \
+         gdalwarp {from}-t_srs {to} {} {} makes heights above the sea",
+        path.display(),
+        quoted(&path.display().to_string()),
+        quoted(&made)
     )))
 }
 
@@ -202,15 +212,18 @@ fn within(file: &DemFile, [x0, y0, x1, y1]: &[f64; 4]) -> Result<(), InputError>
     let (near_x, near_y) = (dx * (1.0 + 1e-9), dy * (1.0 + 1e-9));
     if *x0 < west - near_x || *x1 > east + near_x || *y0 < south - near_y || *y1 > north + near_y {
         return Err(InputError::new(format!(
-            "the area {x0},{y0},{x1},{y1} lies outside the elevation model {}, which covers {},{},{},{}",
+            "the area {} lies outside the elevation model {}, which covers {}",
+            corners_of([*x0, *y0, *x1, *y1]),
             file.path().display(),
-            west - dx,
-            south - dy,
-            east + dx,
-            north + dy
+            corners_of([west - dx, south - dy, east + dx, north + dy])
         )));
     }
     Ok(())
+}
+
+/// X0,Y0,X1,Y1 as people read and type them.
+fn corners_of(bounds: [f64; 4]) -> String {
+    bounds.map(|bound| for_people(bound).to_string()).join(",")
 }
 
 /// A speed at which not even level ground leaves the interval is refused before any terrain is read.
@@ -220,7 +233,7 @@ fn too_fast(request: &Request) -> Result<(), InputError> {
     let base_m = (1.0 - overlaps.forward) * 2.0 * request.half_tangent[0] * request.height_m;
     if base_m < speed_m_s * min_interval_s {
         return Err(InputError::new(format!(
-            "at {speed_m_s} m/s even the nominal base of {base_m} m leaves less than {min_interval_s} s between exposures"
+            "at {speed_m_s} m/s even the nominal base of {base_m:.2} m leaves less than {min_interval_s} s between exposures"
         )));
     }
     Ok(())

@@ -39,12 +39,13 @@ pub fn text_of(plan: &PlanFile, out: &Path) -> String {
         ));
     }
     text.push_str(&format!(
-        "shortest interval {:.2} s at {} m/s; flight {:.1} km, {:.1} min; clearance {:.0} m; smear {:.2} px in {} ms\n",
+        "shortest interval {:.2} s at {} m/s; flight {:.1} km, {:.1} min; clearance {:.0} m{}; smear {:.2} px in {} ms\n",
         plan.interval_min_s,
         plan.speed_m_s,
         checks.length_m / 1000.0,
         checks.flight_time_s / 60.0,
         checks.clearance_min_m,
+        if checks.is_clearance_known() { "" } else { " where the ground is known" },
         checks.smear_px,
         1000.0 * checks.exposure_s
     ));

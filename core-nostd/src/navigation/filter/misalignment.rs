@@ -25,9 +25,6 @@ pub(super) struct Misalignment {
     /// Sums over innovations: Sᵀ W⁻¹ S and Sᵀ W⁻¹ ν, W their covariance.
     information: Matrix2<f32>,
     score: Vector2<f32>,
-    /// What it is by these, pitch and roll in radians, and the covariance of that, if there is one.
-    rad: Vector2<f32>,
-    covariance: Matrix2<f32>,
     /// Probability that there is one.
     chance: f32,
     /// What the tilt goes back to, where it was found; sums are of what is left of it.
@@ -41,8 +38,6 @@ impl Misalignment {
             moved: SMatrix::from_array_storage(ArrayStorage([[0.0; STATES]; 2])),
             information: Matrix2::new(0.0, 0.0, 0.0, 0.0),
             score: Vector2::new(0.0, 0.0),
-            rad: Vector2::new(0.0, 0.0),
-            covariance: Matrix2::new(SIGMA_RAD * SIGMA_RAD, 0.0, 0.0, SIGMA_RAD * SIGMA_RAD),
             chance: CHANCE,
             found_rad: None,
         }
@@ -71,17 +66,23 @@ impl Misalignment {
             let weighed = seen.transpose() * innovation.inverse;
             self.information += weighed * seen;
             self.score += weighed * innovation.off;
-            let information = self.information + Matrix2::identity() / squared(SIGMA_RAD);
-            self.covariance = information.try_inverse().unwrap_or_default();
-            self.rad = self.covariance * self.score;
             self.chance = self.likely();
         }
     }
 
+    /// What it is, pitch and roll in radians, and the covariance of that, if there is one. Made anew where it is asked for: kept it would not fit
+    /// the flight computer's memory.
+    fn told(&self) -> (Vector2<f32>, Matrix2<f32>) {
+        let information = self.information + Matrix2::identity() / squared(SIGMA_RAD);
+        let covariance = information.try_inverse().unwrap_or_default();
+        (covariance * self.score, covariance)
+    }
+
     /// Probability that there is one: normal innovations are more likely by e^(bᵀ y / 2) √det(P / σ²), y the score and P the covariance of b.
     fn likely(&self) -> f32 {
-        let spread = ln((self.covariance / squared(SIGMA_RAD)).determinant().max(f32::MIN_POSITIVE));
-        let log_ratio = 0.5 * (self.score.dot(&self.rad) + spread);
+        let (rad, covariance) = self.told();
+        let spread = ln((covariance / squared(SIGMA_RAD)).determinant().max(f32::MIN_POSITIVE));
+        let log_ratio = 0.5 * (self.score.dot(&rad) + spread);
         1.0 / (1.0 + (1.0 - CHANCE) / CHANCE * exp(-log_ratio))
     }
 
@@ -89,11 +90,12 @@ impl Misalignment {
     /// as far as matches make one more likely than it was before, the square of what it would be, so that what was stated counts while
     /// nothing speaks against it.
     fn doubt(&self) -> Matrix2<f32> {
+        let (rad, covariance) = self.told();
         if self.is_found() {
-            return self.covariance;
+            return covariance;
         }
         let more = ((self.chance - CHANCE) / (1.0 - CHANCE)).max(0.0);
-        self.rad * self.rad.transpose() * more
+        rad * rad.transpose() * more
     }
 
     /// One sigma of that, the larger one, radians.
@@ -124,13 +126,13 @@ impl Misalignment {
         if !is_likely {
             return false;
         }
-        let rad = self.rad;
+        let (rad, _) = self.told();
         let mut moved = self.moved;
         moved[(TILT, 0)] += 1.0;
         moved[(TILT + 1, 1)] += 1.0;
         estimate.state += moved * rad;
         // What is left is nothing, known to the same covariance.
-        (self.score, self.rad) = (Vector2::zeros(), Vector2::zeros());
+        self.score = Vector2::zeros();
         let [pitch, roll] = self.usual_rad();
         self.found_rad = Some([pitch + rad[0], roll + rad[1]]);
         true

@@ -1,8 +1,10 @@
 //! `frames.csv`: the frames of a flight, where the navigation had each and how the camera was turned.
 
+use crate::vehicle::servo::wrapped;
+use plumbline_survey::calibrate::boresight::looks_like_radians;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::table::{Table as Csv, text_of};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::{Path, PathBuf};
 
 /// Columns that every table has beside `file`.
@@ -11,6 +13,8 @@ const COLUMNS: [&str; 6] = ["east_m", "north_m", "height_m", "heading_deg", "pit
 const TRUTH: [&str; 2] = ["true_east_m", "true_north_m"];
 /// A flight of two frames is none.
 const ROWS_MIN: usize = 3;
+/// A heading that is nearer to the course in most frames is meant by it: what wind and a heading that is read roughly leave. Chosen: 30 degrees.
+const COURSE_RAD: f64 = PI / 6.0;
 
 /// A frame of the flight.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +40,8 @@ pub struct Table {
     pub rows: Vec<Row>,
     /// Lines of the file that they stand on.
     pub lines: Vec<usize>,
+    /// What its angles may be if they are no degrees.
+    pub doubt: Option<String>,
 }
 
 impl Table {
@@ -86,9 +92,38 @@ impl Table {
         };
         let rows = (0..csv.rows.len()).map(row).collect::<Result<Vec<Row>, InputError>>()?;
         let lines = csv.rows.iter().map(|(line, _)| *line).collect();
-        let table = Table { name, rows, lines };
+        let table = Table { name, rows, lines, doubt: None };
         table.gimbal()?;
-        Ok(table)
+        table.radians(columns[3] + 1)?;
+        let doubt = looks_like_radians(table.rows.iter().map(|row| row.attitude_rad));
+        Ok(Table { doubt: doubt.map(|what| format!("{}: {what}", table.name)), ..table })
+    }
+
+    /// Headings within a turn of radians that are the course as radians, and not as degrees. `column`: theirs, from 1 on.
+    fn radians(&self, column: usize) -> Result<(), InputError> {
+        let headings = || self.rows.iter().map(|row| row.attitude_rad[0].to_degrees());
+        if headings().any(|heading| !(-PI..=TAU).contains(&heading)) {
+            return Ok(());
+        }
+        let course_rad = |pair: &[Row]| {
+            let [a, b] = [pair[0].place_m, pair[1].place_m];
+            (b[0] - a[0]).atan2(b[1] - a[1])
+        };
+        let agrees = |unit_rad: f64| {
+            let pairs = self.rows.windows(2).filter(|pair| pair[0].place_m != pair[1].place_m);
+            let off_rad =
+                |pair: &[Row]| wrapped(pair[0].attitude_rad[0].to_degrees() * unit_rad - course_rad(pair)).abs();
+            let (near, far): (Vec<f64>, Vec<f64>) = pairs.map(off_rad).partition(|off_rad| *off_rad < COURSE_RAD);
+            near.len() > far.len()
+        };
+        if agrees(1.0_f64.to_radians()) || !agrees(1.0) {
+            return Ok(());
+        }
+        let name = &self.name;
+        Err(InputError::new(format!(
+            "{name}, heading_deg: as radians it is the course from frame to frame, and as degrees it is not: if it is radians, \
+             awk -F, -v OFS=, 'NR > 1 {{ ${column} *= 57.29578 }} 1' {name} > degrees.csv, and likewise pitch_deg and roll_deg where they are"
+        )))
     }
 
     /// A gimbal's pitch of −90 that is a little off passes as an angle, but no camera looks at the horizon in every frame.
@@ -144,6 +179,28 @@ mod tests {
         let table = parse(&format!("{HEAD},true_east_m,true_north_m\n{rows}")).expect("sound");
         assert_eq!(table.rows[0].truth_m, Some([11.0, 21.0]));
         assert!(table.knows_truth());
+    }
+
+    #[test]
+    fn headings_in_radians_are_known_by_the_course() {
+        // A circle, clockwise; leant by some degrees.
+        let circle = |unit: f64| {
+            let row = |index: usize| {
+                let turn = TAU * index as f64 / 40.0;
+                let heading = wrapped(turn + FRAC_PI_2 + PI / 40.0) * unit;
+                format!("f.png,{},{},100,{heading},2,-3\n", 50.0 * turn.sin(), 50.0 * turn.cos())
+            };
+            parse(&format!("{HEAD}\n{}", (0..40).map(row).collect::<String>()))
+        };
+        assert!(circle(180.0 / PI).is_ok());
+        let error = circle(1.0).expect_err("radians");
+        assert!(error.contains("f.csv, heading_deg: as radians") && error.contains("$5 *= 57.29578"), "{error}");
+        // A camera that looks to the north on its way around is not meant otherwise.
+        let row = |index: usize| {
+            let turn = TAU * index as f64 / 40.0;
+            format!("f.png,{},{},100,{},2,-3\n", 50.0 * turn.sin(), 50.0 * turn.cos(), 0.1 * (index % 3) as f64)
+        };
+        assert!(parse(&format!("{HEAD}\n{}", (0..40).map(row).collect::<String>())).is_ok());
     }
 
     #[test]

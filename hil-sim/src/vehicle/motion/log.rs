@@ -4,7 +4,7 @@ use crate::camera::render::Station;
 use crate::scenario::footprint::{footprint_margin_at_m, half_tangents};
 use crate::scenario::{FollowUpMode, Payload, Scenario};
 use crate::vehicle::servo::{follow_up_exact, wrapped};
-use plumbline_survey::error::InputError;
+use plumbline_survey::error::{InputError, counted};
 use plumbline_survey::logs::attitude::Attitude;
 use std::path::Path;
 
@@ -93,9 +93,9 @@ impl AttitudeLog {
         let gaps: Vec<f64> = pairs.clone().map(|pair| pair[1].t_s - pair[0].t_s).collect();
         if let Some(first) = pairs.clone().next() {
             notes.push(format!(
-                "{}: {} gaps, the first at {:.3} s, the longest of {:.3} s; frames in them have no attitude and get no fix",
+                "{}: {}, the first at {:.3} s, the longest of {:.3} s; frames in them have no attitude and get no fix",
                 self.name,
-                gaps.len(),
+                counted(gaps.len(), "gap"),
                 first[0].t_s,
                 gaps.iter().fold(0.0, |most: f64, gap| most.max(*gap))
             ));

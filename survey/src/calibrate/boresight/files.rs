@@ -13,9 +13,6 @@ use std::path::Path;
 
 /// Pitches that are all below this, negative, are a gimbal's: 75 degrees.
 const GIMBAL_RAD: f64 = 75.0 * std::f64::consts::PI / 180.0;
-/// Headings, as numbers within a turn of radians, that change by nearly half of one are radians. In degrees they would be those of a flight to
-/// the north alone, which wanders by 3 degrees and leans by a third of one.
-const RADIANS_TURN: f64 = 3.0;
 /// Tilts of a level flight in radians: 20 degrees.
 const RADIANS_TILT: f64 = 0.35;
 
@@ -32,8 +29,6 @@ pub struct Joined {
     pub poses_alone: usize,
     /// Whether the poses tell the follow-up angle.
     pub tells_follow_up: bool,
-    /// What the poses probably are, where they do not look like degrees.
-    pub doubt: Option<String>,
 }
 
 /// Reads and joins both files, as [`join`].
@@ -63,9 +58,8 @@ pub fn join(
     let mut poses = Poses::parse(Table::parse(poses, poses_name.to_owned())?, follow_up)?;
     let mut seen: HashMap<u64, usize> = HashMap::new();
     let tells_follow_up = poses.tells_follow_up;
-    let doubt = poses.doubt.take();
     let mut joined =
-        Joined { sightings: Vec::new(), lines: Vec::new(), fixes_alone: 0, poses_alone: 0, tells_follow_up, doubt };
+        Joined { sightings: Vec::new(), lines: Vec::new(), fixes_alone: 0, poses_alone: 0, tells_follow_up };
     let mut both = Vec::new();
     for (row, (line, fields)) in fixes.rows.iter().enumerate() {
         match fields[accepted] {
@@ -103,7 +97,6 @@ pub fn join(
 struct Poses {
     by_instant: HashMap<u64, Sighting>,
     tells_follow_up: bool,
-    doubt: Option<String>,
 }
 
 impl Poses {
@@ -115,8 +108,10 @@ impl Poses {
             false => None,
         };
         let (mut by_instant, mut seen) = (HashMap::new(), HashMap::new());
+        let mut is_over_a_turn = false;
         for row in 0..table.rows.len() {
             let at_us = microseconds(&table, row, instant, &mut seen)?;
+            is_over_a_turn |= table.number(row, angles[0])?.abs() > std::f64::consts::TAU;
             let angle = |column: usize| Ok((table.number(row, column)? % 360.0).to_radians());
             let attitude_rad = [angle(angles[0])?, angle(angles[1])?, angle(angles[2])?];
             for (column, angle) in angles.into_iter().zip(attitude_rad).skip(1) {
@@ -135,6 +130,7 @@ impl Poses {
                 position_m: [table.number(row, east)?, table.number(row, north)?],
                 height_m: above_0(&table, row, height)?,
                 attitude_rad,
+                rectified_rad: None,
                 follow_up_rad: turn.map_or_else(|| Ok(follow_up(attitude_rad)), angle)?,
             };
             by_instant.insert(at_us, pose);
@@ -142,33 +138,44 @@ impl Poses {
         if by_instant.is_empty() {
             return Err(InputError::new(format!("{} holds no pose", table.name)));
         }
-        let doubt = doubt(&table.name, by_instant.values().map(|pose: &Sighting| pose.attitude_rad))?;
-        Ok(Poses { by_instant, tells_follow_up: turn.is_some(), doubt })
+        let attitudes_rad = by_instant.values().map(|pose: &Sighting| pose.attitude_rad);
+        check_pitch(&table.name, attitudes_rad.clone())?;
+        // A level flight to the north whose headings are degrees can write them with a turn more.
+        if let Some(what) = looks_like_radians(attitudes_rad).filter(|_| !is_over_a_turn) {
+            let name = &table.name;
+            return Err(InputError::new(format!("{name}: {what}, or add 360 to heading_deg if they are degrees")));
+        }
+        Ok(Poses { by_instant, tells_follow_up: turn.is_some() })
     }
 }
 
-/// Refuses attitudes that are something else: of a gimbal, whose −90 looks down, or radians in columns of degrees; says so where they may be
-/// radians. A camera that looks at the horizon in every frame has no fix.
-fn doubt(name: &str, attitudes_rad: impl Iterator<Item = [f64; 3]> + Clone) -> Result<Option<String>, InputError> {
-    if attitudes_rad.clone().all(|[_, pitch, _]| pitch < -GIMBAL_RAD) {
-        return Err(InputError::new(format!(
-            "{name}, pitch_deg: every pose looks at the horizon; 0 is a camera that looks straight down, so to a gimbal's pitch add 90"
-        )));
+/// Refuses a gimbal's pitch, whose −90 looks down: a camera that looks at the horizon in every frame has no fix.
+fn check_pitch(name: &str, mut attitudes_rad: impl Iterator<Item = [f64; 3]>) -> Result<(), InputError> {
+    if attitudes_rad.any(|[_, pitch, _]| pitch >= -GIMBAL_RAD) {
+        return Ok(());
     }
+    Err(InputError::new(format!(
+        "{name}, pitch_deg: every pose looks at the horizon; 0 is a camera that looks straight down, so to a gimbal's pitch add 90"
+    )))
+}
+
+/// What headings, pitches and rolls that were taken for degrees look like if they are radians, and what to do; `None` where they do not.
+#[must_use]
+pub fn looks_like_radians(attitudes_rad: impl Iterator<Item = [f64; 3]> + Clone) -> Option<String> {
     let range = |k: usize| {
         let of = attitudes_rad.clone().map(|angles| angles[k].to_degrees());
         of.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], angle| [low.min(angle), high.max(angle)])
     };
     let ([low, high], tilts) = (range(0), [range(1), range(2)]);
     let tilt = tilts.iter().flatten().fold(0.0, |most: f64, angle| most.max(angle.abs()));
-    if tilt == 0.0 || tilt > RADIANS_TILT || low < -std::f64::consts::PI || high > std::f64::consts::TAU {
-        return Ok(None);
-    }
-    let sentence = format!(
-        "{name}: heading_deg goes from {low:.2} to {high:.2} and no pitch or roll is larger than {tilt:.2}, which looks like radians: if so, \
-         multiply all three by 57.29578, since degrees are needed"
-    );
-    if high - low > RADIANS_TURN { Err(InputError::new(sentence)) } else { Ok(Some(sentence)) }
+    let is_small = tilt > 0.0 && tilt <= RADIANS_TILT;
+    let is_a_turn = low >= -std::f64::consts::PI && high <= std::f64::consts::TAU;
+    (is_small && is_a_turn).then(|| {
+        format!(
+            "heading_deg goes from {low:.2} to {high:.2} and no pitch or roll is larger than {tilt:.2}, which looks like radians: \
+             multiply all three by 57.29578, since degrees are needed"
+        )
+    })
 }
 
 fn above_0(table: &Table<'_>, row: usize, column: usize) -> Result<f64, InputError> {

@@ -32,6 +32,8 @@ pub struct Sighting {
     pub height_m: f64,
     /// Heading clockwise from grid north, pitch nose up, roll right wing down; radians.
     pub attitude_rad: [f64; 3],
+    /// Pitch and roll that the frame was rectified with, where the board had learnt of an error of the attitude's.
+    pub rectified_rad: Option<[f64; 2]>,
     /// Turn of the camera's mount against the vehicle, counter-clockwise from above, radians; 0 without a servo.
     pub follow_up_rad: f64,
 }
@@ -89,7 +91,10 @@ impl Rays {
     /// Those of `sighting` with the configured boresight; `None` where the frame shows nothing around the nadir.
     pub(super) fn new(sighting: &Sighting, footprint: &Footprint, configured_rad: [f64; 3]) -> Option<Self> {
         let ground_from_mount = ground_from_mount(sighting.attitude_rad, sighting.follow_up_rad);
-        let camera_from_ground = (ground_from_mount * rotation::matrix(configured_rad)).transpose();
+        let [heading, pitch, roll] = sighting.attitude_rad;
+        let [pitch, roll] = sighting.rectified_rad.unwrap_or([pitch, roll]);
+        let believed = self::ground_from_mount([heading, pitch, roll], sighting.follow_up_rad);
+        let camera_from_ground = (believed * rotation::matrix(configured_rad)).transpose();
         let middle = |i: usize| (2 * i + 1) as f64 / SIDE as f64 - 1.0;
         let ray = |index: usize| {
             let at = Vector2::new(middle(index % SIDE) * footprint.patch[0], middle(index / SIDE) * footprint.patch[1]);

@@ -47,6 +47,7 @@ fn flight_with(
             position_m: [1000.0 * spread(index, 0), 1000.0 * spread(index, 1)],
             height_m: 125.0 + 25.0 * spread(index, 2),
             attitude_rad: [heading_rad * spread(index, 3), tilt_rad * spread(index, 4), tilt_rad * spread(index, 5)],
+            rectified_rad: None,
             follow_up_rad: 0.0,
         };
         let rays = Rays::new(&blank, matched, configured_rad).expect("sees the ground");
@@ -240,6 +241,49 @@ fn a_large_correction_is_found_by_further_flights() {
     }
 }
 
+/// Eight degrees are two fifths of a degree by the model's share, more than what is written, and yet no tilt of the other axis and no offset.
+#[test]
+fn a_large_tilt_is_shown_where_it_is_too_large_to_be_written() {
+    for off_deg in [-8.9_f64, -4.5, 4.5, 8.9] {
+        let true_rad = [CONFIGURED_RAD[0], CONFIGURED_RAD[1] + off_deg.to_radians(), CONFIGURED_RAD[2]];
+        let found = found(&noisy(flight_of(true_rad, 300, 3.0, 0.17), 3), true).expect("found");
+        assert!(!found.determined[1] && found.angles_rad[1] == CONFIGURED_RAD[1], "{found:?}");
+        assert!(
+            found.next_rad[1]
+                .is_some_and(|next_rad| (next_rad - true_rad[1]).abs() < 0.06 * off_deg.to_radians().abs())
+        );
+        let off_rad = found.shown_rad[1].expect("shown") - true_rad[1];
+        assert!(off_rad.abs() < 5.0 * found.random_sd_rad[1], "{off_rad} {found:?}");
+        assert!((found.angles_rad[0] - true_rad[0]).abs() < 5.0 * found.sd_rad[0], "{found:?}");
+        let (offset_m, sd_m) = found.offset.expect("asked for");
+        assert!((0..2).all(|axis| offset_m[axis].abs() < 5.0 * sd_m[axis]), "{found:?}");
+    }
+}
+
+/// A board that has taken half of the tilt out of the attitude rectifies with what is left, and its fixes are off by that.
+#[test]
+fn what_the_board_has_learnt_is_put_back() {
+    let off_rad = 8.9_f64.to_radians();
+    let true_rad = [0.0, off_rad, 0.0];
+    let learnt = |index: usize, sighting: Sighting| {
+        let [_, pitch, roll] = sighting.attitude_rad;
+        let blank =
+            Sighting { rectified_rad: Some([pitch + off_rad * (index as f64 / 100.0).min(1.0), roll]), ..sighting };
+        let rays = Rays::new(&blank, &footprint(60.0), [0.0; 3]).expect("sees the ground");
+        let (mean, _) = rays.displacement(true_rad).expect("sees the ground");
+        let fix_m = std::array::from_fn(|axis| blank.position_m[axis] + blank.height_m * mean[axis]);
+        Sighting { fix_m, ..blank }
+    };
+    let flown = flight_with([0.0; 3], true_rad, &footprint(60.0), 200, 3.0, 0.1);
+    let sightings: Vec<Sighting> = flown.into_iter().enumerate().map(|(index, one)| learnt(index, one)).collect();
+    // Level, it is found nearly where it is, so that this is put back at all.
+    let last = &sightings[199];
+    let off_m = (last.fix_m[0] - last.position_m[0]).hypot(last.fix_m[1] - last.position_m[1]);
+    assert!(off_m < 0.02 * last.height_m, "{off_m}");
+    let found = estimate(&sightings, &footprint(60.0), [0.0; 3], true).expect("found");
+    assert!((found.shown_rad[1].expect("shown") - off_rad).abs() < 1e-6, "{found:?}");
+}
+
 #[test]
 fn what_cannot_be_separated_is_refused() {
     for heading_rad in [0.0, 0.1, 0.25] {
@@ -256,5 +300,5 @@ fn what_cannot_be_separated_is_refused() {
     let mut wild = noisy(flight(100, 3.0, 0.17), 1);
     wild.iter_mut().enumerate().for_each(|(index, sighting)| sighting.fix_m[0] += 40.0 * spread(index, 1));
     let outcome = found(&wild[..12], false);
-    assert!(matches!(outcome, Err(BoresightError::Undetermined | BoresightError::Diverged)), "{outcome:?}");
+    assert!(matches!(outcome, Err(BoresightError::Undetermined(_) | BoresightError::Diverged)), "{outcome:?}");
 }

@@ -13,6 +13,7 @@ pub(super) const PROJECTION: u16 = 3074;
 pub(super) const PROJECTION_METHOD: u16 = 3075;
 pub(super) const LINEAR_UNITS: u16 = 3076;
 pub(super) const VERTICAL_CRS: u16 = 4096;
+pub(super) const VERTICAL_DATUM: u16 = 4098;
 pub(super) const VERTICAL_UNITS: u16 = 4099;
 
 pub(super) const MODEL_PROJECTED: u16 = 1;

@@ -79,7 +79,12 @@ pub fn check_metres(
 }
 
 fn steps(geo: &GeoTransform) -> String {
-    format!("{} x {}", short(geo.step_x), short(geo.step_y))
+    let (x, y) = (short(geo.step_x), short(geo.step_y));
+    if x == y && geo.step_x != geo.step_y {
+        // The digits in which they differ.
+        return format!("{} x {}", geo.step_x, geo.step_y);
+    }
+    format!("{x} x {y}")
 }
 
 /// EPSG code and number of the UTM zone of a place (WGS 84), without the exceptions of Norway and Svalbard.

@@ -4,9 +4,10 @@ use crate::crs::System;
 
 use super::geo_keys::{
     ANGULAR_UNITS, DEGREE, GEODETIC_CRS, GeoKeys, LINEAR_UNITS, METRE, MODEL_GEOCENTRIC, MODEL_GEOGRAPHIC,
-    MODEL_PROJECTED, MODEL_TYPE, PROJECTED_CRS, USER_DEFINED, VERTICAL_CRS, VERTICAL_UNITS,
+    MODEL_PROJECTED, MODEL_TYPE, PROJECTED_CRS, USER_DEFINED, VERTICAL_CRS, VERTICAL_DATUM, VERTICAL_UNITS,
 };
 use super::user_defined;
+use std::ops::RangeInclusive;
 
 /// Units of length by their EPSG codes, in metres: metre, international foot, US survey foot.
 const UNITS_M: [(u16, f64); 3] = [(METRE, 1.0), (9002, 0.3048), (9003, 1200.0 / 3937.0)];
@@ -32,6 +33,11 @@ const DEPTHS: [u16; 52] = [
     10372, 10373, 10374, 10375, 10376, 10377, 10378, 10379, 10547, 10548, 10549, 10550, 10551, 10552, 10649, 10650,
     10678,
 ];
+/// What stands for an ellipsoid in the key of the vertical system, where no system of heights has these codes: GeoTIFF 1.0's own codes of
+/// heights above one (annex 6.3.4.1), WGS 84 in three dimensions, and EPSG's codes of ellipsoids.
+const ELLIPSOIDS: [RangeInclusive<u16>; 3] = [5001..=5033, 4979..=4979, 7001..=7059];
+/// In the key of the vertical datum: datums that are named by an ellipsoid (the same annex).
+const ELLIPSOID_DATUMS: RangeInclusive<u16> = 6001..=6035;
 /// Names of units of height that GDAL writes, in lower case.
 const NAMES_M: [(&str, f64); 10] = [
     ("m", 1.0),
@@ -110,6 +116,15 @@ pub(super) fn height_unit_m(keys: &GeoKeys, metadata: Option<&str>) -> Result<f6
     }
 }
 
+/// Whether heights are said to be above an ellipsoid instead of above the sea.
+pub(super) fn is_ellipsoidal(keys: &GeoKeys) -> bool {
+    let is_of = |key: u16, codes: &[RangeInclusive<u16>]| {
+        keys.short(key).is_some_and(|code| codes.iter().any(|codes| codes.contains(&code)))
+    };
+    let is_in_space = keys.short(MODEL_TYPE) == Some(MODEL_GEOGRAPHIC) && is_of(GEODETIC_CRS, &[4979..=4979]);
+    is_in_space || is_of(VERTICAL_CRS, &ELLIPSOIDS) || is_of(VERTICAL_DATUM, &[ELLIPSOID_DATUMS])
+}
+
 /// The unit of the first band in GDAL's metadata: `<Item name="UNITTYPE" sample="0" role="unittype">ft</Item>`.
 fn unit_type(metadata: &str) -> Option<&str> {
     let items = metadata.split("<Item ").skip(1).filter_map(|item| item.split("</Item").next()?.split_once('>'));
@@ -163,12 +178,32 @@ mod tests {
         let mut count = 0;
         for row in rows {
             let [code, unit_m, direction, ..] = row.split(',').collect::<Vec<_>>()[..] else { panic!("{row}") };
+            assert!(!is_ellipsoidal(&keys(&[(4096, code.parse().expect("a code"))])), "{row}");
             let found = height_unit_m(&keys(&[(4096, code.parse().expect("a code"))]), None).ok();
             let wanted = Some(unit_m.parse::<f64>().expect("a unit")).filter(|_| direction == "up");
             assert!(found.zip(wanted).map_or(found == wanted, |(a, b)| (a / b - 1.0).abs() < 1e-9), "{row}: {found:?}");
             count += 1;
         }
         assert_eq!(count, 291);
+    }
+
+    #[test]
+    fn heights_above_an_ellipsoid_are_known() {
+        for entries in [
+            &[(4096, 5030)][..],
+            &[(4096, 4979)],
+            &[(4096, 7030)],
+            &[(4096, 32767), (4098, 6030)],
+            &[(1024, 2), (2048, 4979)],
+        ] {
+            assert!(is_ellipsoidal(&keys(entries)), "{entries:?}");
+        }
+        // Without a word, EGM96, EGM2008, the datum of EGM96.
+        for entries in
+            [&[][..], &[(1024, 2), (2048, 4326)], &[(4096, 5773)], &[(4096, 3855)], &[(4096, 32767), (4098, 5171)]]
+        {
+            assert!(!is_ellipsoidal(&keys(entries)), "{entries:?}");
+        }
     }
 
     #[test]

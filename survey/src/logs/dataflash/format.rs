@@ -12,6 +12,8 @@ pub(super) struct Format {
     pub columns: Vec<String>,
     /// Which of them tells several of a kind apart.
     pub instance: Option<usize>,
+    /// Columns that are angles in degrees, by the log's own units.
+    pub degrees: Vec<String>,
     /// Every field: its name, its type, and where it begins behind the head.
     fields: Vec<(String, u8, usize)>,
 }
@@ -42,7 +44,14 @@ fn text(bytes: &[u8]) -> String {
 impl Format {
     /// That of the records that announce the others, which is known beforehand. Its fields are none of a flight's.
     pub fn of_formats() -> Self {
-        Format { name: "FMT".to_owned(), bytes: FMT_BYTES, columns: Vec::new(), instance: None, fields: Vec::new() }
+        Format {
+            name: "FMT".to_owned(),
+            bytes: FMT_BYTES,
+            columns: Vec::new(),
+            instance: None,
+            degrees: Vec::new(),
+            fields: Vec::new(),
+        }
     }
 
     /// The type that an FMT record's body (type, length, name, types, names) announces. `None`: a length that no record has.
@@ -63,7 +72,7 @@ impl Format {
         let agree = types.len() == names.len() && at + RECORD_HEAD == usize::from(bytes);
         let fields = if agree { fields } else { Vec::new() };
         let columns = fields.iter().filter(|field| is_number(field.1)).map(|field| field.0.clone()).collect();
-        Some((kind, Format { name, bytes: bytes.into(), columns, instance: None, fields }))
+        Some((kind, Format { name, bytes: bytes.into(), columns, instance: None, degrees: Vec::new(), fields }))
     }
 
     /// The type that the body of an FMTU record, of this format, is about, and a letter for the unit of each of its fields.
@@ -74,10 +83,13 @@ impl Format {
         Some((*body.get(*kind)?, text(body.get(*from..from + size(*letters)?)?)))
     }
 
-    /// Takes the letters of the fields' units: "#" is that of the field that tells several of a kind apart.
+    /// Takes the letters of the fields' units: "#" is that of the field that tells several of a kind apart, "d" and "h" (of a heading) are
+    /// degrees (ArduPilot, `AP_Logger/LogStructure.h`).
     pub fn take_units(&mut self, units: &str) {
         let name = self.fields.iter().zip(units.bytes()).find(|(_, unit)| *unit == b'#').map(|(field, _)| &field.0);
         self.instance = name.and_then(|name| self.columns.iter().position(|column| column == name));
+        let degrees = self.fields.iter().zip(units.bytes()).filter(|(_, unit)| b"dh".contains(unit));
+        self.degrees = degrees.map(|(field, _)| field.0.clone()).collect();
     }
 
     /// The numbers of a record's body, in the order of the columns.

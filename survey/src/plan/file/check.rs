@@ -16,6 +16,11 @@ impl PlanFile {
         let refuse = |why: String| InputError::new(format!("{name}: {why}"));
         let value: serde_json::Value =
             serde_json::from_str(&text).map_err(|error| refuse(format!("it is no JSON: {error}")))?;
+        if value.get("fileType").is_some_and(|kind| kind == "Plan") {
+            let why =
+                "it is the mission for a ground station; plan.json, which `plumbline plan` writes beside it, is meant";
+            return Err(refuse(why.to_owned()));
+        }
         match value.get("version").and_then(serde_json::Value::as_u64) {
             Some(version) if version == u64::from(VERSION) => {}
             Some(version) => return Err(refuse(format!("plan version {version} is not read, only {VERSION} is"))),

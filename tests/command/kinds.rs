@@ -1,0 +1,48 @@
+//! Elevation models and orthophotos, each in the other's place, and numbers that are no heights.
+
+use crate::elevation::grid;
+use crate::folder::Folder;
+use crate::refusals::Refusals;
+use plumbline_survey::crs::System;
+use plumbline_survey::io::picture::Picture;
+use plumbline_survey::io::raster::{Band, GeoTransform, geotiff_bytes, grey_geotiff_bytes};
+
+const SIDE: usize = 100;
+const GEO: GeoTransform = GeoTransform { x0: 599_500.0, y0: 5_200_500.0, step_x: 10.0, step_y: 10.0 };
+const UTM: Option<System> = Some(System::Epsg(32633));
+
+fn model(height: impl Fn(usize) -> f32) -> Vec<u8> {
+    let samples: Vec<f32> = (0..SIDE * SIDE).map(height).collect();
+    let bands = [Band { description: "height", samples: &samples }];
+    geotiff_bytes(SIDE, SIDE, &bands, &GEO, UTM, f32::NAN).expect("a raster")
+}
+
+#[test]
+fn neither_is_taken_for_the_other() {
+    let folder = Folder::with_scene("kinds");
+    let grey = |index: usize| (index * 7 % 251) as u8;
+    let picture = Picture { cols: SIDE, rows: SIDE, pixels: (0..SIDE * SIDE).map(grey).collect() };
+    folder.write("picture.tif", grey_geotiff_bytes(&picture, &GEO, UTM, None).expect("a picture"));
+    folder.write("model.tif", model(|index| f32::from(grey(index))));
+    // A corner of unknown posts whose file does not say so.
+    folder.write("hole.tif", model(|index| if index == 5 * SIDE + 3 { -32_768.0 } else { 100.0 }));
+    let tail = "--camera camera.toml --height-m 300 --overlap 60/30 --out out";
+    let plan = |dem: &str, area: &str| format!("plan --dem {dem} --area {area} {tail}");
+    let area = "599600,5200000,599700,5200100";
+    let heights = "gdal_translate -ot Int16 picture.tif picture_int16.tif";
+    let greys = "gdal_translate -ot Byte -scale model.tif model_byte.tif";
+    let nodata = "gdal_edit.py -a_nodata -32768 hole.tif";
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(&plan("picture.tif", area), &[heights]);
+    refusals.expect(&plan("hole.tif", area), &["-32768 at x 599530, y 5200450", nodata]);
+    refusals.expect("tiles --ortho model.tif --resolution-m 20 --out tiles.bin", &[greys]);
+    refusals.expect("tiles --ortho picture.tif --dem picture.tif --resolution-m 20 --out tiles.bin", &[heights]);
+    refusals.expect("tiles --ortho picture.tif --dem hole.tif --resolution-m 20 --out tiles.bin", &[nodata]);
+    refusals.expect("fly --ground model.tif --frames 1 --out out", &[greys]);
+    refusals.expect("fly --ground picture.tif --reference model.tif --frames 1 --out out", &[greys]);
+    refusals.expect("fly --ground picture.tif --dem picture.tif --frames 1 --out out", &[heights]);
+    refusals.expect("fly --ground picture.tif --dem hole.tif --frames 1 --out out", &[nodata]);
+    folder.write("hole.asc", grid(|x, y| if (x, y) == (-350.0, 0.0) { -32_768.0 } else { 100.0 }));
+    refusals.expect(&plan("hole.asc", "0,0,400,300"), &["NODATA_value -32768", "x -350, y 0"]);
+    refusals.done();
+}
