@@ -90,6 +90,9 @@ impl Misalignment {
     /// as far as matches make one more likely than it was before, the square of what it would be, so that what was stated counts while
     /// nothing speaks against it.
     fn doubt(&self) -> Matrix2<f32> {
+        if !self.is_found() && self.chance <= CHANCE {
+            return Matrix2::zeros();
+        }
         let (rad, covariance) = self.told();
         if self.is_found() {
             return covariance;
