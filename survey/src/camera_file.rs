@@ -118,6 +118,12 @@ pub fn write(path: &Path, camera: &CameraFile) -> Result<(), InputError> {
     write_file(path, camera.checked_toml_string(path)?.as_bytes())
 }
 
+/// The first axis, right or forward, along which a principal point `offset` pixels off the middle is not on a frame of so many pixels.
+fn off_frame(size: [u32; 2], offset: [f64; 2]) -> Option<usize> {
+    let is_on = |k: usize| offset[k].abs() < 0.5 * f64::from(size[k]);
+    (0..2).find(|k| !is_on(*k))
+}
+
 /// A field of view of 120 degrees in radians: wider ones belong to fisheyes, which are not described so.
 const RADIANS_MOST: f64 = 2.1;
 /// Part of a side that a principal point may be off the middle unasked: lenses are centred within a twentieth, and a frame may be a part of

@@ -12,7 +12,7 @@
 //!    g; sigma0 with the degrees of freedom that the curve leaves; what each sample is predicted by the others.
 //! 4. [`Trend`]: the parametric part, split off afterwards.
 //!
-//! [`Samples`] reads the channels of a CSV file, [`Recorded`] those of a flight log's message, [`unwrap_degrees`] makes angles
+//! [`Samples`] reads the channels of a CSV file, [`Recorded`] those of a flight log's message, [`unwrap_turns`] makes angles
 //! continuous.
 
 mod angles;
@@ -28,7 +28,7 @@ mod samples;
 mod spline;
 mod trend;
 
-pub use angles::{turn_of, turned_over, unwrap_degrees, unwrap_turns};
+pub use angles::{turn_of, turned_over, unwrap_turns};
 pub use epochs::{Epochs, GAP_SPACINGS};
 pub use error::{Gap, SmoothError, TURN_MAX_DEG};
 pub use fit::{Estimate, Fit};

@@ -4,7 +4,7 @@
 //! of its range), so what is gained here is what the cubic gains over lines.
 
 use plumbline_survey::io::data;
-use plumbline_survey::smooth::{Alpha, Epochs, Fit, Options, Order, Samples, smooth, unwrap_degrees};
+use plumbline_survey::smooth::{Alpha, Epochs, Fit, Options, Order, Samples, smooth, unwrap_turns};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -28,7 +28,7 @@ fn log(flight: &str, test: &str) -> Option<PathBuf> {
 
 fn read(path: &std::path::Path) -> Samples {
     let mut samples = Samples::read(path, "t_s", &COLUMNS, None).expect("a good log");
-    unwrap_degrees(&mut samples.channels[2]).expect("a vehicle that does not spin");
+    unwrap_turns(&mut samples.channels[2], 360.0).expect("a vehicle that does not spin");
     samples
 }
 

@@ -12,6 +12,7 @@ use plumbline_core::camera::Camera;
 use plumbline_sim::camera::still::{self, Patch, Target};
 use plumbline_sim::camera::{core_camera, oriented, read, render_camera};
 use plumbline_survey::camera_file::CameraFile;
+use plumbline_survey::crs::System;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::output::write_file;
 use plumbline_survey::io::picture::{Picture, read_grey, write_grey_png};
@@ -111,7 +112,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         equivalent_roll_deg,
         east_m: place.is_known.then_some(place.centre[0]),
         north_m: place.is_known.then_some(place.centre[1]),
-        epsg: place.system().filter(|_| place.is_known).and_then(|system| system.epsg().ok()),
+        epsg: place.system().filter(|_| place.is_known).and_then(System::code),
     };
     let text = || {
         format!(

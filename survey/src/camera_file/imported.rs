@@ -4,7 +4,7 @@
 //! (rows − 1) / 2). Its distortion is this project's, but for the order: k1, k2, p1, p2, k3. OpenDroneMap (OpenSfM) has lengths in
 //! units of the frame's longer side and its principal point from the centre.
 
-use super::{CameraFile, Distortion};
+use super::{CameraFile, Distortion, off_frame};
 use crate::error::InputError;
 use serde_json::Value;
 
@@ -131,7 +131,7 @@ fn word_behind(text: &str, key: &str) -> Option<String> {
 
 /// Why a principal point is none.
 fn is_inside(size: [u32; 2], offset: [f64; 2]) -> Result<(), String> {
-    if [0, 1].iter().all(|k| offset[*k].abs() < 0.5 * f64::from(size[*k])) {
+    if off_frame(size, offset).is_none() {
         return Ok(());
     }
     let [cols, rows] = size;

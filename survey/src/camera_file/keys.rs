@@ -4,7 +4,7 @@ use toml::{Table, Value};
 
 use crate::error::InputError;
 
-use super::Distortion;
+use super::{Distortion, off_frame};
 
 const DISTORTION_KEYS: [&str; 5] = ["k1", "k2", "k3", "p1", "p2"];
 
@@ -96,7 +96,7 @@ impl<'a> Keys<'a> {
     /// Refuses a principal point that is not on the frame, as OpenCV's cx and cy would be if they were read as offsets.
     pub fn principal_point(&self, size: [u32; 2], offset: [f64; 2]) -> Result<(), InputError> {
         let keys = ["offset_m_px", "offset_n_px"];
-        match (0..2).find(|k| offset[*k].abs() >= 0.5 * f64::from(size[*k])) {
+        match off_frame(size, offset) {
             Some(k) => Err(self.wrong(
                 keys[k],
                 &format!(

@@ -101,6 +101,15 @@ impl System {
             Self::UserDefined(system) => Err(InputError::new(system.mends())),
         }
     }
+
+    /// The EPSG code, `None` where it has none.
+    #[must_use]
+    pub fn code(self) -> Option<u32> {
+        match self {
+            Self::Epsg(code) => Some(code),
+            Self::UserDefined(_) => None,
+        }
+    }
 }
 
 impl fmt::Display for System {

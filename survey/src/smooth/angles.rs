@@ -3,16 +3,8 @@
 use super::error::{SmoothError, TURN_MAX_DEG};
 use std::f64::consts::TAU;
 
-/// Adds whole turns of 360, so that no value is more than half a turn from the one before. Values that are not finite (no
-/// sample) stay and are passed over. Degrees.
-///
-/// # Errors
-/// [`SmoothError::TurnTooFar`]: which way round it went is not certain.
-pub fn unwrap_degrees(values: &mut [f64]) -> Result<(), SmoothError> {
-    unwrap_turns(values, 360.0)
-}
-
-/// As [`unwrap_degrees`], of an angle of which `turn` is a whole one: [`turn_of`].
+/// Adds whole turns, so that no value is more than half a turn from the one before. Values that are not finite (no
+/// sample) stay and are passed over. `turn`: a whole one in the unit of the values, 360 for degrees ([`turn_of`]).
 ///
 /// # Errors
 /// [`SmoothError::TurnTooFar`]: which way round it went is not certain.
@@ -71,11 +63,11 @@ mod tests {
     #[test]
     fn turns_are_added_and_gaps_passed_over() {
         let mut values = [350.0, 359.5, 0.25, f64::NAN, 100.0, -170.0, -50.0, 3.0];
-        assert_eq!(unwrap_degrees(&mut values), Ok(()));
+        assert_eq!(unwrap_turns(&mut values, 360.0), Ok(()));
         assert_eq!(values[..3], [350.0, 359.5, 360.25]);
         assert!(values[3].is_nan());
         assert_eq!(values[4..], [460.0, 550.0, 670.0, 723.0]);
-        assert_eq!(unwrap_degrees(&mut []), Ok(()));
+        assert_eq!(unwrap_turns(&mut [], 360.0), Ok(()));
     }
 
     #[test]
@@ -108,13 +100,13 @@ mod tests {
     #[test]
     fn a_turn_that_may_be_either_way_round_is_refused() {
         for wrong in [132.0, 190.0, 249.0] {
-            let refused = unwrap_degrees(&mut [10.0, 11.0, wrong, 13.0]);
+            let refused = unwrap_turns(&mut [10.0, 11.0, wrong, 13.0], 360.0);
             assert!(matches!(refused, Err(SmoothError::TurnTooFar { sample: 2, .. })), "{wrong}: {refused:?}");
         }
         // What is not refused leaves no turns behind.
         for wrong in [130.0, 254.0, 300.0, 0.0] {
             let mut values = [10.0, 11.0, wrong, 13.0];
-            assert!(unwrap_degrees(&mut values).is_ok() && values[3] == 13.0, "{wrong}: {values:?}");
+            assert!(unwrap_turns(&mut values, 360.0).is_ok() && values[3] == 13.0, "{wrong}: {values:?}");
         }
     }
 }

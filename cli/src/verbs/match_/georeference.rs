@@ -83,8 +83,8 @@ impl Georeference {
             sigma_north_m: f64::from(place.sigma_row) * self.geo.step_y,
             offset_east_m: self.claimed.map(|(east, _)| east_m - east),
             offset_north_m: self.claimed.map(|(_, north)| north_m - north),
-            epsg: self.system.and_then(|system| system.epsg().ok()),
-            crs: self.system.filter(|system| system.epsg().is_err()).map(|system| system.for_gdal()),
+            epsg: self.system.and_then(System::code),
+            crs: self.system.filter(|system| system.code().is_none()).map(System::for_gdal),
         }
     }
 }

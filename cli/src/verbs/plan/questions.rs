@@ -1,4 +1,4 @@
-//! What a plan may be and nobody means: and what it rests on unseen: told on stderr and on the page, whatever is planned.
+//! What a plan may be and nobody means, and what it rests on unseen: told on stderr and on the page, whatever is planned.
 
 use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::plan::PlanFile;

@@ -2,6 +2,7 @@
 
 use crate::error::InputError;
 use serde_json::{Map, Value};
+use strsim::levenshtein;
 
 /// Keys that mean something here.
 const KEYS: [&str; 24] = [
@@ -69,25 +70,10 @@ fn meant(key: &str) -> Option<&'static str> {
     let plain = |key: &str| key.to_lowercase().replace(['_', '-', ' '], "");
     let other = MEANT.iter().find(|(other, _)| key == *other).map(|(_, meant)| *meant);
     let near = || {
-        let off = |known: &&str| letters_off(&plain(key), &plain(known));
+        let off = |known: &&str| levenshtein(&plain(key), &plain(known));
         KEYS.into_iter().min_by_key(off).filter(|known| off(known) <= LETTERS_WRONG)
     };
     other.or_else(near)
-}
-
-/// Letters to add, leave out or change until one word is the other (Levenshtein's distance).
-fn letters_off(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=b.chars().count()).collect();
-    for (i, from) in a.chars().enumerate() {
-        let mut before = row[0];
-        row[0] = i + 1;
-        for (j, to) in b.chars().enumerate() {
-            let changed = before + usize::from(from != to);
-            before = row[j + 1];
-            row[j + 1] = changed.min(row[j] + 1).min(before + 1);
-        }
-    }
-    row.last().copied().unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -108,6 +94,6 @@ mod tests {
             r#"{"pixel_mm": 0.0068, "head_start_rad": [], "fixed_points": [], "solution": 1, "truth_heads_rad": 1}"#,
         );
         assert!(missing.contains("f_px, heads_d_m, station_start, point_start are missing"), "{missing}");
-        assert_eq!(letters_off("kitten", "sitting"), 3);
+        assert_eq!(levenshtein("kitten", "sitting"), 3);
     }
 }
