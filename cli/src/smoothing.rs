@@ -3,6 +3,7 @@
 mod picture;
 
 use plumbline_survey::error::InputError;
+use plumbline_survey::logs::units::{Angles, Times, Unit};
 use plumbline_survey::logs::{self, File, Log};
 use plumbline_survey::smooth::{
     Epochs, Estimate, Fields, Fit, Options, Recorded, Samples, SmoothError, read_instants, smooth, turn_of,
@@ -76,8 +77,7 @@ impl Smoothed {
     /// Columns that are named twice or are not there, a log that cannot be read, samples that cannot be fitted, instants
     /// outside the log.
     pub fn of(wanted: &Wanted<'_>) -> Result<Self, InputError> {
-        let Recorded { mut samples, time, columns, degrees, mut notes } = read(wanted)?;
-        notes.extend(doubts(&samples, &time, &columns));
+        let Recorded { mut samples, time, columns, degrees, notes } = read(wanted)?;
         let order = wanted.options.order;
         if samples.t_s.len() <= order.differences() {
             return Err(samples.error_at(&SmoothError::TooFew { samples: samples.t_s.len(), order }, None));
@@ -221,48 +221,51 @@ fn read(wanted: &Wanted<'_>) -> Result<Recorded, InputError> {
             return Err(InputError::new(format!("{name} is a {kind} log: --message says which of {messages}")));
         }
     };
+    let header = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
     let Some(time) = wanted.time.filter(|_| !wanted.columns.is_empty()) else {
-        let header = text.lines().next().unwrap_or_default();
         return Err(InputError::new(format!("{name} is a table (CSV): --time and --columns say which of {header}")));
     };
     check_names(time, wanted.columns, wanted.angles)?;
     let columns: Vec<&str> = wanted.columns.iter().map(String::as_str).collect();
     let samples = Samples::of_table(&text, name, time, &columns, wanted.weights)?;
-    Ok(Recorded {
-        samples,
-        time: time.to_owned(),
-        columns: wanted.columns.to_vec(),
-        degrees: Vec::new(),
-        notes: Vec::new(),
-    })
+    let notes = doubts(&samples, header.trim_start_matches('\u{feff}'), time, wanted)?;
+    Ok(Recorded { samples, time: time.to_owned(), columns: wanted.columns.to_vec(), degrees: Vec::new(), notes })
 }
 
-/// No autopilot logs its attitude as seldom, seconds between two samples.
-const STEP_MAX_S: f64 = 2.0;
-
-/// Units that the names of an attitude's columns say and its numbers do not look like.
-fn doubts(samples: &Samples, time: &str, columns: &[String]) -> Vec<String> {
-    let in_degrees: Vec<usize> = (0..columns.len()).filter(|index| columns[*index].ends_with("_deg")).collect();
-    if in_degrees.len() < 2 {
-        return Vec::new();
-    }
+/// What an attitude's times and angles look like that its columns do not say.
+///
+/// # Errors
+/// Hundredths of a degree among those to which whole turns are to be added.
+fn doubts(samples: &Samples, header: &str, time: &str, wanted: &Wanted<'_>) -> Result<Vec<String>, InputError> {
+    let name = wanted.file.display().to_string();
+    let place = |column: &str| header.split(',').position(|name| name.trim() == column).unwrap_or_default();
+    let is_place = |name: &str| name.starts_with("lat") || name.starts_with("lon");
+    let in_degrees = |name: &String| name.ends_with("_deg") && !is_place(name);
+    let angles: Vec<usize> = (0..wanted.columns.len())
+        .filter(|index| in_degrees(&wanted.columns[*index]) || wanted.angles.contains(&wanted.columns[*index]))
+        .collect();
+    let named: Vec<_> = angles.iter().map(|at| (&wanted.columns[*at][..], &samples.channels[*at][..])).collect();
+    let places: Vec<usize> = named.iter().map(|(name, _)| place(name)).collect();
+    let is_attitude = wanted.columns.iter().filter(|name| in_degrees(name)).count() > 1;
     let mut notes = Vec::new();
-    let mut steps: Vec<f64> = samples.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    if let Some(step) = steps.get(steps.len() / 2).filter(|step| **step > STEP_MAX_S && time.ends_with("_s")) {
+    if let Some(found) = Times::of(&samples.t_s, 1.0).filter(|_| is_attitude && time.ends_with("_s")) {
         notes.push(format!(
-            "{time} goes in steps of {step}, which looks like no seconds: if it is milliseconds or microseconds, divide it, since rates are by its unit"
+            "{name}: {time} goes in steps of {}, which look like {}: if so, since rates are by its unit, {}",
+            found.step,
+            found.unit,
+            found.in_seconds(&name, place(time))
         ));
     }
-    let all = in_degrees.iter().flat_map(|index| &samples.channels[*index]);
-    let most = all.filter(|value| value.is_finite()).fold(0.0, |most: f64, value| most.max(value.abs()));
-    // A hundredth for what was rounded.
-    if most > 0.0 && most < std::f64::consts::TAU + 0.01 {
-        notes.push(format!(
-            "no angle in a column _deg is larger than {most:.2}, which looks like radians: if so, name the columns _rad"
-        ));
+    // Those of --angles that are not called degrees may be radians.
+    let may_be_radians = is_attitude && wanted.angles.iter().all(in_degrees);
+    if let Some(found) = Angles::of(&named).filter(|found| found.unit == Unit::Hundredths || may_be_radians) {
+        let says = found.says(&name, &places);
+        if found.unit == Unit::Hundredths && !wanted.angles.is_empty() {
+            return Err(InputError::new(says));
+        }
+        notes.push(says);
     }
-    notes
+    Ok(notes)
 }
 
 /// Names that make sense together.

@@ -2,7 +2,8 @@
 //!
 //! `kind`: which of them a file is, by its content. `ulog`, `dataflash`, `telemetry`: each format's records. What is
 //! damaged is passed over and counted, so that one bad sector does not cost a flight. `series`: the samples of one message,
-//! in the log's own units. [`attitude`]: the vehicle's attitude over time, of a log or of a table.
+//! in the log's own units. [`attitude`]: the vehicle's attitude over time, of a log or of a table. [`units`]: what numbers look like
+//! whatever their columns say.
 
 pub mod attitude;
 mod damage;
@@ -11,6 +12,7 @@ mod kind;
 mod series;
 mod telemetry;
 mod ulog;
+pub mod units;
 
 pub use kind::Kind;
 pub use series::{Instance, Series, Source};

@@ -53,6 +53,8 @@ fn columns() {
     folder.write("turns.csv", "t,y\n0,10\n1,350\n2,175\n3,5\n4,6\n");
     refusals.expect(&format!("{} --angles y", on("turns.csv")), &["turns.csv", "column y", "line 4", "-175.0 deg"]);
     refusals.expect(&format!("{SMOOTH} --weights w"), &["no column w"]);
+    let several = with(&with(SMOOTH, "--columns", "z,height"), "--time", "t");
+    refusals.expect(&format!("{several} --weights w"), &["samples.csv has no columns t, height, w, only t_s, z"]);
     for option in ["--in", "--time", "--columns", "--out"] {
         refusals.expect(&without(SMOOTH, option), &[option]);
     }

@@ -86,7 +86,7 @@ fn logs_that_cannot_be_used_are_refused() {
         ("other.bin", &["other.bin", "DataFlash (.bin)"]),
         ("zeros.tlog", &["zeros.tlog", "(.tlog)"]),
         ("text.log", &["text.log", "(.bin)"]),
-        ("radians.csv", &["radians.csv", "looks like radians", "roll_rad", "sed "]),
+        ("radians.csv", &["radians.csv", "looks like radians", "awk ", "$2 *= 57.29577951308232"]),
         ("milliseconds.csv", &["milliseconds.csv", "steps of 20", "milliseconds", "t_ms"]),
     ] {
         refusals.expect(&fly(file), names);
@@ -119,6 +119,40 @@ fn logs_that_cannot_be_used_are_refused() {
         refusals.expect(&smooth("reboot.tlog", "--message ATTITUDE"), &["reboot.tlog", "sample 61", "goes back"]);
     }
     refusals.done();
+}
+
+/// A table whose columns say degrees and seconds: what it seems to be is told, and where turns are to be added, refused.
+#[test]
+fn an_attitude_in_other_units_is_told_by_smooth() {
+    let folder = Folder::new("logs-units");
+    let table = |step: f64, unit: f64| {
+        let row = |k: u32| {
+            let (t, angle) = (f64::from(k) * step, 12.0 * (0.3 * f64::from(k)).sin() + f64::from(k % 3));
+            format!("{t},x,{},{},{}\n", unit * angle, -0.4 * unit * angle, unit * (200.0 + angle))
+        };
+        format!("t_s,mode,roll_deg,pitch_deg,yaw_deg\n{}", (0..60).map(row).collect::<String>())
+    };
+    let smooth = "smooth --in log.csv --time t_s --columns roll_deg,pitch_deg,yaw_deg --alpha 5 --out fit.csv";
+    let line = |factor: &str| {
+        format!(
+            "awk -F, -v OFS=, 'NR > 1 {{ $3 *= {factor}; $4 *= {factor}; $5 *= {factor} }} 1' log.csv > degrees.csv"
+        )
+    };
+    folder.write("log.csv", table(0.1, 1.0));
+    assert_eq!(folder.run(smooth).done().stderr, "");
+    folder.write("log.csv", table(0.1, 100.0));
+    let hundredths = format!("which looks like hundredths of a degree: if so, {}", line("0.01"));
+    assert!(folder.run(smooth).done().stderr.contains(&hundredths));
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(&format!("{smooth} --angles yaw_deg"), &["log.csv: angles go up to", &hundredths]);
+    refusals.done();
+    folder.write("log.csv", table(0.1, 1.0_f64.to_radians()));
+    let radians = format!("which looks like radians: if so, {}", line("57.29577951308232"));
+    assert!(folder.run(smooth).done().stderr.contains(&radians));
+    folder.write("log.csv", table(100.0, 1.0));
+    let steps = "t_s goes in steps of 100, which look like milliseconds: if so";
+    let said = folder.run(smooth).done().stderr;
+    assert!(said.contains(steps) && said.contains("'NR > 1 { $1 *= 0.001 } 1' log.csv > seconds.csv"), "{said}");
 }
 
 /// Half a log, and one with a hole in it, are flown as far as they go, and it is told what is missing.

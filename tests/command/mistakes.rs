@@ -63,10 +63,20 @@ fn poses_of_a_gimbal_or_in_radians() {
     folder.write("poses.csv", poses(|at| [3.0 * at, -91.0, 0.5]));
     refusals.expect(boresight, &["poses.csv, line 2", "pitch_deg", "gimbal's pitch add 90"]);
     folder.write("poses.csv", poses(|at| [0.1 * at, 0.05 * (at / 3.0).sin(), 0.03]));
-    refusals.expect(boresight, &["from 0.00 to 5.90", "looks like radians", "multiply all three by 57.29578"]);
+    refusals.expect(
+        boresight,
+        &[
+            "larger than 5.90, which looks like radians",
+            "if so, awk",
+            "$5 *= 57.29577951308232; $6",
+            "poses.csv > degrees.csv",
+        ],
+    );
     // To the north alone nobody can tell: a turn more says that they are degrees.
     folder.write("poses.csv", poses(|at| [0.01 * at, 0.05 * (at / 3.0).sin(), 0.03]));
     refusals.expect(boresight, &["looks like radians", "add 360 to heading_deg"]);
+    folder.write("poses.csv", poses(|at| [300.0 * at, 100.0 * at, 50.0]));
+    refusals.expect(boresight, &["angles go up to 17700, which looks like hundredths of a degree", "$5 *= 0.01"]);
     refusals.done();
     folder.write("poses.csv", poses(|at| [360.0 + 0.01 * at, 0.05 * (at / 3.0).sin(), 0.03]));
     folder.run(boresight).done();

@@ -5,6 +5,7 @@ use crate::outcome::Failure;
 use plumbline_core::tilt::{Attitude, follow_up_command};
 use plumbline_core::units::Radians;
 use plumbline_survey::error::InputError;
+use plumbline_survey::logs::units::GIMBAL_DEG;
 
 #[derive(Debug, clap::Args)]
 pub struct AttitudeArgs {
@@ -52,9 +53,6 @@ impl FollowUp {
 
 /// A follow-up angle nearer than this to the exact one is the followed one.
 const FOLLOWED_DEG: f64 = 1e-3;
-
-/// A pitch below this is a gimbal's: no camera whose axis is so near the horizon takes a picture to be rectified.
-const GIMBAL_DEG: f64 = 75.0;
 
 impl AttitudeArgs {
     /// Heading, pitch and roll, degrees, and the follow-up angle.

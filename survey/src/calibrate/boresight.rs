@@ -25,7 +25,7 @@ mod model;
 #[cfg(test)]
 mod tests;
 
-pub use files::{Joined, join, looks_like_radians, read};
+pub use files::{Joined, join, read};
 pub use model::{Footprint, Sighting};
 
 use super::OUTLIER_SIGMAS;

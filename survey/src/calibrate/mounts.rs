@@ -180,11 +180,9 @@ pub fn resected(block: &Block, observations: &Observations) -> Result<Vec<Vec<Ex
 pub fn read_exterior(path: &Path) -> Result<Vec<Exterior>, InputError> {
     let (text, name) = text_of(path)?;
     let table = Table::parse(&text, name)?;
-    let mut columns = [0; 6];
-    for (column, wanted) in columns.iter_mut().zip(["easting", "northing", "height", "omega", "phi", "kappa"]) {
-        let plain = |name: &str| name.split('[').next().is_some_and(|name| name.trim().eq_ignore_ascii_case(wanted));
-        *column = table.column_that(wanted, plain)?;
-    }
+    let plain =
+        |name: &str, wanted: &str| name.split('[').next().is_some_and(|name| name.trim().eq_ignore_ascii_case(wanted));
+    let columns = table.columns_that(["easting", "northing", "height", "omega", "phi", "kappa"], plain)?;
     let mut pictures = Vec::new();
     for row in 0..table.rows.len() {
         let [east, north, up, omega, phi, kappa] = table.numbers_of(row, columns)?;

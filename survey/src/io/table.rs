@@ -44,22 +44,52 @@ impl<'a> Table<'a> {
     /// # Errors
     /// There is none, or more than one.
     pub fn column(&self, wanted: &str) -> Result<usize, InputError> {
-        self.column_that(wanted, |name| name == wanted)
+        self.columns([wanted]).map(|[column]| column)
     }
 
-    /// Index of the one column whose name `is` the wanted one.
+    /// The indices of several columns.
     ///
     /// # Errors
-    /// As [`Self::column`].
-    pub fn column_that(&self, wanted: &str, is: impl Fn(&str) -> bool) -> Result<usize, InputError> {
-        let mut columns = self.header.iter().enumerate().filter(|(_, name)| is(name)).map(|(column, _)| column);
-        match (columns.next(), columns.next()) {
-            (Some(column), None) => Ok(column),
-            (Some(_), Some(_)) => Err(InputError::new(format!("{}: more than one column {wanted}", self.name))),
-            (None, _) => {
-                Err(InputError::new(format!("{} has no column {wanted}, only {}", self.name, self.header.join(", "))))
-            }
+    /// Some are missing, all of which are named, or one is there twice.
+    pub fn columns<const N: usize>(&self, names: [&str; N]) -> Result<[usize; N], InputError> {
+        self.columns_that(names, |name, wanted| name == wanted)
+    }
+
+    /// The indices of several columns, each the one whose name `is` the wanted one.
+    ///
+    /// # Errors
+    /// As [`Self::columns`].
+    pub fn columns_that<const N: usize>(
+        &self,
+        names: [&str; N],
+        is: impl Fn(&str, &str) -> bool,
+    ) -> Result<[usize; N], InputError> {
+        let mut columns = [0; N];
+        columns.copy_from_slice(&self.found(&names, is)?);
+        Ok(columns)
+    }
+
+    /// As [`Self::columns_that`], of as many as there are.
+    ///
+    /// # Errors
+    /// As [`Self::columns`].
+    pub fn found(&self, names: &[&str], is: impl Fn(&str, &str) -> bool) -> Result<Vec<usize>, InputError> {
+        let places = |wanted: &&str| (0..self.header.len()).filter(|column| is(self.header[*column], wanted)).collect();
+        let found: Vec<Vec<usize>> = names.iter().map(places).collect();
+        let that = |is: fn(usize) -> bool| {
+            let those = names.iter().zip(&found).filter(move |(_, found)| is(found.len()));
+            those.map(|(name, _)| *name).collect::<Vec<_>>()
+        };
+        let (missing, twice) = (that(|count| count == 0), that(|count| count > 1));
+        let columns = |names: &[&str]| format!("column{} {}", if names.len() > 1 { "s" } else { "" }, names.join(", "));
+        if !missing.is_empty() {
+            let (missing, header) = (columns(&missing), self.header.join(", "));
+            return Err(InputError::new(format!("{} has no {missing}, only {header}", self.name)));
         }
+        if !twice.is_empty() {
+            return Err(InputError::new(format!("{}: more than one {}", self.name, columns(&twice))));
+        }
+        Ok(found.into_iter().flatten().collect())
     }
 
     /// The finite number in a row and column.
@@ -83,18 +113,6 @@ impl<'a> Table<'a> {
             *number = self.number(row, column)?;
         }
         Ok(numbers)
-    }
-
-    /// The indices of several columns.
-    ///
-    /// # Errors
-    /// As [`Self::column`].
-    pub fn columns<const N: usize>(&self, names: [&str; N]) -> Result<[usize; N], InputError> {
-        let mut columns = [0; N];
-        for (column, name) in columns.iter_mut().zip(names) {
-            *column = self.column(name)?;
-        }
-        Ok(columns)
     }
 
     /// An error about a field: `what` it is instead of what it should be.
@@ -123,4 +141,19 @@ impl<'a> Table<'a> {
 pub fn text_of(path: &Path) -> Result<(String, String), InputError> {
     let name = path.display().to_string();
     Ok((input::text(path)?, name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_that_are_missing_or_there_twice_are_all_named() {
+        let table = Table::parse("a,b,b\n1,2,3\n", "t.csv".to_owned()).expect("a table");
+        let refused = |names: [&str; 3]| table.columns(names).map_err(|error| error.to_string()).expect_err("refused");
+        assert_eq!(refused(["c", "a", "d"]), "t.csv has no columns c, d, only a, b, b");
+        assert_eq!(refused(["c", "a", "b"]), "t.csv has no column c, only a, b, b");
+        assert_eq!(refused(["a", "a", "b"]), "t.csv: more than one column b");
+        assert_eq!(table.column("a").expect("there"), 0);
+    }
 }

@@ -59,11 +59,20 @@ fn a_table_says_its_units() {
         (steps(20000.0), "look like microseconds: if so, name the column t_us"),
         (
             "t_s,roll_deg,pitch_deg,yaw_deg\n0,0.1,0,3.1\n1,0.2,0,-3.1\n".to_owned(),
-            "looks like radians: if so, name the columns roll_rad, pitch_rad, yaw_rad",
+            "no angle is larger than 3.10, which looks like radians: if so, awk -F, -v OFS=, 'NR > 1 { $2 *= 57.29577951308232; $3",
         ),
         (
             "t_s,roll,pitch,yaw\n0,0.1,0,3.1\n".to_owned(),
             "a.csv has neither roll_deg, pitch_deg, yaw_deg (or _rad) nor qw",
+        ),
+        (
+            "t,roll_deg,yaw_deg\n0,0.1,3.1\n".to_owned(),
+            "a.csv has no columns t_s, pitch_deg, only t, roll_deg, yaw_deg",
+        ),
+        ("t,roll\n0,0.1\n".to_owned(), "nor a time (t_s, t_ms, t_us, timestamp), only t, roll"),
+        (
+            "t_s,roll_deg,pitch_deg,yaw_deg\n0,300,-1500,9000\n1,310,-1400,9000\n".to_owned(),
+            "angles go up to 9000, which looks like hundredths of a degree: if so, awk",
         ),
         ("t_s,qw,qx,qy,qz\n0,1,0,0,0\n1,0,0,0,0\n".to_owned(), "line 3: qw = \"0\" is not part of a unit quaternion"),
     ] {

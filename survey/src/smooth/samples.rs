@@ -56,14 +56,15 @@ impl Samples {
         weights: Option<&str>,
     ) -> Result<Self, InputError> {
         let table = Table::parse(text, name)?;
-        let t_s = table.numbers(table.column(time)?)?;
+        let names: Vec<&str> = [time].iter().chain(columns).copied().chain(weights).collect();
+        let places = table.found(&names, |name, wanted| name == wanted)?;
+        let t_s = table.numbers(places[0])?;
         let weights = match weights {
-            Some(column) => table.numbers(table.column(column)?)?,
+            Some(_) => table.numbers(places[columns.len() + 1])?,
             None => vec![1.0; table.rows.len()],
         };
         let mut channels = Vec::new();
-        for column in columns {
-            let index = table.column(column)?;
+        for &index in &places[1..=columns.len()] {
             let value = |row: usize| {
                 let missing = weights[row] == 0.0 && table.rows[row].1[index].is_empty();
                 if missing { Ok(f64::NAN) } else { table.number(row, index) }

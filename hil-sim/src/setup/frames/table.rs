@@ -1,16 +1,15 @@
 //! `frames.csv`: the frames of a flight, where the navigation had each and how the camera was turned.
 
 use crate::vehicle::servo::wrapped;
-use plumbline_survey::calibrate::boresight::looks_like_radians;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::table::{Table as Csv, text_of};
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use plumbline_survey::logs::units::{Angles, Unit, check_gimbal, fits_radians};
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
-/// Columns that every table has beside `file`.
-const COLUMNS: [&str; 6] = ["east_m", "north_m", "height_m", "heading_deg", "pitch_deg", "roll_deg"];
-/// Columns of a table that knows the truth.
-const TRUTH: [&str; 2] = ["true_east_m", "true_north_m"];
+/// Columns that every table has, and behind them those of one that knows the truth.
+const COLUMNS: [&str; 9] =
+    ["file", "east_m", "north_m", "height_m", "heading_deg", "pitch_deg", "roll_deg", "true_east_m", "true_north_m"];
 /// A flight of two frames is none.
 const ROWS_MIN: usize = 3;
 /// A heading that is nearer to the course in most frames is meant by it: what wind and a heading that is read roughly leave. Chosen: 30 degrees.
@@ -42,6 +41,8 @@ pub struct Table {
     pub lines: Vec<usize>,
     /// What its angles may be if they are no degrees.
     pub doubt: Option<String>,
+    /// Where in the file the height stands, counted from 0.
+    pub height_column: usize,
 }
 
 impl Table {
@@ -56,15 +57,26 @@ impl Table {
 
     fn parse(text: &str, name: String, folder: &Path) -> Result<Self, InputError> {
         let csv = Csv::parse(text, name.clone())?;
-        let file = csv.column("file")?;
-        let columns = csv.columns(COLUMNS)?;
-        let knows_truth = TRUTH.iter().any(|column| csv.header.contains(column));
-        let truth = knows_truth.then(|| csv.columns(TRUTH)).transpose()?;
+        let [always @ .., _, _] = COLUMNS;
+        let knows_truth = COLUMNS[7..].iter().any(|column| csv.header.contains(column));
+        let (file, columns, truth): (usize, [usize; 6], _) = if knows_truth {
+            let [file, columns @ .., east, north] = csv.columns(COLUMNS)?;
+            (file, columns, Some([east, north]))
+        } else {
+            let [file, columns @ ..] = csv.columns(always)?;
+            (file, columns, None)
+        };
         if csv.rows.len() < ROWS_MIN {
             let count = csv.rows.len();
             return Err(InputError::new(format!(
                 "{name} has {count} frames, at least {ROWS_MIN} are needed for a flight"
             )));
+        }
+        let angles = [columns[3], columns[4], columns[5]];
+        let doubt = Angles::of_table(&csv, angles)?;
+        let says = doubt.as_ref().map(|found| found.says(&name, &angles));
+        if let (Some(Angles { unit: Unit::Hundredths, .. }), Some(says)) = (&doubt, &says) {
+            return Err(InputError::new(says));
         }
         let row = |index: usize| {
             let [east_m, north_m, height_m, heading_deg, pitch_deg, roll_deg] = csv.numbers_of(index, columns)?;
@@ -92,17 +104,16 @@ impl Table {
         };
         let rows = (0..csv.rows.len()).map(row).collect::<Result<Vec<Row>, InputError>>()?;
         let lines = csv.rows.iter().map(|(line, _)| *line).collect();
-        let table = Table { name, rows, lines, doubt: None };
-        table.gimbal()?;
-        table.radians(columns[3] + 1)?;
-        let doubt = looks_like_radians(table.rows.iter().map(|row| row.attitude_rad));
-        Ok(Table { doubt: doubt.map(|what| format!("{}: {what}", table.name)), ..table })
+        check_gimbal(&name, "frame", rows.iter().map(|row| row.attitude_rad[1]))?;
+        let table = Table { name, rows, lines, doubt: says, height_column: columns[2] };
+        table.radians(columns[3])?;
+        Ok(table)
     }
 
-    /// Headings within a turn of radians that are the course as radians, and not as degrees. `column`: theirs, from 1 on.
+    /// Headings within a turn of radians that are the course as radians, and not as degrees. `column`: theirs.
     fn radians(&self, column: usize) -> Result<(), InputError> {
         let headings = || self.rows.iter().map(|row| row.attitude_rad[0].to_degrees());
-        if headings().any(|heading| !(-PI..=TAU).contains(&heading)) {
+        if !headings().all(|heading| fits_radians("heading_deg", heading)) {
             return Ok(());
         }
         let course_rad = |pair: &[Row]| {
@@ -122,18 +133,8 @@ impl Table {
         let name = &self.name;
         Err(InputError::new(format!(
             "{name}, heading_deg: as radians it is the course from frame to frame, and as degrees it is not: if it is radians, \
-             awk -F, -v OFS=, 'NR > 1 {{ ${column} *= 57.29578 }} 1' {name} > degrees.csv, and likewise pitch_deg and roll_deg where they are"
-        )))
-    }
-
-    /// A gimbal's pitch of −90 that is a little off passes as an angle, but no camera looks at the horizon in every frame.
-    fn gimbal(&self) -> Result<(), InputError> {
-        if self.rows.iter().any(|row| row.attitude_rad[1].abs() < 0.75 * FRAC_PI_2) {
-            return Ok(());
-        }
-        Err(InputError::new(format!(
-            "{}, pitch_deg: every frame looks at the horizon; 0 is a camera that looks straight down, so to a gimbal's pitch add 90",
-            self.name
+             {}, and likewise pitch_deg and roll_deg where they are",
+            Unit::Radians.in_degrees(name, &[column])
         )))
     }
 
@@ -161,6 +162,7 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::{FRAC_PI_2, TAU};
 
     const HEAD: &str = "file,east_m,north_m,height_m,heading_deg,pitch_deg,roll_deg";
 
@@ -194,7 +196,10 @@ mod tests {
         };
         assert!(circle(180.0 / PI).is_ok());
         let error = circle(1.0).expect_err("radians");
-        assert!(error.contains("f.csv, heading_deg: as radians") && error.contains("$5 *= 57.29578"), "{error}");
+        assert!(
+            error.contains("f.csv, heading_deg: as radians") && error.contains("$5 *= 57.29577951308232"),
+            "{error}"
+        );
         // A camera that looks to the north on its way around is not meant otherwise.
         let row = |index: usize| {
             let turn = TAU * index as f64 / 40.0;
@@ -213,6 +218,8 @@ mod tests {
             (row("c.png,1,2,100,0,0,x"), "roll_deg"),
             (format!("{HEAD}\na.png,1,2,100,0,0,0\n"), "1 frames"),
             (format!("{HEAD},true_east_m\na.png,1,2,100,0,0,0,0\n"), "true_north_m"),
+            (format!("{HEAD},true_east_m\n").replace("roll_deg,", ""), "no columns roll_deg, true_north_m, only file"),
+            (row("c.png,1,2,100,9000,0,3000"), "hundredths of a degree: if so, awk -F, -v OFS=, 'NR > 1 { $5 *= 0.01;"),
             (format!("{HEAD}\na,1,2,9,0,-89,0\nb,1,2,9,0,-89,0\nc,1,2,9,0,-88,0\n"), "add 90"),
         ] {
             let error = parse(&text).expect_err(wanted);

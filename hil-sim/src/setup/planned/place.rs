@@ -3,6 +3,7 @@
 use crate::world::PROCEDURAL_PLACE;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
+use plumbline_survey::io::raster::utm_zone;
 use plumbline_survey::plan::PlanFile;
 
 /// From a plan's coordinates to those of a grid.
@@ -26,12 +27,6 @@ enum Way {
     Moved([f64; 2], bool),
 }
 
-/// The UTM zone of a place on WGS 84.
-fn utm_zone(lat_deg: f64, lon_deg: f64) -> u32 {
-    let zone = ((lon_deg + 180.0).rem_euclid(360.0) / 6.0).floor() as u32 + 1;
-    if lat_deg < 0.0 { 32700 + zone } else { 32600 + zone }
-}
-
 impl Place {
     /// The place of a plan.
     ///
@@ -51,13 +46,13 @@ impl Place {
                     return Ok(Place { crs, convergence_rad: 0.0, way: Way::Same });
                 }
                 let (lat_deg, lon_deg) = crs.to_wgs84(centre[0], centre[1])?;
-                let grid = Crs::from_epsg(utm_zone(lat_deg, lon_deg))?;
+                let grid = Crs::from_epsg(utm_zone(lat_deg, lon_deg).0)?;
                 let (east, north) = grid.from_wgs84(lat_deg, lon_deg)?;
                 let convergence_rad = grid.convergence_rad(east, north)?;
                 Ok(Place { crs: grid, convergence_rad, way: Way::Degrees(Box::new(crs)) })
             }
             (None, Some([lat_deg, lon_deg])) => {
-                let grid = Crs::from_epsg(utm_zone(lat_deg, lon_deg))?;
+                let grid = Crs::from_epsg(utm_zone(lat_deg, lon_deg).0)?;
                 let (east, north) = grid.from_wgs84(lat_deg, lon_deg)?;
                 Ok(Place { crs: grid, convergence_rad: 0.0, way: Way::Moved([east, north], true) })
             }
@@ -112,20 +107,5 @@ impl Place {
                 "the plan names no place: its x and y are flown {east} m further east and {north} m further north on the grid of {grid}"
             )),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::utm_zone;
-
-    #[test]
-    fn zones_are_those_of_the_map() {
-        // Vienna, Jacksboro (Texas), Sydney, either side of the date line.
-        let places = [(48.2, 16.4, 32633), (33.2, -98.2, 32614), (-33.9, 151.2, 32756), (10.0, 180.0, 32601)];
-        for (lat, lon, epsg) in places {
-            assert_eq!(utm_zone(lat, lon), epsg);
-        }
-        assert_eq!(utm_zone(10.0, 179.9), 32660);
     }
 }

@@ -6,6 +6,7 @@ use crate::scenario::{FollowUpMode, Payload, Scenario};
 use crate::vehicle::servo::{follow_up_exact, wrapped};
 use plumbline_survey::error::{InputError, counted};
 use plumbline_survey::logs::attitude::Attitude;
+use plumbline_survey::logs::units::check_gimbal;
 use std::path::Path;
 
 /// Rows farther apart than this, in seconds of the log, have a gap between them.
@@ -35,9 +36,6 @@ struct Row {
 
 /// A frame is steep that sees further than 75 degrees from the nadir: nearly four heights.
 const STEEP: f64 = 3.732;
-
-/// A flight all of whose pitches are below this is not a vehicle's but what a gimbal says of a camera that looks down: -75 degrees.
-const GIMBAL_RAD: f64 = -75.0 * std::f64::consts::PI / 180.0;
 
 impl AttitudeLog {
     /// Reads a table (CSV) or a flight log.
@@ -147,12 +145,7 @@ impl AttitudeLog {
             farthest.into_iter().fold(0.0, f64::max)
         };
         let flown = self.flown(scenario)?;
-        if flown.iter().all(|row| row.angles_rad[1] < GIMBAL_RAD) {
-            return Err(InputError::new(format!(
-                "{}, pitch_deg: every frame looks at the horizon; 0 is a camera that looks straight down, so to a gimbal's pitch add 90",
-                self.name
-            )));
-        }
+        check_gimbal(&self.name, "frame", flown.iter().map(|row| row.angles_rad[1]))?;
         Ok(flown.iter().map(reach).filter(|reach| *reach <= STEEP).fold(0.0, f64::max))
     }
 

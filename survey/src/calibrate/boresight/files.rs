@@ -8,13 +8,12 @@
 use super::Sighting;
 use crate::error::InputError;
 use crate::io::table::{Table, text_of};
+use crate::logs::units::{Angles, Unit, check_gimbal};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Pitches that are all below this, negative, are a gimbal's: 75 degrees.
-const GIMBAL_RAD: f64 = 75.0 * std::f64::consts::PI / 180.0;
-/// Tilts of a level flight in radians: 20 degrees.
-const RADIANS_TILT: f64 = 0.35;
+/// Columns of the poses.
+const COLUMNS: [&str; 7] = ["mid_exposure_us", "east_m", "north_m", "height_m", "heading_deg", "pitch_deg", "roll_deg"];
 
 /// The fixes that have a pose, in the fixes' order.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,9 +51,8 @@ pub fn join(
     follow_up: &dyn Fn([f64; 3]) -> f64,
 ) -> Result<Joined, InputError> {
     let fixes = Table::parse(fixes, fixes_name.to_owned())?;
-    let (accepted, instant) = (fixes.column("accepted")?, fixes.column("mid_exposure_us")?);
-    let [east, north, sigma_east, sigma_north] =
-        fixes.columns(["east_m", "north_m", "sigma_east_m", "sigma_north_m"])?;
+    let [accepted, instant, east, north, sigma_east, sigma_north] =
+        fixes.columns(["accepted", "mid_exposure_us", "east_m", "north_m", "sigma_east_m", "sigma_north_m"])?;
     let mut poses = Poses::parse(Table::parse(poses, poses_name.to_owned())?, follow_up)?;
     let mut seen: HashMap<u64, usize> = HashMap::new();
     let tells_follow_up = poses.tells_follow_up;
@@ -101,17 +99,15 @@ struct Poses {
 
 impl Poses {
     fn parse(table: Table<'_>, follow_up: &dyn Fn([f64; 3]) -> f64) -> Result<Self, InputError> {
-        let [instant, east, north, height] = table.columns(["mid_exposure_us", "east_m", "north_m", "height_m"])?;
-        let angles = table.columns(["heading_deg", "pitch_deg", "roll_deg"])?;
+        let [instant, east, north, height, angles @ ..] = table.columns(COLUMNS)?;
         let turn = match table.header.contains(&"follow_up_deg") {
             true => Some(table.column("follow_up_deg")?),
             false => None,
         };
         let (mut by_instant, mut seen) = (HashMap::new(), HashMap::new());
-        let mut is_over_a_turn = false;
+        check_degrees(&table, angles)?;
         for row in 0..table.rows.len() {
             let at_us = microseconds(&table, row, instant, &mut seen)?;
-            is_over_a_turn |= table.number(row, angles[0])?.abs() > std::f64::consts::TAU;
             let angle = |column: usize| Ok((table.number(row, column)? % 360.0).to_radians());
             let attitude_rad = [angle(angles[0])?, angle(angles[1])?, angle(angles[2])?];
             for (column, angle) in angles.into_iter().zip(attitude_rad).skip(1) {
@@ -138,44 +134,20 @@ impl Poses {
         if by_instant.is_empty() {
             return Err(InputError::new(format!("{} holds no pose", table.name)));
         }
-        let attitudes_rad = by_instant.values().map(|pose: &Sighting| pose.attitude_rad);
-        check_pitch(&table.name, attitudes_rad.clone())?;
-        // A level flight to the north whose headings are degrees can write them with a turn more.
-        if let Some(what) = looks_like_radians(attitudes_rad).filter(|_| !is_over_a_turn) {
-            let name = &table.name;
-            return Err(InputError::new(format!("{name}: {what}, or add 360 to heading_deg if they are degrees")));
-        }
+        check_gimbal(&table.name, "pose", by_instant.values().map(|pose: &Sighting| pose.attitude_rad[1]))?;
         Ok(Poses { by_instant, tells_follow_up: turn.is_some() })
     }
 }
 
-/// Refuses a gimbal's pitch, whose −90 looks down: a camera that looks at the horizon in every frame has no fix.
-fn check_pitch(name: &str, mut attitudes_rad: impl Iterator<Item = [f64; 3]>) -> Result<(), InputError> {
-    if attitudes_rad.any(|[_, pitch, _]| pitch >= -GIMBAL_RAD) {
-        return Ok(());
-    }
-    Err(InputError::new(format!(
-        "{name}, pitch_deg: every pose looks at the horizon; 0 is a camera that looks straight down, so to a gimbal's pitch add 90"
-    )))
-}
-
-/// What headings, pitches and rolls that were taken for degrees look like if they are radians, and what to do; `None` where they do not.
-#[must_use]
-pub fn looks_like_radians(attitudes_rad: impl Iterator<Item = [f64; 3]> + Clone) -> Option<String> {
-    let range = |k: usize| {
-        let of = attitudes_rad.clone().map(|angles| angles[k].to_degrees());
-        of.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], angle| [low.min(angle), high.max(angle)])
+/// Refuses angles that look like no degrees.
+fn check_degrees(table: &Table<'_>, angles: [usize; 3]) -> Result<(), InputError> {
+    // A level flight to the north whose headings are degrees can write them with a turn more.
+    let way_out = match Angles::of_table(table, angles)? {
+        Some(found) if found.unit == Unit::Radians => (found, "; if they are degrees, add 360 to heading_deg"),
+        Some(found) if found.is_certain => (found, ""),
+        _ => return Ok(()),
     };
-    let ([low, high], tilts) = (range(0), [range(1), range(2)]);
-    let tilt = tilts.iter().flatten().fold(0.0, |most: f64, angle| most.max(angle.abs()));
-    let is_small = tilt > 0.0 && tilt <= RADIANS_TILT;
-    let is_a_turn = low >= -std::f64::consts::PI && high <= std::f64::consts::TAU;
-    (is_small && is_a_turn).then(|| {
-        format!(
-            "heading_deg goes from {low:.2} to {high:.2} and no pitch or roll is larger than {tilt:.2}, which looks like radians: \
-             multiply all three by 57.29578, since degrees are needed"
-        )
-    })
+    Err(InputError::new(way_out.0.says(&table.name, &angles) + way_out.1))
 }
 
 fn above_0(table: &Table<'_>, row: usize, column: usize) -> Result<f64, InputError> {

@@ -165,4 +165,14 @@ mod tests {
         let said = check_square(Path::new("dem.tif"), &posts, "bilinear").expect_err("not square").to_string();
         assert!(said.ends_with("gdalwarp -tr 10 10 -r bilinear dem.tif dem_square.tif"), "{said}");
     }
+
+    #[test]
+    fn zones_are_those_of_the_map() {
+        // Vienna, Jacksboro (Texas), Sydney, either side of the date line.
+        let places = [(48.2, 16.4, 33), (33.2, -98.2, 14), (10.0, 180.0, 1), (10.0, 179.9, 60)];
+        for (lat, lon, zone) in places {
+            assert_eq!(utm_zone(lat, lon), (32_600 + zone, zone));
+        }
+        assert_eq!(utm_zone(-33.9, 151.2), (32_756, 56));
+    }
 }
