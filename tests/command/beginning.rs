@@ -5,7 +5,7 @@ use crate::refusals::Refusals;
 use plumbline_survey::camera_file::CameraFile;
 
 fn camera(folder: &Folder, arguments: &str) -> CameraFile {
-    let run = folder.run(&format!("camera new {arguments} --out made.toml")).done();
+    let run = folder.run(&format!("camera new {arguments} --out made.toml --overwrite")).done();
     assert!(run.stdout.is_empty(), "{}", run.stdout);
     CameraFile::read(&folder.path("made.toml")).expect("a camera file")
 }
@@ -151,4 +151,22 @@ fn the_examples_are_sound() {
     let made = folder.run("camera new --preset paper").done().stdout;
     let kept = std::fs::read_to_string(format!("{examples}/camera.toml")).expect("an example");
     assert_eq!(kept, made, "examples/camera.toml is what `plumbline camera new --preset paper` writes");
+}
+
+#[test]
+fn a_camera_file_is_not_lost_to_a_new_one() {
+    let folder = Folder::new("beginning-overwrite");
+    let new = "camera new --fov 60x46.8 --size 640x480 --out camera.toml";
+    folder.run(new).done();
+    // Made again, it is the same.
+    folder.run(new).done();
+    let calibrated = folder.text("camera.toml").replace("60", "60.1");
+    folder.write("camera.toml", &calibrated);
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(new, &["--out camera.toml: there is another file of that name", "--overwrite"]);
+    refusals.expect("camera new --preset paper --overwrite", &["--out"]);
+    refusals.done();
+    assert_eq!(folder.text("camera.toml"), calibrated);
+    folder.run(&format!("{new} --overwrite")).done();
+    assert_ne!(folder.text("camera.toml"), calibrated);
 }

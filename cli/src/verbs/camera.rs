@@ -86,6 +86,9 @@ struct New {
     /// The file to write; standard output unless given
     #[arg(long, value_name = "TOML")]
     out: Option<PathBuf>,
+    /// Replace a file of that name that says something else, as one that was calibrated or edited
+    #[arg(long, requires = "out")]
+    overwrite: bool,
 }
 
 /// Two numbers around an x.
@@ -141,6 +144,13 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     // What is written must be what is taken.
     CameraFile::from_toml_str(&text, "as made")?;
     let Some(out) = &new.out else { return Outcome::new(false, &(), || text) };
+    // Calibrations and edits are lost otherwise; what is there already may be made again.
+    if !new.overwrite && out.exists() && std::fs::read(out).ok().as_deref() != Some(text.as_bytes()) {
+        return Err(Failure::Input(InputError::new(format!(
+            "--out {}: there is another file of that name: --overwrite replaces it",
+            out.display()
+        ))));
+    }
     write_file(out, text.as_bytes())?;
     Outcome::new(false, &(), String::new)
 }
