@@ -110,6 +110,43 @@ fn made_up(folder: &Folder, count: usize) {
     folder.write("poses.csv", poses);
 }
 
+/// Fixes that are sound and too rough: the work failed.
+#[test]
+fn fixes_that_show_no_angle() {
+    let folder = Folder::new("boresight-rough");
+    made_up(&folder, 30);
+    // Some 40 m to either side, at 120 m of height.
+    let rough = |(index, line): (usize, &str)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        for (axis, field) in fields[2..4].iter_mut().enumerate() {
+            if let Ok(metres) = field.parse::<f64>() {
+                *field = (metres + 60.0 * (2.3 * index as f64 + 1.1 * axis as f64).sin()).to_string();
+            }
+        }
+        fields.join(",") + "\n"
+    };
+    folder.write("fixes.csv", folder.text("fixes.csv").lines().enumerate().map(rough).collect::<String>());
+    let run = folder
+        .run("boresight --camera camera.toml --fixes fixes.csv --poses poses.csv --out new.toml --follow-up-deg none");
+    assert_eq!(run.code, Some(1), "{run:?}");
+    assert!(run.stderr.contains("fixes.csv: neither phi nor omega is known to") && !folder.path("new.toml").exists());
+}
+
+#[test]
+fn all_columns_that_are_missing_are_named() {
+    let folder = Folder::new("boresight-columns");
+    made_up(&folder, 30);
+    let call = "boresight --camera camera.toml --fixes fixes.csv --poses poses.csv --out new.toml";
+    let sound = folder.text("poses.csv");
+    let mut refusals = Refusals::new(&folder);
+    folder.write("poses.csv", sound.replace("north_m,height_m", "n,h"));
+    refusals.expect(call, &["poses.csv has no columns north_m, height_m, only mid_exposure_us, east_m, n, h,"]);
+    folder.write("poses.csv", sound);
+    folder.write("fixes.csv", folder.text("fixes.csv").replace("accepted,east_m", "valid,east"));
+    refusals.expect(call, &["fixes.csv has no columns accepted, east_m, only mid_exposure_us, valid, east,"]);
+    refusals.done();
+}
+
 #[test]
 fn what_cannot_be_used_is_refused() {
     let folder = Folder::new("boresight-refused");

@@ -100,6 +100,24 @@ fn heads_by_their_exterior_orientations() {
     assert!((of("centre_m", 0) - 1.0).abs() < 1e-9 && of("centre_sd_m", 0) < 1e-9, "{told}");
 }
 
+/// It runs to its end and its residuals are no camera's: the work failed, and nothing is written.
+#[test]
+fn residuals_that_no_camera_leaves() {
+    let folder = scene("calibrate-residuals");
+    let off = |(index, line): (usize, &str)| match line
+        .rsplit_once(',')
+        .and_then(|(rest, y)| Some((rest, y.parse::<f64>().ok()?)))
+    {
+        Some((rest, y_px)) => format!("{rest},{}\n", y_px + 400.0 * (1.7 * index as f64).sin()),
+        None => format!("{line}\n"),
+    };
+    folder.write("obs.csv", folder.text("obs.csv").lines().enumerate().map(off).collect::<String>());
+    let run = folder.run(CALIBRATE);
+    assert_eq!(run.code, Some(1), "{run:?}");
+    assert!(run.stderr.contains("obs.csv: the adjustment ends") && run.stderr.contains("no camera leaves"), "{run:?}");
+    assert!(!folder.path("camera.toml").exists());
+}
+
 #[test]
 fn what_cannot_be_calibrated() {
     let folder = scene("calibrate-refused");

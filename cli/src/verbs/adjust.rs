@@ -46,7 +46,13 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         SolveError::NotFinite | SolveError::Behind { .. } => {
             Failure::Input(InputError::new(format!("{name}: the start values give residuals that are not finite")))
         }
-        other => Failure::Input(InputError::new(format!("{name}: the problem cannot be solved: {other:?}"))),
+        SolveError::TooLarge => Failure::Work(format!("{name}: there is no memory for the equations of this problem")),
+        SolveError::Parallel { point } => Failure::Input(InputError::new(format!(
+            "{name}: the rays of point {point}, counted from 0, are parallel, its position cannot be determined"
+        ))),
+        SolveError::Singular { .. } => Failure::Input(InputError::new(format!(
+            "{name}: the observations do not determine all cameras and points: are there some that too few observations show?"
+        ))),
     };
     let adjustment = Adjustment::new(&bal, OPTIONS.loss).map_err(refused)?;
     let options = Options { iterations_max: args.iterations.into(), ..OPTIONS };

@@ -124,8 +124,9 @@ fn refused(args: &Args, joined: &Joined, error: &BoresightError) -> InputError {
             format!("{fixes}, line {line}: at its pose in {poses} the camera does not see the ground below it")
         }
         BoresightError::Inseparable(_) => format!("--offset: {error} ({fixes})"),
-        BoresightError::Diverged => return InputError::failed(format!("{fixes}: {error}")),
-        BoresightError::Undetermined(_) => format!("{fixes}: {error}"),
+        BoresightError::Diverged | BoresightError::Undetermined(_) => {
+            return InputError::failed(format!("{fixes}: {error}"));
+        }
     })
 }
 

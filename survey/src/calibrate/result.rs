@@ -169,7 +169,7 @@ impl Calibration {
         if self.sigma0_px <= PLAUSIBLE_RAD * f_px {
             return Ok(self);
         }
-        Err(InputError::new(format!(
+        Err(InputError::failed(format!(
             "{name}: the adjustment ends after {} iterations with a sigma0 of {:.1} px, which no camera leaves: the start \
              values lead to a wrong minimum, or the observations are another block's",
             self.iterations, self.sigma0_px
