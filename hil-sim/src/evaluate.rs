@@ -9,6 +9,7 @@
 //! single map cannot tell a navigation's constant error from its own. What an offset does when the camera turns can be told: a tilted
 //! camera's turns with the heading, a shifted map's stays ([`platform`]).
 
+pub mod heights;
 pub mod judge;
 pub mod platform;
 pub mod refined;
@@ -122,6 +123,8 @@ pub struct Summary {
     pub epsg: u32,
     /// What the flight says of camera and map.
     pub platform: Platform,
+    /// What the heights seem to be instead of metres above the ground, and what to type; `null` where they are believed.
+    pub heights: Option<String>,
     /// With the camera as it is found to sit; `null` where it sits as its file says, the flight cannot tell, or it makes the fixes no better.
     pub corrected: Option<Figures>,
 }
@@ -137,6 +140,7 @@ impl Summary {
             resolution_m: verdict.resolution_m,
             epsg: setup.flash.head.georeference.epsg,
             platform,
+            heights: None,
             corrected: corrected.map(Verdict::figures),
         }
     }

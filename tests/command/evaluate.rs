@@ -2,6 +2,8 @@
 
 use crate::folder::Folder;
 use crate::refusals::Refusals;
+use plumbline_survey::crs::System;
+use plumbline_survey::io::raster::{Band, GeoTransform, geotiff_bytes};
 use plumbline_tests::vectors::number;
 use serde_json::Value;
 use std::fmt::Write;
@@ -55,6 +57,7 @@ fn a_sound_flight_is_right_and_its_camera_sits_as_its_file_says() {
         (Some("truth"), true),
         "{summary}"
     );
+    assert!(summary["heights"].is_null(), "{summary}");
     // The positions are 3 m too far east, so the fixes lie west of them.
     let offset = [0, 1].map(|axis| summary["median_offset_m"][axis].as_f64().expect("an offset"));
     assert!((offset[0] + 3.0).abs() < 0.4 && offset[1].abs() < 0.4, "{summary}");
@@ -89,6 +92,43 @@ fn a_tilted_camera_is_told_from_a_shifted_map() {
     let corrected = &summary["corrected"];
     assert!(number(corrected, "accepted") >= 36.0 && number(corrected, "wrong") == 0.0, "{summary}");
     assert!(number(&summary, "wrong") > 0.0, "3 degrees at 195 m are 10 m, 2 pixels: {summary}");
+}
+
+/// The table with other heights.
+fn with_heights(sound: &str, height_m: impl Fn(f64) -> f64) -> String {
+    let row = |line: &str| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let Ok(metres) = fields[3].parse::<f64>() {
+            fields[3] = height_m(metres).to_string();
+        }
+        fields.join(",") + "\n"
+    };
+    sound.lines().map(row).collect()
+}
+
+#[test]
+fn heights_in_feet_or_above_the_sea_are_told() {
+    let folder = flown("evaluate-heights", "", 0.0, true);
+    let sound = folder.text("frames.csv");
+    folder.write("frames.csv", with_heights(&sound, |metres| metres / 0.3048));
+    let summary = folder.run(EVALUATE).json();
+    let says = summary["heights"].as_str().expect("what they seem to be");
+    assert!(says.contains("frames.csv, height_m: were it in feet") && says.contains("$4 *= 0.3048"), "{summary}");
+    assert!(folder.text("out/report.html").contains("height_m: were it in feet"));
+    let said = folder.run(&EVALUATE.replace(" --json", "")).done().stdout;
+    assert!(said.contains(says), "{said}");
+    // Level ground 150 m above the sea.
+    let bands = [Band { description: "height", samples: &[150.0; 60 * 60] }];
+    let geo = GeoTransform { x0: 499_900.0, y0: 5_330_100.0, step_x: 30.0, step_y: 30.0 };
+    let model = geotiff_bytes(60, 60, &bands, &geo, Some(System::Epsg(32633)), f32::NAN).expect("a raster");
+    folder.write("dem.tif", model);
+    let over = format!("{EVALUATE} --dem dem.tif");
+    folder.write("frames.csv", with_heights(&sound, |metres| metres + 150.0));
+    let summary = folder.run(&over).json();
+    let says = summary["heights"].as_str().expect("what they seem to be");
+    assert!(says.contains("height_m: were it above the sea") && says.contains("elevation model"), "{summary}");
+    folder.write("frames.csv", sound);
+    assert!(folder.run(&over).json()["heights"].is_null());
 }
 
 #[test]

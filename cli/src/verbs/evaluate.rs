@@ -9,6 +9,7 @@ use crate::outcome::{Failure, Outcome, note};
 use crate::pages::evaluation::Page;
 use crate::progress;
 use indicatif::ProgressBar;
+use plumbline_sim::evaluate::heights::Meant;
 use plumbline_sim::evaluate::judge::{Verdict, judge};
 use plumbline_sim::evaluate::refined::refined;
 use plumbline_sim::evaluate::{Evaluation, Summary, flown};
@@ -98,8 +99,9 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let verdict = judge(&setup, &table, &flown(&setup, &mut watch)?);
     let mut again = |deg| corrected(&evaluation, &table, deg, &mut watch);
     let (platform, corrected) = refined((&table, &camera), &verdict, &mut again)?;
+    let heights = heights(&evaluation, &table, (&setup, &verdict), &mut watch)?;
     watch.bar.finish_and_clear();
-    let summary = Summary::new(&setup, &table, (&verdict, corrected.as_ref()), platform);
+    let summary = Summary { heights, ..Summary::new(&setup, &table, (&verdict, corrected.as_ref()), platform) };
     write(
         args,
         &Page { setup: &setup, table: &table, verdict: &verdict, corrected: corrected.as_ref(), summary: &summary },
@@ -132,6 +134,24 @@ fn corrected(
 ) -> Result<Verdict, Failure> {
     let setup = evaluation.prepare(table, Some(boresight_deg))?;
     Ok(judge(&setup, table, &flown(&setup, watch)?))
+}
+
+/// What the heights of a flight with hardly a fix seem to be.
+fn heights(
+    evaluation: &Evaluation,
+    table: &Table,
+    (setup, verdict): (&Setup, &Verdict),
+    watch: &mut Watch,
+) -> Result<Option<String>, Failure> {
+    for meant in Meant::of(&verdict.figures(), evaluation.dem.is_some()) {
+        let Some(table) = meant.table(table, setup) else { continue };
+        // What cannot be flown is not meant.
+        let Ok(setup) = evaluation.prepare(&table, None) else { continue };
+        if let Some(says) = meant.says(&table, &judge(&setup, &table, &flown(&setup, watch)?)) {
+            return Ok(Some(says));
+        }
+    }
+    Ok(None)
 }
 
 fn write(args: &Args, page: &Page<'_>) -> Result<(), Failure> {

@@ -19,6 +19,9 @@ impl Page<'_> {
                 }
                 @let (class, words) = verdict(figures);
                 p class="verdict" { span class=(class) { (words) } " " (minus(&sentence(&self.summary.platform.says))) }
+                @if let Some(says) = &self.summary.heights {
+                    p class="verdict bad" { (says) "." }
+                }
                 @if figures.wrong > 0 {
                     p class="verdict bad" { "Wrong fixes: " (figures.wrong) ", more than " (RIGHT_PX) " px from " (self.middle()) "." }
                 }

@@ -13,6 +13,9 @@ pub fn text(summary: &Summary, out: &Path) -> String {
         text.push_str(&format!("refused: {}\n", refused.join(", ")));
     }
     text.push_str(&format!("{}\n", summary.platform.says));
+    if let Some(says) = &summary.heights {
+        text.push_str(&format!("{says}\n"));
+    }
     if let Some(figures) = &summary.corrected {
         text.push_str(&line("with the camera as it is found to sit: ", figures, knows_truth));
     }
