@@ -45,6 +45,27 @@ fn without_json_stdout_has_a_line_for_people() {
     assert!(run.stderr.is_empty() && run.stdout.lines().count() == 1, "{run:?}");
 }
 
+#[test]
+fn an_oblique_frame_is_told_what_it_does_not_share_with_the_patch() {
+    let folder = Folder::with_scene("rectify-oblique");
+    let level = with(&with(&with(RECTIFY, "--pitch-deg", "0"), "--roll-deg", "0"), "--heading-deg", "0");
+    let said = |arguments: &str| folder.run(&arguments.replace(" --json", "")).done().stdout;
+    assert!(said(&level).ends_with("valid: out.png\n"), "{}", said(&level));
+    let oblique = said(&with(&level, "--pitch-deg", "40"));
+    let [unseen, outside] =
+        ["% of the patch is not seen by the frame", "% of the frame lies outside the patch"].map(|of| {
+            let before = oblique
+                .split(of)
+                .next()
+                .filter(|before| before.len() < oblique.len())
+                .unwrap_or_else(|| panic!("{oblique}"));
+            before.trim_end().rsplit(' ').next().and_then(|share| share.parse::<f64>().ok()).expect("a share")
+        });
+    // The nadir lies 10 degrees below the frame's edge of 30: the near half of the patch is not seen, the far part of the frame is beyond.
+    assert!((40.0..80.0).contains(&unseen) && (30.0..90.0).contains(&outside), "{oblique}");
+    assert_eq!(oblique.lines().count(), 1);
+}
+
 /// Table A by the printed degrees: single precision near 180 degrees has steps of 1.5e-5.
 #[test]
 fn golden_a_angles() {

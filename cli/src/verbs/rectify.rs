@@ -114,18 +114,36 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         north_m: place.is_known.then_some(place.centre[1]),
         epsg: place.system().filter(|_| place.is_known).and_then(System::code),
     };
+    let cells = place.cells((summary.cols, summary.rows), args.resolution_m);
+    let position = place.position(height_m);
+    let shown = oriented::shown(&render_camera(&file), &orientation.exterior(position), position[2] - height_m, &cells);
     let text = || {
         format!(
-            "{} x {} pixels of {} m at {:.2} m height, {:.1} % valid: {}\n",
+            "{} x {} pixels of {} m at {:.2} m height, {:.1} % valid: {}{}\n",
             summary.cols,
             summary.rows,
             args.resolution_m,
             height_m,
             100.0 * summary.valid_fraction,
-            args.out.display()
+            args.out.display(),
+            beyond(summary.valid_fraction, shown)
         )
     };
     Outcome::new(args.json, &summary, text)
+}
+
+/// Shares of patch and frame that are worth a word.
+const BEYOND: f64 = 0.05;
+
+/// What of the patch the frame does not see, and what of the frame the patch does not show; each as a share of its own pixels.
+fn beyond(valid: f64, shown: f64) -> String {
+    let percent = |share: f64| format!("{:.1} %", 100.0 * (1.0 - share));
+    let outside = (1.0 - valid > BEYOND).then(|| format!("{} of the patch is not seen by the frame", percent(valid)));
+    let left_out = (1.0 - shown > BEYOND).then(|| {
+        format!("{} of the frame lies outside the patch (--cols and --rows make a larger one)", percent(shown))
+    });
+    let parts: Vec<String> = outside.into_iter().chain(left_out).collect();
+    if parts.is_empty() { String::new() } else { format!("; {}", parts.join(", ")) }
 }
 
 fn frame_of(args: &Args, file: &CameraFile) -> Result<Picture, Failure> {

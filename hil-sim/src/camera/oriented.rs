@@ -57,6 +57,14 @@ impl Exterior {
         let [right, forward, up] = self.camera_from_ground.map(|row| row[0] * to[0] + row[1] * to[1] + row[2] * to[2]);
         (up < -1e-9 * to[2].abs()).then(|| [right / -up, forward / -up])
     }
+
+    /// Where a ray, (right, forward) at down = 1, meets level ground at a height; `None` for one that does not lead down.
+    fn ground(&self, [right, forward]: [f64; 2], up_m: f64) -> Option<[f64; 2]> {
+        let [a, b, c] = self.camera_from_ground;
+        let [east, north, up]: [f64; 3] = std::array::from_fn(|axis| right * a[axis] + forward * b[axis] - c[axis]);
+        let times = (up_m - self.position[2]) / up;
+        (up < 0.0).then(|| [self.position[0] + times * east, self.position[1] + times * north])
+    }
 }
 
 /// The ground that is seen.
@@ -162,6 +170,21 @@ pub fn rectify(
         return Err(InputError::new("nothing of the patch is seen by the frame"));
     }
     Ok(Patch { picture: Picture { pixels: values.iter().map(|value| value.unwrap_or(0)).collect(), ..mask }, runs })
+}
+
+/// Places of a frame along an axis that are asked for the ground they show.
+const PLACES: usize = 100;
+
+/// Share of the frame whose ground, level at a height, lies within the cells. What looks to the horizon does not.
+pub fn shown(camera: &RenderCamera, exterior: &Exterior, up_m: f64, cells: &Cells) -> f64 {
+    let [west, south, east, north] = cells.bounds();
+    let is_within = |at: usize| {
+        let place = |index: usize, count: usize| (index as f64 + 0.5) * count as f64 / PLACES as f64 - 0.5;
+        let (col, row) = (place(at % PLACES, camera.cols), place(at / PLACES, camera.rows));
+        let ground = camera.ray(col, row).and_then(|ray| exterior.ground(ray, up_m));
+        ground.is_some_and(|[x, y]| (west..=east).contains(&x) && (south..=north).contains(&y))
+    };
+    (0..PLACES * PLACES).filter(|at| is_within(*at)).count() as f64 / (PLACES * PLACES) as f64
 }
 
 /// Within the frame's outermost pixel borders.

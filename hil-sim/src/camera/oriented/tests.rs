@@ -179,3 +179,19 @@ fn what_cannot_be_made_is_told() {
     assert!(make([0.0; 3], (5000, 5)).contains("5000 x 5"));
     assert!(make([std::f64::consts::PI, 0.0, 0.0], (9, 9)).contains("nothing"), "it looks at the sky");
 }
+
+#[test]
+fn the_share_of_a_frame_that_cells_show() {
+    let camera = render_camera(&file(""));
+    let down = |tilt_deg: f64| Exterior::photogrammetric([0.0, 0.0, 100.0], [f64::to_radians(tilt_deg), 0.0, 0.0]);
+    let over = |east_m: f64| Cells { centre: [east_m, 0.0], size: (400, 400), resolution_m: 1.0 };
+    // The principal point lies 1.5 of 160 columns right of the middle, the cells end below the camera.
+    let half = shown(&camera, &down(0.0), 0.0, &over(200.0));
+    assert!((half - (0.5 - 1.5 / 160.0)).abs() < 0.011, "{half}");
+    assert_eq!(shown(&camera, &down(0.0), 0.0, &over(0.0)), 1.0);
+    // From five times the height the frame sees more than the cells; a camera that leans by 70 degrees sees the sky above 90 of 70 ± 24.
+    assert!(shown(&camera, &down(0.0), -400.0, &over(0.0)) < 0.8);
+    let leant = shown(&camera, &down(70.0), 0.0, &Cells { resolution_m: 1e4, ..over(0.0) });
+    let horizon = 0.5 + 0.5 * 20.0_f64.to_radians().tan() / 24.0_f64.to_radians().tan();
+    assert!((leant - horizon).abs() < 0.03, "{leant} {horizon}");
+}
