@@ -241,9 +241,9 @@ fn doubts(samples: &Samples, header: &str, time: &str, wanted: &Wanted<'_>) -> R
     let place = |column: &str| header.split(',').position(|name| name.trim() == column).unwrap_or_default();
     let is_place = |name: &str| name.starts_with("lat") || name.starts_with("lon");
     let in_degrees = |name: &String| name.ends_with("_deg") && !is_place(name);
-    let angles: Vec<usize> = (0..wanted.columns.len())
-        .filter(|index| in_degrees(&wanted.columns[*index]) || wanted.angles.contains(&wanted.columns[*index]))
-        .collect();
+    let is_plain = |name: &str| ["roll", "pitch", "yaw", "heading"].contains(&name.to_lowercase().as_str());
+    let is_angle = |name: &String| in_degrees(name) || is_plain(name) || wanted.angles.contains(name);
+    let angles: Vec<usize> = (0..wanted.columns.len()).filter(|at| is_angle(&wanted.columns[*at])).collect();
     let named: Vec<_> = angles.iter().map(|at| (&wanted.columns[*at][..], &samples.channels[*at][..])).collect();
     let places: Vec<usize> = named.iter().map(|(name, _)| place(name)).collect();
     let is_attitude = wanted.columns.iter().filter(|name| in_degrees(name)).count() > 1;
@@ -256,8 +256,8 @@ fn doubts(samples: &Samples, header: &str, time: &str, wanted: &Wanted<'_>) -> R
             found.in_seconds(&name, place(time))
         ));
     }
-    // Those of --angles that are not called degrees may be radians.
-    let may_be_radians = is_attitude && wanted.angles.iter().all(in_degrees);
+    // Those that are not called degrees may be radians.
+    let may_be_radians = is_attitude && angles.iter().all(|index| in_degrees(&wanted.columns[*index]));
     if let Some(found) = Angles::of(&named).filter(|found| found.unit == Unit::Hundredths || may_be_radians) {
         let says = found.says(&name, &places);
         if found.unit == Unit::Hundredths && !wanted.angles.is_empty() {

@@ -143,6 +143,12 @@ fn an_attitude_in_other_units_is_told_by_smooth() {
     folder.write("log.csv", table(0.1, 100.0));
     let hundredths = format!("which looks like hundredths of a degree: if so, {}", line("0.01"));
     assert!(folder.run(smooth).done().stderr.contains(&hundredths));
+    let named = |text: &str| text.replace("roll_deg,pitch_deg,yaw_deg", "Roll,Pitch,Yaw");
+    folder.write("log.csv", named(&table(0.1, 100.0)));
+    assert!(folder.run(&named(smooth)).done().stderr.contains(&hundredths));
+    folder.write("log.csv", named(&table(0.1, 1.0_f64.to_radians())));
+    assert!(!folder.run(&named(smooth)).done().stderr.contains("radians"));
+    folder.write("log.csv", table(0.1, 100.0));
     let mut refusals = Refusals::new(&folder);
     refusals.expect(&format!("{smooth} --angles yaw_deg"), &["log.csv: angles go up to", &hundredths]);
     refusals.done();

@@ -46,12 +46,13 @@ pub struct Angles {
 
 /// An angle that goes around, by the name of its column.
 fn is_heading(name: &str) -> bool {
+    let name = name.to_lowercase();
     ["yaw", "heading", "course"].iter().any(|what| name.contains(what))
 }
 
 /// As far as an angle is counted either way, degrees, by the name of its column.
 fn bound_deg(name: &str) -> f64 {
-    match name {
+    match name.to_lowercase() {
         name if name.contains("pitch") => 90.0,
         name if name.contains("roll") => 180.0,
         _ => 360.0,
