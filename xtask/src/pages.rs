@@ -27,6 +27,8 @@ const OPTIONS: [&str; 7] = [
 ];
 /// Windows that each page is loaded in: a screen and a telephone, pixels.
 const WINDOWS: [&str; 2] = ["1240,900", "420,900"];
+/// And one whose style is that of print, as wide as what is printed of a sheet of A4.
+const SHEET: &str = "688,900";
 const CAMERA: &str = "cols = 96\nrows = 96\nfov_h_deg = 60.0\nfov_v_deg = 60.0\noffset_m_px = 0.0\noffset_n_px = 0.0\n";
 
 /// Writes each page and loads it.
@@ -110,18 +112,27 @@ fn frames(poses: &str) -> String {
     frames
 }
 
-/// Loads a page in every window.
+/// Loads a page in every window, and as it is printed.
 fn load(browser: &Path, page: &Page) -> Result<(), Failure> {
+    let failed = |error: std::io::Error| format!("{}: {error}", page.path.display());
+    let text = fs::read_to_string(&page.path).map_err(failed)?;
+    load_with(browser, page, &text, page.script, &WINDOWS)?;
+    let printed = text.replace("@media screen", "@media not all").replace("@media print", "@media all");
+    load_with(browser, page, &printed, Some("paper.js"), &[SHEET])
+}
+
+/// Loads a copy of a page, with its script and that of every page.
+fn load_with(browser: &Path, page: &Page, copy: &str, script: Option<&str>, windows: &[&str]) -> Result<(), Failure> {
     let path = &page.path;
     let failed = |error: std::io::Error| format!("{}: {error}", path.display());
-    let mut text = fs::read_to_string(path).map_err(failed)?;
-    for name in page.script.into_iter().chain(["every.js"]) {
+    let mut text = copy.to_owned();
+    for name in script.into_iter().chain(["every.js"]) {
         let script = fs::read_to_string(places::root().join("tests/pages").join(name)).map_err(failed)?;
         text.push_str(&format!("<script>\n{script}</script>\n"));
     }
     let checked = path.with_file_name("checked.html");
     fs::write(&checked, text).map_err(failed)?;
-    for window in WINDOWS {
+    for window in windows {
         let mut command = Machine::here().command(browser);
         command.args(OPTIONS).arg(format!("--window-size={window}")).arg(format!("file://{}", checked.display()));
         let output = command.output().map_err(|error| format!("{}: {error}", browser.display()))?;

@@ -24,7 +24,10 @@ impl Page<'_> {
                 p class="note" {
                     (self.outputs.dem_name()) " (" (system) ") · " (number(self.area_km2(), 2, "km²")) " · strips heading "
                     (number(file.strip_heading_deg, 1, "")) "° of grid north · " (number(file.height_m, 1, "m"))
-                    @if let Some(follow) = &file.follow { " above the ground, followed within " (number(follow.tolerance_m, 0, "m")) }
+                    @if let Some(follow) = &file.follow {
+                        " above the ground, followed within " (number(follow.tolerance_m, 0, "m")) ": flown at altitudes of " (self.altitudes())
+                        ", " (number(follow.above_ground_min_m, 0, "")) " to " (number(follow.above_ground_max_m, 0, "m")) " above the ground straight below"
+                    }
                     @else { " above the base plane at " (number(file.base_height_m, 1, "m")) }
                     " · seed " (accuracy.map_or(0, |accuracy| accuracy.seed))
                 }
@@ -42,6 +45,15 @@ impl Page<'_> {
                 }
             }
         }
+    }
+
+    /// The lowest and the highest of photos and waypoints, above the height datum.
+    fn altitudes(&self) -> String {
+        let points = self.outputs.file.strips.iter().flat_map(|strip| strip.photos.iter().chain(&strip.way));
+        let [low, high] = points
+            .map(|point| point.z)
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], up_m| [low.min(up_m), high.max(up_m)]);
+        format!("{} to {}", number(low, 0, ""), number(high, 0, "m"))
     }
 
     /// One line: what was asked for, what comes of it, what the terrain was worth.
