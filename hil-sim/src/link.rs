@@ -58,6 +58,15 @@ pub struct FrameEvent<'a> {
     pub pixels: &'a [u8],
 }
 
+/// How the vehicle moves; nothing of the flight depends on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moving {
+    /// About the body's axes forward, right and down, radians a second.
+    pub rates_rad_s: [f64; 3],
+    /// The waypoint that is flown to, from 0 on, where the flight has such.
+    pub waypoint: Option<usize>,
+}
+
 /// Why a link failed.
 #[derive(Debug)]
 pub enum LinkError {
@@ -115,6 +124,9 @@ pub trait Link {
 
     /// Something of the simulator's for the firmware's log, where the link keeps one.
     fn annotate(&mut self, _: &[u8]) {}
+
+    /// How the vehicle moves, for whoever watches: worked out where somebody does.
+    fn show(&mut self, _: &dyn Fn() -> Moving) {}
 
     /// Closes the firmware's log; all of it, where the link keeps one.
     fn close_log(&mut self) -> Vec<u8> {

@@ -8,6 +8,7 @@ round. What is heard has to be what was planned.
 """
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -88,8 +89,40 @@ def watched(link):
     while count.mission_type != fence:
         count = link.recv_match(type="MISSION_COUNT", blocking=True, timeout=10)
     assert count.count == 0, count
-    assert link.recv_match(type="ATTITUDE", blocking=True, timeout=10) is not None
+    flown = moves(link)
+    # Item 0 is the home, a jump is flown to by nobody.
+    places = [item.seq for item in items[1:] if item.command == mavutil.mavlink.MAV_CMD_NAV_WAYPOINT]
+    assert flown and flown <= set(places), (flown, places)
     return items, known
+
+
+def moves(link):
+    """Attitudes with rates that fit them, and a heading that is the yaw; the items that are flown to."""
+    newest, last, worst, fastest, headings, flown = None, None, [], 0.0, 0, set()
+    until = time.time() + 15
+    while time.time() < until and (len(worst) < 40 or headings < 20 or not flown):
+        message = link.recv_match(type=["ATTITUDE", "GLOBAL_POSITION_INT", "MISSION_CURRENT"], blocking=True, timeout=5)
+        assert message is not None, "nothing is heard"
+        if message.get_type() == "MISSION_CURRENT":
+            flown.add(message.seq)
+        elif message.get_type() == "GLOBAL_POSITION_INT":
+            if newest is not None and abs(message.time_boot_ms - newest.time_boot_ms) < 300:
+                off = (message.hdg / 100 - math.degrees(newest.yaw) + 180) % 360 - 180
+                assert abs(off) < 15, (message, newest)
+                headings += 1
+        else:
+            if last is not None and 50 < message.time_boot_ms - last.time_boot_ms < 300:
+                seconds = 1e-3 * (message.time_boot_ms - last.time_boot_ms)
+                # phi' = p + (q sin phi + r cos phi) tan theta, by the mean of both ends.
+                ends = [m.rollspeed + (m.pitchspeed * math.sin(m.roll) + m.yawspeed * math.cos(m.roll)) * math.tan(m.pitch) for m in (last, message)]
+                worst.append(abs((message.roll - last.roll) / seconds - sum(ends) / 2))
+                fastest = max(fastest, abs(message.rollspeed), abs(message.yawspeed))
+            newest = last = message
+    worst.sort()
+    # The attitudes have 0.1 degrees of noise, 0.14 a difference over a tenth of a second: 0.025 rad/s, and the median is less.
+    assert len(worst) >= 40 and worst[len(worst) // 2] < 0.05 and fastest > 0.01, (worst, fastest)
+    assert headings >= 20, headings
+    return flown
 
 
 def check(plumbline, folder):

@@ -5,7 +5,7 @@
 
 mod answers;
 
-use super::{Account, Event, Flash, Link, LinkError};
+use super::{Account, Event, Flash, Link, LinkError, Moving};
 use answers::{Answers, Listener};
 use mavlink::dialects::common::{ATTITUDE_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA};
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, MessageData};
@@ -27,6 +27,8 @@ const DATAGRAM_MAX: usize = 1_400;
 const TICKS_PER_S: f64 = 1e6;
 /// From one ATTITUDE to the next, ticks: a tenth of a second, as ground stations ask for.
 const ATTITUDE_TICKS: u32 = 100_000;
+/// From one MISSION_CURRENT to the next at most, ticks: a second, as ArduPilot sends it.
+const MISSION_TICKS: u32 = 1_000_000;
 /// Bytes of a MAVLink 2 message before its payload.
 const HEAD: usize = 10;
 
@@ -146,6 +148,10 @@ pub struct Mirror {
     start: Option<(u32, Instant)>,
     /// Tick of the newest ATTITUDE.
     told: Option<u32>,
+    /// How the vehicle moves.
+    moving: Option<Moving>,
+    /// Tick of the newest MISSION_CURRENT, and its waypoint.
+    mission: Option<(u32, usize)>,
 }
 
 impl fmt::Debug for Mirror {
@@ -161,7 +167,8 @@ impl Mirror {
     /// The address is none, or cannot be listened at.
     pub fn new(link: Box<dyn Link>, station: &Station, speed: f64, knowledge: &Knowledge) -> Result<Self, InputError> {
         let way = Way::open(station).map_err(|error| InputError::new(format!("--mavlink {station}: {error}")))?;
-        Ok(Mirror { link, way, answers: Answers::new(knowledge), speed, start: None, told: None })
+        let answers = Answers::new(knowledge);
+        Ok(Mirror { link, way, answers, speed, start: None, told: None, moving: None, mission: None })
     }
 
     /// Waits until it is time for a step.
@@ -174,15 +181,27 @@ impl Mirror {
     /// The autopilot sends its attitude as the firmware asks for it, for a camera's gimbal; a ground station shows ATTITUDE.
     fn tell_attitude(&mut self, timer: u32, bytes: &[u8]) {
         let is_due = self.told.is_none_or(|told| timer.wrapping_sub(told) >= ATTITUDE_TICKS);
-        if let Some(attitude) = attitude(bytes).filter(|_| is_due) {
+        let rates_rad_s = self.moving.map_or([0.0; 3], |moving| moving.rates_rad_s);
+        if let Some(attitude) = attitude(bytes, rates_rad_s).filter(|_| is_due) {
             self.told = Some(timer);
             self.way.send(&attitude, &mut self.answers);
         }
     }
+
+    /// The item of the mission that is flown to: when it changes, and once a second.
+    fn tell_mission(&mut self, timer: u32) {
+        let Some(waypoint) = self.moving.and_then(|moving| moving.waypoint) else { return };
+        let is_new = |(told, other): (u32, usize)| other != waypoint || timer.wrapping_sub(told) >= MISSION_TICKS;
+        if self.mission.is_none_or(is_new) {
+            self.mission = Some((timer, waypoint));
+            let current = self.answers.current(waypoint);
+            self.way.send(&current, &mut self.answers);
+        }
+    }
 }
 
-/// The ATTITUDE message of a message for a gimbal; `None` of another one.
-fn attitude(bytes: &[u8]) -> Option<Vec<u8>> {
+/// The ATTITUDE message of a message for a gimbal, which has no rates; `None` of another one.
+fn attitude(bytes: &[u8], rates_rad_s: [f64; 3]) -> Option<Vec<u8>> {
     let (head, behind) = bytes.split_at_checked(HEAD)?;
     let number = u32::from_le_bytes([head[7], head[8], head[9], 0]);
     if number != AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::ID {
@@ -191,12 +210,15 @@ fn attitude(bytes: &[u8]) -> Option<Vec<u8>> {
     let payload = behind.get(..usize::from(head[1]))?;
     let state = AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA::deser(MavlinkVersion::V2, payload).ok()?;
     let [w, x, y, z] = state.q;
+    let [rollspeed, pitchspeed, yawspeed] = rates_rad_s.map(|rate| rate as f32);
     let attitude = ATTITUDE_DATA {
         time_boot_ms: (state.time_boot_us / 1000) as u32,
         roll: (2.0 * (w * x + y * z)).atan2(1.0 - 2.0 * (x * x + y * y)),
         pitch: (2.0 * (w * y - z * x)).clamp(-1.0, 1.0).asin(),
         yaw: (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z)),
-        ..ATTITUDE_DATA::DEFAULT
+        rollspeed,
+        pitchspeed,
+        yawspeed,
     };
     let mut raw = MAVLinkV2MessageRaw::new();
     let header = MavHeader { system_id: head[5].into(), component_id: head[6], sequence: head[4] };
@@ -210,6 +232,7 @@ impl Link for Mirror {
         if let Event::Bytes(bytes) = event {
             self.way.send(bytes, &mut self.answers);
             self.tell_attitude(timer, bytes);
+            self.tell_mission(timer);
         }
         let sent = self.link.step(timer, event)?;
         if !sent.is_empty() {
@@ -224,6 +247,10 @@ impl Link for Mirror {
 
     fn account(&self) -> Account {
         self.link.account()
+    }
+
+    fn show(&mut self, moving: &dyn Fn() -> Moving) {
+        self.moving = Some(moving());
     }
 
     fn annotate(&mut self, bytes: &[u8]) {

@@ -181,6 +181,9 @@ impl<'s> Cockpit<'s> {
         {
             self.autopilot.receive(received);
         }
+        if let Reading::Attitude { .. } = sample.reading {
+            self.link.show(&|| self.truth.moving(sample.sampled_at_us));
+        }
         let faults = &self.setup.scenario.faults.timed;
         let stranger = faults.is(What::LinkSecondSender, sample.sampled_at_us).then(|| self.autopilot.stranger());
         let messages = self.autopilot.messages(sample, &self.setup.crs)?;

@@ -2,7 +2,7 @@
 
 use super::{Keep, fly};
 use crate::link::inproc::InProcess;
-use crate::link::{Event, Flash, Link, LinkError};
+use crate::link::{Event, Flash, Link, LinkError, Moving};
 use crate::scenario::{Camera, Fault, FollowUpMode, KINDS, Navigation, Scenario};
 use crate::setup::Setup;
 
@@ -11,6 +11,8 @@ struct Recorder {
     inner: InProcess,
     start_ticks: u32,
     events: Vec<(u32, String)>,
+    /// What it was shown, where it looks.
+    shown: Option<Vec<Moving>>,
 }
 
 impl Link for Recorder {
@@ -23,6 +25,12 @@ impl Link for Recorder {
         self.events.push((u32::MAX, "boot".to_owned()));
         self.inner.reboot(flash)
     }
+
+    fn show(&mut self, moving: &dyn Fn() -> Moving) {
+        if let Some(shown) = &mut self.shown {
+            shown.push(moving());
+        }
+    }
 }
 
 /// 4.5 s, of which the last two and a half may be faulty.
@@ -31,6 +39,11 @@ fn flown(word: Option<&str>) -> Vec<(u32, String)> {
 }
 
 fn flown_by(word: Option<&str>, navigation: Option<Navigation>) -> Vec<(u32, String)> {
+    recorded(word, navigation, false).0
+}
+
+/// And what one who watches is shown.
+fn recorded(word: Option<&str>, navigation: Option<Navigation>, watches: bool) -> (Vec<(u32, String)>, Vec<Moving>) {
     let mut scenario = Scenario { camera: Camera::of_size(96, 96), ..Scenario::of_frames(14) };
     scenario.vehicle.follow_up.mode = FollowUpMode::Measured;
     scenario.world.timer.pps = true;
@@ -39,9 +52,26 @@ fn flown_by(word: Option<&str>, navigation: Option<Navigation>) -> Vec<(u32, Str
     scenario.check().expect("sound");
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let inner = InProcess::new(&setup.flash).expect("a firmware");
-    let mut link = Recorder { inner, start_ticks: setup.scenario.world.timer.start_ticks, events: Vec::new() };
+    let start_ticks = setup.scenario.world.timer.start_ticks;
+    let mut link = Recorder { inner, start_ticks, events: Vec::new(), shown: watches.then(Vec::new) };
     fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut ()).expect("a flight");
-    link.events
+    (link.events, link.shown.unwrap_or_default())
+}
+
+/// A vehicle that navigates is integrated as far as somebody asks: who watches must not ask ahead.
+#[test]
+fn whoever_watches_is_shown_how_the_vehicle_moves_and_changes_no_byte() {
+    let navigates = || Some(Navigation { bank_max_deg: 10.0, ..Navigation::default() });
+    for navigation in [None, navigates()] {
+        let is_kept = navigation.is_some();
+        let (events, shown) = recorded(None, navigation.clone(), true);
+        assert_eq!(events, flown_by(None, navigation));
+        // Fifty attitudes a second at least.
+        assert!(shown.len() > 200, "{}", shown.len());
+        assert_eq!(shown[0].waypoint, is_kept.then_some(1));
+        let turns = shown.iter().filter(|moving| moving.rates_rad_s.iter().any(|rate| rate.abs() > 1e-3));
+        assert!(turns.count() > shown.len() / 2, "it turns");
+    }
 }
 
 #[test]

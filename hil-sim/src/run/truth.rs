@@ -1,17 +1,21 @@
 //! Where the vehicle is: as it was made beforehand, with a servo that is told where to go, or where its fixes have led it.
 
+use crate::link::Moving;
 use crate::setup::Setup;
-use crate::vehicle::aloft::Aloft;
 use crate::vehicle::aloft::moment::Track;
+use crate::vehicle::aloft::{Aloft, STEP_US};
 use crate::vehicle::autopilot::Received;
 use crate::vehicle::inertial::vision::Vision;
 use crate::vehicle::motion::{Motion, Recorded, TrueState};
 use crate::vehicle::sensors::{Exposure, Sensed};
 use crate::vehicle::servo::driven::DrivenServo;
+use crate::vehicle::servo::wrapped;
 use std::cell::RefCell;
 
 /// From one kept state to the next of a vehicle with a commanded servo, microseconds.
 const KEPT_US: u64 = 5_000;
+/// Rates are differences over so long, microseconds. Chosen: two steps of what is integrated.
+const RATES_US: u64 = 2 * STEP_US;
 /// Around an exposure, microseconds: two steps of what is integrated.
 const AROUND_US: u64 = 10_000;
 
@@ -108,6 +112,20 @@ impl<'s> Truth<'s> {
         }
     }
 
+    /// How the vehicle moved a step before `t_us`: what it will have heard by then is heard, so that to look changes no flight.
+    pub(super) fn moving(&self, t_us: u64) -> Moving {
+        let at_us = t_us.saturating_sub(STEP_US).max(RATES_US);
+        let [before, now] = [at_us - RATES_US, at_us].map(|t_us| match self {
+            Truth::Given(motion) | Truth::Told(motion) | Truth::Driven(motion, _) => motion.state(t_us),
+            Truth::Aloft(aloft) => aloft.borrow_mut().state(t_us),
+        });
+        let waypoint = match self {
+            Truth::Given(motion) | Truth::Told(motion) | Truth::Driven(motion, _) => motion.waypoint(at_us),
+            Truth::Aloft(aloft) => Some(aloft.borrow().waypoint()),
+        };
+        Moving { rates_rad_s: body_rates_rad_s(&before, &now, 1e-6 * RATES_US as f64), waypoint }
+    }
+
     /// What was flown until `end_us`, where it was not known beforehand.
     pub(super) fn finish(self, end_us: u64) -> (Option<Vec<Recorded>>, Option<Track>) {
         match self {
@@ -154,4 +172,36 @@ fn driven(motion: &Motion, servo: &mut DrivenServo, from_us: u64, to_us: u64) ->
     let last = to_us.div_ceil(KEPT_US);
     let mut state = |t_us: u64| TrueState { follow_up_rad: servo.at(t_us), ..motion.state(t_us) };
     (first..=last).map(|index| (index * KEPT_US) as f64).map(|t_us| (t_us, state(t_us as u64))).collect()
+}
+
+/// About forward, right and down, between two states that are `apart_s` apart.
+fn body_rates_rad_s(before: &TrueState, now: &TrueState, apart_s: f64) -> [f64; 3] {
+    let rate = |before_rad: f64, now_rad: f64| wrapped(now_rad - before_rad) / apart_s;
+    let turn = rate(before.heading_rad, now.heading_rad);
+    let [pitch, roll] = [rate(before.pitch_rad, now.pitch_rad), rate(before.roll_rad, now.roll_rad)];
+    let ((sin_p, cos_p), (sin_r, cos_r)) = (now.pitch_rad.sin_cos(), now.roll_rad.sin_cos());
+    [roll - turn * sin_p, pitch * cos_r + turn * cos_p * sin_r, turn * cos_p * cos_r - pitch * sin_r]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vehicle::inertial::strapdown::ned_from_body;
+
+    /// The turn between both attitudes, by their matrices: its axis in the body times its angle, over 10 ms to some thousandths.
+    #[test]
+    fn rates_are_those_of_the_body() {
+        let [before, now] = [0.0, 0.01].map(|t_s| TrueState {
+            heading_rad: 3.14 + 0.3 * t_s,
+            pitch_rad: 0.2 - 0.15 * t_s,
+            roll_rad: -0.4 + 0.5 * t_s,
+            ..TrueState::default()
+        });
+        let matrix = |state: &TrueState| ned_from_body([state.heading_rad, state.pitch_rad, state.roll_rad]);
+        let turn = matrix(&before).transpose() * matrix(&now);
+        let wanted = [turn[(2, 1)] - turn[(1, 2)], turn[(0, 2)] - turn[(2, 0)], turn[(1, 0)] - turn[(0, 1)]];
+        for (rate, twice) in body_rates_rad_s(&before, &now, 0.01).into_iter().zip(wanted) {
+            assert!((rate - 0.5 * twice / 0.01).abs() < 3e-3, "{rate} {twice}");
+        }
+    }
 }

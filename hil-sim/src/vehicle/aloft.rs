@@ -155,6 +155,11 @@ impl Aloft {
         recorded(&self.believed, t_us as f64).unwrap_or_default()
     }
 
+    /// The waypoint that is flown to now.
+    pub fn waypoint(&self) -> usize {
+        self.guidance.next()
+    }
+
     /// What the receiver of satellite navigation has handed over by `t_us`.
     pub fn received(&mut self, t_us: u64) -> Option<Received> {
         self.advance_to(t_us);

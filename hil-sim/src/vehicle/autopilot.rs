@@ -8,6 +8,7 @@
 mod clock;
 mod gnss;
 mod heard;
+mod messages;
 pub(crate) mod parameters;
 #[cfg(test)]
 mod tests;
@@ -19,12 +20,12 @@ use clock::Clock;
 pub use gnss::Received;
 use heard::way_us;
 use mavlink::dialects::common::{
-    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA, EstimatorStatusFlags,
-    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GPS_GLOBAL_ORIGIN_DATA, GPS_RAW_INT_DATA,
-    GimbalDeviceErrorFlags, GimbalDeviceFlags, HEARTBEAT_DATA, LOCAL_POSITION_NED_DATA, MavAutopilot,
-    MavDistanceSensor, MavLandedState, MavModeFlag, MavSensorOrientation, MavState, MavType, TIMESYNC_DATA,
+    ATTITUDE_QUATERNION_DATA, AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA, DISTANCE_SENSOR_DATA, GLOBAL_POSITION_INT_DATA,
+    GPS_GLOBAL_ORIGIN_DATA, GPS_RAW_INT_DATA, HEARTBEAT_DATA, LOCAL_POSITION_NED_DATA, MavAutopilot, MavModeFlag,
+    MavState, MavType, TIMESYNC_DATA,
 };
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
+use messages::{attitude, coarse_attitude, encoder, local, position, quaternion, range};
 use parameters::Parameters;
 use plumbline_firmware::wire::command::{
     ACCEPTED, Acknowledgement, Command, DENIED, REQUEST_MESSAGE, SET_EKF_SOURCE_SET, SET_MESSAGE_INTERVAL, UNSUPPORTED,
@@ -41,8 +42,6 @@ const COMPONENT: u8 = 1;
 const ENCODER: u8 = 171;
 /// The component id of one that is no autopilot, MAV_COMP_ID_USER1.
 const STRANGER: u8 = 25;
-/// What a range finder without an echo sends.
-const NO_ECHO_CM: u16 = u16::MAX;
 /// From one message to the next of what is sent unasked, microseconds.
 const UNASKED_US: u64 = 1_000_000;
 /// Messages that are sent unasked.
@@ -66,6 +65,8 @@ pub struct Autopilot {
     origin: Option<(i32, i32, f64)>,
     /// Whether it has a position.
     is_placed: bool,
+    /// The heading that it knows, from true north, once it has had an attitude.
+    heading_true_rad: Option<f64>,
     /// Its estimator's set of sources.
     source_set: u8,
     parameters: Parameters,
@@ -91,6 +92,7 @@ impl Autopilot {
             loop_rate_hz,
             origin: None,
             is_placed: true,
+            heading_true_rad: None,
             source_set: 1,
             parameters: Parameters::new(loop_rate_hz, &faults.parameters),
             faults,
@@ -167,6 +169,7 @@ impl Autopilot {
         let messages = match sample.reading {
             Reading::Pps { .. } => Vec::new(),
             Reading::Attitude { heading_true_rad, pitch_rad, roll_rad, velocity_ned_m_s } => {
+                self.heading_true_rad = Some(heading_true_rad);
                 let q = quaternion(heading_true_rad, pitch_rad, roll_rad);
                 vec![
                     self.due(sample, &attitude(sample, q, velocity_ned_m_s)),
@@ -181,11 +184,13 @@ impl Autopilot {
                 let gnss = gnss::gnss(sample, has_gnss, self.receiver, crs)?;
                 let gnss = self.due(sample, &gnss);
                 if self.is_placed {
-                    let message = position(sample, degrees, [up_m, up_m - self.home_up_m], velocity_ned_m_s);
+                    let heights_m = [up_m, up_m - self.home_up_m];
+                    let message = position(sample, degrees, heights_m, velocity_ned_m_s, self.heading_true_rad);
                     let (_, _, origin_up_m) = *self.origin.get_or_insert((message.lat, message.lon, up_m));
                     vec![self.due(sample, &message), self.due(sample, &local(sample, origin_up_m - up_m)), gnss]
                 } else {
-                    vec![self.due(sample, &position(sample, (0.0, 0.0), [up_m; 2], [0.0; 3])), gnss]
+                    let message = position(sample, (0.0, 0.0), [up_m; 2], [0.0; 3], self.heading_true_rad);
+                    vec![self.due(sample, &message), gnss]
                 }
             }
         };
@@ -292,105 +297,4 @@ const SOURCE_SETS: [f64; 3] = [1.0, 2.0, 3.0];
 /// What it sends unasked, and how often.
 fn unasked() -> BTreeMap<u32, (u64, u64)> {
     UNASKED.iter().map(|message| (*message, (UNASKED_US, 0))).collect()
-}
-
-fn time_boot_ms(sample: &Sample) -> u32 {
-    (sample.sampled_at_us / 1000) as u32
-}
-
-fn attitude(sample: &Sample, q: [f32; 4], velocity_ned_m_s: [f64; 3]) -> AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA {
-    let [vx, vy, vz] = velocity_ned_m_s.map(|v| v as f32);
-    AUTOPILOT_STATE_FOR_GIMBAL_DEVICE_DATA {
-        // Counted in 32 bits of the field's 64, as ArduPilot does.
-        time_boot_us: u64::from(sample.sampled_at_us as u32),
-        q,
-        q_estimated_delay_us: (sample.arrived_at_us - sample.sampled_at_us) as u32,
-        vx,
-        vy,
-        vz,
-        v_estimated_delay_us: 0,
-        feed_forward_angular_velocity_z: f32::NAN,
-        estimator_status: EstimatorStatusFlags::empty(),
-        target_system: SYSTEM,
-        target_component: 0,
-        landed_state: MavLandedState::MAV_LANDED_STATE_IN_AIR,
-    }
-}
-
-fn coarse_attitude(sample: &Sample, [q1, q2, q3, q4]: [f32; 4]) -> ATTITUDE_QUATERNION_DATA {
-    ATTITUDE_QUATERNION_DATA { time_boot_ms: time_boot_ms(sample), q1, q2, q3, q4, ..ATTITUDE_QUATERNION_DATA::DEFAULT }
-}
-
-fn encoder(sample: &Sample, follow_up_rad: f64) -> GIMBAL_DEVICE_ATTITUDE_STATUS_DATA {
-    GIMBAL_DEVICE_ATTITUDE_STATUS_DATA {
-        time_boot_ms: time_boot_ms(sample),
-        // The gimbal's yaw is clockwise, the follow-up angle counter-clockwise.
-        q: quaternion(-follow_up_rad, 0.0, 0.0),
-        angular_velocity_x: f32::NAN,
-        angular_velocity_y: f32::NAN,
-        angular_velocity_z: f32::NAN,
-        failure_flags: GimbalDeviceErrorFlags::empty(),
-        flags: GimbalDeviceFlags::GIMBAL_DEVICE_FLAGS_YAW_IN_VEHICLE_FRAME,
-        target_system: 0,
-        target_component: 0,
-    }
-}
-
-fn range(sample: &Sample, slant_m: Option<f64>) -> DISTANCE_SENSOR_DATA {
-    DISTANCE_SENSOR_DATA {
-        time_boot_ms: time_boot_ms(sample),
-        min_distance: 10,
-        max_distance: 60_000,
-        current_distance: slant_m.map_or(NO_ECHO_CM, |slant| (slant * 100.0).round() as u16),
-        mavtype: MavDistanceSensor::MAV_DISTANCE_SENSOR_LASER,
-        id: 0,
-        orientation: MavSensorOrientation::MAV_SENSOR_ROTATION_PITCH_270,
-        covariance: u8::MAX,
-    }
-}
-
-/// The height alone, which is all that a companion wants of it.
-fn local(sample: &Sample, down_m: f64) -> LOCAL_POSITION_NED_DATA {
-    LOCAL_POSITION_NED_DATA { time_boot_ms: time_boot_ms(sample), z: down_m as f32, ..LOCAL_POSITION_NED_DATA::DEFAULT }
-}
-
-fn position(
-    sample: &Sample,
-    (lat, lon): (f64, f64),
-    [up_m, above_home_m]: [f64; 2],
-    velocity_ned_m_s: [f64; 3],
-) -> GLOBAL_POSITION_INT_DATA {
-    let [vx, vy, vz] = velocity_ned_m_s.map(|v| (v * 100.0).round() as i16);
-    GLOBAL_POSITION_INT_DATA {
-        time_boot_ms: time_boot_ms(sample),
-        lat: (lat * 1e7).round() as i32,
-        lon: (lon * 1e7).round() as i32,
-        alt: (up_m * 1000.0).round() as i32,
-        relative_alt: (above_home_m * 1000.0).round() as i32,
-        vx,
-        vy,
-        vz,
-        hdg: u16::MAX,
-    }
-}
-
-/// [w, x, y, z] of the turn from world north-east-down to body forward-right-down by heading, pitch, roll: the product
-/// of the three elementary quaternions, in f64 and apart from the core's.
-fn quaternion(heading_rad: f64, pitch_rad: f64, roll_rad: f64) -> [f32; 4] {
-    let about = |axis: usize, angle: f64| {
-        let mut q = [(0.5 * angle).cos(), 0.0, 0.0, 0.0];
-        q[axis + 1] = (0.5 * angle).sin();
-        q
-    };
-    let q = product(product(about(2, heading_rad), about(1, pitch_rad)), about(0, roll_rad));
-    q.map(|component| component as f32)
-}
-
-fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
-    [
-        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
-    ]
 }

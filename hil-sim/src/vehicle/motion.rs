@@ -182,6 +182,15 @@ impl Motion {
         }
     }
 
+    /// The waypoint of a plan that is flown to at `t_us`, from 0 on.
+    pub fn waypoint(&self, t_us: u64) -> Option<usize> {
+        let Source::Made(made) = &self.source else { return None };
+        match &made.course {
+            Course::Free { .. } => None,
+            Course::Planned(track) => track.waypoint(t_us as f64 * 1e-6),
+        }
+    }
+
     /// Root-mean-square horizontal speed that is really flown, metres a second.
     pub fn speed_m_s(&self) -> f64 {
         match &self.source {

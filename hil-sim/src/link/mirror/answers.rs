@@ -6,8 +6,9 @@
 use mavlink::dialects::common::MISSION_REQUEST_DATA;
 use mavlink::dialects::common::{
     COMMAND_ACK_DATA, COMMAND_INT_DATA, COMMAND_LONG_DATA, MISSION_ACK_DATA, MISSION_CLEAR_ALL_DATA,
-    MISSION_COUNT_DATA, MISSION_ITEM_INT_DATA, MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavCmd, MavFrame,
-    MavMissionResult, MavResult, PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA, PARAM_SET_DATA, PARAM_VALUE_DATA,
+    MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MISSION_ITEM_INT_DATA, MISSION_REQUEST_INT_DATA,
+    MISSION_REQUEST_LIST_DATA, MavCmd, MavFrame, MavMissionResult, MavResult, PARAM_REQUEST_LIST_DATA,
+    PARAM_REQUEST_READ_DATA, PARAM_SET_DATA, PARAM_VALUE_DATA,
 };
 use mavlink::{MAV_STX_V2, MavlinkVersion, MessageData, calculate_crc};
 use plumbline_firmware::wire::decoder::{Decoder, Packet};
@@ -57,6 +58,15 @@ impl Answers {
         let mut answer = Vec::new();
         listener.0.take(bytes, |packet| self.answer(packet, &mut answer));
         answer
+    }
+
+    /// What is said unasked: which item is flown to; nothing of a flight without a mission.
+    pub(super) fn current(&mut self, waypoint: usize) -> Vec<u8> {
+        let mut said = Vec::new();
+        if !self.items.is_empty() {
+            self.send(&MISSION_CURRENT_DATA { seq: item_of(waypoint) as u16 }, MISSION, &mut said);
+        }
+        said
     }
 
     fn answer(&mut self, packet: &Packet<'_>, out: &mut Vec<u8>) {
@@ -205,6 +215,11 @@ fn named(id: &[u8]) -> &[u8] {
     &id[..id.iter().position(|byte| *byte == 0).unwrap_or(id.len())]
 }
 
+/// Behind the home.
+fn item_of(waypoint: usize) -> usize {
+    waypoint + 1
+}
+
 /// Home, the waypoints, and where a flight goes round the jump back to the first.
 fn items(knowledge: &Knowledge) -> Vec<MISSION_ITEM_INT_DATA> {
     let Some(home) = knowledge.waypoints.first() else { return Vec::new() };
@@ -220,7 +235,7 @@ fn items(knowledge: &Knowledge) -> Vec<MISSION_ITEM_INT_DATA> {
         ..MISSION_ITEM_INT_DATA::DEFAULT
     };
     let mut items = vec![waypoint(0, home)];
-    items.extend(knowledge.waypoints.iter().enumerate().map(|(index, point)| waypoint(index + 1, point)));
+    items.extend(knowledge.waypoints.iter().enumerate().map(|(index, point)| waypoint(item_of(index), point)));
     if knowledge.is_round {
         items.push(MISSION_ITEM_INT_DATA {
             // To item 1, for ever.

@@ -2,9 +2,9 @@
 
 use super::*;
 use mavlink::dialects::common::{
-    COMMAND_ACK_DATA, COMMAND_LONG_DATA, MISSION_ACK_DATA, MISSION_COUNT_DATA, MISSION_ITEM_INT_DATA,
-    MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavCmd, MavMissionResult, MavResult, PARAM_REQUEST_LIST_DATA,
-    PARAM_VALUE_DATA,
+    COMMAND_ACK_DATA, COMMAND_LONG_DATA, MISSION_ACK_DATA, MISSION_COUNT_DATA, MISSION_CURRENT_DATA,
+    MISSION_ITEM_INT_DATA, MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavCmd, MavMissionResult, MavResult,
+    PARAM_REQUEST_LIST_DATA, PARAM_VALUE_DATA,
 };
 use plumbline_firmware::wire::decoder::Decoder;
 
@@ -50,14 +50,15 @@ fn a_gimbals_attitude_is_told_as_a_ground_station_shows_it() {
     };
     let mut raw = MAVLinkV2MessageRaw::new();
     raw.serialize_message_data(MavHeader { system_id: 1, component_id: 1, sequence: 9 }, &state);
-    let told = attitude(raw.raw_bytes()).expect("an attitude");
+    let told = attitude(raw.raw_bytes(), [0.1, -0.2, 0.3]).expect("an attitude");
     let payload = &told[HEAD..HEAD + usize::from(told[1])];
     let told = ATTITUDE_DATA::deser(MavlinkVersion::V2, payload).expect("a message");
     assert_eq!(told.time_boot_ms, 7000);
     for (told, wanted) in [(told.yaw, heading), (told.pitch, pitch), (told.roll, roll)] {
         assert!((told - wanted).abs() < 1e-5, "{told} {wanted}");
     }
-    assert_eq!(attitude(b"short"), None);
+    assert_eq!((told.rollspeed, told.pitchspeed, told.yawspeed), (0.1, -0.2, 0.3));
+    assert_eq!(attitude(b"short", [0.0; 3]), None);
 }
 
 #[test]
@@ -169,4 +170,28 @@ fn parameters_are_told_and_orders_declined_and_another_vehicle_is_left_alone() {
     ] {
         assert!(answers.to(&mut listener, &asked(&other)).is_empty());
     }
+}
+
+#[test]
+fn the_item_that_is_flown_to_is_told_when_it_changes_and_once_a_second() {
+    let heard = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    heard.set_read_timeout(Some(Duration::from_millis(200))).expect("set");
+    let station: Station = format!("udp:{}", heard.local_addr().expect("bound")).parse().expect("a station");
+    let fly = |knowledge: &Knowledge| {
+        let mut mirror = Mirror::new(Box::new(Echo), &station, 1e3, knowledge).expect("open");
+        // Ten times a second for four seconds; the second waypoint from 1.5 s on.
+        for step in 0..40u32 {
+            mirror.show(&|| Moving { rates_rad_s: [0.0; 3], waypoint: Some(usize::from(step >= 15)) });
+            mirror.step(100_000 * step, Event::Bytes(b"x")).expect("a step");
+        }
+        let mut all = Vec::new();
+        let mut buffer = [0; 64];
+        while let Ok(count) = heard.recv(&mut buffer) {
+            all.extend(&buffer[..count]);
+        }
+        told::<MISSION_CURRENT_DATA>(&all).iter().map(|current| current.seq).collect::<Vec<u16>>()
+    };
+    // Item 0 is the home.
+    assert_eq!(fly(&knowledge()), [1, 1, 2, 2, 2]);
+    assert!(fly(&Knowledge::default()).is_empty());
 }

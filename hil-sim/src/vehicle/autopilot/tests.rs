@@ -1,8 +1,8 @@
 use super::{Autopilot, UNASKED_US};
 use crate::scenario::FaultList;
 use crate::vehicle::sensors::{Reading, Sample};
-use mavlink::MessageData;
-use mavlink::dialects::common::DISTANCE_SENSOR_DATA;
+use mavlink::dialects::common::{DISTANCE_SENSOR_DATA, GLOBAL_POSITION_INT_DATA};
+use mavlink::{MavlinkVersion, MessageData};
 use plumbline_firmware::wire::command::{Command, SET_MESSAGE_INTERVAL};
 use plumbline_survey::crs::Crs;
 
@@ -70,4 +70,28 @@ fn an_autopilot_boots_at_the_end_of_its_silence() {
     assert_eq!(after.len() as u64, 2_000_000 / UNASKED_US, "{after:?}");
     assert!(after[0] < 60, "{after:?}");
     assert_eq!(answer(&mut autopilot, 7_000_000).0 / 100_000, 10, "a second after its boot");
+}
+
+/// From true north, 0 to 359.99 degrees, as the last attitude had it.
+#[test]
+fn a_position_tells_the_heading_once_there_is_one() {
+    let crs = Crs::from_epsg(32633).expect("known");
+    let mut autopilot = Autopilot::new(300, 1);
+    let mut heading_after = |second: u64, heading_deg: Option<f64>| {
+        let at = |reading| Sample { sampled_at_us: second * 1_000_000, arrived_at_us: second * 1_000_000, reading };
+        let velocity_ned_m_s = [0.0; 3];
+        if let Some(heading_true_rad) = heading_deg.map(f64::to_radians) {
+            let attitude = Reading::Attitude { heading_true_rad, pitch_rad: 0.1, roll_rad: 0.2, velocity_ned_m_s };
+            autopilot.messages(&at(attitude), &crs).expect("taken");
+        }
+        let position = Reading::Position { east_m: 500_000.0, north_m: 5e6, up_m: 100.0, velocity_ned_m_s };
+        let sent = autopilot.messages(&at(position), &crs).expect("sent");
+        let position =
+            sent.iter().find(|bytes| u32::from(bytes[7]) == GLOBAL_POSITION_INT_DATA::ID).expect("a position");
+        let payload = &position[10..10 + usize::from(position[1])];
+        GLOBAL_POSITION_INT_DATA::deser(MavlinkVersion::V2, payload).expect("whole").hdg
+    };
+    let headings_deg = [None, Some(-90.0), Some(45.5), Some(-0.001), None];
+    let told: Vec<u16> = (1..).zip(headings_deg).map(|(second, deg)| heading_after(second, deg)).collect();
+    assert_eq!(told, [u16::MAX, 27_000, 4_550, 0, 0]);
 }

@@ -30,13 +30,17 @@ pub struct Line {
 impl Line {
     /// Its waypoints in the order of flight: east, north and up; of a level line its ends.
     pub fn way(&self) -> Vec<[f64; 3]> {
-        let [first, last] = self.ends_m;
-        let (sin, cos) = self.course_rad.sin_cos();
-        let length_m = (last[0] - first[0]).hypot(last[1] - first[1]);
+        let ([first, _], (sin, cos)) = (self.ends_m, self.course_rad.sin_cos());
         let at = |along_m: f64| [first[0] + along_m * sin, first[1] + along_m * cos, self.up_m(along_m)];
+        self.way_along_m().into_iter().map(at).collect()
+    }
+
+    /// Their distances from the first point.
+    fn way_along_m(&self) -> Vec<f64> {
+        let [first, last] = self.ends_m;
         match self.heights.len() {
-            0 | 1 => vec![at(0.0), at(length_m)],
-            _ => self.heights.iter().map(|[along_m, _]| at(*along_m)).collect(),
+            0 | 1 => vec![0.0, (last[0] - first[0]).hypot(last[1] - first[1])],
+            _ => self.heights.iter().map(|[along_m, _]| *along_m).collect(),
         }
     }
 
@@ -64,6 +68,8 @@ pub struct PlannedTrack {
     /// Each with its beginning, metres of the track, and how it climbs.
     pieces: Vec<(f64, Piece, Climb)>,
     length_m: f64,
+    /// Metres of the track at which it passes each line's waypoints.
+    passed_m: Vec<f64>,
     /// East, north, up.
     deviations: [(f64, Wave); 3],
 }
@@ -87,6 +93,7 @@ impl PlannedTrack {
             speed_m_s: speed,
             pieces: Vec::new(),
             length_m: 0.0,
+            passed_m: Vec::new(),
             deviations: [("east", 0), ("north", 0), ("up", 1)].map(|(name, which)| {
                 let rng = stream(seed, &format!("motion.deviation.{name}"));
                 (manner.deviation_m[which], Wave::new(rng, DEVIATION_HZ[0], DEVIATION_HZ[1]))
@@ -113,6 +120,8 @@ impl PlannedTrack {
             let along_m = (last[0] - first[0]).hypot(last[1] - first[1]);
             let length_m = along_m + (lead_s + RUN_OUT_S) * speed;
             let straight = Piece { from, length_m, curvature: 0.0 };
+            let first_m = track.length_m + lead_s * speed;
+            track.passed_m.extend(line.way_along_m().iter().map(|waypoint_m| first_m + waypoint_m));
             track.straight(line, &straight, lead_s * speed);
             before = Some((straight.end(), line.up_m(length_m - lead_s * speed)));
         }
@@ -144,6 +153,12 @@ impl PlannedTrack {
     /// Metres a second.
     pub fn speed_m_s(&self) -> f64 {
         self.speed_m_s
+    }
+
+    /// The waypoint that is flown to, counted over all lines; behind the last one that one.
+    pub fn waypoint(&self, t_s: f64) -> Option<usize> {
+        let passed = self.passed_m.partition_point(|at_m| *at_m <= self.speed_m_s * t_s);
+        Some(passed.min(self.passed_m.len().checked_sub(1)?))
     }
 
     /// Where it is; straight on behind its end.
@@ -316,6 +331,27 @@ mod tests {
             }
         }
         assert!(seen > 2_900, "{seen}");
+    }
+
+    /// A waypoint is flown to until the track is over it, and then the next one, on the other side of a turn too.
+    #[test]
+    fn each_waypoint_is_flown_to_until_it_is_reached() {
+        let mut lines = lines();
+        lines[0].heights = vec![[0.0, 300.0], [450.0, 340.0], [900.0, 310.0]];
+        let track = PlannedTrack::new(&lines, &Manner { speed_m_s: 30.0, radius_m: 150.0, deviation_m: [0.0; 2] }, 7);
+        let way: Vec<[f64; 3]> = lines.iter().flat_map(Line::way).collect();
+        assert_eq!((way.len(), track.waypoint(0.0), track.waypoint(1e4)), (7, Some(0), Some(6)));
+        let mut reached = Vec::new();
+        for step in 1..(track.duration_s() * 100.0) as usize {
+            let (before, now) = (track.waypoint(0.01 * (step - 1) as f64), track.waypoint(0.01 * step as f64));
+            if before != now {
+                let ([east, north, _], [at_east, at_north, _]) =
+                    (track.at(0.01 * step as f64).place_m, way[reached.len()]);
+                assert!((east - at_east).hypot(north - at_north) < 0.31, "{before:?} {east} {north}");
+                reached.push(before);
+            }
+        }
+        assert_eq!(reached, (0..6).map(Some).collect::<Vec<_>>());
     }
 
     #[test]

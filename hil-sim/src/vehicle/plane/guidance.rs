@@ -42,6 +42,12 @@ impl Guidance {
         Guidance { waypoints, next: 1, up_m, bank_max_rad }
     }
 
+    /// The waypoint that the present leg ends at.
+    #[must_use]
+    pub fn next(&self) -> usize {
+        self.next
+    }
+
     /// Where `place_m`, east and north, lies by the present leg.
     #[must_use]
     pub fn on_leg(&self, place_m: [f64; 2]) -> OnLeg {
