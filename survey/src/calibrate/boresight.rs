@@ -7,7 +7,8 @@
 //! Huber's, s² (A'A)⁻¹ with s² = Σψ² / (2n − u) / m² ([`Moments`]).
 //!
 //! Neighbouring fixes see the same ground and share its errors, so the covariance is also taken from the sums of the gradients
-//! over stretches of the flight (a sandwich estimator), and the larger of both stands.
+//! over stretches of the flight (a sandwich estimator); they share the errors of an attitude that changes slowly, too, for which it is
+//! taken once more (`boresight/correlated.rs`). The largest of the three stands.
 //!
 //! How the matching weighs the parts of a patch is not known. The nadir's ray alone and the whole patch are the two ends:
 //! by them phi and omega differ by a tenth of the correction, kappa, whose arm is the tilt less the patch's own middle, by
@@ -20,6 +21,7 @@
 //! Phi and omega move each fix by the height times the angle. Kappa turns the patch about the camera's axis and moves it by
 //! the height times the angle times the tilt only, so a level flight does not show it.
 
+mod correlated;
 mod files;
 mod model;
 #[cfg(test)]
@@ -30,6 +32,7 @@ pub use model::{Footprint, Sighting};
 
 use super::OUTLIER_SIGMAS;
 use crate::adjust::{Loss, Moments};
+use correlated::Term;
 use model::Rays;
 use nalgebra::{SMatrix, SVector};
 use std::fmt;
@@ -231,6 +234,16 @@ struct Row {
     by: SMatrix<f64, 2, UNKNOWNS>,
 }
 
+impl Row {
+    /// On the axes that turn with the camera, a residual that is too long as the loss takes it.
+    fn along(&self, sighting: &Sighting, loss: Loss, slope: f64) -> Term {
+        let residual = self.residual * (loss.weight(self.residual.norm()) / slope);
+        let [east_m, north_m] = sighting.sigma_m;
+        let gain = sighting.height_m / (0.5 * (east_m * east_m + north_m * north_m)).sqrt();
+        Term::new(residual, &self.by, sighting.attitude_rad[0], gain)
+    }
+}
+
 impl Adjustment<'_> {
     fn rows(&self, unknowns: &Vector) -> Result<Vec<Row>, BoresightError> {
         let row = |(sighting, rays): (&Sighting, &Rays)| {
@@ -299,7 +312,11 @@ impl Adjustment<'_> {
             middle += gradient * gradient.transpose();
         }
         let sandwich = inverse * middle * inverse / (slope * slope);
-        let sd = Vector::from_fn(|k, _| (sigma0 * inverse[(k, k)].sqrt()).max(sandwich[(k, k)].sqrt()));
+        let terms: Vec<Term> =
+            rows.iter().zip(self.sightings).map(|(row, sighting)| row.along(sighting, loss, slope)).collect();
+        let correlated = correlated::covariance(&terms, &inverse);
+        let larger = |k: usize| (sigma0 * sigma0 * inverse[(k, k)]).max(sandwich[(k, k)]).max(correlated[(k, k)]);
+        let sd = Vector::from_fn(|k, _| larger(k).sqrt());
         // The same flight without the offset.
         let mut angles_only = normal;
         for k in 3..UNKNOWNS {
