@@ -22,6 +22,12 @@ pub(super) fn positions(knows_truth: bool) -> &'static str {
     if knows_truth { "the true positions" } else { "the navigation's positions" }
 }
 
+/// An offset; what rounds to nothing has no sign.
+pub(super) fn apart(offset_m: [f64; 2]) -> String {
+    let [east, north] = offset_m.map(|m| (10.0 * m).round() / 10.0 + 0.0);
+    format!("{east:.1} m east and {north:.1} m north")
+}
+
 /// What a flight says of camera and map.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Platform {
@@ -116,10 +122,10 @@ impl Platform {
             Some(found_deg) if camera.boresight_determined[k] => found_deg[k],
             _ => flown_deg[k] + tilt_deg[k],
         };
-        let (positions, [east, north]) = (positions(table.knows_truth()), map_offset_m.unwrap_or_default());
+        let (positions, offset) = (positions(table.knows_truth()), apart(map_offset_m.unwrap_or_default()));
         let says = format!(
             "the headings are too much alike to tell a tilted camera from a shifted map: either phi is {:.2} and omega {:.2} degrees, \
-             or the map lies {east:.1} m east and {north:.1} m north of {positions}, or a part of each; a flight with a second heading tells",
+             or the map lies {offset} of {positions}, or a part of each; a flight with a second heading tells",
             angle(0),
             angle(1)
         );

@@ -1,6 +1,6 @@
 //! What a flight says of camera and map, in a sentence, where tilt and offset are told apart.
 
-use super::platform::{Platform, SIGNIFICANT_SIGMAS, positions};
+use super::platform::{Platform, SIGNIFICANT_SIGMAS, apart, positions};
 
 const NAMES: [&str; 3] = ["phi", "omega", "kappa"];
 
@@ -55,7 +55,7 @@ fn map(platform: &Platform, knows_truth: bool) -> String {
         return format!("nothing is known of the map against {positions}");
     };
     if east.abs() > SIGNIFICANT_SIGMAS * sd_east || north.abs() > SIGNIFICANT_SIGMAS * sd_north {
-        return format!("the map lies {east:.1} m east and {north:.1} m north of {positions}");
+        return format!("the map lies {} of {positions}", apart([east, north]));
     }
     let within = |off: f64, sd: f64| off.abs() + SIGNIFICANT_SIGMAS * sd;
     let within_m = within(east, sd_east).max(within(north, sd_north));
@@ -94,6 +94,11 @@ mod tests {
             says,
             "the camera sits as its file says to within 0.4 degrees, and the map is where the navigation's positions are to within 0.9 m"
         );
+    }
+
+    #[test]
+    fn nothing_has_no_sign() {
+        assert_eq!(apart([-0.04, -0.06]), "0.0 m east and -0.1 m north");
     }
 
     #[test]

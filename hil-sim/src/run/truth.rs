@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn rates_are_those_of_the_body() {
         let [before, now] = [0.0, 0.01].map(|t_s| TrueState {
-            heading_rad: 3.14 + 0.3 * t_s,
+            heading_rad: 3.139 + 0.3 * t_s,
             pitch_rad: 0.2 - 0.15 * t_s,
             roll_rad: -0.4 + 0.5 * t_s,
             ..TrueState::default()
