@@ -73,7 +73,7 @@ fn exterior_orientations_that_are_none() {
         read_exterior(&path).expect_err("refused").to_string()
     };
     assert!(refused("").contains("empty"));
-    assert!(refused("Easting,Northing\n1,2\n").contains("no column height"));
+    assert!(refused("Easting,Northing\n1,2\n").contains("no columns height, "));
     let header = "Filename,Easting,Northing,Height,Omega[deg],Phi[deg],Kappa[deg]\n";
     let no_number = refused(&format!("{header}a,1,2,3,nan,5,6\n"));
     assert!(no_number.contains("line 2: Omega[deg] = \"nan\""), "{no_number}");
