@@ -3,6 +3,7 @@
 mod picture;
 
 use plumbline_survey::error::InputError;
+use plumbline_survey::io::table::Table;
 use plumbline_survey::logs::units::{Angles, Times, Unit};
 use plumbline_survey::logs::{self, File, Log};
 use plumbline_survey::smooth::{
@@ -221,14 +222,15 @@ fn read(wanted: &Wanted<'_>) -> Result<Recorded, InputError> {
             return Err(InputError::new(format!("{name} is a {kind} log: --message says which of {messages}")));
         }
     };
-    let header = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
     let Some(time) = wanted.time.filter(|_| !wanted.columns.is_empty()) else {
+        let header = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
         return Err(InputError::new(format!("{name} is a table (CSV): --time and --columns say which of {header}")));
     };
     check_names(time, wanted.columns, wanted.angles)?;
     let columns: Vec<&str> = wanted.columns.iter().map(String::as_str).collect();
-    let samples = Samples::of_table(&text, name, time, &columns, wanted.weights)?;
-    let notes = doubts(&samples, header.trim_start_matches('\u{feff}'), time, wanted)?;
+    let table = Table::parse(&text, name)?;
+    let samples = Samples::of_table(&table, time, &columns, wanted.weights)?;
+    let notes = doubts(&samples, &table, time, wanted)?;
     Ok(Recorded { samples, time: time.to_owned(), columns: wanted.columns.to_vec(), degrees: Vec::new(), notes })
 }
 
@@ -236,16 +238,15 @@ fn read(wanted: &Wanted<'_>) -> Result<Recorded, InputError> {
 ///
 /// # Errors
 /// Hundredths of a degree among those to which whole turns are to be added.
-fn doubts(samples: &Samples, header: &str, time: &str, wanted: &Wanted<'_>) -> Result<Vec<String>, InputError> {
-    let name = wanted.file.display().to_string();
-    let place = |column: &str| header.split(',').position(|name| name.trim() == column).unwrap_or_default();
+fn doubts(samples: &Samples, table: &Table<'_>, time: &str, wanted: &Wanted<'_>) -> Result<Vec<String>, InputError> {
+    let name = &table.name;
     let is_place = |name: &str| name.starts_with("lat") || name.starts_with("lon");
     let in_degrees = |name: &String| name.ends_with("_deg") && !is_place(name);
     let is_plain = |name: &str| ["roll", "pitch", "yaw", "heading"].contains(&name.to_lowercase().as_str());
     let is_angle = |name: &String| in_degrees(name) || is_plain(name) || wanted.angles.contains(name);
     let angles: Vec<usize> = (0..wanted.columns.len()).filter(|at| is_angle(&wanted.columns[*at])).collect();
     let named: Vec<_> = angles.iter().map(|at| (&wanted.columns[*at][..], &samples.channels[*at][..])).collect();
-    let places: Vec<usize> = named.iter().map(|(name, _)| place(name)).collect();
+    let places: Vec<usize> = named.iter().map(|(name, _)| table.column(name)).collect::<Result<_, _>>()?;
     let is_attitude = wanted.columns.iter().filter(|name| in_degrees(name)).count() > 1;
     let mut notes = Vec::new();
     if let Some(found) = Times::of(&samples.t_s, 1.0).filter(|_| is_attitude && time.ends_with("_s")) {
@@ -253,13 +254,13 @@ fn doubts(samples: &Samples, header: &str, time: &str, wanted: &Wanted<'_>) -> R
             "{name}: {time} goes in steps of {}, which look like {}: if so, since rates are by its unit, {}",
             found.step,
             found.unit,
-            found.in_seconds(&name, place(time))
+            found.in_seconds(name, table.column(time)?)
         ));
     }
     // Those that are not called degrees may be radians.
     let may_be_radians = is_attitude && angles.iter().all(|index| in_degrees(&wanted.columns[*index]));
     if let Some(found) = Angles::of(&named).filter(|found| found.unit == Unit::Hundredths || may_be_radians) {
-        let says = found.says(&name, &places);
+        let says = found.says(name, &places);
         if found.unit == Unit::Hundredths && !wanted.angles.is_empty() {
             return Err(InputError::new(says));
         }

@@ -64,7 +64,9 @@ impl Meant {
         }
         let name = &table.name;
         let (what, line) = match self {
-            Meant::Feet => ("in feet", format!(": {}", scaled(name, &[table.height_column], "0.3048", "metres.csv"))),
+            Meant::Feet => {
+                ("in feet", format!(": {}", scaled(name, &[table.height_column], &FOOT_M.to_string(), "metres.csv")))
+            }
             Meant::AboveSea => (
                 "above the sea",
                 ", and above the ground is needed: take the elevation model's height below each off".into(),

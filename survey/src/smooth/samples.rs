@@ -37,25 +37,23 @@ impl Samples {
     /// As [`Samples::of_table`], of a file.
     ///
     /// # Errors
-    /// As [`Samples::of_table`]; the file cannot be read.
+    /// As [`Samples::of_table`]; the file cannot be read, a row is too short or too long.
     pub fn read(path: &Path, time: &str, columns: &[&str], weights: Option<&str>) -> Result<Self, InputError> {
         let (text, name) = text_of(path)?;
-        Self::of_table(&text, name, time, columns, weights)
+        Self::of_table(&Table::parse(&text, name)?, time, columns, weights)
     }
 
     /// Reads `columns` over the column `time`, with the weights of a column where one is named. A field may be empty
     /// where its weight is 0.
     ///
     /// # Errors
-    /// A column is missing or there twice, a row is too short or too long, a field is not a finite number.
+    /// A column is missing or there twice, a field is not a finite number.
     pub fn of_table(
-        text: &str,
-        name: String,
+        table: &Table<'_>,
         time: &str,
         columns: &[&str],
         weights: Option<&str>,
     ) -> Result<Self, InputError> {
-        let table = Table::parse(text, name)?;
         let names: Vec<&str> = [time].iter().chain(columns).copied().chain(weights).collect();
         let places = table.found(&names, |name, wanted| name == wanted)?;
         let t_s = table.numbers(places[0])?;
@@ -72,7 +70,7 @@ impl Samples {
             channels.push((0..table.rows.len()).map(value).collect::<Result<_, _>>()?);
         }
         let numbers = table.rows.iter().map(|(line, _)| *line).collect();
-        Ok(Samples { t_s, channels, weights, name: table.name, place: "line", numbers })
+        Ok(Samples { t_s, channels, weights, name: table.name.clone(), place: "line", numbers })
     }
 
     /// An error about these samples: the file, the column where it is one's own, the line.
