@@ -327,8 +327,9 @@ impl Filter {
         }
     }
 
-    /// The velocity at an instant near the newest that was reported.
-    fn reckoned(&self, at: Micros) -> Moment {
+    /// The velocity at an instant near the newest that was reported, carried on by the acceleration between the last two: in a turn
+    /// the newest alone lags behind by what the vehicle has turned since.
+    pub fn reckoned(&self, at: Micros) -> Moment {
         let seconds = at.since(self.reported.at) as f32 * 1e-6;
         let velocity = |axis: usize| self.reported.velocity_m_per_s[axis] + self.acceleration[axis] * seconds;
         Moment { at, velocity_m_per_s: core::array::from_fn(velocity) }

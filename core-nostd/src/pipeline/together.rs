@@ -18,21 +18,31 @@ use nalgebra::Matrix2;
 
 /// Largest risk that all frames together are wrong about the place for frames to be looked for there, and to lead the surface.
 const RISK_MAX: f32 = 1e-3;
-/// And for one of them to be believed. Of 26,000 fixes below it in flights between years two were wrong, of 6,200 between it and the former 32, in
-/// seven flights, where the ground has changed alike over several pieces; in other flights, which it was not chosen by, eight of 28,000.
-pub const BELIEVED_RISK: f32 = 2e-4;
+/// And for one of them to be believed. Of 131,000 fixes at and below it in 500 flights between years none was more than 1.9 pixels off, of 11,800
+/// between it and twice that 2.6 pixels.
+pub const BELIEVED_RISK: f32 = 1e-4;
 /// What the navigation says of its error is taken times so much, before there is any evidence. Chosen: it may be off by three of its sigmas at
 /// the cost of two.
 const EXPECTED: f32 = 1.5;
-/// A match that lies further from where all frames together put the nadir is not believed, pixels: that is what is called a wrong place.
+/// A match that lies further from where all frames together put the nadir is not believed, nor does a frame's own top confirm that, pixels: it
+/// is what is called a wrong place.
 const WRONG_PX: f32 = 3.0;
-/// One sigma, each axis, of what two years lie apart by place, pixels: neighbouring frames show the same, and no part of a patch
-/// says it. Measured over flights between eight years: without it the mean square of their errors is 3.4 of two. With 0.5 one
-/// fix in 7,000 is off by five of its sigmas.
+/// So much nearer a frame's own top has to lie, for each pixel of what dead reckoning may be off by over a footprint, one sigma: after the loss
+/// of satellites velocities were off by three to six of their sigmas. With 0 in its place 44 of 761 fixes were wrong there, with 3, 4 and 6
+/// alike none or one of 2,400.
+const NEARER: f32 = 4.0;
+/// But not nearer than this, pixels: so far own tops lie from the right place by themselves.
+const BESIDE_PX: f32 = 0.8;
+/// One sigma, each axis, of what two years lie apart by place, pixels, where a frame is matched by itself: neighbouring frames show the same,
+/// and no part of a patch says it. With 0.37 in its place 21 of 601 such matches between years were off by more than five of their sigmas.
 const BY_PLACE_PX: f32 = 0.6;
-/// A frame's own top that lies further from there is none, pixels. Of 20,000 fixes in flights between years, patches of 35 and 64 pixels, none
-/// was off by more than 3 pixels; in the twenty hardest of 430 other flights four of 3,200, and with 1 pixel eight.
-const APART_PX: f32 = 0.8;
+/// And where all frames together put the nadir, which have seen several places: so far that was off in 500 flights between eight years where a
+/// frame's own top lay beside it, rounded up.
+const TOGETHER_PX: f32 = 0.4;
+/// And what it grows by for each pixel that the own top lies from there, and that dead reckoning may be off by over a footprint: with the
+/// first, errors are as stated up to 3 pixels; of the second frames' own tops take off half.
+const APART_SHARE: f32 = 0.2;
+const DRIFT_SHARE: f32 = 0.5;
 /// The surface is moved to own tops that are known better than this along both axes, pixels, one sigma: those that are not say little
 /// more than where they were looked for, and lead it astray. With them at a gain that falls with their
 /// variance 27 % of frames of 35 pixels were fixed instead of 22, and ten times as many wrong.
@@ -46,7 +56,8 @@ const CONFIRMED_RISK: f32 = 1e-4;
 const BESIDE_RISK: f32 = 5e-4;
 
 /// All numbers that the risk of a fix is made of beside those of the decision, for whoever keeps a record of which they were.
-pub const COEFFICIENTS: [f32; 7] = [RISK_MAX, BELIEVED_RISK, EXPECTED, APART_PX, LEADS_PX, CONFIRMED_RISK, BESIDE_RISK];
+pub const COEFFICIENTS: [f32; 8] =
+    [RISK_MAX, BELIEVED_RISK, EXPECTED, NEARER, BESIDE_PX, LEADS_PX, CONFIRMED_RISK, BESIDE_RISK];
 
 /// Where a match was looked for.
 struct Sought<'a> {
@@ -56,6 +67,8 @@ struct Sought<'a> {
     /// The middle of the surface off that of the search, pixels.
     middle: (i16, i16),
     px_m: f32,
+    /// What dead reckoning may be off by over a footprint, one sigma, pixels.
+    drift_px: f32,
 }
 
 impl<'t> Pipeline<'t> {
@@ -108,7 +121,8 @@ impl<'t> Pipeline<'t> {
         if let Some(found) = own.filter(leads) {
             self.navigation.surface.found(decided.nadir, at(&found), sought.px_m);
         }
-        let own = own.and_then(|found| beside(found, together)).or_else(|| beside(by_itself?, together));
+        let near = |found| beside(found, together, sought.drift_px);
+        let own = own.and_then(near).or_else(|| near(by_itself?));
         // Between years the first frame that agrees is ten times as often wrong as those behind it.
         let counts = decided.is_believed() && (agreed || !self.navigation.surface.is_another_year());
         self.navigation.surface.agreed = own.is_some();
@@ -117,9 +131,14 @@ impl<'t> Pipeline<'t> {
         }
     }
 
-    /// A match of least squares, as uncertain as two years make it where the map is of another one.
+    /// A match of least squares, as uncertain as two years make it where the map is of another one: alike in its neighbours.
     fn of_year(&self, shift: Shift) -> Shift {
-        if self.navigation.surface.is_another_year() { between_years(shift) } else { shift }
+        if !self.navigation.surface.is_another_year() {
+            return shift;
+        }
+        let by_place = squared(BY_PLACE_PX);
+        let covariance = shift.covariance + Matrix2::identity() * by_place;
+        Shift { covariance, map_variance: shift.map_variance + by_place, ..shift }
     }
 
     /// Where all frames together put the nadir, once they have decided.
@@ -139,13 +158,17 @@ impl<'t> Pipeline<'t> {
         let known = known.filter(|errors| errors.iter().all(|(_, variance)| *variance < squared(usual)));
         let errors = known.unwrap_or([(0.0, squared(usual)); 2]);
         let sigma = sqrt(errors[0].1.max(errors[1].1));
+        let moment = self.navigation.filter.reckoned(situation.mid_exposure_at);
         let surface = &mut self.navigation.surface;
-        surface.carry(situation.moment(), errors.map(|(off, _)| off), sigma);
+        surface.carry(moment, errors.map(|(off, _)| off), sigma);
         let Prediction { local, sigma_m, .. } = situation.prediction;
         let nadir = self.tile.local(matched.centre.0, matched.centre.1);
         let side_m = size.0.min(size.1) as f32 * px_m;
         let middle = surface.around(nadir, (local, EXPECTED * sigma_m), side_m, px_m);
-        Some(Sought { window, radius, prior, middle, px_m })
+        let [east, north] = moment.velocity_m_per_s;
+        // One that stands still sees no other ground.
+        let drift_px = (sigma * side_m / (hypot(east, north).max(f32::MIN_POSITIVE) * px_m)).min(WRONG_PX);
+        Some(Sought { window, radius, prior, middle, px_m, drift_px })
     }
 
     /// Whether least squares hold by the directions, too.
@@ -168,7 +191,7 @@ impl<'t> Pipeline<'t> {
         let Placement { size, aside } = self.placement;
         let Buffers { patch, runs, .. } = &*self.buffers;
         let patch = View::new(patch, size).ok_or(Refusal::NoFootprint)?;
-        let Sought { window, radius, prior, middle, px_m } = *sought;
+        let Sought { window, radius, prior, middle, px_m, .. } = *sought;
         let (surface, tile) = (&mut self.navigation.surface, &self.tile);
         let mut together = None;
         let at = (radius, middle);
@@ -205,18 +228,19 @@ impl Sought<'_> {
     }
 }
 
-/// A frame's own match moved to where all frames together put the nadir, and as uncertain as two years and the way between the two make that;
-/// nothing where they are too far apart. All of that is alike in its neighbours.
-fn beside(found: Match, (d_col, d_row): (f32, f32)) -> Option<Match> {
+/// A frame's own match moved to where all frames together put the nadir, and as uncertain as two years, the way between the two and dead
+/// reckoning make that; nothing where they are too far apart. All of that is alike in its neighbours. `drift_px`: what dead reckoning
+/// may be off by over a footprint, one sigma.
+fn beside(found: Match, (d_col, d_row): (f32, f32), drift_px: f32) -> Option<Match> {
     let shift = found.accepted.ok()?;
     let apart = hypot(d_col - shift.d_col, d_row - shift.d_row);
-    if apart > APART_PX {
+    if apart > (WRONG_PX - NEARER * drift_px).max(BESIDE_PX) {
         return None;
     }
-    let map_variance = squared(0.5 * apart);
+    let map_variance = squared(TOGETHER_PX) + squared(APART_SHARE * apart) + squared(DRIFT_SHARE * drift_px);
     let covariance = Matrix2::identity() * map_variance;
-    let shift = between_years(Shift { d_col, d_row, covariance, map_variance, ..shift });
-    Some(Match { accepted: Ok(shift), ..found })
+    let shift = Shift { d_col, d_row, covariance, map_variance, ..shift };
+    Some(Match { shift: (d_col, d_row), accepted: Ok(shift), ..found })
 }
 
 /// Whether a frame's own match is known well enough to move the surface.
@@ -224,15 +248,9 @@ fn leads(found: &Match) -> bool {
     found.accepted.is_ok_and(|shift| (0..2).all(|axis| shift.covariance[(axis, axis)] <= squared(LEADS_PX)))
 }
 
-fn between_years(shift: Shift) -> Shift {
-    let by_place = squared(BY_PLACE_PX);
-    let covariance = shift.covariance + Matrix2::identity() * by_place;
-    Shift { covariance, map_variance: shift.map_variance + by_place, ..shift }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{APART_PX, BY_PLACE_PX, beside};
+    use super::{APART_SHARE, BESIDE_PX, DRIFT_SHARE, NEARER, TOGETHER_PX, WRONG_PX, beside};
     use crate::matching::{Alone, Carried, Match, Rejection, Shift};
     use nalgebra::Matrix2;
 
@@ -246,19 +264,33 @@ mod tests {
 
     #[test]
     fn what_lies_beside_the_decided_place_is_moved_there() {
-        let apart = 0.9 * APART_PX;
-        let shift = beside(own(), (3.0, -2.0 + apart)).expect("near").accepted.expect("a match");
+        let (apart, drift) = (0.8 * WRONG_PX, 0.1 * WRONG_PX / NEARER);
+        let found = beside(own(), (3.0, -2.0 + apart), drift).expect("near");
+        let shift = found.accepted.expect("a match");
         assert_eq!((shift.d_col, shift.d_row), (3.0, -2.0 + apart));
-        // Half of the way between the two, and what two years lie apart by place: alike in all of its neighbours.
-        let variance = 0.25 * apart * apart + BY_PLACE_PX * BY_PLACE_PX;
+        // What is told of the match is what is sent.
+        assert_eq!(found.shift, (shift.d_col, shift.d_row));
+        // The way between the two, the drift, and what two years lie apart by place: alike in all of its neighbours.
+        let of = |share: f32, way: f32| (share * way) * (share * way);
+        let variance = of(APART_SHARE, apart) + of(DRIFT_SHARE, drift) + of(TOGETHER_PX, 1.0);
         assert!((shift.covariance - Matrix2::identity() * variance).norm() < 1e-6, "{}", shift.covariance);
         assert!((shift.map_variance - variance).abs() < 1e-6, "{}", shift.map_variance);
     }
 
     #[test]
     fn what_does_not_is_none() {
-        assert_eq!(beside(own(), (3.0 + 0.8 * APART_PX, -2.0 + 0.8 * APART_PX)), None);
+        let aside = |way: f32| (3.0 + 0.6 * way, -2.0 + 0.8 * way);
+        assert_eq!(beside(own(), aside(1.01 * WRONG_PX), 0.0), None);
         let refused = Match { accepted: Err(Rejection::Undecided), ..own() };
-        assert_eq!(beside(refused, (3.0, -2.0)), None);
+        assert_eq!(beside(refused, (3.0, -2.0), 0.0), None);
+    }
+
+    #[test]
+    fn it_has_to_lie_nearer_where_dead_reckoning_is_worse() {
+        let is_beside = |way: f32, drift_px: f32| beside(own(), (3.0 - way, -2.0), drift_px).is_some();
+        let drift_px = 0.3 * WRONG_PX / NEARER;
+        assert!(is_beside(0.69 * WRONG_PX, drift_px) && !is_beside(0.71 * WRONG_PX, drift_px));
+        // But never nearer than it lies by itself, however slow the vehicle is.
+        assert!(is_beside(0.9 * BESIDE_PX, WRONG_PX) && !is_beside(1.1 * BESIDE_PX, WRONG_PX));
     }
 }

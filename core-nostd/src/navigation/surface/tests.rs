@@ -141,9 +141,10 @@ fn what_was_found_does_not_drift_away() {
                 flight.surface.found(truth, truth, PX_M);
             }
         }
-        flight.top().risk
+        flight.surface.top(PX_M).map(|decided| decided.risk)
     };
-    assert!(risk(true) < RISK_MAX && risk(false) > RISK_MAX, "{} {}", risk(true), risk(false));
+    let (found, lost) = (risk(true), risk(false));
+    assert!(found.is_some_and(|risk| risk < RISK_MAX) && lost.is_none_or(|risk| risk > RISK_MAX), "{found:?} {lost:?}");
 }
 
 /// A top that lies far off moves it no further than one nearby.
@@ -229,6 +230,47 @@ fn a_velocity_that_is_off_is_followed_within_its_sigma() {
     let mut flight = Flight { velocity_error_m_per_s: 1.0, sigma_m_per_s: 0.0, ..Flight::new() };
     flight.flown(10, 0.3, 0.2);
     assert!(flight.off_m() > STEP_M, "{:?}", flight.top());
+}
+
+#[test]
+fn frames_of_one_piece_of_ground_lead_it_only_so_far() {
+    let led_px = |since_m: f32, frames: usize| {
+        let mut flight = Flight::new();
+        flight.flown(6, 0.3, 0.2);
+        flight.surface.since_m = since_m;
+        let first = flight.surface.middle;
+        for _ in 0..frames {
+            // Own tops two pixels to the north of the place.
+            let before = flight.surface.middle;
+            flight.surface.found(before, before.moved([0.0, 2.0 * PX_M]), PX_M);
+        }
+        flight.surface.middle.off_m(first) / PX_M
+    };
+    assert!((0.2..LED_MAX_PX).contains(&led_px(0.0, 1)), "{}", led_px(0.0, 1));
+    assert!((led_px(0.0, 20) - LED_MAX_PX).abs() < 0.05, "{}", led_px(0.0, 20));
+    // What dead reckoning may be off by since is made good besides.
+    assert!((led_px(3.0 * PX_M, 100) - 3.0f32.hypot(LED_MAX_PX)).abs() < 0.05, "{}", led_px(3.0 * PX_M, 100));
+}
+
+#[test]
+fn it_says_nothing_where_dead_reckoning_has_gone_on_for_too_long() {
+    let mut flight = Flight { sigma_m_per_s: 0.5, ..Flight::new() };
+    flight.flown(6, 0.3, 0.2);
+    assert!(flight.top().risk < RISK_MAX);
+    // Above the same ground for as long as that: what it says there it has said.
+    let carried = |flight: &mut Flight, seconds: f32| {
+        let at = Micros(flight.surface.moment.at.0 + (seconds * 1e6) as u64);
+        flight.surface.carry(Moment { at, velocity_m_per_s: [0.0; 2] }, [0.0; 2], 0.5);
+    };
+    let until_s = DRIFT_MAX_PX * PX_M / 0.5 - 0.25 * FRAMES as f32;
+    carried(&mut flight, until_s);
+    assert!(flight.surface.top(PX_M).is_some());
+    carried(&mut flight, 4.0);
+    assert_eq!(flight.surface.top(PX_M), None);
+    // Frames whose own tops lie there confirm it.
+    let before = flight.surface.middle;
+    (0..3).for_each(|_| flight.surface.found(before, before, PX_M));
+    assert!(flight.surface.top(PX_M).is_some());
 }
 
 #[test]
