@@ -120,8 +120,8 @@ pub struct Surface {
     is_fresh: bool,
     is_newest: bool,
     grounds: Deque<Local, GROUNDS>,
-    /// The newest frame was by itself where all of them have decided.
-    pub agreed: bool,
+    /// How many of the newest frames were by themselves where all of them have decided.
+    pub agreed: u8,
     /// Share of the last frames of which least squares held, and how many they are, those included that [`HOLDING_FIRST`] counts as.
     holding: f32,
     frames: u8,
@@ -150,7 +150,7 @@ impl Surface {
             is_fresh: false,
             is_newest: false,
             grounds: Deque::new(),
-            agreed: false,
+            agreed: 0,
             holding: HOLDING_FIRST,
             frames: HOLDING_COUNTS,
         }

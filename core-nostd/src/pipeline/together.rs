@@ -33,6 +33,13 @@ const WRONG_PX: f32 = 3.0;
 const NEARER: f32 = 4.0;
 /// But not nearer than this, pixels: so far own tops lie from the right place by themselves.
 const BESIDE_PX: f32 = 0.8;
+/// Frames before it that have to lie beside the decided place, too, without a gap, for one to be believed over a map of another year; and where
+/// dead reckoning is so bad that they have to lie as near as that: of 4,000 fixes after the loss of satellites three were wrong, which
+/// had one such frame before them, or two, after a gap of fifteen seconds.
+const AGREED: u8 = 1;
+const AGREED_ADRIFT: u8 = 3;
+/// One that least squares have put there says as much.
+const AGREED_ALL: u8 = AGREED_ADRIFT;
 /// One sigma, each axis, of what two years lie apart by place, pixels, where a frame is matched by itself: neighbouring frames show the same,
 /// and no part of a patch says it. With 0.37 in its place 21 of 601 such matches between years were off by more than five of their sigmas.
 const BY_PLACE_PX: f32 = 0.6;
@@ -96,7 +103,7 @@ impl<'t> Pipeline<'t> {
             let believed = decided.filter(Decided::is_believed);
             matched.is_decided = believed.is_some();
             matched.is_elsewhere = believed.is_some_and(|decided| !sought.is_near(nadir, &decided));
-            self.navigation.surface.agreed = decided.is_some() && !matched.is_elsewhere;
+            self.navigation.surface.agreed = if decided.is_some() && !matched.is_elsewhere { AGREED_ALL } else { 0 };
             (matched.found.accepted, matched.risk) = (Ok(self.of_year(shift)), CONFIRMED_RISK);
             return;
         }
@@ -105,11 +112,12 @@ impl<'t> Pipeline<'t> {
         let Some(decided) = decided else { return };
         (matched.is_decided, matched.by_place) = (decided.is_believed(), true);
         let at = |found: &Match| self.tile.local(matched.centre.0 + found.shift.0, matched.centre.1 + found.shift.1);
-        if let Some(found) = own.filter(|own| own.refined.is_some())
+        // Over ground that repeats least squares hold at many places.
+        if let Some(found) = own.filter(|own| decided.is_believed() && own.refined.is_some())
             && sought.is_near(at(&found), &decided)
         {
             self.navigation.surface.held(at(&found), sought.px_m);
-            self.navigation.surface.agreed = true;
+            self.navigation.surface.agreed = AGREED_ALL;
             let accepted = found.accepted.map(|shift| self.of_year(shift));
             (matched.found, matched.risk) = (Match { accepted, ..found }, CONFIRMED_RISK);
             return;
@@ -124,8 +132,9 @@ impl<'t> Pipeline<'t> {
         let near = |found| beside(found, together, sought.drift_px);
         let own = own.and_then(near).or_else(|| near(by_itself?));
         // Between years the first frame that agrees is ten times as often wrong as those behind it.
-        let counts = decided.is_believed() && (agreed || !self.navigation.surface.is_another_year());
-        self.navigation.surface.agreed = own.is_some();
+        let enough = if is_adrift(sought.drift_px) { AGREED_ADRIFT } else { AGREED };
+        let counts = decided.is_believed() && (agreed >= enough || !self.navigation.surface.is_another_year());
+        self.navigation.surface.agreed = if own.is_some() { agreed.saturating_add(1) } else { 0 };
         if let Some(found) = own.filter(|_| counts) {
             (matched.found, matched.risk) = (found, decided.risk + BESIDE_RISK);
         }
@@ -228,13 +237,23 @@ impl Sought<'_> {
     }
 }
 
+/// How near to the decided place a frame's own top has to lie, pixels.
+fn near_px(drift_px: f32) -> f32 {
+    (WRONG_PX - NEARER * drift_px).max(BESIDE_PX)
+}
+
+/// Whether that is as near as it lies by itself.
+fn is_adrift(drift_px: f32) -> bool {
+    near_px(drift_px) <= BESIDE_PX
+}
+
 /// A frame's own match moved to where all frames together put the nadir, and as uncertain as two years, the way between the two and dead
 /// reckoning make that; nothing where they are too far apart. All of that is alike in its neighbours. `drift_px`: what dead reckoning
 /// may be off by over a footprint, one sigma.
 fn beside(found: Match, (d_col, d_row): (f32, f32), drift_px: f32) -> Option<Match> {
     let shift = found.accepted.ok()?;
     let apart = hypot(d_col - shift.d_col, d_row - shift.d_row);
-    if apart > (WRONG_PX - NEARER * drift_px).max(BESIDE_PX) {
+    if apart > near_px(drift_px) {
         return None;
     }
     let map_variance = squared(TOGETHER_PX) + squared(APART_SHARE * apart) + squared(DRIFT_SHARE * drift_px);

@@ -160,7 +160,7 @@ fn decide(surface: &mut Surface) {
     surface.around(before, (before, 0.0), side_m, RESOLUTION_M);
     surface.held(before, RESOLUTION_M);
     surface.held(before, RESOLUTION_M);
-    surface.agreed = true;
+    surface.agreed = u8::MAX;
 }
 
 fn georeference() -> Georeference {
