@@ -73,12 +73,12 @@ fn fixes_go_on_in_any_light() {
     }
 }
 
-/// What it is for: a frame that is white at most places shows nothing.
+/// What it is for: a frame that is white at most places shows little, and what several of them show together makes good a part of that.
 #[test]
-fn a_fixed_exposure_loses_most_fixes_in_brighter_light() {
+fn a_fixed_exposure_loses_many_fixes_in_brighter_light() {
     let fixed = flown("two stops brighter, fixed", scenario(steady(2.0), false));
     let controlled = flown("two stops brighter", scenario(steady(2.0), true));
-    assert!(2 * fixed.accepted < controlled.accepted);
+    assert!(fixed.wrong == 0 && 3 * fixed.accepted < 2 * controlled.accepted);
 }
 
 /// In the dark it costs little: greys are few, but there. It must not cost wrong fixes.

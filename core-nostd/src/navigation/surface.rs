@@ -52,7 +52,7 @@ const BETTER: f32 = 1.1;
 /// Share of the smaller side of a footprint by which the vehicle has to have come from ground that has been added.
 const FRESH: f32 = 0.75;
 /// Pieces of ground that are remembered. Chosen: a circle of as many footprints is flown for the second time after a minute or more.
-const GROUNDS: usize = 16;
+const GROUNDS: usize = 15;
 /// Longest time between two frames over which a surface is carried on, microseconds: that of places.
 const STEP_MAX_US: i32 = 9_000_000;
 /// Share by which the surface is moved to where least squares have found the nadir. Chosen: a velocity that is off is made good over a few
