@@ -10,6 +10,7 @@
 //! to the next piece, a frame of more texture takes the place of the one that has been added.
 //! No piece of ground says more than 90, since one in 120 is wrong however clear it is.
 
+mod agreement;
 mod top;
 mod places;
 
@@ -19,6 +20,7 @@ use crate::matching::local_maximum::vertex;
 use crate::math::{exp, hypot, ln, round};
 use crate::tile::Local;
 use crate::units::Micros;
+pub use agreement::Agreement;
 use heapless::Deque;
 use places::{DRIFT_MIN, Kept, Places};
 use top::Top;
@@ -52,7 +54,7 @@ const BETTER: f32 = 1.1;
 /// Share of the smaller side of a footprint by which the vehicle has to have come from ground that has been added.
 const FRESH: f32 = 0.75;
 /// Pieces of ground that are remembered. Chosen: a circle of as many footprints is flown for the second time after a minute or more.
-const GROUNDS: usize = 15;
+const GROUNDS: usize = 13;
 /// Longest time between two frames over which a surface is carried on, microseconds: that of places.
 const STEP_MAX_US: i32 = 9_000_000;
 /// Share by which the surface is moved to where least squares have found the nadir. Chosen: a velocity that is off is made good over a few
@@ -87,7 +89,12 @@ const HELD: f32 = 250.0;
 const HELD_STEPS: f32 = 1.5;
 
 /// All numbers that the risk of a decision is made of, for whoever keeps a record of which they were.
-pub const COEFFICIENTS: [f32; 8] = [CAP, ALWAYS, EVIDENCE, POWER, CONTRADICTS, KEPT_SHARE, CURVATURE_MIN, FRESH];
+pub const COEFFICIENTS: [f32; 15] = {
+    let [off_gain, share_gain, beside_px, share, off_px] = agreement::COEFFICIENTS;
+    let own = [CAP, ALWAYS, EVIDENCE, POWER, CONTRADICTS, KEPT_SHARE, CURVATURE_MIN, FRESH, LED_MAX_PX, DRIFT_MAX_PX];
+    let [a, b, c, d, e, f, g, h, i, j] = own;
+    [a, b, c, d, e, f, g, h, i, j, off_gain, share_gain, beside_px, share, off_px]
+};
 
 /// The place that a surface has decided for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,8 +127,8 @@ pub struct Surface {
     is_fresh: bool,
     is_newest: bool,
     grounds: Deque<Local, GROUNDS>,
-    /// How many of the newest frames were by themselves where all of them have decided.
-    pub agreed: u8,
+    /// Whether frames by themselves say the same.
+    pub agreement: Agreement,
     /// Share of the last frames of which least squares held, and how many they are, those included that [`HOLDING_FIRST`] counts as.
     holding: f32,
     frames: u8,
@@ -150,7 +157,7 @@ impl Surface {
             is_fresh: false,
             is_newest: false,
             grounds: Deque::new(),
-            agreed: 0,
+            agreement: Agreement::new(),
             holding: HOLDING_FIRST,
             frames: HOLDING_COUNTS,
         }
@@ -177,6 +184,7 @@ impl Surface {
     /// Forgets all evidence.
     fn clear(&mut self) {
         self.grounds.clear();
+        self.agreement = Agreement::new();
     }
 
     /// Moves it so that it lies around the nadir of a search, and says by how many pixels (columns, rows) its middle is off that: each −1, 0

@@ -33,23 +33,18 @@ const WRONG_PX: f32 = 3.0;
 const NEARER: f32 = 4.0;
 /// But not nearer than this, pixels: so far own tops lie from the right place by themselves.
 const BESIDE_PX: f32 = 0.8;
-/// Frames before it that have to lie beside the decided place, too, without a gap, for one to be believed over a map of another year; and where
-/// dead reckoning is so bad that they have to lie as near as that: of 4,000 fixes after the loss of satellites three were wrong, which
-/// had one such frame before them, or two, after a gap of fifteen seconds.
-const AGREED: u8 = 1;
-const AGREED_ADRIFT: u8 = 3;
-/// One that least squares have put there says as much.
-const AGREED_ALL: u8 = AGREED_ADRIFT;
 /// One sigma, each axis, of what two years lie apart by place, pixels, where a frame is matched by itself: neighbouring frames show the same,
 /// and no part of a patch says it. With 0.37 in its place 21 of 601 such matches between years were off by more than five of their sigmas.
 const BY_PLACE_PX: f32 = 0.6;
-/// And where all frames together put the nadir, which have seen several places: so far that was off in 500 flights between eight years where a
-/// frame's own top lay beside it, rounded up.
-const TOGETHER_PX: f32 = 0.4;
-/// And what it grows by for each pixel that the own top lies from there, and that dead reckoning may be off by over a footprint: with the
-/// first, errors are as stated up to 3 pixels; of the second frames' own tops take off half.
+/// And where all frames together put the nadir, which have seen several places: so far that was off in 84 flights between eight years where a
+/// frame's own top lay beside it and the last ones' about it.
+const TOGETHER_PX: f32 = 0.33;
+/// And what it grows by for each pixel that the own top lies from there, that dead reckoning may be off by over a footprint, and that the last
+/// frames' own tops lie off in the mean: with the first, errors are as stated up to 3 pixels; of the second own tops take off half; with the
+/// third, errors are as stated where velocities are off by five of their sigmas.
 const APART_SHARE: f32 = 0.2;
 const DRIFT_SHARE: f32 = 0.5;
+const ASTRAY_SHARE: f32 = 0.5;
 /// The surface is moved to own tops that are known better than this along both axes, pixels, one sigma: those that are not say little
 /// more than where they were looked for, and lead it astray. With them at a gain that falls with their
 /// variance 27 % of frames of 35 pixels were fixed instead of 22, and ten times as many wrong.
@@ -92,7 +87,6 @@ impl<'t> Pipeline<'t> {
             return;
         }
         let Some(sought) = self.sought(situation, matched) else { return };
-        let agreed = core::mem::take(&mut self.navigation.surface.agreed);
         let decided = self.decided(sought.px_m);
         if let Ok(shift) = accepted
             && self.confirmed(matched) == Ok(true)
@@ -103,7 +97,10 @@ impl<'t> Pipeline<'t> {
             let believed = decided.filter(Decided::is_believed);
             matched.is_decided = believed.is_some();
             matched.is_elsewhere = believed.is_some_and(|decided| !sought.is_near(nadir, &decided));
-            self.navigation.surface.agreed = if decided.is_some() && !matched.is_elsewhere { AGREED_ALL } else { 0 };
+            if let Some(decided) = decided {
+                let off_px = self.off_px(nadir, &decided);
+                self.navigation.surface.agreement.frame(off_px);
+            }
             (matched.found.accepted, matched.risk) = (Ok(self.of_year(shift)), CONFIRMED_RISK);
             return;
         }
@@ -116,8 +113,9 @@ impl<'t> Pipeline<'t> {
         if let Some(found) = own.filter(|own| decided.is_believed() && own.refined.is_some())
             && sought.is_near(at(&found), &decided)
         {
+            let off_px = self.off_px(at(&found), &decided);
+            self.navigation.surface.agreement.frame(off_px);
             self.navigation.surface.held(at(&found), sought.px_m);
-            self.navigation.surface.agreed = AGREED_ALL;
             let accepted = found.accepted.map(|shift| self.of_year(shift));
             (matched.found, matched.risk) = (Match { accepted, ..found }, CONFIRMED_RISK);
             return;
@@ -129,15 +127,23 @@ impl<'t> Pipeline<'t> {
         if let Some(found) = own.filter(leads) {
             self.navigation.surface.found(decided.nadir, at(&found), sought.px_m);
         }
-        let near = |found| beside(found, together, sought.drift_px);
-        let own = own.and_then(near).or_else(|| near(by_itself?));
-        // Between years the first frame that agrees is ten times as often wrong as those behind it.
-        let enough = if is_adrift(sought.drift_px) { AGREED_ADRIFT } else { AGREED };
-        let counts = decided.is_believed() && (agreed >= enough || !self.navigation.surface.is_another_year());
-        self.navigation.surface.agreed = if own.is_some() { agreed.saturating_add(1) } else { 0 };
+        let own = own.or(by_itself);
+        let off_px = own.and_then(|own| self.off_px(at(&own), &decided));
+        let agreement = &mut self.navigation.surface.agreement;
+        agreement.frame(off_px);
+        let counts = decided.is_believed() && agreement.is_enough();
+        let astray_px = agreement.off_px();
+        let own = own.and_then(|own| beside(own, together, sought.drift_px, astray_px));
         if let Some(found) = own.filter(|_| counts) {
             (matched.found, matched.risk) = (found, decided.risk + BESIDE_RISK);
         }
+    }
+
+    /// How far a nadir lies off the decided place, pixels to the right and downwards, where that is no wrong place.
+    fn off_px(&self, nadir: Local, decided: &Decided) -> Option<(f32, f32)> {
+        let (own, all) = (self.tile.pixel(nadir), self.tile.pixel(decided.nadir));
+        let (cols, rows) = (own.0 - all.0, own.1 - all.1);
+        (hypot(cols, rows) <= WRONG_PX).then_some((cols, rows))
     }
 
     /// A match of least squares, as uncertain as two years make it where the map is of another one: alike in its neighbours.
@@ -242,21 +248,17 @@ fn near_px(drift_px: f32) -> f32 {
     (WRONG_PX - NEARER * drift_px).max(BESIDE_PX)
 }
 
-/// Whether that is as near as it lies by itself.
-fn is_adrift(drift_px: f32) -> bool {
-    near_px(drift_px) <= BESIDE_PX
-}
-
 /// A frame's own match moved to where all frames together put the nadir, and as uncertain as two years, the way between the two and dead
 /// reckoning make that; nothing where they are too far apart. All of that is alike in its neighbours. `drift_px`: what dead reckoning
-/// may be off by over a footprint, one sigma.
-fn beside(found: Match, (d_col, d_row): (f32, f32), drift_px: f32) -> Option<Match> {
+/// may be off by over a footprint, one sigma. `astray_px`: how far the last frames' tops lie off the place in the mean.
+fn beside(found: Match, (d_col, d_row): (f32, f32), drift_px: f32, astray_px: f32) -> Option<Match> {
     let shift = found.accepted.ok()?;
     let apart = hypot(d_col - shift.d_col, d_row - shift.d_row);
     if apart > near_px(drift_px) {
         return None;
     }
-    let map_variance = squared(TOGETHER_PX) + squared(APART_SHARE * apart) + squared(DRIFT_SHARE * drift_px);
+    let shares = squared(APART_SHARE * apart) + squared(DRIFT_SHARE * drift_px) + squared(ASTRAY_SHARE * astray_px);
+    let map_variance = squared(TOGETHER_PX) + shares;
     let covariance = Matrix2::identity() * map_variance;
     let shift = Shift { d_col, d_row, covariance, map_variance, ..shift };
     Some(Match { shift: (d_col, d_row), accepted: Ok(shift), ..found })
@@ -269,7 +271,7 @@ fn leads(found: &Match) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{APART_SHARE, BESIDE_PX, DRIFT_SHARE, NEARER, TOGETHER_PX, WRONG_PX, beside};
+    use super::{APART_SHARE, ASTRAY_SHARE, BESIDE_PX, DRIFT_SHARE, NEARER, TOGETHER_PX, WRONG_PX, beside};
     use crate::matching::{Alone, Carried, Match, Rejection, Shift};
     use nalgebra::Matrix2;
 
@@ -284,14 +286,14 @@ mod tests {
     #[test]
     fn what_lies_beside_the_decided_place_is_moved_there() {
         let (apart, drift) = (0.8 * WRONG_PX, 0.1 * WRONG_PX / NEARER);
-        let found = beside(own(), (3.0, -2.0 + apart), drift).expect("near");
+        let found = beside(own(), (3.0, -2.0 + apart), drift, 0.7).expect("near");
         let shift = found.accepted.expect("a match");
         assert_eq!((shift.d_col, shift.d_row), (3.0, -2.0 + apart));
         // What is told of the match is what is sent.
         assert_eq!(found.shift, (shift.d_col, shift.d_row));
-        // The way between the two, the drift, and what two years lie apart by place: alike in all of its neighbours.
+        // The way between the two, the drift, what tops are astray, and what two years lie apart by place: alike in all of its neighbours.
         let of = |share: f32, way: f32| (share * way) * (share * way);
-        let variance = of(APART_SHARE, apart) + of(DRIFT_SHARE, drift) + of(TOGETHER_PX, 1.0);
+        let variance = of(APART_SHARE, apart) + of(DRIFT_SHARE, drift) + of(ASTRAY_SHARE, 0.7) + of(TOGETHER_PX, 1.0);
         assert!((shift.covariance - Matrix2::identity() * variance).norm() < 1e-6, "{}", shift.covariance);
         assert!((shift.map_variance - variance).abs() < 1e-6, "{}", shift.map_variance);
     }
@@ -299,14 +301,14 @@ mod tests {
     #[test]
     fn what_does_not_is_none() {
         let aside = |way: f32| (3.0 + 0.6 * way, -2.0 + 0.8 * way);
-        assert_eq!(beside(own(), aside(1.01 * WRONG_PX), 0.0), None);
+        assert_eq!(beside(own(), aside(1.01 * WRONG_PX), 0.0, 0.0), None);
         let refused = Match { accepted: Err(Rejection::Undecided), ..own() };
-        assert_eq!(beside(refused, (3.0, -2.0), 0.0), None);
+        assert_eq!(beside(refused, (3.0, -2.0), 0.0, 0.0), None);
     }
 
     #[test]
     fn it_has_to_lie_nearer_where_dead_reckoning_is_worse() {
-        let is_beside = |way: f32, drift_px: f32| beside(own(), (3.0 - way, -2.0), drift_px).is_some();
+        let is_beside = |way: f32, drift_px: f32| beside(own(), (3.0 - way, -2.0), drift_px, 0.0).is_some();
         let drift_px = 0.3 * WRONG_PX / NEARER;
         assert!(is_beside(0.69 * WRONG_PX, drift_px) && !is_beside(0.71 * WRONG_PX, drift_px));
         // But never nearer than it lies by itself, however slow the vehicle is.

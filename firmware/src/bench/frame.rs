@@ -149,7 +149,10 @@ fn changed(grey: u8) -> u8 {
     if grey <= BACK { 220 - grey } else { 40 + 2 * (grey - BACK) }
 }
 
-/// Least squares have held twice where the vehicle is, a footprint before it, and the frame before was there by itself.
+/// Frames whose own tops lay where the vehicle is. Chosen: more than it takes.
+const FRAMES_BEFORE: usize = 8;
+
+/// Least squares have held twice where the vehicle is, a footprint before it, and the frames before were there by themselves.
 fn decide(surface: &mut Surface) {
     let (truth, side_m) = (Local { east_m: 0.0, north_m: 0.0 }, PATCH_PX * RESOLUTION_M);
     let speed_m_per_s = side_m / (BEFORE_US as f32 * 1e-6);
@@ -160,7 +163,7 @@ fn decide(surface: &mut Surface) {
     surface.around(before, (before, 0.0), side_m, RESOLUTION_M);
     surface.held(before, RESOLUTION_M);
     surface.held(before, RESOLUTION_M);
-    surface.agreed = u8::MAX;
+    (0..FRAMES_BEFORE).for_each(|_| surface.agreement.frame(Some((0.0, 0.0))));
 }
 
 fn georeference() -> Georeference {
