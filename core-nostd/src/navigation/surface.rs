@@ -89,11 +89,11 @@ const HELD: f32 = 250.0;
 const HELD_STEPS: f32 = 1.5;
 
 /// All numbers that the risk of a decision is made of, for whoever keeps a record of which they were.
-pub const COEFFICIENTS: [f32; 15] = {
-    let [off_gain, share_gain, beside_px, share, off_px] = agreement::COEFFICIENTS;
+pub const COEFFICIENTS: [f32; 16] = {
+    let [off_gain, share_gain, beside_px, share, off_px, row] = agreement::COEFFICIENTS;
     let own = [CAP, ALWAYS, EVIDENCE, POWER, CONTRADICTS, KEPT_SHARE, CURVATURE_MIN, FRESH, LED_MAX_PX, DRIFT_MAX_PX];
     let [a, b, c, d, e, f, g, h, i, j] = own;
-    [a, b, c, d, e, f, g, h, i, j, off_gain, share_gain, beside_px, share, off_px]
+    [a, b, c, d, e, f, g, h, i, j, off_gain, share_gain, beside_px, share, off_px, row]
 };
 
 /// The place that a surface has decided for.

@@ -38,7 +38,7 @@ const BESIDE_PX: f32 = 0.8;
 const BY_PLACE_PX: f32 = 0.6;
 /// And where all frames together put the nadir, which have seen several places: so far that was off in 84 flights between eight years where a
 /// frame's own top lay beside it and the last ones' about it.
-const TOGETHER_PX: f32 = 0.33;
+const TOGETHER_PX: f32 = 0.36;
 /// And what it grows by for each pixel that the own top lies from there, that dead reckoning may be off by over a footprint, and that the last
 /// frames' own tops lie off in the mean: with the first, errors are as stated up to 3 pixels; of the second own tops take off half; with the
 /// third, errors are as stated where velocities are off by five of their sigmas.
@@ -99,14 +99,17 @@ impl<'t> Pipeline<'t> {
             matched.is_elsewhere = believed.is_some_and(|decided| !sought.is_near(nadir, &decided));
             if let Some(decided) = decided {
                 let off_px = self.off_px(nadir, &decided);
-                self.navigation.surface.agreement.frame(off_px);
+                self.navigation.surface.agreement.frame(off_px, WRONG_PX);
             }
             (matched.found.accepted, matched.risk) = (Ok(self.of_year(shift)), CONFIRMED_RISK);
             return;
         }
         self.navigation.surface.count(false);
         let Ok((decided, own)) = self.looked(matched, accepted.is_err(), &sought) else { return };
-        let Some(decided) = decided else { return };
+        let Some(decided) = decided else {
+            self.navigation.surface.agreement.gap();
+            return;
+        };
         (matched.is_decided, matched.by_place) = (decided.is_believed(), true);
         let at = |found: &Match| self.tile.local(matched.centre.0 + found.shift.0, matched.centre.1 + found.shift.1);
         // Over ground that repeats least squares hold at many places.
@@ -114,7 +117,7 @@ impl<'t> Pipeline<'t> {
             && sought.is_near(at(&found), &decided)
         {
             let off_px = self.off_px(at(&found), &decided);
-            self.navigation.surface.agreement.frame(off_px);
+            self.navigation.surface.agreement.frame(off_px, WRONG_PX);
             self.navigation.surface.held(at(&found), sought.px_m);
             let accepted = found.accepted.map(|shift| self.of_year(shift));
             (matched.found, matched.risk) = (Match { accepted, ..found }, CONFIRMED_RISK);
@@ -124,14 +127,15 @@ impl<'t> Pipeline<'t> {
         let by_itself = accepted.ok().map(|shift| Match { accepted: Ok(shift), ..matched.found });
         let (col, row) = self.tile.pixel(decided.nadir);
         let together = (col - matched.centre.0, row - matched.centre.1);
-        if let Some(found) = own.filter(leads) {
+        // What lies to one side of the place by the last frames is another one.
+        if let Some(found) = own.filter(|own| leads(own) && !self.navigation.surface.agreement.is_astray()) {
             self.navigation.surface.found(decided.nadir, at(&found), sought.px_m);
         }
         let own = own.or(by_itself);
         let off_px = own.and_then(|own| self.off_px(at(&own), &decided));
         let agreement = &mut self.navigation.surface.agreement;
-        agreement.frame(off_px);
-        let counts = decided.is_believed() && agreement.is_enough();
+        agreement.frame(off_px, near_px(sought.drift_px));
+        let counts = decided.is_believed() && agreement.is_enough(is_adrift(sought.drift_px));
         let astray_px = agreement.off_px();
         let own = own.and_then(|own| beside(own, together, sought.drift_px, astray_px));
         if let Some(found) = own.filter(|_| counts) {
@@ -246,6 +250,11 @@ impl Sought<'_> {
 /// How near to the decided place a frame's own top has to lie, pixels.
 fn near_px(drift_px: f32) -> f32 {
     (WRONG_PX - NEARER * drift_px).max(BESIDE_PX)
+}
+
+/// Whether that is as near as it lies by itself.
+fn is_adrift(drift_px: f32) -> bool {
+    near_px(drift_px) <= BESIDE_PX
 }
 
 /// A frame's own match moved to where all frames together put the nadir, and as uncertain as two years, the way between the two and dead

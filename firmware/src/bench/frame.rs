@@ -163,7 +163,7 @@ fn decide(surface: &mut Surface) {
     surface.around(before, (before, 0.0), side_m, RESOLUTION_M);
     surface.held(before, RESOLUTION_M);
     surface.held(before, RESOLUTION_M);
-    (0..FRAMES_BEFORE).for_each(|_| surface.agreement.frame(Some((0.0, 0.0))));
+    (0..FRAMES_BEFORE).for_each(|_| surface.agreement.frame(Some((0.0, 0.0)), 1.0));
 }
 
 fn georeference() -> Georeference {

@@ -17,8 +17,13 @@ const BESIDE_PX: f32 = 1.2;
 const SHARE_MIN: f32 = 0.25;
 const OFF_MAX_PX: f32 = 1.1;
 
+/// And so many in a row, the newest included, have to lie there where dead reckoning is so bad that they have to be as near as tops lie by themselves: of
+/// 4,000 fixes after the loss of satellites three were wrong, which had one before them, or two, after a gap of fifteen seconds, and of 2,000
+/// five where none was asked for.
+const IN_A_ROW_ADRIFT: u8 = 4;
+
 /// All numbers of it.
-pub const COEFFICIENTS: [f32; 5] = [OFF_GAIN, SHARE_GAIN, BESIDE_PX, SHARE_MIN, OFF_MAX_PX];
+pub const COEFFICIENTS: [f32; 6] = [OFF_GAIN, SHARE_GAIN, BESIDE_PX, SHARE_MIN, OFF_MAX_PX, IN_A_ROW_ADRIFT as f32];
 
 /// What the last frames' own tops say of the decided place.
 #[derive(Clone, Copy, Debug)]
@@ -27,16 +32,25 @@ pub struct Agreement {
     off_px: [f32; 2],
     /// Share of the frames that have one beside it.
     share: f32,
+    /// How many of the newest have one within what was asked.
+    in_a_row: u8,
 }
 
 impl Agreement {
     /// No frame yet.
     pub const fn new() -> Self {
-        Agreement { off_px: [0.0; 2], share: 0.0 }
+        Agreement { off_px: [0.0; 2], share: 0.0, in_a_row: 0 }
     }
 
-    /// A frame's own top lies so many pixels off the decided place, or it has none there.
-    pub fn frame(&mut self, off_px: Option<(f32, f32)>) {
+    /// A frame of which there is no decided place.
+    pub fn gap(&mut self) {
+        self.in_a_row = 0;
+    }
+
+    /// A frame's own top lies so many pixels off the decided place, or it has none there. `near_px`: how near it is asked to lie.
+    pub fn frame(&mut self, off_px: Option<(f32, f32)>, near_px: f32) {
+        let is_near = off_px.is_some_and(|(cols, rows)| hypot(cols, rows) <= near_px);
+        self.in_a_row = if is_near { self.in_a_row.saturating_add(1) } else { 0 };
         let is_beside = off_px.is_some_and(|(cols, rows)| hypot(cols, rows) <= BESIDE_PX);
         self.share += SHARE_GAIN * (f32::from(u8::from(is_beside)) - self.share);
         if let Some((cols, rows)) = off_px {
@@ -50,9 +64,15 @@ impl Agreement {
         hypot(self.off_px[0], self.off_px[1])
     }
 
-    /// Whether they say the same as all of them together.
-    pub fn is_enough(&self) -> bool {
-        self.share >= SHARE_MIN && self.off_px() <= OFF_MAX_PX
+    /// Whether they lie to one side of it, so that it may have gone astray.
+    pub fn is_astray(&self) -> bool {
+        self.off_px() > OFF_MAX_PX
+    }
+
+    /// Whether they say the same as all of them together. `is_adrift`: dead reckoning is bad.
+    pub fn is_enough(&self, is_adrift: bool) -> bool {
+        let is_row = !is_adrift || self.in_a_row >= IN_A_ROW_ADRIFT;
+        is_row && self.share >= SHARE_MIN && !self.is_astray()
     }
 }
 
@@ -60,28 +80,46 @@ impl Agreement {
 mod tests {
     use super::{Agreement, OFF_MAX_PX};
 
+    const NEAR_PX: f32 = 2.0;
+
     fn after(frames: impl IntoIterator<Item = Option<(f32, f32)>>) -> Agreement {
         let mut agreement = Agreement::new();
-        frames.into_iter().for_each(|off_px| agreement.frame(off_px));
+        frames.into_iter().for_each(|off_px| agreement.frame(off_px, NEAR_PX));
         agreement
     }
 
     #[test]
     fn tops_to_all_sides_agree_and_to_one_side_do_not() {
         let around = |frame: u16| Some(if frame.is_multiple_of(2) { (1.0, -0.4) } else { (-0.9, 0.5) });
-        assert!(after((0..20).map(around)).is_enough());
+        assert!(after((0..20).map(around)).is_enough(true));
         let aside = |off_px: f32| after((0..40).map(move |_| Some((0.6 * off_px, -0.8 * off_px))));
-        assert!(aside(0.9 * OFF_MAX_PX).is_enough() && !aside(1.05 * OFF_MAX_PX).is_enough());
+        assert!(aside(0.9 * OFF_MAX_PX).is_enough(true) && !aside(1.05 * OFF_MAX_PX).is_enough(true));
+        assert!(!aside(0.9 * OFF_MAX_PX).is_astray() && aside(1.05 * OFF_MAX_PX).is_astray());
     }
 
     #[test]
     fn it_takes_some_frames_and_not_all() {
         let first = |frames: u16| after((0..frames).map(|_| Some((0.1, 0.1))));
-        assert!(!first(3).is_enough() && first(4).is_enough());
-        // Every other one has none there, or one somewhere.
-        assert!(after((0..40).map(|frame| (frame % 2 == 0).then_some((0.2, 0.0)))).is_enough());
-        assert!(!after((0..40).map(|frame| (frame % 5 == 0).then_some((0.2, 0.0)))).is_enough());
-        let anywhere = [(2.0, 0.0), (-1.0, 1.7), (-1.0, -1.7), (0.3, 0.1)];
-        assert!(!after((0..60).map(|frame| anywhere.get(frame % 7).copied())).is_enough());
+        assert!(!first(3).is_enough(false) && first(4).is_enough(false));
+        // One of two has one there, or one of five, or all somewhere.
+        let some = |of: usize| after((0..60).map(move |frame| (frame % of == 0).then_some((0.2, 0.0))));
+        assert!(some(2).is_enough(false) && !some(5).is_enough(false));
+        let anywhere = [(1.6, 0.0), (-1.0, 1.5), (-1.0, -1.5), (1.0, 1.0), (0.3, 0.1), (-1.4, 0.2)];
+        assert!(!after((0..60).map(|frame| anywhere.get(frame % 6).copied())).is_enough(false));
+    }
+
+    #[test]
+    fn adrift_they_have_to_agree_anew_behind_a_gap() {
+        let mut agreement = after((0..40).map(|_| Some((0.1, 0.1))));
+        assert!(agreement.is_enough(true));
+        agreement.gap();
+        let mut again = || {
+            agreement.frame(Some((0.1, 0.1)), NEAR_PX);
+            (agreement.is_enough(false), agreement.is_enough(true))
+        };
+        assert_eq!([again(), again(), again(), again()], [(true, false), (true, false), (true, false), (true, true)]);
+        // One that is not as near as was asked is a gap, too.
+        agreement.frame(Some((0.9, 0.0)), 0.8);
+        assert!(!agreement.is_enough(true));
     }
 }
