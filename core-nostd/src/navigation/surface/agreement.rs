@@ -11,9 +11,9 @@ const OFF_GAIN: f32 = 0.1;
 const SHARE_GAIN: f32 = 1.0 / 12.0;
 /// A top that lies within so many pixels of the place agrees with it. Chosen: two sigmas of what own tops are off by.
 const BESIDE_PX: f32 = 1.2;
-/// Share of frames that have to agree, and pixels that the mean of their tops may lie off the place, for one to be fixed there. Of 22,000 fixes in 84
-/// flights between years 2, 9 and 8 of 100 (patches of 64, 35 and 24 pixels) lie beyond, and of 380 that were wrong since velocities were off by 0.5, 1 and 3 m/s, five to thirty
-/// of their sigmas, 350.
+/// Share of frames that have to agree, and pixels that the mean of their tops may lie off the place, for one to be fixed there. Of 22,000
+/// fixes in 84 flights between years 2, 9 and 8 of 100 (patches of 64, 35 and 24 pixels) lie beyond; of 293 that were wrong while a velocity was off
+/// by 0.5, 1 and 3 m/s, five to thirty of its sigmas, all but 38.
 const SHARE_MIN: f32 = 0.25;
 const OFF_MAX_PX: f32 = 1.1;
 
