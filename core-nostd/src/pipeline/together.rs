@@ -93,15 +93,11 @@ impl<'t> Pipeline<'t> {
             && self.confirmed(matched) == Ok(true)
         {
             let nadir = self.tile.local(matched.centre.0 + shift.d_col, matched.centre.1 + shift.d_row);
-            self.navigation.surface.held(nadir, sought.px_m);
+            self.held(nadir, decided, sought.px_m);
             self.navigation.surface.count(true);
             let believed = decided.filter(Decided::is_believed);
             matched.is_decided = believed.is_some();
             matched.is_elsewhere = believed.is_some_and(|decided| !sought.is_near(nadir, &decided));
-            if let Some(decided) = decided {
-                let off_px = self.off_px(nadir, &decided);
-                self.navigation.surface.agreement.frame(off_px, WRONG_PX);
-            }
             (matched.found.accepted, matched.risk) = (Ok(self.of_year(shift)), CONFIRMED_RISK);
             return;
         }
@@ -117,9 +113,7 @@ impl<'t> Pipeline<'t> {
         if let Some(found) = own.filter(|own| decided.is_believed() && own.refined.is_some())
             && sought.is_near(at(&found), &decided)
         {
-            let off_px = self.off_px(at(&found), &decided);
-            self.navigation.surface.agreement.frame(off_px, WRONG_PX);
-            self.navigation.surface.held(at(&found), sought.px_m);
+            self.held(at(&found), Some(decided), sought.px_m);
             let accepted = found.accepted.map(|shift| self.of_year(shift));
             (matched.found, matched.risk) = (Match { accepted, ..found }, CONFIRMED_RISK);
             return;
@@ -142,6 +136,15 @@ impl<'t> Pipeline<'t> {
         if let Some(found) = own.filter(|_| counts) {
             (matched.found, matched.risk) = (found, decided.risk + BESIDE_RISK);
         }
+    }
+
+    /// Least squares hold at a nadir; all frames together may have decided for a place.
+    fn held(&mut self, nadir: Local, decided: Option<Decided>, px_m: f32) {
+        if let Some(decided) = decided {
+            let off_px = self.off_px(nadir, &decided);
+            self.navigation.surface.agreement.frame(off_px, WRONG_PX);
+        }
+        self.navigation.surface.held(nadir, px_m);
     }
 
     /// How far a nadir lies off the decided place, pixels to the right and downwards, where that is no wrong place.
