@@ -128,14 +128,22 @@ impl<'t> Pipeline<'t> {
         }
         let own = own.or(by_itself);
         let off_px = own.and_then(|own| self.off_px(at(&own), &decided));
-        let agreement = &mut self.navigation.surface.agreement;
-        agreement.frame(off_px, near_px(sought.drift_px));
-        let counts = decided.is_believed() && agreement.is_enough(is_adrift(sought.drift_px));
-        let astray_px = agreement.off_px();
+        let (agree, astray_px) = self.agreed(off_px, sought.drift_px);
+        let counts = decided.is_believed() && agree;
         let own = own.and_then(|own| beside(own, together, sought.drift_px, astray_px));
         if let Some(found) = own.filter(|_| counts) {
             (matched.found, matched.risk) = (found, decided.risk + BESIDE_RISK);
         }
+    }
+
+    /// Whether the last frames, this one included, say the same as all of them together, and how far off that their tops lie in the mean, pixels.
+    fn agreed(&mut self, off_px: Option<(f32, f32)>, drift_px: f32) -> (bool, f32) {
+        let is_own_year = !self.navigation.surface.is_another_year();
+        let agreement = &mut self.navigation.surface.agreement;
+        agreement.frame(off_px, near_px(drift_px));
+        // Over a map of its own year it is least squares that hold.
+        let agree = agreement.is_enough(is_adrift(drift_px)) || is_own_year && !agreement.is_astray();
+        (agree, agreement.off_px())
     }
 
     /// Least squares hold at a nadir; all frames together may have decided for a place.
