@@ -1,7 +1,7 @@
 //! Which numbers a stated risk was made of: a digest that changes with any of them, so that whoever judges can see that they were frozen.
 
 use plumbline_core::matching::directions::risk;
-use plumbline_core::navigation::surface;
+use plumbline_core::navigation::surface::{self, agreement};
 use plumbline_core::pipeline;
 
 /// The digest of the numbers behind the risk of a match by itself.
@@ -13,7 +13,15 @@ pub fn of_match() -> String {
 /// Of those behind the risk of a fix in flight.
 #[must_use]
 pub fn of_flight() -> String {
-    digest(&[&risk::COEFFICIENTS[..], &surface::COEFFICIENTS[..], &pipeline::COEFFICIENTS[..]].concat())
+    digest(
+        &[
+            &risk::COEFFICIENTS[..],
+            &surface::COEFFICIENTS[..],
+            &agreement::COEFFICIENTS[..],
+            &pipeline::COEFFICIENTS[..],
+        ]
+        .concat(),
+    )
 }
 
 /// FNV-1a of 64 bits over the numbers' IEEE 754 bits, lowest byte first, as 16 hexadecimal digits.

@@ -10,7 +10,7 @@
 //! to the next piece, a frame of more texture takes the place of the one that has been added.
 //! No piece of ground says more than 90, since one in 120 is wrong however clear it is.
 
-mod agreement;
+pub mod agreement;
 mod top;
 mod places;
 
@@ -20,7 +20,7 @@ use crate::matching::local_maximum::vertex;
 use crate::math::{exp, hypot, ln, round};
 use crate::tile::Local;
 use crate::units::Micros;
-pub use agreement::Agreement;
+use agreement::Agreement;
 use heapless::Deque;
 use places::{DRIFT_MIN, Kept, Places};
 use top::Top;
@@ -89,12 +89,8 @@ const HELD: f32 = 250.0;
 const HELD_STEPS: f32 = 1.5;
 
 /// All numbers that the risk of a decision is made of, for whoever keeps a record of which they were.
-pub const COEFFICIENTS: [f32; 16] = {
-    let [off_gain, share_gain, beside_px, share, off_px, row] = agreement::COEFFICIENTS;
-    let own = [CAP, ALWAYS, EVIDENCE, POWER, CONTRADICTS, KEPT_SHARE, CURVATURE_MIN, FRESH, LED_MAX_PX, DRIFT_MAX_PX];
-    let [a, b, c, d, e, f, g, h, i, j] = own;
-    [a, b, c, d, e, f, g, h, i, j, off_gain, share_gain, beside_px, share, off_px, row]
-};
+pub const COEFFICIENTS: [f32; 10] =
+    [CAP, ALWAYS, EVIDENCE, POWER, CONTRADICTS, KEPT_SHARE, CURVATURE_MIN, FRESH, LED_MAX_PX, DRIFT_MAX_PX];
 
 /// The place that a surface has decided for.
 #[derive(Clone, Copy, Debug, PartialEq)]

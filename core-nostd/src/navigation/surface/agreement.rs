@@ -55,10 +55,9 @@ impl Agreement {
 
     /// A frame's own top lies so many pixels off the decided place, or it has none there. `near_px`: how near it is asked to lie.
     pub fn frame(&mut self, off_px: Option<(f32, f32)>, near_px: f32) {
-        let is_near = off_px.is_some_and(|(cols, rows)| hypot(cols, rows) <= near_px);
-        self.in_a_row = if is_near { self.in_a_row.saturating_add(1) } else { 0 };
-        let is_beside = off_px.is_some_and(|(cols, rows)| hypot(cols, rows) <= BESIDE_PX);
-        self.share += SHARE_GAIN * (f32::from(u8::from(is_beside)) - self.share);
+        let is_within = |px: f32| off_px.is_some_and(|(cols, rows)| hypot(cols, rows) <= px);
+        self.in_a_row = if is_within(near_px) { self.in_a_row.saturating_add(1) } else { 0 };
+        self.share += SHARE_GAIN * (f32::from(u8::from(is_within(BESIDE_PX))) - self.share);
         if let Some((cols, rows)) = off_px {
             let [to_right, down] = self.off_px;
             self.off_px = [to_right + OFF_GAIN * (cols - to_right), down + OFF_GAIN * (rows - down)];
