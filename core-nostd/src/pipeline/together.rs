@@ -12,7 +12,7 @@ use crate::image::View;
 use crate::matching::directions::aboard::{Own, confirms, look};
 use crate::matching::{Match, Prior, Rejection, Shift, grey_correlation};
 use crate::math::{hypot, round, sqrt, squared};
-use crate::navigation::surface::{Decided, Frame};
+use crate::navigation::surface::{Decision, Frame};
 use crate::tile::Local;
 use nalgebra::Matrix2;
 
@@ -94,14 +94,14 @@ impl<'t> Pipeline<'t> {
         {
             let nadir = self.tile.local(matched.centre.0 + shift.d_col, matched.centre.1 + shift.d_row);
             self.held(nadir, decided, sought.px_m);
-            self.navigation.surface.count(true);
-            let believed = decided.filter(Decided::is_believed);
+            self.navigation.surface.count_least_squares(true);
+            let believed = decided.filter(Decision::is_believed);
             matched.is_decided = believed.is_some();
             matched.is_elsewhere = believed.is_some_and(|decided| !sought.is_near(nadir, &decided));
             (matched.found.accepted, matched.risk) = (Ok(self.of_year(shift)), CONFIRMED_RISK);
             return;
         }
-        self.navigation.surface.count(false);
+        self.navigation.surface.count_least_squares(false);
         let Ok((decided, own)) = self.looked(matched, accepted.is_err(), &sought) else { return };
         let Some(decided) = decided else {
             self.navigation.surface.agreement.gap();
@@ -124,7 +124,7 @@ impl<'t> Pipeline<'t> {
         let together = (col - matched.centre.0, row - matched.centre.1);
         // What lies to one side of the place by the last frames is another one.
         if let Some(found) = own.filter(|own| leads(own) && !self.navigation.surface.agreement.is_astray()) {
-            self.navigation.surface.found(decided.nadir, at(&found), sought.px_m);
+            self.navigation.surface.correct(decided.nadir, at(&found), sought.px_m);
         }
         let own = own.or(by_itself);
         let off_px = own.and_then(|own| self.off_px(at(&own), &decided));
@@ -147,16 +147,16 @@ impl<'t> Pipeline<'t> {
     }
 
     /// Least squares hold at a nadir; all frames together may have decided for a place.
-    fn held(&mut self, nadir: Local, decided: Option<Decided>, px_m: f32) {
+    fn held(&mut self, nadir: Local, decided: Option<Decision>, px_m: f32) {
         if let Some(decided) = decided {
             let off_px = self.off_px(nadir, &decided);
             self.navigation.surface.agreement.frame(off_px, WRONG_PX);
         }
-        self.navigation.surface.held(nadir, px_m);
+        self.navigation.surface.add_least_squares(nadir, px_m);
     }
 
     /// How far a nadir lies off the decided place, pixels to the right and downwards, where that is no wrong place.
-    fn off_px(&self, nadir: Local, decided: &Decided) -> Option<(f32, f32)> {
+    fn off_px(&self, nadir: Local, decided: &Decision) -> Option<(f32, f32)> {
         let (own, all) = (self.tile.pixel(nadir), self.tile.pixel(decided.nadir));
         let (cols, rows) = (own.0 - all.0, own.1 - all.1);
         (hypot(cols, rows) <= WRONG_PX).then_some((cols, rows))
@@ -173,8 +173,8 @@ impl<'t> Pipeline<'t> {
     }
 
     /// Where all frames together put the nadir, once they have decided.
-    fn decided(&self, px_m: f32) -> Option<Decided> {
-        self.navigation.surface.top(px_m).filter(|decided| decided.risk <= RISK_MAX)
+    fn decided(&self, px_m: f32) -> Option<Decision> {
+        self.navigation.surface.decision(px_m).filter(|decided| decided.risk <= RISK_MAX)
     }
 
     /// Where the match was looked for, with the surface carried on to there.
@@ -191,11 +191,11 @@ impl<'t> Pipeline<'t> {
         let sigma = sqrt(errors[0].1.max(errors[1].1));
         let moment = self.navigation.filter.reckoned(situation.mid_exposure_at);
         let surface = &mut self.navigation.surface;
-        surface.carry(moment, errors.map(|(off, _)| off), sigma);
+        surface.propagate(moment, errors.map(|(off, _)| off), sigma);
         let Prediction { local, sigma_m, .. } = situation.prediction;
         let nadir = self.tile.local(matched.centre.0, matched.centre.1);
         let side_m = size.0.min(size.1) as f32 * px_m;
-        let middle = surface.around(nadir, (local, EXPECTED * sigma_m), side_m, px_m);
+        let middle = surface.recentre(nadir, (local, EXPECTED * sigma_m), side_m, px_m);
         let [east, north] = moment.velocity_m_per_s;
         // One that stands still sees no other ground.
         let drift_px = (sigma * side_m / (hypot(east, north).max(f32::MIN_POSITIVE) * px_m)).min(WRONG_PX);
@@ -218,7 +218,7 @@ impl<'t> Pipeline<'t> {
         matched: &Matched,
         may_hold: bool,
         sought: &Sought<'_>,
-    ) -> Result<(Option<Decided>, Option<Match>), Refusal> {
+    ) -> Result<(Option<Decision>, Option<Match>), Refusal> {
         let Placement { size, aside } = self.placement;
         let Buffers { patch, runs, .. } = &*self.buffers;
         let patch = View::new(patch, size).ok_or(Refusal::NoFootprint)?;
@@ -229,8 +229,8 @@ impl<'t> Pipeline<'t> {
         let own = look(&patch, runs, &window, at, (prior, may_hold), self.frame_memory, |scores, valid| {
             let frame = Frame::new(scores, valid);
             surface.add(&frame, px_m);
-            together = surface.top(px_m).filter(|decided| decided.risk <= RISK_MAX);
-            let (col, row) = tile.pixel(together.filter(|_| surface.agrees(&frame))?.nadir);
+            together = surface.decision(px_m).filter(|decided| decided.risk <= RISK_MAX);
+            let (col, row) = tile.pixel(together.filter(|_| surface.is_consistent(&frame))?.nadir);
             let shift = |at: f32, centre: f32| round((at - centre).clamp(-1e3, 1e3)) as i16;
             Some((shift(col, matched.centre.0), shift(row, matched.centre.1)))
         })?;
@@ -245,7 +245,7 @@ impl<'t> Pipeline<'t> {
     }
 }
 
-impl Decided {
+impl Decision {
     /// Whether a frame may have its fix there.
     fn is_believed(&self) -> bool {
         self.risk <= BELIEVED_RISK
@@ -254,7 +254,7 @@ impl Decided {
 
 impl Sought<'_> {
     /// Whether a nadir lies where all frames together put it.
-    fn is_near(&self, nadir: Local, decided: &Decided) -> bool {
+    fn is_near(&self, nadir: Local, decided: &Decision) -> bool {
         nadir.off_m(decided.nadir) <= WRONG_PX * self.px_m
     }
 }

@@ -159,10 +159,10 @@ fn decide(surface: &mut Surface) {
     // The next frame has a velocity of 0.
     let velocity_m_per_s = [2.0 * speed_m_per_s, 0.0];
     let before = truth.moved([-side_m, 0.0]);
-    surface.carry(Moment { at: Micros(MID_EXPOSURE.0 - BEFORE_US), velocity_m_per_s }, [0.0; 2], 0.0);
-    surface.around(before, (before, 0.0), side_m, RESOLUTION_M);
-    surface.held(before, RESOLUTION_M);
-    surface.held(before, RESOLUTION_M);
+    surface.propagate(Moment { at: Micros(MID_EXPOSURE.0 - BEFORE_US), velocity_m_per_s }, [0.0; 2], 0.0);
+    surface.recentre(before, (before, 0.0), side_m, RESOLUTION_M);
+    surface.add_least_squares(before, RESOLUTION_M);
+    surface.add_least_squares(before, RESOLUTION_M);
     (0..FRAMES_BEFORE).for_each(|_| surface.agreement.frame(Some((0.0, 0.0)), 1.0));
 }
 

@@ -30,9 +30,9 @@ pub fn chain(trial: &Trial, pair: Pair<'_>, at: [usize; 2], count: usize, seed: 
         let at = [at[0] + number * usize::from(trial.side), at[1]];
         // One metre a pixel and one patch a second; what is stated of the velocity is that it is exact.
         let moment = Moment { at: Micros(1_000_000 * (1 + number as u64)), velocity_m_per_s: [side_m, 0.0] };
-        surface.carry(moment, [0.0; 2], 0.0);
+        surface.propagate(moment, [0.0; 2], 0.0);
         let searched = Local { east_m: at[0] as f32, north_m: -(at[1] as f32) };
-        let middle = surface.around(searched, (searched, 0.0), side_m, 1.0);
+        let middle = surface.recentre(searched, (searched, 0.0), side_m, 1.0);
         let pictures = trial.cut(pair, at, true_shift, &mut random);
         let (patch, other) = pictures.views()?;
         let rule = (trial.prior(), false);
@@ -42,7 +42,7 @@ pub fn chain(trial: &Trial, pair: Pair<'_>, at: [usize; 2], count: usize, seed: 
         };
         // Without texture nothing is added.
         let _ = look(&patch, &trial.runs(), &other, (trial.radius, middle), rule, &mut bytes, add);
-        let decided = surface.top(1.0)?;
+        let decided = surface.decision(1.0)?;
         let apart = pair.apart([at[0] as f64 + true_shift[0], at[1] as f64 + true_shift[1]]);
         let found = [f64::from(decided.nadir.east_m), -f64::from(decided.nadir.north_m)];
         let off = [0, 1].map(|axis| found[axis] - at[axis] as f64 - true_shift[axis] - apart[axis]);

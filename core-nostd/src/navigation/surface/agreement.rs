@@ -1,38 +1,40 @@
-//! Whether frames by themselves say what all of them together have decided.
+//! Whether single frames agree with the decision of the surface.
 //!
-//! A decided place is carried on by the velocity. Where that is off by more than it states, or the attitude has jumped, the place goes
-//! astray with all the evidence for it; and over a map of another year there is nearly always some top near it. What tells are the
-//! last frames' own tops: where the place is right they lie about it to all sides, where it is not to one side, or anywhere.
+//! The decided position is propagated by the velocity. Where the velocity is off by more than it states, or the attitude has jumped, it
+//! drifts away together with all its evidence, and over a map of another year there is nearly always some local peak near it. The residuals
+//! of the last frames' own peaks reveal that: around the right position they scatter to all sides, otherwise they are biased to one side or
+//! scattered over the whole search.
 
 use crate::math::hypot;
 
-/// Share by which a frame counts. Chosen: the last ten or so, 2 to 3 seconds, are about a footprint's way.
+/// Gains of the exponential averages of residual and share. Chosen: the last ten or so, 2 to 3 seconds, are about the length of a
+/// footprint.
 const OFF_GAIN: f32 = 0.1;
 const SHARE_GAIN: f32 = 1.0 / 12.0;
-/// A top that lies within so many pixels of the place agrees with it. Chosen: two sigmas of what own tops are off by.
+/// Residual up to which a frame agrees, pixels. Chosen: two sigmas of a frame's own peak.
 const BESIDE_PX: f32 = 1.2;
-/// Share of frames that have to agree, and pixels that the mean of their tops may lie off the place, for one to be fixed there. By chance, within the three
-/// pixels that tops are looked for in, one of six agrees. Of 22,000 fixes in 84 flights between years 3, 14 and 14 of 100 (patches of 64, 35 and 24
-/// pixels) lie beyond; of 293 that were wrong while a velocity was off by 0.5, 1 and 3 m/s, five to thirty of its sigmas, all but 16.
+/// Least share of frames that agree, and largest mean residual, pixels, for a fix at the decided position. By chance, within the three
+/// pixels that peaks are searched in, one of six agrees. Of 22,000 fixes in 84 flights between years 3, 14 and 14 of 100 (patches of 64, 35
+/// and 24 pixels) fail this; of 293 that were wrong while a velocity was off by 0.5, 1 and 3 m/s, five to thirty of its sigmas, all but 16.
 const SHARE_MIN: f32 = 0.4;
 const OFF_MAX_PX: f32 = 1.1;
 
-/// And so many in a row, the newest included, have to lie there where dead reckoning is so bad that they have to be as near as tops lie by themselves: of
-/// 4,000 fixes after the loss of satellites three were wrong, which had one before them, or two, after a gap of fifteen seconds, and of 2,000
-/// five where none was asked for.
+/// Consecutive frames, the newest included, that have to be within the gate where dead reckoning is so bad that the gate is at its minimum:
+/// of 4,000 fixes after the loss of satellites three were wrong, after one such frame, or two after a gap of fifteen seconds; of 2,000
+/// without this condition five.
 const IN_A_ROW_ADRIFT: u8 = 4;
 
-/// All numbers of it.
+/// All constants of this test.
 pub const COEFFICIENTS: [f32; 6] = [OFF_GAIN, SHARE_GAIN, BESIDE_PX, SHARE_MIN, OFF_MAX_PX, IN_A_ROW_ADRIFT as f32];
 
-/// What the last frames' own tops say of the decided place.
+/// Residuals of the last frames' own peaks against the decided position.
 #[derive(Clone, Copy, Debug)]
 pub struct Agreement {
-    /// Mean of where they lie off it, pixels to the right and downwards.
+    /// Mean residual, pixels to the right and downwards.
     off_px: [f32; 2],
-    /// Share of the frames that have one beside it.
+    /// Share of the frames whose peak is within [`BESIDE_PX`].
     share: f32,
-    /// How many of the newest have one within what was asked.
+    /// Consecutive newest frames within the gate.
     in_a_row: u8,
 }
 
@@ -48,12 +50,12 @@ impl Agreement {
         Agreement { off_px: [0.0; 2], share: 0.0, in_a_row: 0 }
     }
 
-    /// A frame of which there is no decided place.
+    /// A frame without a decision.
     pub fn gap(&mut self) {
         self.in_a_row = 0;
     }
 
-    /// A frame's own top lies so many pixels off the decided place, or it has none there. `near_px`: how near it is asked to lie.
+    /// A frame's residual, own peak less decided position, pixels (columns, rows); none where it has no peak there. `near_px`: gate.
     pub fn frame(&mut self, off_px: Option<(f32, f32)>, near_px: f32) {
         let is_within = |px: f32| off_px.is_some_and(|(cols, rows)| hypot(cols, rows) <= px);
         self.in_a_row = if is_within(near_px) { self.in_a_row.saturating_add(1) } else { 0 };
@@ -64,17 +66,17 @@ impl Agreement {
         }
     }
 
-    /// How far their mean lies off the place, pixels.
+    /// Length of the mean residual, pixels.
     pub fn off_px(&self) -> f32 {
         hypot(self.off_px[0], self.off_px[1])
     }
 
-    /// Whether they lie to one side of it, so that it may have gone astray.
+    /// Whether the residuals are biased to one side, so that the decided position may be wrong.
     pub fn is_astray(&self) -> bool {
         self.off_px() > OFF_MAX_PX
     }
 
-    /// Whether they say the same as all of them together. `is_adrift`: dead reckoning is bad.
+    /// Whether frames agree enough for a fix. `is_adrift`: dead reckoning is so bad that the gate is at its minimum.
     pub fn is_enough(&self, is_adrift: bool) -> bool {
         let is_row = !is_adrift || self.in_a_row >= IN_A_ROW_ADRIFT;
         is_row && self.share >= SHARE_MIN && !self.is_astray()
@@ -106,7 +108,7 @@ mod tests {
     fn it_takes_some_frames_and_not_all() {
         let first = |frames: u16| after((0..frames).map(|_| Some((0.1, 0.1))));
         assert!(!first(5).is_enough(false) && first(6).is_enough(false));
-        // One of two has one there, or one of five, or all somewhere.
+        // One of two has a peak there, or one of five, or all have one anywhere.
         let some = |of: usize| after((0..60).map(move |frame| (frame % of == 0).then_some((0.2, 0.0))));
         assert!(some(2).is_enough(false) && !some(5).is_enough(false));
         let anywhere = [(1.6, 0.0), (-1.0, 1.5), (-1.0, -1.5), (1.0, 1.0), (0.3, 0.1), (-1.4, 0.2)];
@@ -123,7 +125,7 @@ mod tests {
             (agreement.is_enough(false), agreement.is_enough(true))
         };
         assert_eq!([again(), again(), again(), again()], [(true, false), (true, false), (true, false), (true, true)]);
-        // One that is not as near as was asked is a gap, too.
+        // One outside the gate is a gap, too.
         agreement.frame(Some((0.9, 0.0)), 0.8);
         assert!(!agreement.is_enough(true));
     }

@@ -1,5 +1,5 @@
-//! A vehicle that flies east at 20 m/s, seen four times a second with footprints of 100 m over a map of 5 m a pixel: other ground comes every
-//! 3.75 s. Each frame's scores have a top where the vehicle is, and one somewhere else that is as high or nearly so.
+//! A vehicle that flies east at 20 m/s, four frames a second with footprints of 100 m over a map of 5 m a pixel: a key frame every 3.75 s.
+//! Each frame's scores have a peak at the true shift, and a false one that is as high or nearly so.
 
 use super::*;
 
@@ -11,13 +11,13 @@ const PX_M: f32 = 5.0;
 const SIDE_M: f32 = 100.0;
 const STEP_M: f32 = STEP_PX as f32 * PX_M;
 const VALID: u32 = 900;
-/// Frames from one piece of ground to the next.
+/// Frames from one key frame to the next.
 const FRAMES: u32 = 15;
 /// As in flight.
 const RISK_MAX: f32 = 1e-3;
 const UNKNOWN: f32 = 0.0;
 
-/// A top at a shift (columns, rows) off the middle, steps, that is so high.
+/// A peak: offset from the centre (columns, rows), cells, and height.
 type Bump = ([f32; 2], f32);
 
 fn scores(bumps: &[Bump]) -> Scores {
@@ -30,10 +30,10 @@ struct Flight {
     surface: Surface,
     frame: u32,
     speed_m_per_s: f32,
-    /// What the reported velocity is off, m/s, and its stated sigma.
+    /// Error of the reported velocity, m/s, and its stated sigma.
     velocity_error_m_per_s: f32,
     sigma_m_per_s: f32,
-    /// One sigma of where the navigation has it at first, metres.
+    /// One sigma of the navigation's position at first, metres.
     expected_m: f32,
 }
 
@@ -58,15 +58,15 @@ impl Flight {
         Local { east_m: self.east_m(self.speed_m_per_s), north_m: 0.0 }
     }
 
-    /// The next frame, searched a little beside the truth. `tops`: east and south of that, steps.
+    /// The next frame, with a search centred a little off the truth. `tops`: peaks, east and south of the truth, cells.
     fn seen(&mut self, tops: &[Bump]) {
         self.frame += 1;
         let reported = self.speed_m_per_s + self.velocity_error_m_per_s;
         let at = Micros(1_000_000 + 250_000 * u64::from(self.frame));
-        self.surface.carry(Moment { at, velocity_m_per_s: [reported, 0.0] }, [0.0; 2], self.sigma_m_per_s);
+        self.surface.propagate(Moment { at, velocity_m_per_s: [reported, 0.0] }, [0.0; 2], self.sigma_m_per_s);
         let truth = self.truth();
         let centre = truth.moved([3.0, -2.0]);
-        let (cols, rows) = self.surface.around(centre, (truth, self.expected_m), SIDE_M, PX_M);
+        let (cols, rows) = self.surface.recentre(centre, (truth, self.expected_m), SIDE_M, PX_M);
         let off = [
             (truth.east_m - centre.east_m) / STEP_M - f32::from(cols) / f32::from(STEP_PX),
             (centre.north_m - truth.north_m) / STEP_M - f32::from(rows) / f32::from(STEP_PX),
@@ -75,7 +75,7 @@ impl Flight {
         self.surface.add(&Frame::new(&scores(&tops), VALID), PX_M);
     }
 
-    /// So many pieces of ground, each with a top at the truth and another one elsewhere.
+    /// So many key frames, each with a peak at the truth and a false one.
     fn flown(&mut self, pieces: usize, right: f32, wrong: f32) {
         for piece in 0..pieces {
             let elsewhere = [[-4.0, 1.0], [3.0, -3.0], [-1.0, 4.0], [4.0, 2.0], [-3.0, -4.0]][piece % 5];
@@ -83,12 +83,12 @@ impl Flight {
         }
     }
 
-    fn top(&self) -> Decided {
-        self.surface.top(PX_M).expect("not on the border")
+    fn decision(&self) -> Decision {
+        self.surface.decision(PX_M).expect("not on the border")
     }
 
     fn off_m(&self) -> f32 {
-        self.top().nadir.off_m(self.truth())
+        self.decision().nadir.off_m(self.truth())
     }
 }
 
@@ -96,40 +96,40 @@ impl Flight {
 fn pieces_of_ground_that_say_little_decide_together() {
     let mut flight = Flight::new();
     flight.flown(1, 0.29, 0.3);
-    assert!(flight.top().risk > 0.1 && flight.off_m() > 2.0 * STEP_M, "{:?}", flight.top());
+    assert!(flight.decision().risk > 0.1 && flight.off_m() > 2.0 * STEP_M, "{:?}", flight.decision());
     flight.flown(6, 0.29, 0.3);
-    assert!(flight.top().risk < RISK_MAX && flight.off_m() < 0.2 * STEP_M, "{:?}", flight.top());
+    assert!(flight.decision().risk < RISK_MAX && flight.off_m() < 0.2 * STEP_M, "{:?}", flight.decision());
 }
 
 #[test]
 fn the_same_ground_counts_once() {
     let mut flight = Flight { speed_m_per_s: 0.0, ..Flight::new() };
     flight.seen(&[([1.0, 0.0], 0.3), ([-3.0, 0.0], 0.1)]);
-    let first = flight.top();
+    let first = flight.decision();
     (0..100).for_each(|_| flight.seen(&[([1.0, 0.0], 0.3), ([-3.0, 0.0], 0.1)]));
-    assert_eq!(flight.top(), first);
+    assert_eq!(flight.decision(), first);
 }
 
-/// Until other ground comes, what is seen better stands for it; it still counts once.
+/// Until the next key frame, a frame of more texture replaces the newest one; the ground still counts once.
 #[test]
 fn of_the_newest_ground_the_frame_of_most_texture_counts() {
     let mut flight = Flight::new();
     flight.seen(&[([3.0, 0.0], 0.2), ([0.0, 0.0], 0.1)]);
     assert!(flight.off_m() > 2.0 * STEP_M);
     flight.seen(&[([0.0, 0.0], 0.9), ([3.0, 0.0], 0.5)]);
-    assert!(flight.off_m() < 0.2 * STEP_M, "{:?}", flight.top());
+    assert!(flight.off_m() < 0.2 * STEP_M, "{:?}", flight.decision());
     // The one before is gone, and one of less texture changes nothing.
     let mut alone = Flight::new();
     alone.frame = 1;
     alone.seen(&[([0.0, 0.0], 0.9), ([3.0, 0.0], 0.5)]);
     let near = |a: f32, b: f32| (a - b).abs() < 0.05 * b;
-    assert!(near(flight.top().risk, alone.top().risk), "{:?} {:?}", flight.top(), alone.top());
-    let before = flight.top().risk;
+    assert!(near(flight.decision().risk, alone.decision().risk), "{:?} {:?}", flight.decision(), alone.decision());
+    let before = flight.decision().risk;
     flight.seen(&[([-3.0, 0.0], 0.3)]);
-    assert_eq!(flight.top().risk, before);
+    assert_eq!(flight.decision().risk, before);
 }
 
-/// A velocity may be off by much, but the place was found a moment ago.
+/// The velocity is poorly known, but the position was confirmed a moment ago.
 #[test]
 fn what_was_found_does_not_drift_away() {
     let risk = |found: bool| {
@@ -138,66 +138,66 @@ fn what_was_found_does_not_drift_away() {
             flight.seen(&[([0.0, 0.0], 0.3), ([3.0, 0.0], 0.1)]);
             if found {
                 let truth = flight.truth();
-                flight.surface.found(truth, truth, PX_M);
+                flight.surface.correct(truth, truth, PX_M);
             }
         }
-        flight.surface.top(PX_M).map(|decided| decided.risk)
+        flight.surface.decision(PX_M).map(|decided| decided.risk)
     };
     let (found, lost) = (risk(true), risk(false));
     assert!(found.is_some_and(|risk| risk < RISK_MAX) && lost.is_none_or(|risk| risk > RISK_MAX), "{found:?} {lost:?}");
 }
 
-/// A top that lies far off moves it no further than one nearby.
+/// A large residual corrects no more than the limit.
 #[test]
 fn what_is_found_far_off_leads_no_further_astray() {
     let moved_m = |aside_px: f32| {
         let mut flight = Flight::new();
         flight.flown(6, 0.3, 0.1);
-        let before = flight.top().nadir;
-        flight.surface.found(before, before.moved([aside_px * PX_M, 0.0]), PX_M);
-        flight.top().nadir.off_m(before)
+        let before = flight.decision().nadir;
+        flight.surface.correct(before, before.moved([aside_px * PX_M, 0.0]), PX_M);
+        flight.decision().nadir.off_m(before)
     };
     assert!((moved_m(0.5) - GAIN * 0.5 * PX_M).abs() < 0.01, "{}", moved_m(0.5));
-    assert!((moved_m(3.0) - GAIN * ASIDE_MAX_PX * PX_M).abs() < 0.01, "{}", moved_m(3.0));
+    assert!((moved_m(3.0) - GAIN * RESIDUAL_MAX_PX * PX_M).abs() < 0.01, "{}", moved_m(3.0));
 }
 
 #[test]
 fn a_map_of_another_year_is_known_by_what_does_not_hold() {
     let mut surface = Surface::new();
     assert!(surface.is_another_year(), "until frames say otherwise");
-    (0..40).for_each(|frame| surface.count(frame % 5 > 1));
+    (0..40).for_each(|frame| surface.count_least_squares(frame % 5 > 1));
     assert!(!surface.is_another_year());
-    // A wood that has not changed is no map of this year.
+    // An unchanged wood is no map of the same year.
     let mut surface = Surface::new();
-    (0..4).for_each(|_| surface.count(true));
+    (0..4).for_each(|_| surface.count_least_squares(true));
     assert!(surface.is_another_year());
-    (0..400).for_each(|frame| surface.count(frame % 100 < 20));
-    (0..50).for_each(|_| surface.count(true));
+    (0..400).for_each(|frame| surface.count_least_squares(frame % 100 < 20));
+    (0..50).for_each(|_| surface.count_least_squares(true));
     assert!(surface.is_another_year());
 }
 
-/// However clear it is.
+/// However clear its peak is.
 #[test]
 fn a_piece_of_ground_says_no_more_than_it_can() {
     let mut flight = Flight::new();
     flight.flown(1, 0.9, 0.0);
-    assert!((flight.top().risk - risk(CAP)).abs() < 1e-4 * risk(CAP), "{:?}", flight.top());
+    assert!((flight.decision().risk - risk(CAP)).abs() < 1e-4 * risk(CAP), "{:?}", flight.decision());
     flight.flown(1, 0.9, 0.0);
-    assert!(flight.top().risk > RISK_MAX, "{:?}", flight.top());
+    assert!(flight.decision().risk > RISK_MAX, "{:?}", flight.decision());
     flight.flown(1, 0.9, 0.0);
-    assert!(flight.top().risk < RISK_MAX, "{:?}", flight.top());
+    assert!(flight.decision().risk < RISK_MAX, "{:?}", flight.decision());
 }
 
-/// What was right for a while and has been wrong since: a shore that moved.
+/// A false peak that has been there for one key frame only: a shore that moved.
 #[test]
 fn ground_that_is_wrong_is_outweighed() {
     let mut flight = Flight::new();
     (0..FRAMES).for_each(|_| flight.seen(&[([-4.0, 3.0], 0.9)]));
     flight.flown(5, 0.3, 0.1);
-    assert!(flight.off_m() < 0.2 * STEP_M, "{:?}", flight.top());
+    assert!(flight.off_m() < 0.2 * STEP_M, "{:?}", flight.decision());
 }
 
-/// The map lies off by other amounts elsewhere: what was right for long holds it back for no longer than what was right for a while.
+/// The map's offset changes by place: long evidence delays the change no more than short evidence.
 #[test]
 fn evidence_fades() {
     let mut flight = Flight::new();
@@ -207,7 +207,7 @@ fn evidence_fades() {
         flight.off_m() > 2.0 * STEP_M
     };
     let pieces = (1..30).find(|_| follows(&mut flight));
-    // By then half of what there was has faded.
+    // By then half of the old evidence has faded.
     assert!(pieces.is_some_and(|pieces| pieces <= 7), "{pieces:?}");
 }
 
@@ -215,7 +215,7 @@ fn evidence_fades() {
 fn a_frame_contradicts_by_what_it_says_for_another_place() {
     let mut flight = Flight::new();
     flight.flown(5, 0.3, 0.1);
-    let agrees = |tops: &[Bump]| flight.surface.agrees(&Frame::new(&scores(tops), VALID));
+    let agrees = |tops: &[Bump]| flight.surface.is_consistent(&Frame::new(&scores(tops), VALID));
     assert!(agrees(&[([0.0, 0.0], 0.3)]) && agrees(&[([1.0, 0.0], 0.3)]));
     assert!(agrees(&[([0.0, 0.0], 0.3), ([4.0, 0.0], 0.305)]), "next to nothing");
     assert!(!agrees(&[([0.0, 0.0], 0.2), ([4.0, 0.0], 0.3)]));
@@ -225,52 +225,52 @@ fn a_frame_contradicts_by_what_it_says_for_another_place() {
 fn a_velocity_that_is_off_is_followed_within_its_sigma() {
     let mut flight = Flight { velocity_error_m_per_s: 1.0, sigma_m_per_s: 1.0, ..Flight::new() };
     flight.flown(10, 0.3, 0.2);
-    assert!(flight.top().risk < RISK_MAX && flight.off_m() < STEP_M, "{:?} {}", flight.top(), flight.off_m());
-    // One that is said to be right is not: the evidence is left behind.
+    assert!(flight.decision().risk < RISK_MAX && flight.off_m() < STEP_M, "{:?} {}", flight.decision(), flight.off_m());
+    // With an understated sigma the evidence is left behind.
     let mut flight = Flight { velocity_error_m_per_s: 1.0, sigma_m_per_s: 0.0, ..Flight::new() };
     flight.flown(10, 0.3, 0.2);
-    assert!(flight.off_m() > STEP_M, "{:?}", flight.top());
+    assert!(flight.off_m() > STEP_M, "{:?}", flight.decision());
 }
 
 #[test]
 fn frames_of_one_piece_of_ground_lead_it_only_so_far() {
-    let led_px = |since_m: f32, frames: usize| {
+    let led_px = |key_frame_drift_m: f32, frames: usize| {
         let mut flight = Flight::new();
         flight.flown(6, 0.3, 0.2);
-        flight.surface.since_m = since_m;
-        let first = flight.surface.middle;
+        flight.surface.key_frame_drift_m = key_frame_drift_m;
+        let first = flight.surface.centre;
         for _ in 0..frames {
-            // Own tops two pixels to the north of the place.
-            let before = flight.surface.middle;
-            flight.surface.found(before, before.moved([0.0, 2.0 * PX_M]), PX_M);
+            // Peaks of the frames two pixels north of the decided position.
+            let before = flight.surface.centre;
+            flight.surface.correct(before, before.moved([0.0, 2.0 * PX_M]), PX_M);
         }
-        flight.surface.middle.off_m(first) / PX_M
+        flight.surface.centre.off_m(first) / PX_M
     };
-    assert!((0.2..LED_MAX_PX).contains(&led_px(0.0, 1)), "{}", led_px(0.0, 1));
-    assert!((led_px(0.0, 20) - LED_MAX_PX).abs() < 0.05, "{}", led_px(0.0, 20));
-    // What dead reckoning may be off by since is made good besides.
-    assert!((led_px(3.0 * PX_M, 100) - 3.0f32.hypot(LED_MAX_PX)).abs() < 0.05, "{}", led_px(3.0 * PX_M, 100));
+    assert!((0.2..CORRECTION_MAX_PX).contains(&led_px(0.0, 1)), "{}", led_px(0.0, 1));
+    assert!((led_px(0.0, 20) - CORRECTION_MAX_PX).abs() < 0.05, "{}", led_px(0.0, 20));
+    // The dead reckoning error since is corrected in addition.
+    assert!((led_px(3.0 * PX_M, 100) - 3.0f32.hypot(CORRECTION_MAX_PX)).abs() < 0.05, "{}", led_px(3.0 * PX_M, 100));
 }
 
 #[test]
 fn it_says_nothing_where_dead_reckoning_has_gone_on_for_too_long() {
     let mut flight = Flight { sigma_m_per_s: 0.5, ..Flight::new() };
     flight.flown(6, 0.3, 0.2);
-    assert!(flight.top().risk < RISK_MAX);
-    // Above the same ground for as long as that: what it says there it has said.
+    assert!(flight.decision().risk < RISK_MAX);
+    // Above the same ground for as long as the dead reckoning limit.
     let carried = |flight: &mut Flight, seconds: f32| {
         let at = Micros(flight.surface.moment.at.0 + (seconds * 1e6) as u64);
-        flight.surface.carry(Moment { at, velocity_m_per_s: [0.0; 2] }, [0.0; 2], 0.5);
+        flight.surface.propagate(Moment { at, velocity_m_per_s: [0.0; 2] }, [0.0; 2], 0.5);
     };
-    let until_s = DRIFT_MAX_PX * PX_M / 0.5 - 0.25 * FRAMES as f32;
+    let until_s = DRIFT_SIGMA_MAX_PX * PX_M / 0.5 - 0.25 * FRAMES as f32;
     carried(&mut flight, until_s);
-    assert!(flight.surface.top(PX_M).is_some());
+    assert!(flight.surface.decision(PX_M).is_some());
     carried(&mut flight, 4.0);
-    assert_eq!(flight.surface.top(PX_M), None);
-    // Frames whose own tops lie there confirm it.
-    let before = flight.surface.middle;
-    (0..3).for_each(|_| flight.surface.found(before, before, PX_M));
-    assert!(flight.surface.top(PX_M).is_some());
+    assert_eq!(flight.surface.decision(PX_M), None);
+    // Frames whose own peaks lie there confirm it.
+    let before = flight.surface.centre;
+    (0..3).for_each(|_| flight.surface.correct(before, before, PX_M));
+    assert!(flight.surface.decision(PX_M).is_some());
 }
 
 #[test]
@@ -279,22 +279,22 @@ fn a_long_time_without_frames_forgets_all() {
     flight.flown(6, 0.3, 0.2);
     flight.frame += 4 * 10;
     flight.seen(&[([0.0, 0.0], 0.3), ([3.0, 0.0], 0.25)]);
-    assert!(flight.top().risk > 0.1, "{:?}", flight.top());
+    assert!(flight.decision().risk > 0.1, "{:?}", flight.decision());
 }
 
 #[test]
 fn evidence_stays_where_it_was_when_the_search_moves() {
     let mut flight = Flight::new();
     flight.flown(6, 0.3, 0.1);
-    let before = flight.top();
+    let before = flight.decision();
     let centre = flight.truth().moved([3.2 * STEP_M, -2.0 * STEP_M]);
-    let by = flight.surface.around(centre, (centre, UNKNOWN), SIDE_M, PX_M);
+    let by = flight.surface.recentre(centre, (centre, UNKNOWN), SIDE_M, PX_M);
     assert!(by.0.abs() <= 1 && by.1.abs() <= 1, "{by:?}");
-    assert!(flight.top().nadir.off_m(before.nadir) < 0.01, "{:?}, {before:?}", flight.top());
-    // Nowhere near: nothing is known there.
+    assert!(flight.decision().nadir.off_m(before.nadir) < 0.01, "{:?}, {before:?}", flight.decision());
+    // A search that does not overlap: no evidence there.
     let far = flight.truth().moved([20.0 * STEP_M, 0.0]);
-    assert_eq!(flight.surface.around(far, (far, UNKNOWN), SIDE_M, PX_M), (0, 0));
-    assert_eq!(flight.surface.top(PX_M), None);
+    assert_eq!(flight.surface.recentre(far, (far, UNKNOWN), SIDE_M, PX_M), (0, 0));
+    assert_eq!(flight.surface.decision(PX_M), None);
 }
 
 #[test]
@@ -303,14 +303,14 @@ fn least_squares_that_hold_outweigh_a_piece_of_ground() {
     (0..FRAMES).for_each(|_| flight.seen(&[([3.0, 0.0], 0.9)]));
     flight.frame += 1;
     let at = Micros(1_000_000 + 250_000 * u64::from(flight.frame));
-    flight.surface.carry(Moment { at, velocity_m_per_s: [SPEED_M_PER_S, 0.0] }, [0.0; 2], 0.1);
+    flight.surface.propagate(Moment { at, velocity_m_per_s: [SPEED_M_PER_S, 0.0] }, [0.0; 2], 0.1);
     let truth = flight.truth();
-    flight.surface.around(truth, (truth, UNKNOWN), SIDE_M, PX_M);
-    flight.surface.held(truth, PX_M);
-    assert!(flight.off_m() < STEP_M, "{:?}", flight.top());
+    flight.surface.recentre(truth, (truth, UNKNOWN), SIDE_M, PX_M);
+    flight.surface.add_least_squares(truth, PX_M);
+    assert!(flight.off_m() < STEP_M, "{:?}", flight.decision());
 }
 
-/// Where the navigation expects it counts as much as a piece of ground.
+/// The navigation's position has the weight of one key frame.
 #[test]
 fn what_the_navigation_expects_counts_once() {
     let off_m = |expected_m: f32, pieces: u32| {
@@ -323,7 +323,7 @@ fn what_the_navigation_expects_counts_once() {
     assert!(off_m(STEP_M, 20) > 3.0 * STEP_M);
 }
 
-/// Nothing on board may panic, whatever the numbers are.
+/// Nothing on board may panic, whatever the inputs are.
 #[test]
 fn numbers_that_are_none_do_no_harm() {
     for bad in [f32::NAN, f32::INFINITY, f32::MIN, f32::MAX] {
@@ -331,12 +331,12 @@ fn numbers_that_are_none_do_no_harm() {
         flight.flown(2, 0.3, 0.1);
         flight.seen(&[([0.0, 0.0], bad)]);
         let nowhere = Local { east_m: bad, north_m: bad };
-        flight.surface.carry(Moment { at: Micros(9_000_000), velocity_m_per_s: [bad; 2] }, [bad; 2], bad);
-        flight.surface.around(nowhere, (nowhere, bad), bad, bad);
+        flight.surface.propagate(Moment { at: Micros(9_000_000), velocity_m_per_s: [bad; 2] }, [bad; 2], bad);
+        flight.surface.recentre(nowhere, (nowhere, bad), bad, bad);
         flight.surface.add(&Frame::new(&[[bad; SHIFTS]; SHIFTS], VALID), bad);
-        flight.surface.held(nowhere, bad);
-        flight.surface.found(nowhere, nowhere, bad);
-        let decided = flight.surface.top(PX_M).is_some_and(|decided| decided.risk <= RISK_MAX);
-        assert!(!decided, "{bad}: {:?}", flight.surface.top(PX_M));
+        flight.surface.add_least_squares(nowhere, bad);
+        flight.surface.correct(nowhere, nowhere, bad);
+        let decided = flight.surface.decision(PX_M).is_some_and(|decided| decided.risk <= RISK_MAX);
+        assert!(!decided, "{bad}: {:?}", flight.surface.decision(PX_M));
     }
 }
