@@ -93,7 +93,7 @@ impl Flight {
 }
 
 #[test]
-fn pieces_of_ground_that_say_little_decide_together() {
+fn several_weak_key_frames_decide() {
     let mut flight = Flight::new();
     flight.flown(1, 0.29, 0.3);
     assert!(flight.decision().risk > 0.1 && flight.off_m() > 2.0 * STEP_M, "{:?}", flight.decision());
@@ -112,7 +112,7 @@ fn the_same_ground_counts_once() {
 
 /// Until the next key frame, a frame of more texture replaces the newest one; the ground still counts once.
 #[test]
-fn of_the_newest_ground_the_frame_of_most_texture_counts() {
+fn a_frame_of_more_texture_replaces_the_newest_key_frame() {
     let mut flight = Flight::new();
     flight.seen(&[([3.0, 0.0], 0.2), ([0.0, 0.0], 0.1)]);
     assert!(flight.off_m() > 2.0 * STEP_M);
@@ -131,7 +131,7 @@ fn of_the_newest_ground_the_frame_of_most_texture_counts() {
 
 /// The velocity is poorly known, but the position was confirmed a moment ago.
 #[test]
-fn what_was_found_does_not_drift_away() {
+fn corrections_bound_the_dead_reckoning_error() {
     let risk = |found: bool| {
         let mut flight = Flight { sigma_m_per_s: 3.0, ..Flight::new() };
         for _ in 0..10 * FRAMES {
@@ -149,7 +149,7 @@ fn what_was_found_does_not_drift_away() {
 
 /// A large residual corrects no more than the limit.
 #[test]
-fn what_is_found_far_off_leads_no_further_astray() {
+fn a_large_residual_is_limited() {
     let moved_m = |aside_px: f32| {
         let mut flight = Flight::new();
         flight.flown(6, 0.3, 0.1);
@@ -162,7 +162,7 @@ fn what_is_found_far_off_leads_no_further_astray() {
 }
 
 #[test]
-fn a_map_of_another_year_is_known_by_what_does_not_hold() {
+fn a_map_of_another_year_is_told_by_the_share_of_valid_least_squares() {
     let mut surface = Surface::new();
     assert!(surface.is_another_year(), "until frames say otherwise");
     (0..40).for_each(|frame| surface.count_least_squares(frame % 5 > 1));
@@ -178,7 +178,7 @@ fn a_map_of_another_year_is_known_by_what_does_not_hold() {
 
 /// However clear its peak is.
 #[test]
-fn a_piece_of_ground_says_no_more_than_it_can() {
+fn the_evidence_of_a_key_frame_is_limited() {
     let mut flight = Flight::new();
     flight.flown(1, 0.9, 0.0);
     assert!((flight.decision().risk - risk(CAP)).abs() < 1e-4 * risk(CAP), "{:?}", flight.decision());
@@ -190,7 +190,7 @@ fn a_piece_of_ground_says_no_more_than_it_can() {
 
 /// A false peak that has been there for one key frame only: a shore that moved.
 #[test]
-fn ground_that_is_wrong_is_outweighed() {
+fn a_wrong_key_frame_is_outweighed() {
     let mut flight = Flight::new();
     (0..FRAMES).for_each(|_| flight.seen(&[([-4.0, 3.0], 0.9)]));
     flight.flown(5, 0.3, 0.1);
@@ -199,7 +199,7 @@ fn ground_that_is_wrong_is_outweighed() {
 
 /// The map's offset changes by place: long evidence delays the change no more than short evidence.
 #[test]
-fn evidence_fades() {
+fn old_evidence_is_forgotten() {
     let mut flight = Flight::new();
     flight.flown(40, 0.3, 0.1);
     let follows = |flight: &mut Flight| {
@@ -212,7 +212,7 @@ fn evidence_fades() {
 }
 
 #[test]
-fn a_frame_contradicts_by_what_it_says_for_another_place() {
+fn a_frame_contradicts_by_its_evidence_for_another_shift() {
     let mut flight = Flight::new();
     flight.flown(5, 0.3, 0.1);
     let agrees = |tops: &[Bump]| flight.surface.is_consistent(&Frame::new(&scores(tops), VALID));
@@ -222,7 +222,7 @@ fn a_frame_contradicts_by_what_it_says_for_another_place() {
 }
 
 #[test]
-fn a_velocity_that_is_off_is_followed_within_its_sigma() {
+fn a_velocity_error_within_its_sigma_is_followed() {
     let mut flight = Flight { velocity_error_m_per_s: 1.0, sigma_m_per_s: 1.0, ..Flight::new() };
     flight.flown(10, 0.3, 0.2);
     assert!(flight.decision().risk < RISK_MAX && flight.off_m() < STEP_M, "{:?} {}", flight.decision(), flight.off_m());
@@ -233,7 +233,7 @@ fn a_velocity_that_is_off_is_followed_within_its_sigma() {
 }
 
 #[test]
-fn frames_of_one_piece_of_ground_lead_it_only_so_far() {
+fn corrections_over_one_key_frame_are_limited() {
     let led_px = |key_frame_drift_m: f32, frames: usize| {
         let mut flight = Flight::new();
         flight.flown(6, 0.3, 0.2);
@@ -253,7 +253,7 @@ fn frames_of_one_piece_of_ground_lead_it_only_so_far() {
 }
 
 #[test]
-fn it_says_nothing_where_dead_reckoning_has_gone_on_for_too_long() {
+fn there_is_no_decision_after_too_much_dead_reckoning() {
     let mut flight = Flight { sigma_m_per_s: 0.5, ..Flight::new() };
     flight.flown(6, 0.3, 0.2);
     assert!(flight.decision().risk < RISK_MAX);
@@ -274,7 +274,7 @@ fn it_says_nothing_where_dead_reckoning_has_gone_on_for_too_long() {
 }
 
 #[test]
-fn a_long_time_without_frames_forgets_all() {
+fn a_long_gap_clears_the_surface() {
     let mut flight = Flight::new();
     flight.flown(6, 0.3, 0.2);
     flight.frame += 4 * 10;
@@ -283,7 +283,7 @@ fn a_long_time_without_frames_forgets_all() {
 }
 
 #[test]
-fn evidence_stays_where_it_was_when_the_search_moves() {
+fn evidence_keeps_its_position_when_the_search_moves() {
     let mut flight = Flight::new();
     flight.flown(6, 0.3, 0.1);
     let before = flight.decision();
@@ -298,7 +298,7 @@ fn evidence_stays_where_it_was_when_the_search_moves() {
 }
 
 #[test]
-fn least_squares_that_hold_outweigh_a_piece_of_ground() {
+fn valid_least_squares_outweigh_a_key_frame() {
     let mut flight = Flight::new();
     (0..FRAMES).for_each(|_| flight.seen(&[([3.0, 0.0], 0.9)]));
     flight.frame += 1;
@@ -312,7 +312,7 @@ fn least_squares_that_hold_outweigh_a_piece_of_ground() {
 
 /// The navigation's position has the weight of one key frame.
 #[test]
-fn what_the_navigation_expects_counts_once() {
+fn the_prior_has_the_weight_of_one_key_frame() {
     let off_m = |expected_m: f32, pieces: u32| {
         let mut flight = Flight { expected_m, ..Flight::new() };
         (0..pieces * FRAMES).for_each(|_| flight.seen(&[([0.0, 0.0], 0.2), ([4.0, 0.0], 0.25)]));
@@ -325,7 +325,7 @@ fn what_the_navigation_expects_counts_once() {
 
 /// Nothing on board may panic, whatever the inputs are.
 #[test]
-fn numbers_that_are_none_do_no_harm() {
+fn non_finite_inputs_do_no_harm() {
     for bad in [f32::NAN, f32::INFINITY, f32::MIN, f32::MAX] {
         let mut flight = Flight::new();
         flight.flown(2, 0.3, 0.1);
