@@ -9,7 +9,7 @@ use super::{Buffers, Pipeline, Prediction, Refusal, Situation};
 use crate::budget::SEARCH_MAX_PX;
 use crate::homography::Placement;
 use crate::image::View;
-use crate::matching::directions::aboard::{Own, confirms, look};
+use crate::matching::directions::aboard::{FramePeak, confirms, frame_peak};
 use crate::matching::{Match, Prior, Rejection, Shift, grey_correlation};
 use crate::math::{hypot, round, sqrt, squared};
 use crate::navigation::surface::{Decision, Frame};
@@ -235,7 +235,7 @@ impl<'t> Pipeline<'t> {
         let (surface, tile) = (&mut self.navigation.surface, &self.tile);
         let mut together = None;
         let at = (radius, middle);
-        let own = look(&patch, runs, &window, at, (prior, may_hold), self.frame_memory, |scores, valid| {
+        let own = frame_peak(&patch, runs, &window, at, (prior, may_hold), self.frame_memory, |scores, valid| {
             let frame = Frame::new(scores, valid);
             surface.add(&frame, px_m);
             together = surface.decision(px_m).filter(|decided| decided.risk <= RISK_MAX);
@@ -243,7 +243,7 @@ impl<'t> Pipeline<'t> {
             let shift = |at: f32, centre: f32| round((at - centre).clamp(-1e3, 1e3)) as i16;
             Some((shift(col, matched.centre.0), shift(row, matched.centre.1)))
         })?;
-        let found = |Own { peak, solution, holds }: Own| {
+        let found = |FramePeak { peak, solution, holds }: FramePeak| {
             let shift = solution.nadir((aside.0.saturating_neg(), aside.1), prior);
             let grey = grey_correlation(&patch, runs, &window, radius, peak);
             let refined = holds.then_some(solution);

@@ -5,23 +5,23 @@ use crate::matching::refusals::rough;
 use crate::matching::{PATCH, PRIOR, RADIUS, matched, reference_size, view};
 use plumbline_core::image::Run;
 use plumbline_core::matching::MatchError;
-use plumbline_core::matching::directions::aboard::{Own, WORKING_BYTES, confirms, look};
+use plumbline_core::matching::directions::aboard::{FramePeak, WORKING_BYTES, confirms, frame_peak};
 use plumbline_core::matching::directions::half::{MIDDLE, SHIFTS, Scores};
 use plumbline_tests::seeded::Random;
 use plumbline_tests::textures::{Ground, Picture, Placement, all_valid, footprint};
 
 const TRUTH: (f64, f64) = (4.3, -6.8);
 
-fn looked(patch: &Picture, reference: &Picture, may_hold: bool, at: Option<(i16, i16)>) -> Option<Own> {
+fn looked(patch: &Picture, reference: &Picture, may_hold: bool, at: Option<(i16, i16)>) -> Option<FramePeak> {
     let (mut bytes, runs) = (vec![0; WORKING_BYTES], all_valid(patch.size));
     let (middle, prior) = ((RADIUS, (0, 0)), (PRIOR, may_hold));
-    look(&view(patch), &runs, &view(reference), middle, prior, &mut bytes, |_, _| at).expect("texture")
+    frame_peak(&view(patch), &runs, &view(reference), middle, prior, &mut bytes, |_, _| at).expect("texture")
 }
 
 fn scored(patch: &Picture, runs: &[Run], reference: &Picture, middle: (i16, i16)) -> (Scores, u32) {
     let (mut bytes, mut seen) = (vec![0x55; WORKING_BYTES], None);
     let (middle, prior) = ((RADIUS, middle), (PRIOR, false));
-    let own = look(&view(patch), runs, &view(reference), middle, prior, &mut bytes, |scores, valid| {
+    let own = frame_peak(&view(patch), runs, &view(reference), middle, prior, &mut bytes, |scores, valid| {
         seen = Some((*scores, valid));
         None
     });
@@ -183,12 +183,12 @@ fn what_cannot_be_looked_at_is_refused() {
     let flat = Picture { pixels: vec![90; patch.pixels.len()], size: PATCH };
     let runs = all_valid(PATCH);
     let asked = |_: &Scores, _| Some((0, 0));
-    let found = look(&view(&flat), &runs, &view(&reference), middle, prior, &mut bytes, asked);
+    let found = frame_peak(&view(&flat), &runs, &view(&reference), middle, prior, &mut bytes, asked);
     assert_eq!(found, Err(MatchError::Featureless));
-    let found = look(&view(&patch), &[], &view(&reference), middle, prior, &mut bytes, asked);
+    let found = frame_peak(&view(&patch), &[], &view(&reference), middle, prior, &mut bytes, asked);
     assert_eq!(found, Err(MatchError::Featureless));
     for room in [0, 1, 1000, 7000] {
-        let found = look(&view(&patch), &runs, &view(&reference), middle, prior, &mut bytes[..room], asked);
+        let found = frame_peak(&view(&patch), &runs, &view(&reference), middle, prior, &mut bytes[..room], asked);
         assert_eq!(found, Err(MatchError::Capacity), "{room}");
     }
 }

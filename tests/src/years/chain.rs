@@ -3,7 +3,7 @@
 use super::table::WRONG_PX;
 use super::{Pair, Trial};
 use crate::seeded::Random;
-use plumbline_core::matching::directions::aboard::{WORKING_BYTES, look};
+use plumbline_core::matching::directions::aboard::{WORKING_BYTES, frame_peak};
 use plumbline_core::navigation::reckoning::Moment;
 use plumbline_core::navigation::surface::{Frame, Surface};
 use plumbline_core::tile::Local;
@@ -41,7 +41,7 @@ pub fn chain(trial: &Trial, pair: Pair<'_>, at: [usize; 2], count: usize, seed: 
             None
         };
         // Without texture nothing is added.
-        let _ = look(&patch, &trial.runs(), &other, (trial.radius, middle), rule, &mut bytes, add);
+        let _ = frame_peak(&patch, &trial.runs(), &other, (trial.radius, middle), rule, &mut bytes, add);
         let decided = surface.decision(1.0)?;
         let apart = pair.apart([at[0] as f64 + true_shift[0], at[1] as f64 + true_shift[1]]);
         let found = [f64::from(decided.nadir.east_m), -f64::from(decided.nadir.north_m)];

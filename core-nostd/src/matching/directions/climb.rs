@@ -1,4 +1,4 @@
-//! From the candidates to the top of the best of them, and to what it is held against.
+//! Hill climbing from the candidates of the coarse ranking to the peak, and from the rivals to the second peak.
 
 use super::Peak;
 use super::evidence::{Evidence, PARTS, vertex};
@@ -7,27 +7,27 @@ use super::parts::parts;
 use crate::matching::local_maximum::{LocalMaximum, highest};
 use crate::matching::search::images::ScoredShift;
 
-/// Shifts nearer than this to a local maximum lie on its main lobe, pixels: directions are made of 3 x 3 pixels and smoothed over as many, and
-/// noise puts teeth on the lobe.
+/// Shifts nearer than this to a local maximum lie on its main lobe, pixels: gradients are taken over 3 x 3 pixels and smoothed over as many, and noise adds local maxima on the
+/// lobe.
 pub(super) const MAIN_LOBE_PX: u16 = 4;
-/// Steps to a top at most: a local maximum of the ranking is off by one or two.
+/// Steps of a climb at most: a local maximum of the ranking is off by one or two.
 const STEPS: usize = 5;
-/// Local maxima away from the top that the whole patch scores. Chosen: of six, ground that repeats under noise as strong as itself misses its
-/// second place once in 300.
+/// Local maxima off the main lobe that the whole patch scores. Chosen: with six, repetitive ground under noise as strong as itself misses
+/// its second peak once in 300.
 const RIVALS: usize = 12;
-/// Those that the top is held against, part by part: with the top and the four beside it an even number.
-const HELD_AGAINST: usize = 5;
-/// A rival that overtakes the top while it climbs becomes the top, so many times at most.
-const OVERTAKEN: usize = 2;
+/// Rivals that the peak is compared with part by part: with the peak and its four neighbours an even number.
+const RIVALS_BY_PART: usize = 5;
+/// A rival that overtakes the peak while it climbs becomes the peak, so many times at most.
+const PEAK_CHANGES: usize = 2;
 
-/// Climbs from the best of `shifts`, and then from the best of what the coarse `scores` hold away from that top: where the main
-/// lobe is long, what is beside it is the rival. Scores on the main lobe are lost.
+/// Climbs from the best of `shifts`, and then from the best of the coarse `scores` off that peak's main lobe: where the main lobe is long,
+/// a shift further along it is the rival. Overwrites the scores on the main lobe.
 pub(super) fn climb(images: &Images<'_>, shifts: &[ScoredShift], radius: u16, scores: &mut [i16]) -> Option<Peak> {
-    let mut top = climbed(images, shifts.iter().copied().reduce(better)?, radius, scores, |_| true);
+    let mut top = climbed(images, shifts.iter().copied().reduce(higher_of)?, radius, scores, |_| true);
     let mut rivals = [ScoredShift::default(); RIVALS];
     let mut count = 0;
     let mut former = None;
-    for _ in 0..OVERTAKEN {
+    for _ in 0..PEAK_CHANGES {
         count = rivals_into(images, &top, radius, scores, &mut rivals);
         if let (Some(former), Some(last)) = (former, rivals.last_mut()) {
             (*last, count) = (former, RIVALS);
@@ -46,10 +46,10 @@ pub(super) fn climb(images: &Images<'_>, shifts: &[ScoredShift], radius: u16, sc
         former = Some(core::mem::replace(&mut top, *second));
     }
     let rivals = rivals.get(..count).unwrap_or(&[]);
-    Some(judged(images, &top, rivals, radius))
+    Some(with_evidence(images, &top, rivals, radius))
 }
 
-/// The top that a shift climbs to over those that are `allowed`.
+/// The local maximum that a climb from a shift ends at, over shifts that are `allowed`.
 fn climbed(
     images: &Images<'_>,
     mut top: ScoredShift,
@@ -60,7 +60,7 @@ fn climbed(
     for _ in 0..STEPS {
         let mut asked = around(top, 2 * radius, scores);
         images.score(&mut asked);
-        let higher = asked.into_iter().filter(|shift| allowed(shift)).fold(top, better);
+        let higher = asked.into_iter().filter(|shift| allowed(shift)).fold(top, higher_of);
         if higher.apart(&top) == 0 {
             break;
         }
@@ -69,7 +69,7 @@ fn climbed(
     top
 }
 
-/// The highest local maxima of the coarse scores away from the top, scored by the whole patch; how many.
+/// Scores the highest local maxima of the coarse scores off the main lobe by the whole patch; returns how many.
 fn rivals_into(
     images: &Images<'_>,
     top: &ScoredShift,
@@ -99,12 +99,11 @@ fn rivals_into(
     count
 }
 
-/// Shifts beside one: left, right, above, below and a corner, twice since shifts are scored in pairs.
-type Beside = [ScoredShift; 6];
+/// Neighbours of a shift: left, right, above, below, and a corner twice, since shifts are scored in pairs.
+type Neighbours = [ScoredShift; 6];
 
-/// The shifts beside one, and of those across its corners the one that the ranking holds highest. Where the search ends,
-/// the nearest shift stands for one beyond.
-fn around(shift: ScoredShift, last: u16, scores: &[i16]) -> Beside {
+/// The four neighbours of a shift and, of its four corners, the one of the highest coarse score. Clamped to the search.
+fn around(shift: ScoredShift, last: u16, scores: &[i16]) -> Neighbours {
     let beside = |by| step(&shift, by, last);
     let rank = |&(col, row): &(u16, u16)| scores.get(row as usize * (last as usize + 1) + col as usize);
     let corner = [(0, 0), (2, 0), (0, 2), (2, 2)].map(beside).into_iter().max_by_key(rank).unwrap_or_default();
@@ -112,7 +111,7 @@ fn around(shift: ScoredShift, last: u16, scores: &[i16]) -> Beside {
     [left, right, above, below, corner, corner].map(|(col, row)| ScoredShift::new(col, row))
 }
 
-/// Steps to the left, right, up and down: one less than they are.
+/// Steps to the left, right, up and down, each plus one.
 const SIDES: [(u16, u16); 4] = [(0, 1), (2, 1), (1, 0), (1, 2)];
 
 fn step(shift: &ScoredShift, (cols, rows): (u16, u16), last: u16) -> (u16, u16) {
@@ -120,21 +119,21 @@ fn step(shift: &ScoredShift, (cols, rows): (u16, u16), last: u16) -> (u16, u16) 
     (step(shift.col, cols), step(shift.row, rows))
 }
 
-/// Whether a shift lies off the top's main lobe.
+/// Whether a shift lies off the peak's main lobe.
 fn is_apart(top: &ScoredShift, shift: &ScoredShift) -> bool {
     shift.apart(top) >= MAIN_LOBE_PX
 }
 
-/// The peak with what speaks for it against its rivals, highest first.
-fn judged(images: &Images<'_>, top: &ScoredShift, rivals: &[ScoredShift], radius: u16) -> Peak {
+/// The peak with its statistics against its rivals, highest first.
+fn with_evidence(images: &Images<'_>, top: &ScoredShift, rivals: &[ScoredShift], radius: u16) -> Peak {
     let last = 2 * radius;
-    let mut asked = [(top.col, top.row); 1 + SIDES.len() + HELD_AGAINST];
+    let mut asked = [(top.col, top.row); 1 + SIDES.len() + RIVALS_BY_PART];
     let [_, left, right, above, below, others @ ..] = &mut asked;
     let beside = [left, right, above, below].into_iter().zip(SIDES.map(|by| step(top, by, last)));
     let others = others.iter_mut().zip(rivals.iter().map(|rival| (rival.col, rival.row)));
     beside.chain(others).for_each(|(asked, shift)| *asked = shift);
     let [own, left, right, above, below, others @ ..] = parts(images, &asked);
-    let mut evidence = Evidence::new(&own, others.get(..rivals.len().min(HELD_AGAINST)).unwrap_or(&[]));
+    let mut evidence = Evidence::new(&own, others.get(..rivals.len().min(RIVALS_BY_PART)).unwrap_or(&[]));
     let beside = [left, right, above, below];
     let sum = |shares: &[f32; PARTS]| shares.iter().sum::<f32>();
     evidence.curvature = 4.0 * evidence.score - beside.iter().map(sum).sum::<f32>();
@@ -156,6 +155,6 @@ fn judged(images: &Images<'_>, top: &ScoredShift, rivals: &[ScoredShift], radius
     }
 }
 
-fn better(a: ScoredShift, b: ScoredShift) -> ScoredShift {
+fn higher_of(a: ScoredShift, b: ScoredShift) -> ScoredShift {
     if b.score > a.score { b } else { a }
 }

@@ -1,30 +1,30 @@
-//! What speaks for a peak: how far it leads, in how many parts of the patch, how sharp it is.
+//! Statistics of a peak: its lead, in how many parts of the patch it leads, and its curvature.
 
 use crate::math::sqrt;
 use nalgebra::Matrix2;
 
-/// Parts that a patch is cut into, three by three.
+/// Parts of a patch, three by three.
 pub(super) const PARTS: usize = 9;
 
-/// What the scores around a peak and those of its rivals say.
+/// Statistics of the scores at a peak and at its rivals.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Evidence {
-    /// The peak's score.
+    /// Score of the peak, −1 to 1.
     pub score: f32,
-    /// Its least lead over a rival.
+    /// Least lead over a rival; the score itself without one.
     pub lead: f32,
-    /// The least lead over its own sigma, as the parts differ: a paired t of nine differences.
+    /// Least lead over its own sigma by the scatter of the parts: a paired t of nine differences.
     pub steadiness: f32,
-    /// Four times the peak's score less the four beside it.
+    /// Four times the peak's score less its four neighbours.
     pub curvature: f32,
 }
 
-/// Added to the sigma of a lead: nine alike parts are no infinite evidence. Chosen: a tenth of a usual lead.
+/// Added to the sigma of a lead: nine equal parts are no infinite t. Chosen: a tenth of a usual lead.
 const SIGMA_MIN: f32 = 0.02;
 
 impl Evidence {
-    /// Of the parts' shares in the scores of a peak and of its rivals.
+    /// From the parts' shares in the scores of the peak and of its rivals.
     pub(super) fn new(peak: &[f32; PARTS], rivals: &[[f32; PARTS]]) -> Self {
         let score = peak.iter().sum();
         let mut evidence = Evidence { score, lead: score, steadiness: f32::MAX, ..Evidence::default() };
@@ -41,8 +41,8 @@ impl Evidence {
     }
 }
 
-/// Where between pixels a peak is, and how far its parts are at odds about it: the top of the parabolas through it and those beside it
-/// (left, right, above, below), and the covariance of that by leaving out one part at a time (jackknife), square pixels.
+/// Sub-pixel vertex of the parabolas through a peak and its neighbours (left, right, above, below), pixels, and its covariance by leaving
+/// out one part at a time (jackknife), square pixels.
 pub(super) fn vertex(peak: &[f32; PARTS], beside: &[[f32; PARTS]; 4]) -> ((f32, f32), Matrix2<f32>) {
     let sum = |shares: &[f32; PARTS]| shares.iter().sum::<f32>();
     let all = (sum(peak), beside.each_ref().map(sum));

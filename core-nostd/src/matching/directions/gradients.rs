@@ -1,18 +1,17 @@
-//! The image of gradient directions: which way the picture changes at each pixel, whichever of both sides is the brighter.
+//! The image of gradient directions: how the grey changes at each pixel, whichever side is the brighter.
 //!
-//! With the gradient (gx, gy) and m² = gx² + gy², a pixel has two values, (gx² − gy²) / (m² + e) and 2 gx gy / (m² + e): the
-//! gradient's direction with its angle doubled, so that opposite gradients are alike, and a length below 1, so that no strong edge
-//! decides. e is half of the median of m². A border between two fields stays where it is when a crop ripens, a field
-//! is ploughed or the sun comes from the other side: its two sides change greys, and even places. Correlating doubled angles is
-//! known from the registration of remote sensing and medical pictures since the 1990s (normalised gradient fields, orientation
-//! correlation).
+//! With the gradient (gx, gy) and m² = gx² + gy², a pixel has two values, (gx² − gy²) / (m² + e) and 2 gx gy / (m² + e): the gradient's
+//! direction with its angle doubled, so that opposite gradients are equal, and a length below 1, so that no strong edge dominates. e is
+//! half of the median of m². The border of two fields stays where it is when a crop ripens, a field is ploughed or the sun comes from the
+//! other side, while the greys on both sides change and may even swap. Correlation of doubled angles is known from the registration of
+//! remote sensing and medical images since the 1990s (normalised gradient fields, orientation correlation).
 //!
-//! Gradients are Sobel's, 3 x 3; the two values are smoothed by 1 2 1 along both axes after the division, which makes the lobe
-//! of a correlation as wide as its peak may be off the whole pixel. Over eight years of one area (5 m a pixel, 56 pairs, patches
-//! of 65 pixels within ±16) the best place is right in 91 % this way, in 87 % where the greys are smoothed by a Gaussian of
-//! one pixel before, and in 66 % with the differences of a pixel to the mean of 5 x 5 around it.
+//! Gradients are Sobel's, 3 x 3; both values are smoothed by 1 2 1 along both axes after the division, which makes the correlation's main
+//! lobe as wide as the true shift may be off the whole pixel. Over eight years of one area (5 m a pixel, 56 pairs, patches of 65 pixels
+//! within ±16) the peak is right in 91 % this way, in 87 % where the greys are smoothed before by a Gaussian of one pixel, and in 66 % with
+//! the difference of a pixel to the mean of 5 x 5 around it.
 //!
-//! Every pixel has surroundings: beyond the end of a run its last pixel goes on, beyond the first and the last row that row.
+//! Borders are padded: the last pixel of a run is repeated, and the first and the last row.
 
 use super::surroundings::Ring;
 use crate::image::{Run, View};
@@ -23,13 +22,12 @@ use crate::matching::kernels::gradients::{FOURS, STRIP, directions, energies, gr
 
 /// e as a share of the median of m². Over the eight years a quarter, a half and 1 differ by less than a percent.
 const ENERGY_SHARE: f32 = 0.5;
-/// Least e: what the rounding of greys alone leaves, twelve times its variance of 1/12 along each axis (1, 2 and 1 squared,
-/// twice), and twice that in reserve.
+/// Least e: the variance of rounded greys, 1/12, times twelve along each axis (1, 2 and 1 squared, twice), and times two as a margin.
 const ENERGY_MIN: f32 = 4.0;
-/// Every so many rows are counted for the median of m².
+/// Every so many rows are sampled for the median of m².
 const COUNTED_ROWS: usize = 6;
 
-/// e of a picture, over a part of the rows that `runs` have.
+/// e of a picture, from a sample of the rows of `runs`.
 pub(super) fn typical_energy(view: &View<'_>, runs: impl Iterator<Item = Run> + Clone) -> u32 {
     let mut histogram = Histogram::new();
     let mut line = [[[0; 2]; CHANNELS]; FOURS];
@@ -42,7 +40,7 @@ pub(super) fn typical_energy(view: &View<'_>, runs: impl Iterator<Item = Run> + 
                 continue;
             }
             let Some(piece) = piece(&run, strip as u16) else { continue };
-            // Value 0 lies beside the strip.
+            // Index 0 is the pixel left of the strip.
             let within = piece.start as usize - strip + 1..piece.end as usize - strip + 1;
             gradients(ring.down_to(run.row as usize + 1), &mut line[..within.end.div_ceil(4).min(FOURS)]);
             for four in within.start / 4..within.end.div_ceil(4) {
@@ -55,8 +53,8 @@ pub(super) fn typical_energy(view: &View<'_>, runs: impl Iterator<Item = Run> + 
     (ENERGY_SHARE * decoded(histogram.median())).max(ENERGY_MIN) as u32
 }
 
-/// Filters `runs`, sorted by row, piece by piece of at most [`STRIP`] pixels: both channels' values, ±127 for 1, as bytes of two's
-/// complement. `energy`: of [`typical_energy`].
+/// Filters `runs`, sorted by row, piece by piece of at most [`STRIP`] pixels: values of both channels, ±127 for 1, as two's complement
+/// bytes. `energy`: e, of [`typical_energy`].
 pub(super) fn filter(
     view: &View<'_>,
     runs: impl Iterator<Item = Run> + Clone,
@@ -68,7 +66,7 @@ pub(super) fn filter(
         let mut ring = Ring::new(view, runs.clone(), strip);
         let mut lines = [[[[0; 2]; CHANNELS]; FOURS]; 3];
         let fours = ((view.size().0 as usize - strip).min(STRIP) + 2).div_ceil(4).min(FOURS);
-        // Rows are counted from the one above the first, which is made of that one alone.
+        // Rows count from the padded one above the first.
         let mut next = first.row as usize;
         let mut out = [[[0; 4]; STRIP / 4]; CHANNELS];
         for run in runs.clone() {
@@ -92,7 +90,7 @@ pub(super) fn filter(
     }
 }
 
-/// A bin for m²: itself below 8, then eight to an octave.
+/// Histogram bin of m²: m² itself below 8, then eight bins an octave.
 fn code(energy: u32) -> u8 {
     match energy.checked_ilog2() {
         Some(octave) if octave >= 3 => (8 * (octave - 2) + ((energy >> (octave - 3)) & 7)) as u8,
@@ -100,7 +98,7 @@ fn code(energy: u32) -> u8 {
     }
 }
 
-/// m² at a place between bins.
+/// m² at a fractional bin.
 fn decoded(bins: f32) -> f32 {
     let bin = bins as u32;
     let lower = |bin: u32| if bin < 8 { bin } else { (8 + bin % 8) << (bin / 8 - 1) } as f32;

@@ -1,8 +1,9 @@
-//! Scores of shifts two pixels apart, by the directions of both pictures at half their resolution.
+//! Scores of shifts two pixels apart, from the directions at half the resolution.
 //!
-//! A box of 2 x 2 pixels has the mean of their directions. Their correlation is wide, so little is lost: of eight patches of 35 pixels side
-//! by side 98 in 100 are decided at one wrong of 1,000 where the boxes of both pictures show the same ground, 90 where they are a pixel
-//! off along both axes, and 100 at full resolution. A surface of scores takes a quarter of the memory and a sixteenth of the time.
+//! A box of 2 x 2 pixels has the mean of their directions. The correlation's main lobe is wide, so little is lost: of eight adjacent
+//! patches of 35 pixels 98 in 100 are decided at one wrong of 1,000 where the boxes of both pictures cover the same ground, 90 where they
+//! are a pixel off along both axes, and 100 at full resolution. A surface of scores takes a quarter of the memory and a sixteenth of the
+//! time.
 
 use super::gradients::CHANNELS;
 use super::images::{ALL, Images};
@@ -14,17 +15,17 @@ use core::ops::Range;
 
 /// Shifts along each axis.
 pub const SHIFTS: usize = SEARCH_MAX_PX + 1;
-/// The one in the middle.
+/// Index of the shift in the middle.
 pub const MIDDLE: usize = SHIFTS / 2;
-/// Pixels from one to the next.
+/// Pixels from one shift to the next.
 pub const STEP_PX: i16 = 2;
-/// Scores, row by row; 0 where a shift lies beyond the search.
+/// Scores, row by row, −1 to 1; 0 where a shift lies beyond the search.
 pub type Scores = [[f32; SHIFTS]; SHIFTS];
 
 /// Boxes of the largest reference along an axis.
 const BOXES_MAX: usize = PATCH_MAX_PX / 2 + SEARCH_MAX_PX;
 
-/// Bytes that the scores of a patch in a reference of such sizes need.
+/// Working space for patch and reference of such sizes, bytes.
 pub(super) const fn working_bytes(patch: (u16, u16), reference: (u16, u16)) -> usize {
     plane(patch) + plane(halved(patch)) + plane(halved(reference)) + 3
 }
@@ -38,7 +39,7 @@ const fn halved(size: (u16, u16)) -> (u16, u16) {
     (size.0 / 2, size.1 / 2)
 }
 
-/// Both channels of a picture, the second below the first, every row aligned to four.
+/// Both channels of a picture, the second below the first, rows aligned to four bytes.
 struct Channels<'b> {
     bytes: &'b [u8],
     /// Of one channel.
@@ -52,22 +53,22 @@ impl Channels<'_> {
     }
 }
 
-/// Where the shifts of one axis lie among the boxes of the reference.
+/// Position of the shifts of one axis among the boxes of the reference.
 struct Axis {
-    /// The box under the patch's first one at the first shift; below 0 where that lies beyond the search.
+    /// The box under the patch's first one at the first shift; negative where that lies beyond the search.
     first: i16,
     /// Pixels before the first box.
     phase: usize,
 }
 
 impl Axis {
-    /// `middle`: of the shifts, pixels off the middle of a search of ±`radius`.
+    /// `middle`: centre of the shifts less centre of a search of ±`radius`, pixels.
     fn new(radius: u16, middle: i16) -> Self {
         let first = radius as i16 + middle - STEP_PX * MIDDLE as i16;
         Axis { first: first.div_euclid(STEP_PX), phase: first.rem_euclid(STEP_PX) as usize }
     }
 
-    /// The shifts at which the patch's boxes lie in the reference.
+    /// The shifts at which all of the patch's boxes lie in the reference.
     fn within(&self, own: usize, other: usize) -> Range<usize> {
         let last = other as i16 - own as i16 - self.first;
         self.first.min(0).unsigned_abs() as usize..(last + 1).clamp(0, SHIFTS as i16) as usize
@@ -78,8 +79,7 @@ impl Axis {
     }
 }
 
-/// The scores of the shifts around `middle`, which lies so many pixels (columns, rows) off the middle of a search of ±`radius`.
-/// `bytes`: [`working_bytes`].
+/// Scores of the shifts around `middle`, (columns, rows) pixels from the centre of a search of ±`radius`. `bytes`: [`working_bytes`].
 #[inline(never)]
 pub(super) fn scores(images: &Images<'_>, radius: u16, middle: (i16, i16), bytes: &mut [u8]) -> Option<Scores> {
     let (cols, rows) = images.patch.size();
@@ -117,7 +117,7 @@ pub(super) fn scores(images: &Images<'_>, radius: u16, middle: (i16, i16), bytes
     Some(scores)
 }
 
-/// The patch's image with zeros where it is not valid.
+/// The patch's image, zero where it is not valid.
 fn spread(images: &Images<'_>, dense: &mut [u8]) {
     let size = images.patch.size();
     dense.fill(0);
@@ -129,7 +129,7 @@ fn spread(images: &Images<'_>, dense: &mut [u8]) {
     });
 }
 
-/// The means of boxes of 2 x 2 from a pixel on, at the beginning of `buffer`.
+/// Means of boxes of 2 x 2 from a pixel on, at the beginning of `buffer`.
 fn boxes<'b>(picture: &Channels<'_>, from: (usize, usize), buffer: &'b mut [u8]) -> Option<Channels<'b>> {
     let size = (picture.size.0.checked_sub(from.0)? / 2, picture.size.1.checked_sub(from.1)? / 2);
     let stride = size.0.next_multiple_of(4);
@@ -148,7 +148,7 @@ fn boxes<'b>(picture: &Channels<'_>, from: (usize, usize), buffer: &'b mut [u8])
     Some(Channels { bytes: buffer, size, stride })
 }
 
-/// Products of the patch's boxes with those of the reference from a box (column, row) on, and with those to the right of it.
+/// Dot products of the patch's boxes with the reference's from a box (column, row) on, and from those to the right of it.
 fn products(own: &Channels<'_>, other: &Channels<'_>, (col, row): (usize, usize), line: &mut [f32]) {
     for (scores, at) in line.chunks_mut(4).zip((col..).step_by(4)) {
         for channel in 0..CHANNELS {
@@ -159,7 +159,7 @@ fn products(own: &Channels<'_>, other: &Channels<'_>, (col, row): (usize, usize)
     }
 }
 
-/// Adds the energies of a row of boxes, column by column.
+/// Adds a row of boxes, times `sign`, to the energies of the columns.
 fn add_energies(energies: &mut [i32; BOXES_MAX], picture: &Channels<'_>, row: usize, sign: i32) {
     if row >= picture.size.1 {
         return;

@@ -1,4 +1,4 @@
-//! The images of patch and reference, and what they say about shifts.
+//! Images of patch and reference, and the scores of shifts.
 
 use super::gradients::{CHANNELS, filter, typical_energy};
 use crate::image::{Run, View};
@@ -9,16 +9,16 @@ use crate::matching::kernels::correlation::{dot_and_energy, dots_and_energies};
 use crate::matching::search::images::{ScoredShift, normalised, padded, put};
 use crate::matching::valid;
 
-/// Pixels that the coarse ranking takes, where the patch has them: over 330 of them no frame of the default scene is lost,
-/// see [`super::CANDIDATES`].
+/// Pixels that the coarse ranking takes, if the patch has as many: over 330 of them no frame of the default scene is lost, see
+/// [`super::CANDIDATES`].
 pub(super) const RANKING_PX: usize = 300;
-/// It takes every third run at least, so that a large patch is ranked by all of its parts.
+/// It takes every third run at least, so that all parts of a large patch take part.
 const RANKING_STRIDE: usize = 3;
-/// Pieces that are taken: all of them, and those that a median is made of.
+/// Share of the pieces that is taken, (part, whole): all, and a sample for the median.
 pub(super) const ALL: (usize, usize) = (1, 1);
 const PART: (usize, usize) = (1, 4);
 
-/// The patch's image: the values of every piece, with zeros up to a multiple of four, the first channel's before the second's.
+/// The patch's image: the values of every piece, padded by zeros to a multiple of four, the first channel before the second.
 pub(super) struct Patch<'a> {
     patch: &'a View<'a>,
     runs: &'a [Run],
@@ -54,14 +54,14 @@ impl<'a> Patch<'a> {
         valid(self.runs)
     }
 
-    /// The median size of a value.
+    /// Median absolute value.
     fn median(&self) -> u8 {
         let mut sizes = Histogram::new();
         self.each(PART, |_, _, values| values.iter().for_each(|&value| sizes.add((value as i8).unsigned_abs())));
         sizes.median() as u8
     }
 
-    /// The values of `part` pieces in every `whole`, evenly, with their channel.
+    /// Calls `each` with the channel and the values of `part` pieces in every `whole`, evenly spaced.
     pub(super) fn each(&self, (part, whole): (usize, usize), mut each: impl FnMut(usize, Run, &[u8])) {
         let mut values = self.values;
         for channel in 0..CHANNELS {
@@ -82,7 +82,7 @@ impl<'a> Patch<'a> {
 /// Both images.
 pub(super) struct Images<'a> {
     pub(super) patch: Patch<'a>,
-    /// Σ p².
+    /// Σ p² over the patch.
     pub(super) energy: i64,
     /// The second channel below the first.
     pub(super) reference: View<'a>,
@@ -100,17 +100,17 @@ impl<'a> Images<'a> {
         self.energy == 0
     }
 
-    /// The reference's row under the first of a channel.
+    /// First row of a channel in the reference's image.
     pub(super) fn first_row(&self, channel: usize) -> usize {
         channel * (self.reference.size().1 as usize / CHANNELS)
     }
 
-    /// Coarse scores of every shift, `side` a row, over part of the pieces; how many large values they come from. Kept
-    /// apart: it needs a kilobyte of stack.
+    /// Coarse scores of every shift, `side` a row, from a sample of the pieces; returns the number of large values in them. Not inlined: it
+    /// needs a kilobyte of stack.
     #[inline(never)]
     pub(super) fn rank(&self, side: usize, scores: &mut [i16]) -> u32 {
         let whole = self.patch.valid().clamp(RANKING_PX, RANKING_STRIDE * RANKING_PX);
-        // Twice the median, as the clipped values of the other matcher have it.
+        // Twice the median, as the limit of the high-pass images.
         let threshold = self.patch.median().saturating_mul(2);
         let mut ranking = Ranking::new(&self.reference, threshold, side, scores);
         self.patch.each((RANKING_PX, whole), |channel, piece, values| {
@@ -121,7 +121,7 @@ impl<'a> Images<'a> {
         ranking.counted()
     }
 
-    /// Scores shifts by the whole patch, two at a time: of an odd number the last one twice.
+    /// Scores shifts by the whole patch, two at a time; of an odd number the last one twice.
     pub(super) fn score(&self, shifts: &mut [ScoredShift]) {
         let stride = self.reference.stride();
         for shift in shifts.iter_mut() {

@@ -1,4 +1,4 @@
-//! What each part of the patch says about a few shifts.
+//! Shares of the patch's parts in the scores of a few shifts.
 
 use super::evidence::PARTS;
 use super::images::{ALL, Images};
@@ -9,10 +9,10 @@ use crate::math::sqrt;
 /// Parts along each axis.
 const ACROSS: usize = 3;
 const _: () = assert!(ACROSS * ACROSS == PARTS);
-/// Columns are cut where words begin.
+/// Columns are cut at word boundaries.
 const WORD: usize = 4;
 
-/// The score of each of the `shifts` as the sum of what the patch's parts, three by three, have in it. An even number of shifts.
+/// The score of each of the `shifts` as nine addends, one of each part of the patch, three by three. An even number of shifts.
 #[inline(never)]
 pub(super) fn parts<const N: usize>(images: &Images<'_>, shifts: &[(u16, u16); N]) -> [[f32; PARTS]; N] {
     let (reference, (cols, rows)) = (&images.reference, images.patch.size());

@@ -1,8 +1,8 @@
 //! Masked normalised cross-correlation of gradient directions over whole-pixel shifts.
 //!
-//! Both channels of a pixel count alike, and no mean is taken off: over the eight years that changes nothing. Products are summed in
-//! integers. A coarse ranking with one digit of every value orders all the shifts, and the whole patch decides between its highest local
-//! maxima and climbs to the top of the best.
+//! Both channels have the same weight, and no mean is subtracted: over the eight years that changes nothing. Products are summed in
+//! integers. A coarse ranking by one digit of every value orders all shifts; the whole patch decides between its highest local maxima and
+//! climbs to the peak.
 
 use super::Peak;
 use super::climb::climb;
@@ -14,11 +14,11 @@ use crate::matching::local_maximum::{LocalMaximum, highest};
 use crate::matching::search::images::{ScoredShift, put};
 use crate::matching::search::{READ_AHEAD, check, stride};
 
-/// Local maxima of the coarse ranking that the whole patch decides between, as many as with high-pass images at most.
+/// Local maxima of the coarse ranking that the whole patch scores: at most as many as with high-pass images.
 const CANDIDATES: usize = 6;
-/// Bytes that a search for a `patch` in a `reference` needs, whatever the patch's mask.
+/// Working space of a search for a `patch` in a `reference`, bytes, whatever the patch's mask.
 pub const fn working_bytes(patch: (u16, u16), reference: (u16, u16)) -> usize {
-    // Pieces are rounded up to four; the shortest, of one pixel, have one beside them that is not valid.
+    // Pieces are rounded up to four pixels; the shortest, of one pixel, has an invalid one next to it.
     let own = 2 * (patch.0 as usize + 1) * patch.1 as usize;
     reference_bytes(reference) + CHANNELS * own + 3
 }
@@ -28,11 +28,11 @@ const fn reference_bytes(size: (u16, u16)) -> usize {
     CHANNELS * stride(size) * size.1 as usize + READ_AHEAD
 }
 
-/// The peak of the scores of every shift within ±`radius`.
+/// The peak over all shifts within ±`radius`.
 ///
-/// `patch` and `runs`: as the rectifier leaves them. `reference`: patch + 2 `radius` in both directions or larger; its
-/// centre is the zero of the shifts when it is exactly that. `bytes`: [`working_bytes`]. `scores`: space for (2 `radius` + 1)² scores of
-/// the coarse ranking.
+/// `patch` and `runs`: as the rectifier leaves them. `reference`: patch + 2 `radius` in both directions or larger; its centre is the zero
+/// of the shifts when it is exactly that. `bytes`: [`working_bytes`]. `scores`: (2 `radius` + 1)² scores of the coarse ranking. Both are
+/// working space.
 ///
 /// # Errors
 /// [`MatchError`].
@@ -68,7 +68,7 @@ pub fn search(
 /// Both images. `bytes`: [`working_bytes`].
 ///
 /// # Errors
-/// [`MatchError`] where the patch is featureless, or no patch, or there is no space.
+/// [`MatchError`] where the patch is featureless or invalid, or the space is too small.
 pub(super) fn images<'b>(
     patch: &'b View<'_>,
     runs: &'b [Run],
@@ -76,7 +76,7 @@ pub(super) fn images<'b>(
     bytes: &'b mut [u8],
 ) -> Result<Images<'b>, MatchError> {
     check(patch, runs)?;
-    // Both channels of the reference are one picture.
+    // Both channels of the reference are stored as one picture.
     if reference.size().1 > u16::MAX / CHANNELS as u16 {
         return Err(MatchError::Capacity);
     }
@@ -88,7 +88,7 @@ pub(super) fn images<'b>(
     if images.is_featureless() { Err(MatchError::Featureless) } else { Ok(images) }
 }
 
-/// The image of a picture that is valid from border to border, rows aligned to four, the second channel below the first.
+/// The image of a picture that is valid everywhere, rows aligned to four bytes, the second channel below the first.
 fn filtered<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> View<'b> {
     let size = picture.size();
     let (stride, height) = (stride(size), size.1 as usize);

@@ -1,23 +1,23 @@
-//! The rows around one, as a filter of 3 x 3 needs them.
+//! A rolling window of three rows with padded borders, for filters of 3 x 3.
 
 use crate::image::{Run, View};
 use crate::matching::kernels::gradients::WIDTH;
 use crate::matching::kernels::rows::{copy, fill};
 
-/// Pixels to each side.
+/// Columns before the strip.
 const REACH: usize = 2;
-/// Rows that are kept.
+/// Rows in the window.
 const ROWS: usize = 3;
 
-/// Three rows of a strip of a picture, each from two columns before the strip on. Where nothing is valid the nearest
-/// pixel of the row goes on, and in rows without a run the row above.
+/// Three rows of a strip of a picture, each from two columns before the strip on. Invalid pixels repeat the nearest valid one of the row,
+/// rows without a run the row above.
 #[repr(align(4))]
 pub(super) struct Ring<'a, R: Iterator<Item = Run>> {
     rows: [[u8; WIDTH]; ROWS],
     view: &'a View<'a>,
     ahead: core::iter::Peekable<R>,
     strip: usize,
-    /// The row that comes next.
+    /// The next row to be read.
     next: usize,
 }
 
@@ -32,7 +32,7 @@ impl<'a, R: Iterator<Item = Run>> Ring<'a, R> {
         ring
     }
 
-    /// The row `below`, once it has been taken, behind the two above it.
+    /// The row `below`, read if necessary, after the two rows above it.
     pub(super) fn down_to(&mut self, below: usize) -> [&[u8; WIDTH]; ROWS] {
         while self.next <= below {
             self.take();
@@ -55,8 +55,8 @@ impl<'a, R: Iterator<Item = Run>> Ring<'a, R> {
         }
     }
 
-    /// Lays `pixels` from `start` on into a row; its last pixel goes on behind them, and before them the first one where
-    /// they are the row's first.
+    /// Copies `pixels` into a row from `start` on; repeats the last one after them, and the first one before them if they are the row's
+    /// first.
     fn lay(&mut self, row: usize, start: usize, pixels: &[u8], leads: bool) {
         let line = &mut self.rows[row % ROWS];
         let (Some(&first), Some(&last)) = (pixels.first(), pixels.last()) else { return };

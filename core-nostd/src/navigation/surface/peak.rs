@@ -2,7 +2,7 @@
 
 use crate::matching::directions::half::{SHIFTS, Scores};
 
-/// Half width of the main lobe, shifts along either axis.
+/// Shifts up to this distance from the peak, along either axis, lie on its main lobe.
 const MAIN_LOBE: usize = 2;
 
 /// The highest score and its cell.

@@ -1,4 +1,4 @@
-//! The top of a patch's scores near a shift, without a search.
+//! The local peak of a patch's scores near a shift, without a search.
 
 use super::evidence::{self, PARTS};
 use super::images::Images;
@@ -8,25 +8,25 @@ use crate::matching::search::images::ScoredShift;
 use heapless::Vec;
 use nalgebra::Matrix2;
 
-/// A local maximum, pixels off the middle of the search.
+/// A local maximum, pixels from the centre of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Summit {
+pub struct LocalPeak {
     /// Columns to the right.
     pub d_col: i16,
     /// Rows downwards.
     pub d_row: i16,
-    /// Top of the parabolas through the score and those beside it, columns and rows off the middle of the search.
+    /// Sub-pixel position by parabolas through the score and its neighbours, columns and rows from the centre of the search.
     pub top: (f32, f32),
-    /// Four times its score less the four beside it.
+    /// Four times its score less its four neighbours.
     pub curvature: f32,
 }
 
-/// The shifts to the left, right, above and below.
+/// Shifts to the left, right, above and below.
 const SIDES: [(i16, i16); 4] = [(-1, 0), (1, 0), (0, -1), (0, 1)];
 
-/// Climbs from a shift, pixels off the middle of a search of ±`radius`, to the top that it leads to, at most `within_px` along either axis;
-/// nothing where there is none so near, or not within the search.
-pub(super) fn near(images: &Images<'_>, from: (i16, i16), within_px: u16, radius: u16) -> Option<Summit> {
+/// Climbs from a shift, pixels from the centre of a search of ±`radius`, to its local maximum, at most `within_px` away along either axis;
+/// `None` where there is none so near, or not within the search.
+pub(super) fn near(images: &Images<'_>, from: (i16, i16), within_px: u16, radius: u16) -> Option<LocalPeak> {
     let mut at = from;
     let reach = radius.saturating_sub(1);
     let is_allowed = |at: (i16, i16)| {
@@ -46,13 +46,13 @@ pub(super) fn near(images: &Images<'_>, from: (i16, i16), within_px: u16, radius
         known = [(at, own), (left, of_left), (right, of_right), (above, of_above), (below, of_below)].map(Some);
         match beside.into_iter().zip(around).reduce(|best, next| if next.0 > best.0 { next } else { best }) {
             Some((score, next)) if score > own => at = next,
-            _ => return Some(summit(at, own, beside)),
+            _ => return Some(local_peak(at, own, beside)),
         }
     }
     None
 }
 
-/// A shift, pixels off the middle, as a search of ±`radius` counts them.
+/// A shift, pixels from the centre, as an index into a search of ±`radius`.
 fn counted((col, row): (i16, i16), radius: u16) -> ScoredShift {
     let at = |at: i16| (at + radius as i16).max(0) as u16;
     ScoredShift::new(at(col), at(row))
@@ -61,7 +61,7 @@ fn counted((col, row): (i16, i16), radius: u16) -> ScoredShift {
 /// A shift and its score.
 type Known = ((i16, i16), f32);
 
-/// Scores of five shifts, of which some are known.
+/// Scores of five shifts, some of them known.
 fn scored(images: &Images<'_>, at: [(i16, i16); 5], known: &[Option<Known>; 5], radius: u16) -> [f32; 5] {
     let known = |at: &(i16, i16)| known.iter().flatten().find(|known| known.0 == *at).map(|known| known.1);
     let mut shifts: Vec<ScoredShift, 5> = Vec::new();
@@ -74,8 +74,8 @@ fn scored(images: &Images<'_>, at: [(i16, i16); 5], known: &[Option<Known>; 5], 
     at.map(|at| known(&at).or_else(|| scores.next()).unwrap_or_default())
 }
 
-fn summit((d_col, d_row): (i16, i16), own: f32, [left, right, above, below]: [f32; 4]) -> Summit {
-    Summit {
+fn local_peak((d_col, d_row): (i16, i16), own: f32, [left, right, above, below]: [f32; 4]) -> LocalPeak {
+    LocalPeak {
         d_col,
         d_row,
         top: (d_col as f32 + vertex(left, own, right), d_row as f32 + vertex(above, own, below)),
@@ -83,10 +83,10 @@ fn summit((d_col, d_row): (i16, i16), own: f32, [left, right, above, below]: [f3
     }
 }
 
-/// Covariance of a summit's top as parts of the patch are at odds about it, square pixels.
-pub(super) fn covariance(images: &Images<'_>, summit: &Summit, radius: u16) -> Matrix2<f32> {
+/// Jackknife covariance of its sub-pixel position over the parts of the patch, square pixels.
+pub(super) fn covariance(images: &Images<'_>, peak: &LocalPeak, radius: u16) -> Matrix2<f32> {
     let at = |(col, row)| {
-        let shift = counted((summit.d_col + col, summit.d_row + row), radius);
+        let shift = counted((peak.d_col + col, peak.d_row + row), radius);
         (shift.col, shift.row)
     };
     let [left, right, above, below] = SIDES.map(at);
