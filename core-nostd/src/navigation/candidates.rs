@@ -1,36 +1,36 @@
-//! Which turn and scale a frame is rectified with where neither is known well enough for a match.
+//! Rotation and scale that a frame is rectified with while neither is known well enough for a match.
 //!
-//! A correlation bears a turn or a scale by which the border of the patch is off by a pixel and a half. Where the sigmas of heading and
-//! height reach further, the frames after one another are rectified with other turns and scales, from the likely ones outwards, until
-//! one of them is found. A frame is rectified once: what a candidate costs is a frame, not time.
+//! A correlation tolerates a rotation or scale error that moves the border of the patch by a pixel and a half. Where the sigmas of heading
+//! and height reach further, consecutive frames are rectified with other rotations and scales, likely ones first, until one is matched. A
+//! frame is rectified once: a candidate costs a frame, not computing time.
 
 use crate::math::ceil;
 
-/// What the border of a patch may be off, pixels: 10 degrees over patches of 28 pixels were matched as often as none, and a scale of
+/// Tolerated displacement of the patch's border, pixels: 10 degrees over patches of 28 pixels were matched as often as none, and a scale of
 /// 8 % three times in four.
 const BORDER_PX: f32 = 1.5;
-/// How far candidates reach, sigmas, and at most: radians, 10 degrees, and as a share. A compass that is off by more is no compass.
+/// Range of the candidates, sigmas, and its limits: radians (10 degrees), and as a share. A compass that is off by more is unusable.
 const SIGMAS: f32 = 2.0;
 const TURN_MAX_RAD: f32 = 0.175;
 const SCALE_MAX: f32 = 0.15;
 
-/// A quantity that is known so well, and what a frame takes it to be.
+/// A candidate of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
-    /// How far the frame takes it to be off what is most likely.
+    /// Its offset from the most likely value.
     pub off: f32,
-    /// One sigma of it around that.
+    /// One sigma around that.
     pub sigma: f32,
 }
 
-/// How many candidates a quantity has to each side, and the step from one to the next.
-fn steps(sigma: f32, most: f32, bears: f32) -> (u8, f32) {
+/// Number of candidates to each side, and the step between them.
+fn steps(sigma: f32, most: f32, tolerance: f32) -> (u8, f32) {
     let reach = (SIGMAS * sigma).min(most);
-    if reach <= bears {
+    if reach <= tolerance {
         return (0, 0.0);
     }
-    // Each covers what a correlation bears to both of its sides.
-    let each_side = ceil(0.5 * (reach / bears - 1.0));
+    // Each covers the tolerance to both of its sides.
+    let each_side = ceil(0.5 * (reach / tolerance - 1.0));
     (each_side as u8, reach / (each_side + 0.5))
 }
 
@@ -48,11 +48,11 @@ fn candidate((each_side, step): (u8, f32), index: u8, sigma: f32) -> Candidate {
     }
 }
 
-/// Turn and scale of a frame, by their sigmas and the patch's half side in pixels, and whether they are one of several. `number`: of
-/// the frames since something was found.
+/// Rotation (radians) and scale of a frame by their sigmas and the patch's half side in pixels, and whether there are several candidates.
+/// `number`: frames since the last match.
 pub fn candidates(number: u8, turn_rad: f32, scale: f32, half_px: f32) -> ([Candidate; 2], bool) {
-    let bears = BORDER_PX / half_px.max(1.0);
-    let (turns, scales) = (steps(turn_rad, TURN_MAX_RAD, bears), steps(scale, SCALE_MAX, bears));
+    let tolerance = BORDER_PX / half_px.max(1.0);
+    let (turns, scales) = (steps(turn_rad, TURN_MAX_RAD, tolerance), steps(scale, SCALE_MAX, tolerance));
     let of_scale = 2 * scales.0 + 1;
     let number = number % (of_scale * (2 * turns.0 + 1));
     let pair = [candidate(turns, number / of_scale, turn_rad), candidate(scales, number % of_scale, scale)];
@@ -80,12 +80,12 @@ mod tests {
                 let mut offs: std::vec::Vec<f32> = all.iter().map(|pair| pair[axis].off).collect();
                 offs.sort_by(f32::total_cmp);
                 offs.dedup();
-                let bears = 1.5 / half_px;
+                let tolerance = 1.5 / half_px;
                 if offs.len() > 1 {
-                    assert!(offs.windows(2).all(|pair| pair[1] - pair[0] <= 2.0 * bears * 1.0001), "{offs:?}");
-                    assert!(offs[offs.len() - 1] + bears >= 0.9999 * reach, "{offs:?} {reach}");
+                    assert!(offs.windows(2).all(|pair| pair[1] - pair[0] <= 2.0 * tolerance * 1.0001), "{offs:?}");
+                    assert!(offs[offs.len() - 1] + tolerance >= 0.9999 * reach, "{offs:?} {reach}");
                 } else {
-                    assert!(reach <= bears);
+                    assert!(reach <= tolerance);
                 }
             }
         }

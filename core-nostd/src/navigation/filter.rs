@@ -25,7 +25,7 @@ mod misalignment;
 mod settle;
 mod satellites;
 
-use super::reckoning::{Moment, way_m};
+use super::reckoning::{Moment, displacement_m};
 use crate::math::{beside, hypot, sqrt, squared};
 use crate::tile::Local;
 use crate::units::Micros;
@@ -203,9 +203,9 @@ impl Filter {
                 self.satellites.doubt_velocity(change);
             }
             let beside_m = unaided_m(self.matched_at, moment.at, seconds);
-            settled.carry((before, moment), beside_m, usual_rad, unknown);
-            self.misalignment.carry(seconds, usual_rad.is_some());
-            self.satellites.carry((before, moment), beside_m, usual_rad, unknown);
+            settled.propagate((before, moment), beside_m, usual_rad, unknown);
+            self.misalignment.propagate(seconds, usual_rad.is_some());
+            self.satellites.propagate((before, moment), beside_m, usual_rad, unknown);
         }
         while self.waiting.front().is_some_and(|(at, _)| *at <= moment.at) {
             self.settle_oldest(unknown);
@@ -249,7 +249,7 @@ impl Filter {
             let (apart_s, [east, north]) = (self.reported.at.since(position.at) as f32 * 1e-6, settled.velocity());
             let local = position
                 .local
-                .moved(way_m(self.reckoned(position.at), self.reported))
+                .moved(displacement_m(self.reckoned(position.at), self.reported))
                 .moved([-east.0 * apart_s, -north.0 * apart_s]);
             let position = SatellitePosition { local, ..position };
             let variance = squared(apart_s) * east.1.max(north.1);
@@ -259,7 +259,7 @@ impl Filter {
     }
 
     /// Carries it on to a frame, whose attitude is corrected by what is known of the tilt from here on.
-    pub fn carry(&mut self, at: Micros, unknown: &Unknown) {
+    pub fn propagate(&mut self, at: Micros, unknown: &Unknown) {
         self.by_satellites_rad = self.satellites.tilt_rad();
         self.carry_on(at, unknown);
     }
@@ -275,11 +275,11 @@ impl Filter {
         let Some(newest) = &mut self.newest else { return };
         let seconds = at.since(before.at) as f32 * 1e-6;
         if seconds < 0.0 {
-            newest.back(way_m(moment, before), -seconds);
+            newest.back(displacement_m(moment, before), -seconds);
         } else {
             let late_m = 0.5 * JERK_M_PER_S3 * squared(late_us.max(0) as f32 * 1e-6) * seconds;
             let beside_m = hypot(late_m, unaided_m(self.matched_at, at, seconds));
-            newest.carry((before, moment), beside_m, usual_rad, unknown);
+            newest.propagate((before, moment), beside_m, usual_rad, unknown);
         }
     }
 
@@ -342,7 +342,7 @@ impl Filter {
     /// From a match on; nothing of it was expected.
     fn begin(&mut self, found: &Found, unknown: &Unknown) -> f32 {
         let white = self.white(found);
-        let back = way_m(self.moment, self.reported);
+        let back = displacement_m(self.moment, self.reported);
         let apart_s = self.moment.at.since(self.reported.at) as f32 * 1e-6;
         let less = Matrix2::identity() * squared(unknown.velocity_m_per_s * apart_s);
         self.newest = Some(Estimate::begun(found, white, unknown));

@@ -1,29 +1,28 @@
-//! What one picture says of a quantity, and whether that may be.
+//! A quantity as one picture measures it, and its gate.
 
 use crate::math::squared;
 
-/// A quantity as one picture alone has it, without what was known of it before.
+/// A measurement by one picture alone, without prior information.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observed {
-    /// How far it is off what the picture was rectified with.
+    /// Measured value less the one that the picture was rectified with.
     pub off: f32,
-    /// Variance of that.
+    /// Its variance.
     pub variance: f32,
 }
 
-/// What is seen may be, where it is within so many sigmas squared of what was expected, of one degree of freedom: normal errors lie
-/// beyond once in a hundred thousand.
+/// Gate: largest squared normalised innovation, one degree of freedom; normal errors are beyond once in 100,000.
 pub const GATE: f32 = 19.5;
 
 impl Observed {
-    /// With one sigma beside its own.
+    /// With the variance of a further error, one sigma, added.
     #[must_use]
-    pub fn beside(self, sigma: f32) -> Self {
+    pub fn with_sigma(self, sigma: f32) -> Self {
         Observed { variance: self.variance + squared(sigma), ..self }
     }
 
-    /// Whether it may be, where no more than this variance was expected; not where it is no number.
-    pub fn may_be(&self, variance: f32) -> bool {
+    /// Whether it is within the gate of an expected value with this variance; never for invalid numbers.
+    pub fn is_plausible(&self, variance: f32) -> bool {
         squared(self.off) <= GATE * (self.variance + variance)
     }
 }

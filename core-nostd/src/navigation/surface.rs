@@ -16,7 +16,7 @@ pub mod agreement;
 mod peak;
 mod grid;
 
-use super::reckoning::{Moment, way_m};
+use super::reckoning::{Moment, displacement_m};
 use crate::matching::directions::half::{MIDDLE, SHIFTS, STEP_PX, Scores};
 use crate::matching::local_maximum::vertex;
 use crate::math::{exp, hypot, ln, round};
@@ -181,7 +181,7 @@ impl Surface {
             return;
         }
         let seconds = step_us as f32 * 1e-6;
-        let [east_m, north_m] = way_m(before, moment);
+        let [east_m, north_m] = displacement_m(before, moment);
         let way = [east_m - off_m_per_s[0] * seconds, north_m - off_m_per_s[1] * seconds];
         self.centre = self.centre.moved(way);
         self.dead_reckoned = self.dead_reckoned.moved(way);

@@ -1,30 +1,30 @@
-//! How far the reported velocity is off, by the way between matches.
+//! Error of the reported velocity, from the displacement between matches.
 //!
-//! An estimator whose velocity is wrong, as after a long time without fixes, takes that for a wrong tilt once fixes come, and is off
-//! in both for some ten seconds: matches that rest on its attitude then are off as well, and to the same side for as long.
+//! An estimator with a wrong velocity, as after a long time without fixes, takes the error for a tilt once fixes come, and is off in both
+//! for some ten seconds: matches with its attitude are off to the same side for as long.
 
-use super::reckoning::{Moment, Reckoning};
+use super::reckoning::{DeadReckoning, Moment};
 use crate::math::sqrt;
 use crate::tile::Local;
 use crate::units::Micros;
 
-/// Least way between two matches that are compared, and largest, microseconds: over less noise shows, over more the error itself
-/// has changed.
+/// Shortest and longest time between two matches that are compared, microseconds: over less noise dominates, over more the error itself has
+/// changed.
 const APART_US: i32 = 1_000_000;
 const APART_MAX_US: i32 = 4_000_000;
-/// Time constant by which an error that was seen is forgotten, seconds: velocity and tilt swing by turns, a quarter of 16 s apart,
-/// in ArduPlane 4.8 after 40 s without fixes.
+/// Time constant with which an observed error decays, seconds: velocity and tilt oscillate, a quarter of a period of 16 s apart, in
+/// ArduPlane 4.8 after 40 s without fixes.
 const MEMORY_S: f32 = 5.0;
-/// What is seen counts beyond so many sigmas of the velocity.
+/// An error counts beyond so many sigmas of the velocity.
 const SIGMAS: f32 = 2.0;
 
-/// What the matches say of the velocity.
+/// Estimate of the velocity's error.
 #[derive(Clone, Copy, Debug)]
 pub struct VelocityError {
     newest_at: Option<Micros>,
-    /// Two matches, carried on: the older is compared, the newer takes its place.
-    since: [Option<Reckoning>; 2],
-    /// Of the velocity, m/s, at the newest match.
+    /// Two matches, dead-reckoned to the newest one: the older is compared, the newer replaces it.
+    since: [Option<DeadReckoning>; 2],
+    /// At the newest match, m/s.
     error_m_per_s: f32,
 }
 
@@ -35,17 +35,17 @@ impl Default for VelocityError {
 }
 
 impl VelocityError {
-    /// None has been seen.
+    /// No error.
     pub const fn new() -> Self {
         VelocityError { newest_at: None, since: [None; 2], error_m_per_s: 0.0 }
     }
 
-    /// The error beyond what the settings say, m/s.
+    /// The error beyond the configured sigma, m/s.
     pub fn m_per_s(&self) -> f32 {
         self.error_m_per_s
     }
 
-    /// A match was accepted, with its nadir. `sigma_m_per_s`: of the velocity, by the settings.
+    /// Takes an accepted match. `nadir`: in the tile's frame; `sigma_m_per_s`: configured sigma of the velocity, each axis.
     pub fn matched(&mut self, moment: Moment, nadir: Local, sigma_m_per_s: f32) {
         let seconds = self.newest_at.map_or(0.0, |newest_at| moment.at.since(newest_at) as f32 * 1e-6);
         self.newest_at = Some(moment.at);
@@ -54,7 +54,7 @@ impl VelocityError {
         let seen = older.map_or(0.0, |older| older.off_m(nadir) / (older.age_us().max(APART_US) as f32 * 1e-6));
         let beyond = sqrt((seen * seen - SIGMAS * SIGMAS * sigma_m_per_s * sigma_m_per_s).max(0.0));
         self.error_m_per_s = beyond.max(self.error_m_per_s / (1.0 + seconds.max(0.0) / MEMORY_S));
-        let begins = Some(Reckoning::new(moment, nadir));
+        let begins = Some(DeadReckoning::new(moment, nadir));
         match newer {
             Some(since) if since.age_us() < APART_US => {}
             Some(since) => self.since = [Some(since), begins],
@@ -70,12 +70,12 @@ mod tests {
     use crate::tile::Local;
     use crate::units::Micros;
 
-    /// Matches four times a second of a vehicle that flies east at 20 m/s in bends, and says so with an error; what is seen of that.
+    /// Matches four times a second of a vehicle that flies east at 20 m/s in bends; `error`: of the reported velocity. The estimate.
     fn seen(error: impl Fn(f32) -> f32, seconds: f32, sigma_m_per_s: f32) -> f32 {
         let mut velocity = VelocityError::new();
         for frame in 0..(4.0 * seconds) as u32 {
             let at_s = 0.25 * frame as f32;
-            // The way of 20 m/s that swings by 5 m/s in 12.6 s.
+            // 20 m/s east, and a north-south oscillation of 5 m/s with a period of 12.6 s.
             let nadir = Local { east_m: 20.0 * at_s, north_m: 10.0 * (1.0 - libm::cosf(0.5 * at_s)) };
             let moment = Moment {
                 at: Micros(1_000_000 + 250_000 * u64::from(frame)),
@@ -93,7 +93,7 @@ mod tests {
         // Beyond two sigmas of 1 m/s; 1.9 m/s is none.
         assert!((seen(|_| 4.0, 10.0, 1.0) - 12.0f32.sqrt()).abs() < 0.02);
         assert_eq!(seen(|_| 1.9, 10.0, 1.0), 0.0);
-        // Seven seconds after it ended, of which two are still compared with what was before.
+        // Seven seconds after its end, of which two are still compared with matches before.
         let left = seen(|at_s| if at_s < 10.0 { 4.0 } else { 0.0 }, 17.0, 0.05);
         assert!((0.8..1.6).contains(&left), "{left}");
     }

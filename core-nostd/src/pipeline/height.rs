@@ -2,7 +2,7 @@
 
 use super::{Pipeline, Prediction};
 use crate::math::hypot;
-use crate::navigation::heights::{Expected, Height};
+use crate::navigation::heights::{AltitudePrior, Height};
 use crate::pose::{Interpolated, PoseError, Wait};
 use crate::tile::Local;
 use crate::units::Micros;
@@ -13,11 +13,11 @@ const SILENT_US: i32 = 500_000;
 
 impl Pipeline<'_> {
     /// What is known of the autopilot's altitude beforehand.
-    pub(super) fn expected(&self) -> Expected {
+    pub(super) fn expected(&self) -> AltitudePrior {
         let sigmas = &self.settings.sigmas;
         let has_elevation = self.tile.elevation().is_some();
         let has_ranges = self.streams.slant.history().newest().is_some();
-        Expected { bias_m: sigmas.altitude_m, scale: sigmas.altitude_scale, has_elevation, has_ranges }
+        AltitudePrior { bias_m: sigmas.altitude_m, scale: sigmas.altitude_scale, has_elevation, has_ranges }
     }
 
     /// Elevation of the ground, 0 where it is taken to be level: of the plane under the frame, or the model's; nothing off that.

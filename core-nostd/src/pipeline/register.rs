@@ -171,7 +171,7 @@ impl Pipeline<'_> {
     fn seen(&mut self, situation: &Situation, tried: &Result<Matched, Refusal>) -> Result<Sighting, Refusal> {
         let Matched { found, centre, .. } = tried.as_ref().map_err(|refusal| *refusal)?;
         let shift = found.accepted?;
-        if !self.may_be(situation, &shift) {
+        if !self.is_plausible(situation, &shift) {
             return Err(Refusal::Contradicted);
         }
         Ok(self.sighting(situation, *centre, &shift))
@@ -186,16 +186,17 @@ impl Pipeline<'_> {
 
     /// Whether turn and scale of a match are what heading and height may be off.
     #[inline(never)]
-    fn may_be(&mut self, situation: &Situation, shift: &Shift) -> bool {
+    fn is_plausible(&mut self, situation: &Situation, shift: &Shift) -> bool {
         let ground_m = self.elevation_m(situation.prediction.local).unwrap_or_default();
         let (at, height, expected) = (situation.mid_exposure_at, situation.height(), self.expected());
         let navigation = &mut *self.navigation;
         let white_rad = white_rad(situation, navigation.azimuth.variance());
         let turn = |(off, variance)| {
-            navigation.azimuth.may_be(situation.attitude.heading, Observed { off, variance }, white_rad)
+            navigation.azimuth.is_plausible(situation.attitude.heading, Observed { off, variance }, white_rad)
         };
-        let scale =
-            |(off, variance)| navigation.heights.may_be(at, height, Observed { off, variance }, ground_m, &expected);
+        let scale = |(off, variance)| {
+            navigation.heights.is_plausible(at, height, Observed { off, variance }, ground_m, &expected)
+        };
         shift.alone.turn.is_none_or(turn) & shift.alone.scale.is_none_or(scale)
     }
 
@@ -212,10 +213,10 @@ impl Pipeline<'_> {
         navigation.candidate = 0;
         if let Some((off, variance)) = shift.alone.turn {
             let white_rad = white_rad(situation, navigation.azimuth.variance());
-            navigation.azimuth.turned(situation.attitude.heading, Observed { off, variance }, white_rad);
+            navigation.azimuth.update(situation.attitude.heading, Observed { off, variance }, white_rad);
         }
         if let Some((off, variance)) = shift.alone.scale {
-            navigation.heights.scaled(at, height, Observed { off, variance }, ground_m, &expected);
+            navigation.heights.update_scale(at, height, Observed { off, variance }, ground_m, &expected);
         }
         let known_rad = navigation.filter.tilt_sigma_rad(&unknown);
         let found = Found {
@@ -262,9 +263,10 @@ impl Pipeline<'_> {
             }
         };
         let others = self.navigation.tracks.others();
-        let protection = others.fold(protection, |protection, (other, sigma_m)| protection.or_at(other, sigma_m));
-        let protection = fix.map_or(protection, |fix| protection.fixed(&fix.covariance));
-        let place = protection.over_map(map_sigma_m);
+        let protection =
+            others.fold(protection, |protection, (other, sigma_m)| protection.or_alternative(other, sigma_m));
+        let protection = fix.map_or(protection, |fix| protection.with_fix(&fix.covariance));
+        let place = protection.with_map_sigma(map_sigma_m);
         if !place.protection_m.is_finite() {
             return None;
         }

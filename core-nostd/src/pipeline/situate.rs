@@ -99,7 +99,7 @@ impl Pipeline<'_> {
         let Some(follow_up) = follow_up.map_err(SituateError::FollowUp)? else { return Ok(None) };
         let sigma_s = sigma_us * 1e-6;
         let unknown = self.unknown();
-        self.navigation.filter.carry(mid_exposure_at, &unknown);
+        self.navigation.filter.propagate(mid_exposure_at, &unknown);
         let sigmas = self.uncertainty(&attitude, &follow_up, sigma_s);
         let range = slant.map(|slant| self.range(&slant, attitude.value, prediction.local, sigmas.tilt_rad));
         let azimuth = self.navigation.azimuth.at(mid_exposure_at, attitude.value.heading, sigmas.heading_drift_rad);

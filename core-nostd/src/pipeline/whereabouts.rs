@@ -7,7 +7,7 @@
 use super::{Refusal, Situation};
 use crate::budget::REACQUIRE_PX;
 use crate::math::ceil;
-use crate::navigation::reckoning::Reckoning;
+use crate::navigation::reckoning::DeadReckoning;
 use crate::navigation::tracks::{Sighting, Tracks, drift_m};
 use crate::tile::Local;
 use nalgebra::Matrix2;
@@ -80,7 +80,7 @@ fn on_spiral(step: u16) -> (i16, i16) {
 /// A match that another one has to confirm before it counts.
 #[derive(Clone, Copy, Debug)]
 struct Found {
-    reckoning: Reckoning,
+    reckoning: DeadReckoning,
     /// Frames that have not found it again.
     missed: u8,
     /// Only the highest on a search's border: no match yet.
@@ -89,7 +89,7 @@ struct Found {
 
 impl Found {
     fn new(situation: &Situation, nadir: Local, is_on_border: bool) -> Self {
-        Found { reckoning: Reckoning::new(situation.moment(), nadir), missed: 0, is_on_border }
+        Found { reckoning: DeadReckoning::new(situation.moment(), nadir), missed: 0, is_on_border }
     }
 
     /// Whether a match lies where this one has come to, which was as certain as that is: frames a moment apart are alike.
@@ -146,7 +146,7 @@ impl Whereabouts {
     /// The search for the next frame. One that is far comes behind it, where it finds nothing: [`Whereabouts::far`].
     pub(super) fn search(&mut self, tracks: &mut Tracks, situation: &Situation, usual: &Usual) -> Search {
         let Usual { reach_m, sigma_m_per_s, .. } = *usual;
-        tracks.carry(situation.moment(), sigma_m_per_s, reach_m);
+        tracks.propagate(situation.moment(), sigma_m_per_s, reach_m);
         let carried =
             |found: Found| Some(Found { reckoning: found.reckoning.to(situation.moment(), AGE_MAX_US)?, ..found });
         self.found = self.found.and_then(carried);

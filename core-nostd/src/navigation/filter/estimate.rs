@@ -6,7 +6,7 @@
 
 use super::found::{Found, Unknown, moved_by_tilt};
 use crate::math::{beside, hypot, sqrt, squared};
-use crate::navigation::reckoning::{Moment, way_m};
+use crate::navigation::reckoning::{Moment, displacement_m};
 use crate::tile::Local;
 use crate::units::Micros;
 use nalgebra::{Matrix2, SMatrix, Vector2};
@@ -192,7 +192,7 @@ impl Estimate {
 
     /// On from one moment to a later one. `beside_m`: one sigma of the way beside what the velocity's error makes. `usual_rad`: the
     /// tilt that it forgets its own for; nothing while nobody knows, when it forgets nothing and knows less and less.
-    pub(super) fn carry(
+    pub(super) fn propagate(
         &mut self,
         (before, moment): (Moment, Moment),
         beside_m: f32,
@@ -201,7 +201,7 @@ impl Estimate {
     ) {
         let Estimate { state, covariance } = self;
         let seconds = moment.at.since(before.at) as f32 * 1e-6;
-        let [east, north] = way_m(before, moment);
+        let [east, north] = displacement_m(before, moment);
         let [keeps_velocity, knows_tilt, keeps_wander] = keeps(seconds);
         let keeps_tilt = if usual_rad.is_some() { knows_tilt } else { 1.0 };
         for axis in 0..2 {

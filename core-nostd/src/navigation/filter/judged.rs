@@ -4,7 +4,7 @@ use super::estimate::{Estimate, Innovation};
 use super::found::{Found, Unknown};
 use super::{Filter, JUMP, KNOWN_M_PER_S, TRANSIENT};
 use crate::math::{sqrt, squared};
-use crate::navigation::reckoning::JUMPING_US;
+use crate::navigation::reckoning::JUMP_ONSET_US;
 use crate::units::Micros;
 use nalgebra::{Matrix2, Vector2};
 
@@ -51,14 +51,14 @@ impl Filter {
     ) -> Judged {
         let swings = plain.squares > TRANSIENT && plain.beyond_rad > self.transient_rad;
         let was_calm = self.transient_rad <= unknown.tilt_rad;
-        if swings && !(0..JUMPING_US).contains(&at.since(self.swung_at)) {
+        if swings && !(0..JUMP_ONSET_US).contains(&at.since(self.swung_at)) {
             (self.swung_at, self.swung_rad) = (at, self.transient_rad);
         }
         // What has swung lately may swing on, as far as it has. What the next match shows as well may have come to last, where it cannot be the
         // velocity.
         let is_more = self.swung_rad <= unknown.tilt_rad.max(0.5 * plain.beyond_rad);
         let is_velocity_known = estimate.velocity().iter().all(|(_, variance)| *variance <= squared(KNOWN_M_PER_S));
-        let is_again = plain.squares > AGAIN && (1..JUMPING_US).contains(&at.since(self.swung_at));
+        let is_again = plain.squares > AGAIN && (1..JUMP_ONSET_US).contains(&at.since(self.swung_at));
         let may_last = is_velocity_known && is_more && is_again;
         if swings && was_calm && self.jumps.likely_back(at, estimate, found, unknown).is_some() {
             return Judged::Jumped(plain.off);

@@ -7,7 +7,7 @@ use super::estimate::{Estimate, Innovation};
 use super::found::{Found, Unknown, moved_by_tilt, white};
 use super::{KNOWN_M_PER_S, TRANSIENT};
 use crate::math::{hypot, ln, sqrt, squared};
-use crate::navigation::reckoning::JUMPING_US;
+use crate::navigation::reckoning::JUMP_ONSET_US;
 use crate::units::Micros;
 use nalgebra::Vector2;
 
@@ -106,7 +106,7 @@ impl Jumps {
 
     /// Whether a frame may have seen a part of a jump alone.
     pub(super) fn is_jumping(&self, at: Micros) -> bool {
-        self.last.is_some_and(|last| (0..JUMPING_US).contains(&at.since(last.at)))
+        self.last.is_some_and(|last| (0..JUMP_ONSET_US).contains(&at.since(last.at)))
     }
 
     /// By how much the tilt may be off, though a match said that it is back or that it was the place, or a turn has told it a moment ago,
@@ -157,7 +157,7 @@ impl Jumps {
         (found, &Innovation { off, squares, .. }): (&Found, &Innovation),
         unknown: &Unknown,
     ) -> Option<Vector2<f32>> {
-        let with_last = self.off_before.filter(|_| at.since(before) < JUMPING_US).map(|before| before + off);
+        let with_last = self.off_before.filter(|_| at.since(before) < JUMP_ONSET_US).map(|before| before + off);
         self.off_before = Some(off);
         // What has jumped a moment ago swings back, too.
         let is_usual = with_last.is_none() || squares <= TRANSIENT;
@@ -205,7 +205,7 @@ impl Jumps {
         let back = likely.or_else(|| self.usual().find(is_near)).or_else(stays);
         let begun_at = last.map_or(at, |last| last.at);
         let quiet_since = begun_at;
-        let is_sudden = at.since(before) < JUMPING_US;
+        let is_sudden = at.since(before) < JUMP_ONSET_US;
         let is_swinging = !is_sudden && self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
         let was_unproven = last.is_some_and(|last| last.is_unproven);
         // What is back from one frame to the next, or so near that it is no chance, is so whatever the velocity is, unless it has swung a moment

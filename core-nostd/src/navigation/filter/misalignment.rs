@@ -52,7 +52,7 @@ impl Misalignment {
     }
 
     /// The estimate is carried on ([`Estimate::carry`]): what it is off by grows and fades with its states.
-    pub(super) fn carry(&mut self, seconds: f32, forgets_tilt: bool) {
+    pub(super) fn propagate(&mut self, seconds: f32, forgets_tilt: bool) {
         carry_along(&mut self.moved, seconds, forgets_tilt);
     }
 

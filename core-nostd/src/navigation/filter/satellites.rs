@@ -170,7 +170,7 @@ impl Satellites {
     }
 
     /// As [`Estimate::carry`].
-    pub(super) fn carry(
+    pub(super) fn propagate(
         &mut self,
         moments: (Moment, Moment),
         beside_m: f32,
@@ -185,7 +185,7 @@ impl Satellites {
         self.covariance *= squared(keeps_offset);
         self.covariance += Matrix3::from_diagonal(&Vector3::from(prior.map(squared))) * (1.0 - squared(keeps_offset));
         let Some(Joint { estimate, cross }) = &mut self.joint else { return };
-        estimate.carry(moments, beside_m, usual_rad, unknown);
+        estimate.propagate(moments, beside_m, usual_rad, unknown);
         carry_along(cross, seconds, usual_rad.is_some());
         *cross *= keeps_offset;
     }

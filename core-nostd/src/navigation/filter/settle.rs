@@ -5,7 +5,7 @@ use super::found::{Unknown, white};
 use super::judged::Judged;
 use super::{Filter, JERK_M_PER_S3};
 use crate::math::squared;
-use crate::navigation::reckoning::way_m;
+use crate::navigation::reckoning::displacement_m;
 use crate::units::Micros;
 use nalgebra::Matrix2;
 
@@ -19,7 +19,7 @@ impl Filter {
         let late_m = JERK_M_PER_S3 / 6.0 * squared(apart_s.min(0.0)) * apart_s;
         let variance = |(_, variance): (f32, f32)| squared(apart_s) * variance + squared(late_m);
         let found = found
-            .moved(way_m(self.reckoned(at), self.reported))
+            .moved(displacement_m(self.reckoned(at), self.reported))
             .moved([-east.0 * apart_s, -north.0 * apart_s])
             .less_certain(Matrix2::new(variance(east), 0.0, 0.0, variance(north)));
         let plain = settled.innovation(&found, white(&found, 0.0));

@@ -76,7 +76,7 @@ fn flown_by(
         let at_s = 1e-3 * ms as f32;
         if ms % 250 == 0 && ms >= 500 && tilt(at_s)[0].is_finite() {
             let (sin, cos) = (libm::sinf(heading(at_s)), libm::cosf(heading(at_s)));
-            filter.carry(micros(ms), unknown);
+            filter.propagate(micros(ms), unknown);
             let known = filter.tilt_rad();
             let left = [tilt(at_s)[0] - known[0], tilt(at_s)[1] - known[1]];
             // Nose up too far by so much: the picture is taken to lie further ahead, and so the nadir is found behind.
@@ -328,7 +328,7 @@ fn a_place_that_jumps_has_to_be_seen_for_a_while() {
     let mut unexplained_rad = std::vec::Vec::new();
     for ms in (0..8000).step_by(200) {
         filter.reported(Moment { at: micros(ms), velocity_m_per_s: [0.0; 2] }, &UNKNOWN);
-        filter.carry(micros(ms), &UNKNOWN);
+        filter.propagate(micros(ms), &UNKNOWN);
         let east_m = if ms < 2000 { 0.0 } else { 50.0 };
         let found = Found {
             nadir: Local { east_m, north_m: 0.0 },
@@ -366,7 +366,7 @@ fn a_velocity_that_is_thrown_over_is_not_taken_for_an_acceleration() {
             assert_eq!(filter.matched(&found, None, &UNKNOWN), 0.0);
         }
     }
-    filter.carry(at(900), &UNKNOWN);
+    filter.propagate(at(900), &UNKNOWN);
     let (place, covariance) = filter.position().expect("it was found");
     // By the mean over the step and the newest velocity; by an acceleration of 40 m/s2 it would be 5 m more.
     assert!((place.east_m - (4.0 + 4.8 + 14.0)).abs() < 0.1, "{place:?}");

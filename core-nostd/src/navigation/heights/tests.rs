@@ -1,8 +1,8 @@
-use super::{Altitude, Expected, Height, Heights};
+use super::{Altitude, AltitudePrior, Height, Heights};
 use crate::navigation::observed::Observed;
 use crate::units::Micros;
 
-const EXPECTED: Expected = Expected { bias_m: 15.0, scale: 0.04, has_elevation: true, has_ranges: true };
+const EXPECTED: AltitudePrior = AltitudePrior { bias_m: 15.0, scale: 0.04, has_elevation: true, has_ranges: true };
 const GROUND_M: f32 = 400.0;
 
 /// A flight 120 m up whose altitude is off by a bias and a scale: the height that each of its frames is rectified with, less the
@@ -10,7 +10,7 @@ const GROUND_M: f32 = 400.0;
 fn flown(
     frames: u32,
     offset: (f32, f32),
-    expected: &Expected,
+    expected: &AltitudePrior,
     range: impl Fn(u32, f32) -> Option<f32>,
     sees: bool,
 ) -> std::vec::Vec<Option<(f32, f32)>> {
@@ -21,7 +21,7 @@ fn flown(
 fn flown_as_seen(
     frames: u32,
     (bias_m, scale): (f32, f32),
-    expected: &Expected,
+    expected: &AltitudePrior,
     range: impl Fn(u32, f32) -> Option<f32>,
     sees: impl Fn(u32) -> bool,
 ) -> std::vec::Vec<Option<(f32, f32)>> {
@@ -41,8 +41,8 @@ fn flown_as_seen(
             && sees(frame)
         {
             let scale = Observed { off: true_m / used.metres - 1.0, variance: 1e-5 };
-            if heights.may_be(at, used, scale, GROUND_M, expected) {
-                heights.scaled(at, used, scale, GROUND_M, expected);
+            if heights.is_plausible(at, used, scale, GROUND_M, expected) {
+                heights.update_scale(at, used, scale, GROUND_M, expected);
             }
         }
     }
@@ -61,7 +61,7 @@ fn without_a_laser_the_scale_of_matches_finds_bias_and_scale() {
 
 #[test]
 fn neither_an_elevation_model_nor_a_laser_is_no_height() {
-    let level = Expected { has_elevation: false, ..EXPECTED };
+    let level = AltitudePrior { has_elevation: false, ..EXPECTED };
     assert!(flown(10, (0.0, 0.0), &level, |_, _| None, true).iter().all(Option::is_none));
     // A laser that was there once is enough, as long as matches go on.
     let off = flown(200, (3.0, 0.02), &level, |frame, true_m| (frame < 8).then_some(true_m), true);
@@ -71,14 +71,14 @@ fn neither_an_elevation_model_nor_a_laser_is_no_height() {
 
 #[test]
 fn a_laser_is_taken_as_it_is_over_ground_that_is_not_known() {
-    let level = Expected { has_elevation: false, ..EXPECTED };
+    let level = AltitudePrior { has_elevation: false, ..EXPECTED };
     let off = flown(100, (3.0, 0.02), &level, |_, true_m| Some(true_m), true);
     assert!(off.iter().all(|off| off.is_some_and(|(off, sigma_m)| (off, sigma_m) == (0.0, 0.05))));
 }
 
 #[test]
 fn a_laser_that_fails_is_found_out_by_the_pictures_scale() {
-    for expected in [EXPECTED, Expected { has_elevation: false, ..EXPECTED }] {
+    for expected in [EXPECTED, AltitudePrior { has_elevation: false, ..EXPECTED }] {
         let failing: [fn(f32) -> f32; 4] = [|m| 1.1 * m, |m| m - 10.0, |_| 120.0, |m| 1.05 * m];
         for fails in failing {
             let range = |frame: u32, true_m: f32| Some(if frame < 40 { true_m } else { fails(true_m) });
@@ -92,7 +92,7 @@ fn a_laser_that_fails_is_found_out_by_the_pictures_scale() {
 /// Without matches nothing tells that it has come right, and with the first of them it counts again.
 #[test]
 fn a_laser_that_was_found_out_stays_so_without_matches() {
-    for expected in [EXPECTED, Expected { has_elevation: false, ..EXPECTED }] {
+    for expected in [EXPECTED, AltitudePrior { has_elevation: false, ..EXPECTED }] {
         let mut heights = Heights::new();
         let mut frame = |second: u64, range: Option<f32>, is_matched: bool| {
             let at = Micros(1_000_000 * second);
@@ -102,7 +102,7 @@ fn a_laser_that_was_found_out_stays_so_without_matches() {
             heights.frame(at, range, (GROUND_M, 10.0), &expected);
             if is_matched {
                 let scale = Observed { off: 120.0 / used.metres - 1.0, variance: 1e-5 };
-                heights.scaled(at, used, scale, GROUND_M, &expected);
+                heights.update_scale(at, used, scale, GROUND_M, &expected);
             }
             used.metres
         };
@@ -126,7 +126,7 @@ fn a_laser_that_was_found_out_stays_so_without_matches() {
 /// Two echoes of something in between, with the last matches there are, are not a laser that fails; three are.
 #[test]
 fn a_laser_is_found_out_by_three_ranges_in_a_row() {
-    for expected in [EXPECTED, Expected { has_elevation: false, ..EXPECTED }] {
+    for expected in [EXPECTED, AltitudePrior { has_elevation: false, ..EXPECTED }] {
         let off_m = |echoes: u32| -> std::vec::Vec<f32> {
             let range =
                 |frame: u32, true_m: f32| Some(if (40 - echoes..40).contains(&frame) { 0.5 * true_m } else { true_m });
@@ -153,7 +153,7 @@ fn a_laser_that_was_found_out_counts_where_nothing_else_says_how_high() {
         heights.frame(at, range, (GROUND_M, 10.0), &EXPECTED);
         if is_matched {
             let scale = Observed { off: altitude_m / used.metres - 1.0, variance: 1e-5 };
-            heights.scaled(at, used, scale, GROUND_M, &EXPECTED);
+            heights.update_scale(at, used, scale, GROUND_M, &EXPECTED);
         }
         used.metres
     };
@@ -174,21 +174,21 @@ fn a_laser_that_was_found_out_counts_where_nothing_else_says_how_high() {
 #[test]
 fn without_matches_a_laser_counts() {
     let range = |frame: u32, true_m: f32| Some(if frame < 40 { true_m } else { true_m - 30.0 });
-    let level = Expected { has_elevation: false, ..EXPECTED };
+    let level = AltitudePrior { has_elevation: false, ..EXPECTED };
     let off = flown(80, (0.0, 0.0), &level, range, false);
     assert!((off[79].unwrap().0 + 30.0).abs() < 0.1, "{:?}", off[79]);
 }
 
 #[test]
 fn the_place_that_it_took_off_from_serves_until_there_is_a_range() {
-    let level = Expected { has_elevation: false, has_ranges: false, ..EXPECTED };
+    let level = AltitudePrior { has_elevation: false, has_ranges: false, ..EXPECTED };
     let mut heights = Heights::new();
     let at = Micros(0);
     heights.reported(Altitude { at, metres: GROUND_M + 120.0, climb_m_per_s: 0.0, home_m: Some(GROUND_M) });
     let known = heights.known(at, 0.0, &level).expect("it is");
     // 15 m, and 4 % of 120 m.
     assert!((known.metres - 120.0).abs() < 1e-3 && (known.sigma_m - 15.75).abs() < 0.1, "{known:?}");
-    assert_eq!(heights.known(at, 0.0, &Expected { has_ranges: true, ..level }), None);
+    assert_eq!(heights.known(at, 0.0, &AltitudePrior { has_ranges: true, ..level }), None);
     // Of ground that nobody knows it is known less and less, until a match tells.
     for frame in 1..40 {
         heights.frame(Micros(250_000 * frame), None, (0.0, 24.0), &level);
@@ -197,8 +197,8 @@ fn the_place_that_it_took_off_from_serves_until_there_is_a_range() {
     let later = heights.known(Micros(9_750_000), 0.0, &level).expect("it is");
     assert!(later.sigma_m > known.sigma_m + 1.0, "{later:?}");
     let scale = Observed { off: 0.1, variance: 1e-5 };
-    assert!(heights.may_be(Micros(9_750_000), later, scale, 0.0, &level));
-    heights.scaled(Micros(9_750_000), later, scale, 0.0, &level);
+    assert!(heights.is_plausible(Micros(9_750_000), later, scale, 0.0, &level));
+    heights.update_scale(Micros(9_750_000), later, scale, 0.0, &level);
     let told = heights.known(Micros(9_750_000), 0.0, &level).expect("it is");
     assert!((told.metres - 1.1 * later.metres).abs() < 1.0 && told.sigma_m < 1.5, "{told:?}");
 }
@@ -206,7 +206,7 @@ fn the_place_that_it_took_off_from_serves_until_there_is_a_range() {
 /// Nothing was seen for two minutes: what is known of the height is less, and enough to look for it.
 #[test]
 fn the_height_is_known_behind_a_long_time_without_frames() {
-    for expected in [EXPECTED, Expected { has_elevation: false, ..EXPECTED }] {
+    for expected in [EXPECTED, AltitudePrior { has_elevation: false, ..EXPECTED }] {
         let mut heights = Heights::new();
         let mut frame = |at: u64, range: Option<f32>| {
             heights.reported(Altitude { at: Micros(at), metres: 520.0, climb_m_per_s: 0.0, home_m: None });

@@ -29,7 +29,7 @@ impl Flight {
             at: Micros(1_000_000 + 250_000 * u64::from(self.frame)),
             velocity_m_per_s: [self.speed_m_per_s + self.velocity_error_m_per_s, 0.0],
         };
-        self.tracks.carry(moment, 0.5, 50.0);
+        self.tracks.propagate(moment, 0.5, 50.0);
         let Some([east_m, north_m]) = off else { return false };
         let truth = Local { east_m: self.speed_m_per_s * at_s, north_m: 0.0 };
         let nadir = Local { east_m: truth.east_m + east_m, north_m };
@@ -182,7 +182,7 @@ fn what_is_no_number_is_not_believed() {
 #[test]
 fn what_a_tilt_puts_aside_turns_with_the_vehicle() {
     // 10 m ahead of a vehicle that flew north, and flies east now.
-    let aside = super::Aside { by_m: [0.0, 10.0], heading_rad: 0.0 };
+    let aside = super::Displacement { by_m: [0.0, 10.0], heading_rad: 0.0 };
     let [east_m, north_m] = aside.turned_to(core::f32::consts::FRAC_PI_2);
     assert!((east_m - 10.0).abs() < 1e-5 && north_m.abs() < 1e-5, "{east_m} {north_m}");
 }

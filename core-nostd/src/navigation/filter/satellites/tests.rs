@@ -116,7 +116,7 @@ impl Flight<'_> {
             }
             if ms % 250 == 0 && ms >= 500 {
                 let (sin, cos) = (libm::sinf((self.heading)(at_s)), libm::cosf((self.heading)(at_s)));
-                filter.carry(micros(ms), &unknown);
+                filter.propagate(micros(ms), &unknown);
                 let known = if self.corrects { filter.tilt_rad() } else { [0.0; 2] };
                 let left = [self.tilt_rad[0] - known[0], self.tilt_rad[1] - known[1]];
                 let (ahead, right) = (-HEIGHT_M * left[0], HEIGHT_M * left[1]);
@@ -314,7 +314,7 @@ fn an_estimate_that_begins_anew_keeps_the_offset() {
         filter.reported(Moment { at: at(tenth), velocity_m_per_s: [20.0, 0.0] }, &unknown);
         let local = Local { east_m: east_m - 2.0 - 2.0, north_m: noise(&mut state, SIGMA_M) };
         filter.satellites(SatellitePosition { at: at(tenth), local, sigma_m: SIGMA_M, map_sigma_m: MAP_M });
-        filter.carry(at(tenth), &unknown);
+        filter.propagate(at(tenth), &unknown);
         // East is ahead: a roll puts the nadir to the south.
         let roll = if tenth < 300 { 0.0 } else { 0.05 };
         let known = filter.tilt_rad();

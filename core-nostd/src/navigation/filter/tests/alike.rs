@@ -16,7 +16,7 @@ fn matches_that_are_off_alike_count_as_one() {
         let mut alike_m2 = std::vec::Vec::new();
         for ms in (0..20_000).step_by(250) {
             filter.reported(Moment { at: at(ms), velocity_m_per_s: [0.0; 2] }, &UNKNOWN);
-            filter.carry(at(ms), &UNKNOWN);
+            filter.propagate(at(ms), &UNKNOWN);
             alike_m2.push(filter.alike_m2(by_place_m2));
             let found = Found {
                 nadir: Local { east_m: 0.0, north_m: 0.0 },
@@ -31,7 +31,7 @@ fn matches_that_are_off_alike_count_as_one() {
         }
         assert!((alike_m2[5] - 31.0 * by_place_m2).abs() <= 1e-3 * by_place_m2, "{alike_m2:?}");
         let sigma_m = filter.position().expect("it was found").1[(0, 0)].sqrt();
-        filter.carry(at(28_000), &UNKNOWN);
+        filter.propagate(at(28_000), &UNKNOWN);
         assert_eq!(filter.alike_m2(by_place_m2), 0.0);
         sigma_m
     };
