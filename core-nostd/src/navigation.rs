@@ -1,8 +1,8 @@
-//! Where the vehicle is by its matches, apart from what its navigation says.
+//! Position of the vehicle by its matches, independent of the autopilot's.
 //!
-//! An autopilot that flies on fixes has them in its position: that cannot judge the next one. What can is the last match, carried on
-//! by the reported velocity ([`reckoning`]). [`tracks`] keeps the places where matches have put the vehicle, and says of the next
-//! match whether it is to be believed.
+//! The position of an autopilot that flies on fixes contains these, so it cannot be used to judge the next one. The last match can,
+//! propagated by the reported velocity ([`reckoning`]). [`tracks`] keeps the candidate positions by matches, and decides whether the
+//! next match is accepted.
 
 pub mod observed;
 pub mod azimuth;
@@ -26,15 +26,15 @@ use velocity::VelocityError;
 /// What is known from one frame to the next. It belongs to the caller, as the pipeline's buffers do.
 #[derive(Debug)]
 pub struct Navigation {
-    /// The places.
+    /// Candidate positions.
     pub tracks: Tracks,
-    /// How far the heading is off.
+    /// Error of the heading.
     pub azimuth: Azimuth,
     /// How high the camera is.
     pub heights: Heights,
-    /// How far the velocity is off, by the way between two matches.
+    /// Error of the velocity, from the displacement between two matches.
     pub velocity: VelocityError,
-    /// Where all frames together put it.
+    /// Log-likelihood surface of the nadir over several key frames.
     pub surface: Surface,
     /// How far attitude and velocity are off.
     pub filter: Filter,
@@ -42,7 +42,7 @@ pub struct Navigation {
     pub plane: Option<Plane>,
     /// The autopilot's estimator has lost or found satellites a moment ago.
     pub is_changing: bool,
-    /// Frames since something was found: which of the candidates is next.
+    /// Frames since the last match: the number of the next candidate.
     pub candidate: u8,
 }
 

@@ -79,8 +79,8 @@ pub struct Located {
 /// Co-registration error of two orthophotos of different years, one sigma, each axis, pixels. Measured over eight years of 5 m a pixel,
 /// 26,000 peaks that are within 3 pixels: the mean square of their errors is 0.042 plus 0.84 of the jackknife variance.
 const CO_REGISTRATION_PX: f32 = 0.2;
-/// Largest distance of a least-squares solution from a rival to be valid there, pixels along either axis: the rival's whole pixel has the
-/// peak's tolerance of half a pixel, and half a pixel for its own rounding.
+/// Largest distance of a least-squares solution from a rival to be valid there, pixels along either axis: the peak's
+/// tolerance of half a pixel, and another half since the rival's shift is a whole pixel.
 const RIVAL_PX: f32 = 1.0;
 
 /// Searches `patch` in `reference` within ±`radius` around its centre.

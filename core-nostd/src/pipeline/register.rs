@@ -47,11 +47,11 @@ pub struct Matched {
     pub(super) prior: Prior,
     /// One sigma of a tilt by which it is more uncertain than the situation says, radians.
     doubt_rad: f32,
-    /// Whether all frames together have decided for its place.
+    /// Whether the surface has a decision for a fix.
     pub(super) is_decided: bool,
-    /// Whether it is believed for that alone, not by itself.
+    /// Whether the fix is by that decision, not by the match alone.
     pub(super) by_place: bool,
-    /// Whether it is believed by itself, and all frames together have decided for another place: attitude or position may have jumped.
+    /// Whether the match is accepted alone, and the decision is for another position: attitude or position may have jumped.
     pub(super) is_elsewhere: bool,
     /// Probability that it is a wrong place.
     pub(super) risk: f32,

@@ -16,7 +16,7 @@ use crate::navigation::surface::{Decision, Frame};
 use crate::tile::Local;
 use nalgebra::Matrix2;
 
-/// Largest risk of the surface's decision for frames' own peaks to be frame_match for there and to correct the surface.
+/// Largest risk of the surface's decision for frames' own peaks to be looked for there and to correct the surface.
 const RISK_MAX: f32 = 1e-3;
 /// Largest risk of the decision for a fix. Of 131,000 fixes at and below it in 500 flights between years none was more than 1.9 pixels off,
 /// of 11,800 between it and twice that 2.6 pixels.
@@ -48,7 +48,7 @@ const RESIDUAL_SHARE: f32 = 0.2;
 const DRIFT_SHARE: f32 = 0.5;
 const BIAS_SHARE: f32 = 0.5;
 /// Largest sigma of a frame's own peak along both axes, pixels, for it to correct the surface: a worse one hardly says more than where it
-/// was frame_match for, and pulls the surface away. With all of them, at a gain that falls with their variance, 27 % of frames of 35 pixels were
+/// was looked for, and pulls the surface away. With all of them, at a gain that falls with their variance, 27 % of frames of 35 pixels were
 /// fixed instead of 22, and ten times as many wrong.
 const CORRECTING_SIGMA_MAX_PX: f32 = 0.55;
 /// Probability that a least-squares solution that the directions confirm is at a wrong position. One of 23,000 wrong peaks between years

@@ -149,7 +149,7 @@ fn changed(grey: u8) -> u8 {
     if grey <= BACK { 220 - grey } else { 40 + 2 * (grey - BACK) }
 }
 
-/// Frames whose own tops lay where the vehicle is. Chosen: more than it takes.
+/// Frames whose own peaks agreed with the decision. Chosen: more than it takes.
 const FRAMES_BEFORE: usize = 8;
 
 /// Least squares have held twice where the vehicle is, a footprint before it, and the frames before were there by themselves.
