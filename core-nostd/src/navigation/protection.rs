@@ -15,9 +15,9 @@ use nalgebra::{Matrix2, Vector2};
 pub const RISK: f32 = 1e-5;
 /// Radius of a normal error in its larger sigmas, √(−2 ln r), for [`RISK`].
 const SIGMAS: f32 = 4.798_6;
-/// The same for a risk of a hundredth: the newest match is wrong with a probability of a thousandth, so that a hundredth is left for
-/// the estimate without it. Chosen: over ground of the reference's own year none of 20,000 fixes was wrong, over ground of another year one
-/// in four; the gates of the filter are in between.
+/// Radius for a risk of a hundredth: the newest match is wrong with a probability of a thousandth, so that a hundredth is left for the
+/// estimate without it. Chosen: over ground of the reference's own year none of 20,000 fixes was wrong, over ground of another year one in
+/// four; the gates of the filter are in between.
 const SIGMAS_WITHOUT: f32 = 3.034_9;
 
 /// Position by the filter with its protection level.

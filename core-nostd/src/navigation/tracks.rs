@@ -54,7 +54,7 @@ pub struct Sighting {
     pub nadir: Local,
     /// Its covariance, (east, north), square metres.
     pub covariance: Matrix2<f32>,
-    /// The same without the tilt's drift, which neighbouring frames have in common.
+    /// Covariance without the tilt's drift, which neighbouring frames have in common.
     pub white: Matrix2<f32>,
     /// Smaller side of the footprint, metres.
     pub side_m: f32,

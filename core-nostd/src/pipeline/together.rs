@@ -37,9 +37,9 @@ const GATE_MIN_PX: f32 = 0.8;
 /// it, and no part of a patch shows it. With 0.37 in its place 21 of 601 such matches between years were off by more than five of their
 /// sigmas.
 const MAP_SIGMA_PX: f32 = 0.6;
-/// The same for the decided position, which averages several key frames: in 84 flights between eight years it was off by 0.33 pixels where
-/// the frame's own peak was near it and the last residuals unbiased; a fifth is added. With a tenth more than 0.33 eight of 13,600 fixes of
-/// patches of 35 pixels, in one flight, were off by five of their sigmas.
+/// One sigma of the decided position, which averages several key frames, each axis, pixels: in 84 flights between eight years it was off by
+/// 0.33 pixels where the frame's own peak was near it and the last residuals unbiased; a fifth is added. With a tenth more than 0.33 eight
+/// of 13,600 fixes of patches of 35 pixels, in one flight, were off by five of their sigmas.
 const DECISION_SIGMA_PX: f32 = 0.4;
 /// Its sigma grows by these shares of the frame's residual, of the dead reckoning error over a footprint, and of the mean residual of the
 /// last frames, each in pixels and added as squares: with the first, errors are as stated up to 3 pixels; of the second, frames' own peaks
