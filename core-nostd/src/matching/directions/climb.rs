@@ -7,8 +7,8 @@ use super::parts::parts;
 use crate::matching::local_maximum::{LocalMaximum, highest};
 use crate::matching::search::images::ScoredShift;
 
-/// Shifts nearer than this to a local maximum lie on its main lobe, pixels: gradients are taken over 3 x 3 pixels and smoothed over as many, and noise adds local maxima on the
-/// lobe.
+/// Shifts nearer than this to a local maximum lie on its main lobe, pixels: gradients are taken over 3 x 3 pixels and smoothed over as
+/// many, and noise adds local maxima on the lobe.
 pub(super) const MAIN_LOBE_PX: u16 = 4;
 /// Steps of a climb at most: a local maximum of the ranking is off by one or two.
 const STEPS: usize = 5;
