@@ -10,7 +10,7 @@ use crate::matching::search::images::{ScoredShift, normalised, padded, put};
 use crate::matching::valid;
 
 /// Pixels that the coarse ranking takes, if the patch has as many: over 330 of them no frame of the default scene is lost, see
-/// [`super::CANDIDATES`].
+/// `CANDIDATES` of [`crate::matching::search`].
 pub(super) const RANKING_PX: usize = 300;
 /// It takes every third run at least, so that all parts of a large patch take part.
 const RANKING_STRIDE: usize = 3;
