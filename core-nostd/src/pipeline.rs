@@ -160,9 +160,9 @@ impl<'t> Pipeline<'t> {
             // Its velocity may hang as well.
             self.navigation.filter.forget();
         } else if let Some((at, state)) = history.newest() {
-            let unknown = self.unknown();
+            let prior = self.prior_sigmas();
             let velocity_m_per_s = [state.east_m_per_s, state.north_m_per_s];
-            self.navigation.filter.reported(Moment { at, velocity_m_per_s }, &unknown);
+            self.navigation.filter.reported(Moment { at, velocity_m_per_s }, &prior);
         }
         if let Some(metres) = sample.altitude_m {
             let climb_m_per_s = sample.climb_m_per_s;

@@ -8,7 +8,7 @@ use crate::homography::Placement;
 use crate::image::View;
 use crate::matching::{Match, Matcher, Prior, Rejection, Request, Shift};
 use crate::math::{hypot, sqrt, squared};
-use crate::navigation::filter::Found;
+use crate::navigation::filter::Measurement;
 use crate::navigation::observed::Observed;
 use crate::navigation::protection::{Place, Protection, larger_sigma_m};
 use crate::navigation::tracks::Sighting;
@@ -158,7 +158,8 @@ impl Pipeline<'_> {
         is_elsewhere: bool,
         counts: Result<(), Refusal>,
     ) -> Result<(), Refusal> {
-        let swing_m = hypot(doubt_rad, self.navigation.filter.unexplained_rad(&self.unknown())) * situation.height_m;
+        let swing_m =
+            hypot(doubt_rad, self.navigation.filter.unexplained_rad(&self.prior_sigmas())) * situation.height_m;
         let is_calm = self.navigation.tracks.is_calm();
         if is_elsewhere || counts == Err(Refusal::Contradicted) {
             self.navigation.tracks.contradicted();
@@ -208,7 +209,7 @@ impl Pipeline<'_> {
         self.navigation.velocity.matched(situation.moment(), sighting.nadir, self.settings.sigmas.velocity_m_per_s);
         let ground_m = self.elevation_m(sighting.nadir).unwrap_or_default();
         let (at, height, expected) = (situation.mid_exposure_at, situation.height(), self.expected());
-        let unknown = self.unknown();
+        let prior = self.prior_sigmas();
         let navigation = &mut *self.navigation;
         navigation.candidate = 0;
         if let Some((off, variance)) = shift.alone.turn {
@@ -218,18 +219,18 @@ impl Pipeline<'_> {
         if let Some((off, variance)) = shift.alone.scale {
             navigation.heights.update_scale(at, height, Observed { off, variance }, ground_m, &expected);
         }
-        let known_rad = navigation.filter.tilt_sigma_rad(&unknown);
-        let found = Found {
+        let known_rad = navigation.filter.tilt_sigma_rad(&prior);
+        let measurement = Measurement {
             nadir: sighting.nadir,
             covariance: sighting.white,
-            alike_m2: navigation.filter.alike_m2(shift.map_variance * squared(self.tile.resolution().0)),
+            inflation_m2: navigation.filter.inflation_m2(shift.map_variance * squared(self.tile.resolution().0)),
             transient_rad: sqrt((squared(situation.sigma_tilt_drift_rad) - squared(known_rad)).max(0.0)),
-            less_tilt_rad: navigation.filter.tilt_rad(),
+            corrected_tilt_rad: navigation.filter.tilt_rad(),
             height_m: situation.height_m,
             heading_rad: situation.attitude.heading.0,
         };
         let overruled = navigation.tracks.overruled();
-        navigation.filter.matched(&found, overruled.map(|aside| aside.turned_to(found.heading_rad)), &unknown)
+        navigation.filter.matched(&measurement, overruled.map(|aside| aside.turned_to(measurement.heading_rad)), &prior)
     }
 
     /// Where a match puts the nadir, and how certain that is.
@@ -252,7 +253,7 @@ impl Pipeline<'_> {
         let Prediction { local: predicted, sigma_m: prior_m, .. } = situation.prediction;
         let prior = (prior_m > 0.0).then(|| Matrix2::identity() * squared(prior_m));
         let filter = &self.navigation.filter;
-        let protection = match (filter.position(), filter.without()) {
+        let protection = match (filter.position(), filter.prediction()) {
             (None, _) => Protection::around(predicted, prior?),
             (Some((local, covariance)), Some((off_m, without))) => {
                 Protection::around(local, covariance).without(off_m, larger_sigma_m(&without))

@@ -5,7 +5,7 @@ use crate::budget::PATCH_MAX_PX;
 use crate::math::{beside, hypot, sqrt};
 use crate::motion::Rates;
 use crate::navigation::candidates::{Candidate, candidates};
-use crate::navigation::filter::Unknown;
+use crate::navigation::filter::PriorSigmas;
 use crate::navigation::heights::Height;
 use crate::pose::position::PositionState;
 use crate::pose::{Estimate, Interpolated, Method, PoseError, Wait};
@@ -98,8 +98,8 @@ impl Pipeline<'_> {
         let follow_up = awaited(self.follow_up(mid_exposure_at, &attitude), wait);
         let Some(follow_up) = follow_up.map_err(SituateError::FollowUp)? else { return Ok(None) };
         let sigma_s = sigma_us * 1e-6;
-        let unknown = self.unknown();
-        self.navigation.filter.propagate(mid_exposure_at, &unknown);
+        let prior_sigmas = self.prior_sigmas();
+        self.navigation.filter.propagate(mid_exposure_at, &prior_sigmas);
         let sigmas = self.uncertainty(&attitude, &follow_up, sigma_s);
         let range = slant.map(|slant| self.range(&slant, attitude.value, prediction.local, sigmas.tilt_rad));
         let azimuth = self.navigation.azimuth.at(mid_exposure_at, attitude.value.heading, sigmas.heading_drift_rad);
@@ -165,7 +165,7 @@ impl Pipeline<'_> {
         let late = |sigma: f32, rate: f32| hypot(sigma, rate * apart_s);
         let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
         let by_velocity = self.tilt_by_velocity(heading);
-        let left_rad = beside(self.navigation.filter.tilt_sigma_rad(&self.unknown()), by_velocity);
+        let left_rad = beside(self.navigation.filter.tilt_sigma_rad(&self.prior_sigmas()), by_velocity);
         // What is taken out as pitch and roll may sit in the camera's mount, which leans with the vehicle: turned by its own lean that is
         // off by their product.
         let [pitch_off, roll_off] = self.navigation.filter.tilt_rad();
@@ -180,13 +180,13 @@ impl Pipeline<'_> {
     }
 
     /// What of velocity and attitude is not known beforehand.
-    pub(super) fn unknown(&self) -> Unknown {
+    pub(super) fn prior_sigmas(&self) -> PriorSigmas {
         let sigmas = &self.settings.sigmas;
         let velocity_m_per_s = hypot(sigmas.velocity_m_per_s, self.navigation.velocity.m_per_s());
-        Unknown {
+        PriorSigmas {
             velocity_m_per_s: beside(velocity_m_per_s, self.doubt.velocity_m_per_s),
             tilt_rad: sigmas.tilt_drift_rad,
-            swings_rad: if self.navigation.is_changing {
+            extra_wander_rad: if self.navigation.is_changing {
                 (CHANGING * sigmas.tilt_drift_rad).min(CHANGING_MAX_RAD)
             } else {
                 0.0

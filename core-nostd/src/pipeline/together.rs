@@ -198,7 +198,7 @@ impl<'t> Pipeline<'t> {
         let known = known.filter(|errors| errors.iter().all(|(_, variance)| *variance < squared(usual)));
         let errors = known.unwrap_or([(0.0, squared(usual)); 2]);
         let sigma = sqrt(errors[0].1.max(errors[1].1));
-        let moment = self.navigation.filter.reckoned(situation.mid_exposure_at);
+        let moment = self.navigation.filter.extrapolated(situation.mid_exposure_at);
         let surface = &mut self.navigation.surface;
         surface.propagate(moment, errors.map(|(off, _)| off), sigma);
         let Prediction { local, sigma_m, .. } = situation.prediction;

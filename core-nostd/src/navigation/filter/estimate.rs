@@ -1,57 +1,60 @@
-//! Position, error of the velocity and error of the attitude, and how well they are known.
+//! State and covariance of the Kalman filter: position, error of the velocity, error of the attitude.
 //!
-//! The attitude's error has two parts. What comes from an accelerometer's bias, or from how the camera was mounted, lasts, and turns
-//! with the vehicle: the *tilt*. What an estimator makes of its gyroscopes and of the positions that it is given comes and goes within
-//! ten seconds, and stays with the ground's axes: the *wander*.
+//! The attitude's error has two parts. The *tilt* is constant and turns with the vehicle: an accelerometer's bias, or
+//! the camera's mounting. The *wander* stays in the ground's axes and decorrelates within ten seconds: the autopilot
+//! estimator's errors by its gyroscopes and position updates.
 
-use super::found::{Found, Unknown, moved_by_tilt};
+use super::measurement::{Measurement, PriorSigmas, tilt_jacobian};
 use crate::math::{beside, hypot, sqrt, squared};
 use crate::navigation::reckoning::{Moment, displacement_m};
 use crate::tile::Local;
 use crate::units::Micros;
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
-/// One sigma of the tilt and of the wander that together are the attitude's error, each axis, radians.
-pub(super) fn parts_rad(unknown: &Unknown) -> [f32; 2] {
-    let wander = (WANDER_SHARE * unknown.tilt_rad).min(WANDER_MAX_RAD);
-    let lasts = sqrt((squared(unknown.tilt_rad) - squared(wander)).max(0.0));
-    [lasts, beside(wander, unknown.swings_rad)]
+/// Sigmas of tilt and wander, which together are the attitude's, each axis, radians.
+pub(super) fn part_sigmas_rad(prior: &PriorSigmas) -> [f32; 2] {
+    let wander = (WANDER_SHARE * prior.tilt_rad).min(WANDER_MAX_RAD);
+    let lasts = sqrt((squared(prior.tilt_rad) - squared(wander)).max(0.0));
+    [lasts, beside(wander, prior.extra_wander_rad)]
 }
 
 type Covariance = SMatrix<f32, STATES, STATES>;
 type State = SMatrix<f32, STATES, 1>;
-/// Where the states begin: position, velocity, tilt, wander.
+/// Index of the first velocity, tilt and wander state; position is first.
 pub(super) const VELOCITY: usize = 2;
 pub(super) const TILT: usize = 4;
 pub(super) const WANDER: usize = 6;
 pub(super) const STATES: usize = 8;
 
-/// Time constants by which velocity, tilt and wander forget, seconds. Chosen, by 24 flights of three minutes that were kept by their
-/// fixes (consumer inertial sensors, two fixes a second): of an attitude's error in the ground's axes 0.95, 0.74, 0.45 and nothing
-/// are left after 2, 6, 10 and 17 s, in the vehicle's a fifth for a minute; a velocity's error is that of the fixes that it
-/// comes from. With half and twice as long the filter's errors are within a tenth of the same.
+/// Time constants of the Gauss-Markov processes of velocity, tilt and wander, seconds. Chosen, by 24 flights of three
+/// minutes that were kept by their fixes (consumer inertial sensors, two fixes a second): an attitude's error in the
+/// ground's axes is correlated by 0.95, 0.74, 0.45 and nothing after 2, 6, 10 and 17 s, in the vehicle's by a fifth for
+/// a minute; a velocity's error is that of the fixes that it comes from. With half and twice these constants the
+/// filter's errors are within a tenth of the same.
 const VELOCITY_S: f32 = 8.0;
 const TILT_S: f32 = 100.0;
 const WANDER_S: f32 = 10.0;
-/// Share of an attitude's sigma that wanders: three quarters of its variance, by the same flights.
+/// Wander's share of an attitude's sigma: three quarters of its variance, by the same flights.
 const WANDER_SHARE: f32 = 0.87;
-/// One sigma of it at most, radians: 0.3 degrees, a little more than in these flights. An attitude that is said to be worse than
-/// that has been fitted worse, or is a camera's that leans.
+/// Largest sigma of the wander, radians: 0.3 degrees, a little more than in these flights. A larger sigma of the
+/// attitude is one of the mounting, or of a camera that leans.
 const WANDER_MAX_RAD: f32 = 0.0052;
-/// What the mean of two velocities is off as a share of their difference, of a turn by a radian: the way along an arc is by a twelfth of
-/// the angle's square longer than its chord's velocities say, and no more than this up to half a circle.
-const TURN_SHARE: f32 = 0.11;
-/// One sigma of a way of one second beside that of the velocities' errors, metres; it grows with the root of the time. Velocities come in
-/// whole centimetres a second.
-const WAY_M: f32 = 0.1;
+/// Error of the mean of two velocities, as a share of their difference, per radian of turn: an arc is longer than the
+/// displacement by its chord's velocities by a twelfth of the squared angle; the share bounds that up to half a circle.
+const ARC_SHARE: f32 = 0.11;
+/// Process noise of the position: sigma of the displacement in one second besides the velocity's error, metres; it
+/// grows with the root of the time. Velocities come in whole centimetres a second.
+const DISPLACEMENT_M: f32 = 0.1;
 
-/// Without a match for so long an estimator's velocity may be off by more than was said, seconds.
+/// Time without a match after which the velocity of the autopilot's estimator may be off by more than its sigma,
+/// seconds.
 const UNAIDED_S: f32 = 2.0;
-/// One sigma of that, each axis, m/s: within the gate it is what was seen of an autopilot without fixes in a turn, 5 m/s on both axes.
+/// That additional error, one sigma, each axis, m/s: within the gate it covers what was seen of an autopilot without
+/// fixes in a turn, 5 m/s on both axes.
 const UNAIDED_M_PER_S: f32 = 1.5;
 
-/// What a way of the last `seconds` may be off beside what the velocity's sigma says, metres, since the newest match is older than that:
-/// an error v that lasts for t grows v² t² by v² (t² − (t − s)²) in a step s.
+/// Additional sigma of the displacement of the last `seconds` since the newest match is old, metres: a constant error v
+/// adds v² t² over a time t, so v² (t² − (t − s)²) in a step s.
 pub(super) fn unaided_m(matched_at: Micros, at: Micros, seconds: f32) -> f32 {
     let unaided_s = at.since(matched_at) as f32 * 1e-6;
     if unaided_s < UNAIDED_S {
@@ -60,53 +63,59 @@ pub(super) fn unaided_m(matched_at: Micros, at: Micros, seconds: f32) -> f32 {
     UNAIDED_M_PER_S * sqrt(squared(unaided_s) - squared((unaided_s - seconds).max(0.0)))
 }
 
-/// What velocity, tilt and wander keep of themselves over so many seconds.
-fn keeps(seconds: f32) -> [f32; 3] {
+/// Decay factors of velocity, tilt and wander over so many seconds.
+fn decay(seconds: f32) -> [f32; 3] {
     [VELOCITY_S, TILT_S, WANDER_S].map(|constant_s| 1.0 / (1.0 + seconds / constant_s))
 }
 
-/// Carries what goes with the states, a column each: errors of them, or what they have in common with something. `forgets_tilt`: as
-/// [`Estimate::carry`] does where there is a usual one.
-pub(super) fn carry_along<const N: usize>(columns: &mut SMatrix<f32, STATES, N>, seconds: f32, forgets_tilt: bool) {
-    let [keeps_velocity, knows_tilt, keeps_wander] = keeps(seconds);
-    let keeps_tilt = if forgets_tilt { knows_tilt } else { 1.0 };
+/// Propagates columns that transform as the states do: their errors, or their covariance with something.
+/// `forgets_tilt`: the tilt decays, as in [`Estimate::propagate`] with a mean.
+pub(super) fn propagate_columns<const N: usize>(
+    columns: &mut SMatrix<f32, STATES, N>,
+    seconds: f32,
+    forgets_tilt: bool,
+) {
+    let [decay_velocity, decay_tilt, decay_wander] = decay(seconds);
+    let kept_tilt = if forgets_tilt { decay_tilt } else { 1.0 };
     for mut column in columns.column_iter_mut() {
         for axis in 0..2 {
             column[axis] -= column[VELOCITY + axis] * seconds;
-            column[VELOCITY + axis] *= keeps_velocity;
-            column[TILT + axis] *= keeps_tilt;
-            column[WANDER + axis] *= keeps_wander;
+            column[VELOCITY + axis] *= decay_velocity;
+            column[TILT + axis] *= kept_tilt;
+            column[WANDER + axis] *= decay_wander;
         }
     }
 }
 
-/// What is estimated.
+/// State vector and covariance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Estimate {
     pub(super) state: State,
     pub(super) covariance: Covariance,
 }
 
-/// A match against what was expected of it.
+/// Innovation of a match.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Innovation {
-    /// How far east and north of that, metres.
+    /// Measured less predicted nadir, east and north, metres.
     pub off: Vector2<f32>,
-    /// That squared, in sigmas; infinite where nothing is known of these.
-    pub squares: f32,
-    /// Tilt that would explain what is beyond one sigma, radians.
-    pub beyond_rad: f32,
-    pub(super) seen: SMatrix<f32, STATES, 2>,
+    /// Normalised innovation squared; infinite if the covariance is invalid.
+    pub nis: f32,
+    /// Tilt that would explain the excess over one sigma, radians.
+    pub excess_tilt_rad: f32,
+    /// Covariance of the states with the measurement, P Hᵀ.
+    pub(super) cross_covariance: SMatrix<f32, STATES, 2>,
+    /// Inverse of the innovation's covariance.
     pub(super) inverse: Matrix2<f32>,
 }
 
-/// Single precision leaves halves that differ, and what differs grows.
+/// Restores the symmetry that rounding in single precision breaks, which would grow.
 pub(super) fn symmetric<const N: usize>(covariance: &SMatrix<f32, N, N>) -> SMatrix<f32, N, N> {
     (covariance + covariance.transpose()) * 0.5
 }
 
 impl Innovation {
-    /// The product of its two sigmas, square metres; infinite where nothing is known of these.
+    /// Product of the two sigmas, square metres; infinite if the covariance is invalid.
     pub(super) fn spread(&self) -> f32 {
         let inverse = self.inverse.determinant();
         if inverse > 0.0 { 1.0 / sqrt(inverse) } else { f32::INFINITY }
@@ -114,137 +123,138 @@ impl Innovation {
 }
 
 impl Estimate {
-    /// From a match on. `white`: its covariance without the tilt that lasts.
-    pub(super) fn begun(found: &Found, white: Matrix2<f32>, unknown: &Unknown) -> Estimate {
-        let moved = moved_by_tilt(found);
-        let [tilt, wander] = parts_rad(unknown).map(squared);
+    /// Initialises from a match. `white`: its covariance without the constant tilt.
+    pub(super) fn from_match(measurement: &Measurement, white: Matrix2<f32>, prior: &PriorSigmas) -> Estimate {
+        let jacobian = tilt_jacobian(measurement);
+        let [tilt, wander] = part_sigmas_rad(prior).map(squared);
         let mut covariance = Covariance::zeros();
-        let wandered = Matrix2::identity() * (squared(found.height_m) * wander);
-        covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&(white + moved * moved.transpose() * tilt + wandered));
-        covariance.fixed_view_mut::<2, 2>(0, TILT).copy_from(&(moved * -tilt));
-        covariance.fixed_view_mut::<2, 2>(TILT, 0).copy_from(&(moved.transpose() * -tilt));
+        let wandered = Matrix2::identity() * (squared(measurement.height_m) * wander);
+        covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&(white + jacobian * jacobian.transpose() * tilt + wandered));
+        covariance.fixed_view_mut::<2, 2>(0, TILT).copy_from(&(jacobian * -tilt));
+        covariance.fixed_view_mut::<2, 2>(TILT, 0).copy_from(&(jacobian.transpose() * -tilt));
         for axis in 0..2 {
-            covariance[(VELOCITY + axis, VELOCITY + axis)] = squared(unknown.velocity_m_per_s);
+            covariance[(VELOCITY + axis, VELOCITY + axis)] = squared(prior.velocity_m_per_s);
             covariance[(TILT + axis, TILT + axis)] = tilt;
             covariance[(WANDER + axis, WANDER + axis)] = wander;
-            covariance[(axis, WANDER + axis)] = -found.height_m * wander;
-            covariance[(WANDER + axis, axis)] = -found.height_m * wander;
+            covariance[(axis, WANDER + axis)] = -measurement.height_m * wander;
+            covariance[(WANDER + axis, axis)] = -measurement.height_m * wander;
         }
-        let Local { east_m, north_m } = found.nadir;
-        let [pitch, roll] = found.less_tilt_rad;
+        let Local { east_m, north_m } = measurement.nadir;
+        let [pitch, roll] = measurement.corrected_tilt_rad;
         Estimate { state: State::from([east_m, north_m, 0.0, 0.0, pitch, roll, 0.0, 0.0]), covariance }
     }
 
-    /// Where the camera is, and the covariance of that, square metres.
+    /// Position of the camera, and its covariance, square metres.
     pub(super) fn position(&self) -> (Local, Matrix2<f32>) {
         let local = Local { east_m: self.state[0], north_m: self.state[1] };
         (local, self.covariance.fixed_view::<2, 2>(0, 0).into_owned())
     }
 
-    /// One sigma of that, the larger axis, metres.
+    /// Its larger sigma, metres.
     pub(super) fn position_sigma_m(&self) -> f32 {
         sqrt(self.covariance[(0, 0)].max(self.covariance[(1, 1)]).max(0.0))
     }
 
-    /// Error of pitch and roll that is known, radians.
+    /// Estimated error of pitch and roll, radians.
     pub(super) fn tilt_rad(&self) -> [f32; 2] {
         [self.state[TILT], self.state[TILT + 1]]
     }
 
-    /// One sigma of what is left of it, the larger one, radians.
+    /// The larger sigma of the error that is left, radians.
     pub(super) fn tilt_sigma_rad(&self) -> f32 {
         let [pitch, roll] = [TILT, TILT + 1].map(|axis| self.covariance[(axis, axis)]);
         sqrt(pitch.max(roll).max(0.0))
     }
 
-    /// How well it is known of pitch and roll, square radians.
+    /// Covariance of pitch and roll, square radians.
     pub(super) fn tilt_covariance(&self) -> Matrix2<f32> {
         self.covariance.fixed_view::<2, 2>(TILT, TILT).into_owned()
     }
 
-    /// Whether every number is one, and every variance may be.
-    pub(super) fn is_sound(&self) -> bool {
+    /// Whether all numbers are finite and no variance is negative.
+    pub(super) fn is_valid(&self) -> bool {
         let variances = (0..STATES).all(|axis| self.covariance[(axis, axis)] >= 0.0);
         variances && self.state.iter().chain(&self.covariance).all(|number| number.is_finite())
     }
 
-    /// Error of the velocity, east and north, m/s, and the variance of each.
+    /// Error of the velocity, east and north, m/s, each with its variance.
     pub(super) fn velocity(&self) -> [(f32, f32); 2] {
         [VELOCITY, VELOCITY + 1].map(|axis| (self.state[axis], self.covariance[(axis, axis)]))
     }
 
-    /// The reported velocity has changed by what is no motion.
-    pub(super) fn doubt_velocity(&mut self, change_m_per_s: [f32; 2]) {
+    /// Adds the variance of a change of the reported velocity that is no motion.
+    pub(super) fn inflate_velocity(&mut self, change_m_per_s: [f32; 2]) {
         for (axis, change) in change_m_per_s.iter().enumerate() {
             self.covariance[(VELOCITY + axis, VELOCITY + axis)] += squared(*change);
         }
     }
 
-    /// As it is where the tilt, or the place, may have changed by one sigma of a tilt, radians.
-    pub(super) fn doubted(&self, by_rad: f32, found: &Found) -> Estimate {
-        let mut doubted = *self;
+    /// With the variance of a change of tilt or position added, sigma in radians of tilt.
+    pub(super) fn inflated(&self, by_rad: f32, measurement: &Measurement) -> Estimate {
+        let mut inflated = *self;
         for axis in 0..2 {
-            doubted.covariance[(axis, axis)] += squared(by_rad * found.height_m);
-            doubted.covariance[(TILT + axis, TILT + axis)] += squared(by_rad);
+            inflated.covariance[(axis, axis)] += squared(by_rad * measurement.height_m);
+            inflated.covariance[(TILT + axis, TILT + axis)] += squared(by_rad);
         }
-        doubted
+        inflated
     }
 
-    /// On from one moment to a later one. `beside_m`: one sigma of the way beside what the velocity's error makes. `usual_rad`: the
-    /// tilt that it forgets its own for; nothing while nobody knows, when it forgets nothing and knows less and less.
+    /// Propagates from one moment to a later one. `displacement_sigma_m`: besides the velocity's error.
+    /// `mean_rad`: mean to which the tilt decays; `None` while that is unknown, when the tilt keeps its value and its
+    /// variance grows.
     pub(super) fn propagate(
         &mut self,
         (before, moment): (Moment, Moment),
-        beside_m: f32,
-        usual_rad: Option<[f32; 2]>,
-        unknown: &Unknown,
+        displacement_sigma_m: f32,
+        mean_rad: Option<[f32; 2]>,
+        prior: &PriorSigmas,
     ) {
         let Estimate { state, covariance } = self;
         let seconds = moment.at.since(before.at) as f32 * 1e-6;
         let [east, north] = displacement_m(before, moment);
-        let [keeps_velocity, knows_tilt, keeps_wander] = keeps(seconds);
-        let keeps_tilt = if usual_rad.is_some() { knows_tilt } else { 1.0 };
+        let [decay_velocity, decay_tilt, decay_wander] = decay(seconds);
+        let kept_tilt = if mean_rad.is_some() { decay_tilt } else { 1.0 };
         for axis in 0..2 {
-            // True is the reported velocity less its error.
+            // The true velocity is the reported one less its error.
             state[axis] -= state[VELOCITY + axis] * seconds;
-            state[VELOCITY + axis] *= keeps_velocity;
-            state[WANDER + axis] *= keeps_wander;
-            if let Some(usual) = usual_rad.and_then(|usual| usual.get(axis).copied()) {
-                state[TILT + axis] = usual + (state[TILT + axis] - usual) * keeps_tilt;
+            state[VELOCITY + axis] *= decay_velocity;
+            state[WANDER + axis] *= decay_wander;
+            if let Some(mean) = mean_rad.and_then(|mean| mean.get(axis).copied()) {
+                state[TILT + axis] = mean + (state[TILT + axis] - mean) * kept_tilt;
             }
         }
         state[0] += east;
         state[1] += north;
-        let mut by = Covariance::identity();
+        let mut transition = Covariance::identity();
         for axis in 0..2 {
-            by[(axis, VELOCITY + axis)] = -seconds;
-            by[(VELOCITY + axis, VELOCITY + axis)] = keeps_velocity;
-            by[(TILT + axis, TILT + axis)] = keeps_tilt;
-            by[(WANDER + axis, WANDER + axis)] = keeps_wander;
+            transition[(axis, VELOCITY + axis)] = -seconds;
+            transition[(VELOCITY + axis, VELOCITY + axis)] = decay_velocity;
+            transition[(TILT + axis, TILT + axis)] = kept_tilt;
+            transition[(WANDER + axis, WANDER + axis)] = decay_wander;
         }
-        *covariance = symmetric(&(by * *covariance * by.transpose()));
+        *covariance = symmetric(&(transition * *covariance * transition.transpose()));
         let change = |axis: usize| moment.velocity_m_per_s[axis] - before.velocity_m_per_s[axis];
         let turned = hypot(change(0), change(1));
         let speed = hypot(moment.velocity_m_per_s[0], moment.velocity_m_per_s[1]).max(1.0);
-        let bent_m = TURN_SHARE * (turned / speed).min(core::f32::consts::PI) * turned * seconds;
-        let way = squared(WAY_M) * seconds + squared(bent_m) + squared(beside_m);
-        let fresh = |keep: f32, sigma: f32| (1.0 - squared(keep)) * squared(sigma);
-        let [tilt, wander] = parts_rad(unknown);
+        let arc_m = ARC_SHARE * (turned / speed).min(core::f32::consts::PI) * turned * seconds;
+        let displacement = squared(DISPLACEMENT_M) * seconds + squared(arc_m) + squared(displacement_sigma_m);
+        let driving_noise = |kept: f32, sigma: f32| (1.0 - squared(kept)) * squared(sigma);
+        let [tilt, wander] = part_sigmas_rad(prior);
         for axis in 0..2 {
-            covariance[(axis, axis)] += way;
-            covariance[(VELOCITY + axis, VELOCITY + axis)] += fresh(keeps_velocity, unknown.velocity_m_per_s);
-            covariance[(TILT + axis, TILT + axis)] += fresh(knows_tilt, tilt);
-            covariance[(WANDER + axis, WANDER + axis)] += fresh(keeps_wander, wander);
+            covariance[(axis, axis)] += displacement;
+            covariance[(VELOCITY + axis, VELOCITY + axis)] += driving_noise(decay_velocity, prior.velocity_m_per_s);
+            covariance[(TILT + axis, TILT + axis)] += driving_noise(decay_tilt, tilt);
+            covariance[(WANDER + axis, WANDER + axis)] += driving_noise(decay_wander, wander);
         }
     }
 
-    /// Back by a way of so many seconds, which are too few for more to change.
-    pub(super) fn back(&mut self, [east, north]: [f32; 2], seconds: f32) {
+    /// Propagates back over a time so short that only the position changes.
+    pub(super) fn propagate_back(&mut self, [east, north]: [f32; 2], seconds: f32) {
         self.state[0] -= east - self.state[VELOCITY] * seconds;
         self.state[1] -= north - self.state[VELOCITY + 1] * seconds;
     }
 
-    /// As it would be if the tilt were another one, known to `sigma_rad`, and nothing of what is known of it told the position any more.
+    /// With another tilt of this sigma, uncorrelated with the other states.
     pub(super) fn with_tilt(&self, tilt_rad: [f32; 2], sigma_rad: f32) -> Estimate {
         let mut other = *self;
         let [pitch, roll] = tilt_rad;
@@ -258,31 +268,31 @@ impl Estimate {
         other
     }
 
-    /// A match against it. `white`: its covariance without the tilt that lasts.
-    pub(super) fn innovation(&self, found: &Found, white: Matrix2<f32>) -> Innovation {
-        let moved = moved_by_tilt(found);
-        let off = Vector2::new(found.nadir.east_m - self.state[0], found.nadir.north_m - self.state[1])
-            - moved * Vector2::from(self.tilt_rad())
-            - self.state.fixed_view::<2, 1>(WANDER, 0) * found.height_m
-            + moved * Vector2::from(found.less_tilt_rad);
+    /// Innovation of a match. `white`: its covariance without the constant tilt.
+    pub(super) fn innovation(&self, measurement: &Measurement, white: Matrix2<f32>) -> Innovation {
+        let jacobian = tilt_jacobian(measurement);
+        let off = Vector2::new(measurement.nadir.east_m - self.state[0], measurement.nadir.north_m - self.state[1])
+            - jacobian * Vector2::from(self.tilt_rad())
+            - self.state.fixed_view::<2, 1>(WANDER, 0) * measurement.height_m
+            + jacobian * Vector2::from(measurement.corrected_tilt_rad);
         let common = |states: usize| self.covariance.fixed_view::<STATES, 2>(0, states);
-        let seen = common(0) + common(TILT) * moved.transpose() + common(WANDER) * found.height_m;
-        let own = |states: usize| seen.fixed_view::<2, 2>(states, 0);
-        let all = own(0) + moved * own(TILT) + own(WANDER) * found.height_m + white;
+        let cross_covariance = common(0) + common(TILT) * jacobian.transpose() + common(WANDER) * measurement.height_m;
+        let own = |states: usize| cross_covariance.fixed_view::<2, 2>(states, 0);
+        let all = own(0) + jacobian * own(TILT) + own(WANDER) * measurement.height_m + white;
         let inverse = all.try_inverse();
-        let squares = inverse.map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
-        let beyond_rad = sqrt((0.5 * (off.norm_squared() - all.trace())).max(0.0)) / found.height_m;
-        // Less than none is a covariance that rounding has spoilt.
-        let squares = if squares >= 0.0 { squares } else { f32::INFINITY };
-        Innovation { off, squares, beyond_rad, seen, inverse: inverse.unwrap_or_default() }
+        let nis = inverse.map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
+        let excess_tilt_rad = sqrt((0.5 * (off.norm_squared() - all.trace())).max(0.0)) / measurement.height_m;
+        // Negative only by rounding in the covariance.
+        let nis = if nis >= 0.0 { nis } else { f32::INFINITY };
+        Innovation { off, nis, excess_tilt_rad, cross_covariance, inverse: inverse.unwrap_or_default() }
     }
 
-    /// With a match.
-    pub(super) fn with(&self, innovation: &Innovation) -> Estimate {
-        let gain = innovation.seen * innovation.inverse;
+    /// Updated by a match.
+    pub(super) fn updated(&self, innovation: &Innovation) -> Estimate {
+        let gain = innovation.cross_covariance * innovation.inverse;
         Estimate {
             state: self.state + gain * innovation.off,
-            covariance: symmetric(&(self.covariance - gain * innovation.seen.transpose())),
+            covariance: symmetric(&(self.covariance - gain * innovation.cross_covariance.transpose())),
         }
     }
 }

@@ -1,42 +1,42 @@
-//! Satellite navigation beside the matches: how far the map is off it, what it says of the tilt, and whether the two disagree.
+//! Satellite navigation beside the matches: offset of the map, correction of the tilt, test of agreement.
 //!
-//! Three more states beside those of an estimate: the offset of the map, east and north (position by matches less position by
-//! satellites), and by how much the receiver's positions are older than is usual. The offset is what both share for a whole flight: the
-//! receiver's own error (reflections, ionosphere, satellites' clocks), the map's, and that of their reference systems. It is a
-//! Gauss-Markov process, so that many positions a second do not average it away.
+//! Three states are added to those of an estimate: the map's offset, east and north (position by matches less position
+//! by satellites), and the receiver's latency beyond the usual one. The offset holds all that is common to a flight:
+//! the receiver's own error (reflections, ionosphere, satellite clocks), the map's, and that of their reference
+//! systems. It is a Gauss-Markov process, so that many positions a second do not average it away.
 //!
-//! This is a second estimate beside that of matches alone, which it never changes: what satellite navigation says can be forged. Of it
-//! is used by how much its tilt differs, as long as that is within what matches alone say of the tilt, and as long as the two positions
-//! do not disagree. Their difference is tested with the estimate of matches alone, as an average of the last positions against
-//! both sigmas.
+//! This second estimate never changes the one by matches alone, since satellite navigation can be forged. Only its
+//! difference in tilt is used, while that is consistent with matches alone and the two positions agree. Agreement is
+//! tested against the estimate by matches alone, with an average of the last positions and both sigmas.
 //!
-//! Cost: while there are satellites as much again as the estimate by matches alone, and a position about what a match costs.
+//! Cost: while there are satellites, that of the estimate by matches alone again, and about a match for each position.
 
-use super::JUMP;
-use super::TRANSIENT;
-use super::estimate::{Estimate, STATES, TILT, WANDER, carry_along, symmetric};
-use super::found::{Found, Unknown, moved_by_tilt};
+use super::JUMP_GATE;
+use super::TRANSIENT_GATE;
+use super::estimate::{Estimate, STATES, TILT, WANDER, propagate_columns, symmetric};
+use super::measurement::{Measurement, PriorSigmas, tilt_jacobian};
 use crate::math::{hypot, squared};
 use crate::navigation::reckoning::Moment;
 use crate::tile::Local;
 use crate::units::Micros;
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
-/// Time constant of the offset, seconds. Chosen: reflections at the vehicle change within minutes, what is left of troposphere and
-/// ionosphere within half an hour.
+/// Correlation time of the offset, seconds. Chosen: reflections at the vehicle change within minutes, the remaining
+/// errors of troposphere and ionosphere within half an hour.
 const OFFSET_S: f32 = 600.0;
-/// How much older than its stamp a position is, and one sigma of that, seconds. A receiver's message is stamped when it is handed over,
-/// up to 0.2 s after the position's instant (0.12 to 0.22 s in ArduPilot's table of receivers): the middle, and a little more than the
-/// sigma of what is spread evenly.
-const LATE_S: f32 = 0.1;
-const LATE_SIGMA_S: f32 = 0.06;
-/// Least sigma that a receiver is believed, metres. Chosen: what it states leaves reflections out.
+/// Latency of a position against its stamp, and its sigma, seconds. A receiver's message is stamped when it is handed
+/// over, up to 0.2 s after the position's instant (0.12 to 0.22 s in ArduPilot's table of receivers): the middle, and a
+/// little more than the sigma of a uniform distribution.
+const LATENCY_S: f32 = 0.1;
+const LATENCY_SIGMA_S: f32 = 0.06;
+/// Lower limit of a receiver's stated sigma, metres. Chosen: receivers leave reflections out.
 const SIGMA_MIN_M: f32 = 0.5;
-/// A position that is known less well is none, metres. Chosen: what disagreed with it would not fit on most tiles.
+/// Positions with a larger sigma are ignored, metres. Chosen: what disagreed with it would not fit on most tiles.
 const SIGMA_MAX_M: f32 = 100.0;
-/// Positions that are averaged before they are held against the matches: two seconds of five a second.
+/// Positions that are averaged for the test of agreement: two seconds of five a second.
 const AVERAGED: f32 = 10.0;
-/// Longest time between two of these, and between a position and the newest velocity, microseconds. Chosen: ten of five a second.
+/// Longest gap between two of these, and between a position and the newest velocity, microseconds. Chosen: ten of five
+/// a second.
 const GAP_US: i32 = 2_000_000;
 
 /// A position of satellite navigation.
@@ -44,71 +44,72 @@ const GAP_US: i32 = 2_000_000;
 pub struct SatellitePosition {
     /// Its stamp.
     pub at: Micros,
-    /// Where it puts the camera.
+    /// Position of the camera.
     pub local: Local,
-    /// One sigma of each axis, as the receiver states it, metres.
+    /// The receiver's stated sigma, each axis, metres.
     pub sigma_m: f32,
-    /// One sigma of the map, each axis, metres.
+    /// Sigma of the map, each axis, metres.
     pub map_sigma_m: f32,
 }
 
-/// A position moved to the newest reported velocity.
+/// A position moved to the instant of the newest reported velocity.
 pub(super) struct Moved {
     pub(super) position: SatellitePosition,
     pub(super) moment: Moment,
-    /// What the way there may be off, each axis, square metres.
+    /// Variance of that displacement, each axis, square metres.
     pub(super) variance: f32,
 }
 
-/// The states of an estimate with the positions of satellites, and their covariance with the three.
+/// The estimate that includes satellite positions, and its covariance with the three states.
 #[derive(Clone, Copy, Debug)]
 struct Joint {
     estimate: Estimate,
     cross: SMatrix<f32, STATES, 3>,
 }
 
-/// What is known by satellites.
+/// State of the satellite filter.
 #[derive(Clone, Debug)]
 pub(super) struct Satellites {
-    /// Sigmas of the three states where nothing is known of them: offset, offset, lateness; none before the first position.
-    prior: Option<[f32; 3]>,
+    /// Prior sigmas of the three states: offset east and north, metres, latency, seconds; `None` before the first
+    /// position.
+    offset_prior: Option<[f32; 3]>,
     state: Vector3<f32>,
     covariance: Matrix3<f32>,
     joint: Option<Joint>,
-    /// By how much its tilt differs from that of matches alone, where it may be used.
+    /// Tilt of the joint estimate less that of matches alone, if it may be used.
     tilt_rad: Option<[f32; 2]>,
-    /// Position by matches less that by satellites, averaged over so many.
-    apart_m: Vector2<f32>,
+    /// Mean difference, position by matches less that by satellites, and number of positions in it.
+    difference_m: Vector2<f32>,
     averaged: f32,
     disagrees: bool,
-    waiting: Option<SatellitePosition>,
+    pending: Option<SatellitePosition>,
     newest_at: Micros,
 }
 
 impl Satellites {
-    /// Nothing heard.
+    /// Without any position.
     pub(super) const fn new() -> Self {
         Satellites {
-            prior: None,
+            offset_prior: None,
             state: Vector3::new(0.0, 0.0, 0.0),
             covariance: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             joint: None,
             tilt_rad: None,
-            apart_m: Vector2::new(0.0, 0.0),
+            difference_m: Vector2::new(0.0, 0.0),
             averaged: 0.0,
             disagrees: false,
-            waiting: None,
+            pending: None,
             newest_at: Micros(0),
         }
     }
 
-    /// A position was heard: it waits for the next reported velocity. One that came late, behind a newer one, is left out.
-    pub(super) fn heard(&mut self, position: SatellitePosition) {
+    /// Takes a position, which waits for the next reported velocity. One older than the newest is ignored.
+    pub(super) fn receive(&mut self, position: SatellitePosition) {
         let Local { east_m, north_m } = position.local;
-        let is_sound = [east_m, north_m, position.map_sigma_m].iter().all(|n| n.is_finite());
+        let is_valid = [east_m, north_m, position.map_sigma_m].iter().all(|n| n.is_finite());
         let since_us = position.at.since(self.newest_at);
-        // No number is no small one.
-        if !(is_sound && position.sigma_m <= SIGMA_MAX_M) || (-GAP_US..=0).contains(&since_us) {
+        // Written so that a NaN is refused.
+        if !(is_valid && position.sigma_m <= SIGMA_MAX_M) || (-GAP_US..=0).contains(&since_us) {
             return;
         }
         self.newest_at = position.at;
@@ -116,46 +117,46 @@ impl Satellites {
             self.averaged = 0.0;
         }
         let sigma_m = position.sigma_m.max(SIGMA_MIN_M);
-        self.waiting = Some(SatellitePosition { sigma_m, ..position });
+        self.pending = Some(SatellitePosition { sigma_m, ..position });
     }
 
-    /// The position that waits, where its instant has come.
+    /// The waiting position, if its instant has been reached.
     pub(super) fn due(&mut self, now: Micros) -> Option<SatellitePosition> {
-        let position = self.waiting.take_if(|position| now.since(position.at) >= 0)?;
+        let position = self.pending.take_if(|position| now.since(position.at) >= 0)?;
         (now.since(position.at) <= GAP_US).then_some(position)
     }
 
-    /// By how far matches and satellites disagree, metres, where they do.
+    /// Distance between matches and satellites, metres, if they disagree.
     pub(super) fn disagreement_m(&self) -> Option<f32> {
-        self.disagrees.then(|| self.apart_m.norm())
+        self.disagrees.then(|| self.difference_m.norm())
     }
 
-    /// By how much pitch and roll are off beside what matches alone say, radians.
+    /// Correction of the tilt by matches alone, pitch and roll, radians.
     pub(super) fn tilt_rad(&self) -> Option<[f32; 2]> {
         self.tilt_rad
     }
 
-    /// Offset of the map east and north, metres, and the larger sigma.
+    /// Offset of the map east and north, metres, and its larger sigma.
     #[cfg(test)]
     pub(super) fn offset(&self) -> ([f32; 2], f32) {
         let sigma = self.covariance[(0, 0)].max(self.covariance[(1, 1)]).sqrt();
         ([self.state[0], self.state[1]], sigma)
     }
 
-    /// Nothing is known of the offset any more.
-    pub(super) fn forget_offset(&mut self) {
+    /// Resets the offset to its prior.
+    pub(super) fn reset_offset(&mut self) {
         (self.joint, self.tilt_rad, self.state) = (None, None, Vector3::zeros());
-        let sigmas = self.prior.unwrap_or_default();
+        let sigmas = self.offset_prior.unwrap_or_default();
         self.covariance = Matrix3::from_diagonal(&Vector3::from(sigmas.map(squared)));
     }
 
-    /// The estimate by matches has ended: what is known of the offset stays.
-    pub(super) fn end(&mut self) {
+    /// The estimate by matches was reset; the offset is kept.
+    pub(super) fn stop(&mut self) {
         (self.joint, self.tilt_rad, self.averaged) = (None, None, 0.0);
     }
 
-    /// The estimate by matches has begun anew: what is known of the offset stays.
-    pub(super) fn begun(&mut self, settled: &Estimate) {
+    /// The estimate by matches was restarted; the offset is kept.
+    pub(super) fn restart(&mut self, settled: &Estimate) {
         self.averaged = 0.0;
         if let Some(joint) = &mut self.joint {
             *joint = Joint { estimate: *settled, cross: SMatrix::zeros() };
@@ -163,48 +164,52 @@ impl Satellites {
     }
 
     /// The reported velocity has changed by what is no motion.
-    pub(super) fn doubt_velocity(&mut self, change_m_per_s: [f32; 2]) {
+    pub(super) fn inflate_velocity(&mut self, change_m_per_s: [f32; 2]) {
         if let Some(joint) = &mut self.joint {
-            joint.estimate.doubt_velocity(change_m_per_s);
+            joint.estimate.inflate_velocity(change_m_per_s);
         }
     }
 
-    /// As [`Estimate::carry`].
+    /// As [`Estimate::propagate`].
     pub(super) fn propagate(
         &mut self,
         moments: (Moment, Moment),
-        beside_m: f32,
-        usual_rad: Option<[f32; 2]>,
-        unknown: &Unknown,
+        displacement_sigma_m: f32,
+        mean_rad: Option<[f32; 2]>,
+        prior: &PriorSigmas,
     ) {
-        let Some(prior) = self.prior else { return };
+        let Some(offset_prior) = self.offset_prior else { return };
         let (before, moment) = moments;
         let seconds = moment.at.since(before.at) as f32 * 1e-6;
         let keeps_offset = 1.0 / (1.0 + seconds / OFFSET_S);
         self.state *= keeps_offset;
         self.covariance *= squared(keeps_offset);
-        self.covariance += Matrix3::from_diagonal(&Vector3::from(prior.map(squared))) * (1.0 - squared(keeps_offset));
+        self.covariance +=
+            Matrix3::from_diagonal(&Vector3::from(offset_prior.map(squared))) * (1.0 - squared(keeps_offset));
         let Some(Joint { estimate, cross }) = &mut self.joint else { return };
-        estimate.propagate(moments, beside_m, usual_rad, unknown);
-        carry_along(cross, seconds, usual_rad.is_some());
+        estimate.propagate(moments, displacement_sigma_m, mean_rad, prior);
+        propagate_columns(cross, seconds, mean_rad.is_some());
         *cross *= keeps_offset;
     }
 
-    /// A match that the estimate by matches alone has taken. `white`: its covariance without the tilt that lasts.
-    pub(super) fn matched(&mut self, found: &Found, white: Matrix2<f32>) {
+    /// Updates by a match that the estimate by matches alone has taken. `white`: its covariance without the constant
+    /// tilt.
+    pub(super) fn matched(&mut self, measurement: &Measurement, white: Matrix2<f32>) {
         let Some(Joint { estimate, cross }) = self.joint else { return };
-        let innovation = estimate.innovation(found, white);
-        if innovation.squares > JUMP {
-            // By matches alone it was expected: the satellites are wrong.
-            return self.forget_offset();
+        let innovation = estimate.innovation(measurement, white);
+        if innovation.nis > JUMP_GATE {
+            // It was consistent with matches alone, so the satellites are wrong.
+            return self.reset_offset();
         }
         let common = |states: usize| cross.fixed_view::<2, 3>(states, 0).transpose();
-        let seen = common(0) + common(TILT) * moved_by_tilt(found).transpose() + common(WANDER) * found.height_m;
-        self.learn(&seen, &innovation.seen, &innovation.inverse, innovation.off);
+        let seen =
+            common(0) + common(TILT) * tilt_jacobian(measurement).transpose() + common(WANDER) * measurement.height_m;
+        self.kalman_update(&seen, &innovation.cross_covariance, &innovation.inverse, innovation.off);
     }
 
-    /// What the three states and the others have in common with a measurement, that one's inverse covariance, and how far it is off.
-    fn learn(
+    /// Kalman update: covariance of the three states (`seen`) and of the others with the measurement, its inverse
+    /// covariance, and the innovation.
+    fn kalman_update(
         &mut self,
         seen: &SMatrix<f32, 3, 2>,
         seen_others: &SMatrix<f32, STATES, 2>,
@@ -220,20 +225,20 @@ impl Satellites {
         self.covariance = symmetric(&(self.covariance - gain * seen.transpose()));
     }
 
-    /// A position, held against the estimate by matches alone.
-    pub(super) fn take(&mut self, moved: &Moved, settled: &Estimate) {
+    /// Updates by a position, after testing it against the estimate by matches alone.
+    pub(super) fn update(&mut self, moved: &Moved, settled: &Estimate) {
         let Moved { position, moment, variance } = moved;
         let sigma_m = hypot(position.sigma_m, position.map_sigma_m);
-        let is_first = self.prior.replace([sigma_m, sigma_m, LATE_SIGMA_S]).is_none();
+        let is_first = self.offset_prior.replace([sigma_m, sigma_m, LATENCY_SIGMA_S]).is_none();
         if is_first {
-            self.forget_offset();
+            self.reset_offset();
         }
         let velocity = Vector2::from(moment.velocity_m_per_s);
-        let place = Vector2::new(position.local.east_m, position.local.north_m) + velocity * LATE_S;
+        let position_m = Vector2::new(position.local.east_m, position.local.north_m) + velocity * LATENCY_S;
         let white = squared(position.sigma_m) + variance;
-        self.compare(place, velocity, white, settled);
+        self.compare(position_m, velocity, white, settled);
         if self.disagrees {
-            return self.forget_offset();
+            return self.reset_offset();
         }
         let Joint { estimate, cross } =
             *self.joint.get_or_insert(Joint { estimate: *settled, cross: SMatrix::zeros() });
@@ -247,49 +252,49 @@ impl Satellites {
             - self.covariance.column(2) * velocity.transpose();
         let all = seen_others.fixed_view::<2, 2>(0, 0) - seen.fixed_view::<2, 2>(0, 0) - velocity * seen.row(2)
             + Matrix2::identity() * white;
-        let off = place - expected;
+        let off = position_m - expected;
         let Some(inverse) = all.try_inverse() else { return };
-        // No number is no small one.
-        if (off.transpose() * inverse * off)[(0, 0)] <= JUMP {
-            self.learn(&seen, &seen_others, &inverse, off);
+        // Written so that a NaN is refused.
+        if (off.transpose() * inverse * off)[(0, 0)] <= JUMP_GATE {
+            self.kalman_update(&seen, &seen_others, &inverse, off);
         }
     }
 
-    /// Whether the positions of late are where matches alone say.
-    fn compare(&mut self, place: Vector2<f32>, velocity: Vector2<f32>, white: f32, settled: &Estimate) {
+    /// Tests whether the mean of the last positions agrees with matches alone.
+    fn compare(&mut self, position_m: Vector2<f32>, velocity: Vector2<f32>, white: f32, settled: &Estimate) {
         let (local, covariance) = settled.position();
-        let apart_m = Vector2::new(local.east_m, local.north_m) - place;
+        let difference_m = Vector2::new(local.east_m, local.north_m) - position_m;
         self.averaged = (self.averaged + 1.0).min(AVERAGED);
-        self.apart_m += (apart_m - self.apart_m) / self.averaged;
+        self.difference_m += (difference_m - self.difference_m) / self.averaged;
         if self.averaged < AVERAGED {
             return;
         }
-        let sigma_m = self.prior.unwrap_or_default()[0];
+        let sigma_m = self.offset_prior.unwrap_or_default()[0];
         let all = covariance
             + Matrix2::identity() * (squared(sigma_m) + white / AVERAGED)
-            + velocity * velocity.transpose() * squared(LATE_SIGMA_S);
+            + velocity * velocity.transpose() * squared(LATENCY_SIGMA_S);
         let Some(inverse) = all.try_inverse() else { return };
-        let squares = (self.apart_m.transpose() * inverse * self.apart_m)[(0, 0)];
-        self.disagrees = squares > if self.disagrees { TRANSIENT } else { JUMP };
+        let nis = (self.difference_m.transpose() * inverse * self.difference_m)[(0, 0)];
+        self.disagrees = nis > if self.disagrees { TRANSIENT_GATE } else { JUMP_GATE };
     }
 
-    /// Positions and matches up to the newest velocity have been taken: what is left of what satellites say of the tilt.
-    pub(super) fn settle(&mut self, settled: Option<&Estimate>) {
+    /// After all positions and matches up to the newest velocity: the correction of the tilt.
+    pub(super) fn correct_tilt(&mut self, settled: Option<&Estimate>) {
         self.tilt_rad = None;
         let (Some(Joint { estimate, .. }), Some(settled)) = (&self.joint, settled) else { return };
         let ([pitch, roll], [was_pitch, was_roll]) = (estimate.tilt_rad(), settled.tilt_rad());
         let off = Vector2::new(pitch - was_pitch, roll - was_roll);
-        let squares = settled
+        let nis = settled
             .tilt_covariance()
             .try_inverse()
             .map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
-        if estimate.is_sound()
+        if estimate.is_valid()
             && self.state.iter().chain(&self.covariance).all(|n| n.is_finite())
-            && squares <= TRANSIENT
+            && nis <= TRANSIENT_GATE
         {
             self.tilt_rad = Some(off.into());
         } else {
-            self.forget_offset();
+            self.reset_offset();
         }
     }
 }

@@ -1,14 +1,14 @@
-mod alike;
+mod correlated;
 mod misalignment;
 
-use super::{Filter, Found, Unknown};
+use super::{Filter, Measurement, PriorSigmas};
 use crate::navigation::reckoning::Moment;
 use crate::tile::Local;
 use crate::units::Micros;
 use nalgebra::{Matrix2, Vector2};
 
 const HEIGHT_M: f32 = 120.0;
-const UNKNOWN: Unknown = Unknown { velocity_m_per_s: 0.3, tilt_rad: 0.02, swings_rad: 0.0 };
+const UNKNOWN: PriorSigmas = PriorSigmas { velocity_m_per_s: 0.3, tilt_rad: 0.02, extra_wander_rad: 0.0 };
 const NOISE_M: f32 = 0.2;
 
 /// What the filter thinks of the tilt after a frame, its sigma, and what it did not expect.
@@ -44,18 +44,18 @@ fn flown(
 /// match where these are no numbers. Its
 /// velocity is reported five times a second, each time 0.15 s late.
 fn flown_knowing(
-    unknown: &Unknown,
+    prior: &PriorSigmas,
     seconds: f32,
     speed: f32,
     heading: impl Fn(f32) -> f32,
     tilt: impl Fn(f32) -> [f32; 2],
 ) -> std::vec::Vec<After> {
-    flown_by(&mut Filter::new(), unknown, seconds, speed, heading, tilt)
+    flown_by(&mut Filter::new(), prior, seconds, speed, heading, tilt)
 }
 
 fn flown_by(
     filter: &mut Filter,
-    unknown: &Unknown,
+    prior: &PriorSigmas,
     seconds: f32,
     speed: f32,
     heading: impl Fn(f32) -> f32,
@@ -71,12 +71,12 @@ fn flown_by(
     let mut after = std::vec::Vec::new();
     for ms in (0..(1e3 * seconds) as u32).step_by(STEP_MS as usize) {
         if let Some(sampled) = ms.checked_sub(150).filter(|sampled| sampled % 200 == 0) {
-            filter.reported(Moment { at: micros(sampled), velocity_m_per_s: velocity(sampled) }, unknown);
+            filter.reported(Moment { at: micros(sampled), velocity_m_per_s: velocity(sampled) }, prior);
         }
         let at_s = 1e-3 * ms as f32;
         if ms % 250 == 0 && ms >= 500 && tilt(at_s)[0].is_finite() {
             let (sin, cos) = (libm::sinf(heading(at_s)), libm::cosf(heading(at_s)));
-            filter.propagate(micros(ms), unknown);
+            filter.propagate(micros(ms), prior);
             let known = filter.tilt_rad();
             let left = [tilt(at_s)[0] - known[0], tilt(at_s)[1] - known[1]];
             // Nose up too far by so much: the picture is taken to lie further ahead, and so the nadir is found behind.
@@ -85,18 +85,18 @@ fn flown_by(
                 east_m: position[0] + ahead * sin + right * cos + noise(&mut state),
                 north_m: position[1] + ahead * cos - right * sin + noise(&mut state),
             };
-            let found = Found {
+            let measurement = Measurement {
                 nadir,
                 covariance: Matrix2::identity() * (NOISE_M * NOISE_M),
-                alike_m2: 0.0,
+                inflation_m2: 0.0,
                 transient_rad: 0.0,
-                less_tilt_rad: known,
+                corrected_tilt_rad: known,
                 height_m: HEIGHT_M,
                 heading_rad: heading(at_s),
             };
-            let unexpected_rad = filter.matched(&found, None, unknown);
-            let (tilt_rad, sigma_rad) = (filter.tilt_rad(), filter.tilt_sigma_rad(unknown));
-            let unexplained_rad = filter.unexplained_rad(unknown);
+            let unexpected_rad = filter.matched(&measurement, None, prior);
+            let (tilt_rad, sigma_rad) = (filter.tilt_rad(), filter.tilt_sigma_rad(prior));
+            let unexplained_rad = filter.unexplained_rad(prior);
             let (local, covariance) = filter.position().expect("it was found");
             let off = Vector2::new(local.east_m - position[0], local.north_m - position[1]);
             let squares = (off.transpose() * covariance.try_inverse().expect("sound") * off)[(0, 0)];
@@ -144,7 +144,7 @@ fn a_tilt_that_swings_is_seen_in_what_is_not_known() {
 }
 
 /// What an estimator of consumer sensors knows.
-const CONSUMER: Unknown = Unknown { velocity_m_per_s: 0.05, tilt_rad: 0.005, swings_rad: 0.0 };
+const CONSUMER: PriorSigmas = PriorSigmas { velocity_m_per_s: 0.05, tilt_rad: 0.005, extra_wander_rad: 0.0 };
 
 /// What is not expected and is no jump may last all the same, and a straight leg does not tell.
 #[test]
@@ -188,7 +188,10 @@ fn an_attitude_that_wanders_is_what_is_expected() {
 #[test]
 fn a_filter_that_begins_knows_as_much_as_was_said() {
     let filter = Filter::new();
-    assert_eq!((filter.tilt_rad(), filter.tilt_sigma_rad(&Unknown { tilt_rad: 0.004, ..UNKNOWN })), ([0.0; 2], 0.004));
+    assert_eq!(
+        (filter.tilt_rad(), filter.tilt_sigma_rad(&PriorSigmas { tilt_rad: 0.004, ..UNKNOWN })),
+        ([0.0; 2], 0.004)
+    );
 }
 
 #[test]
@@ -236,8 +239,8 @@ fn what_may_swing_has_to_stay_back_for_a_quarter_of_a_period() {
 }
 
 /// An attitude as an autopilot gives it, and a velocity that is known to so much.
-fn known_to(velocity_m_per_s: f32) -> Unknown {
-    Unknown { velocity_m_per_s, tilt_rad: 0.0035, swings_rad: 0.0 }
+fn known_to(velocity_m_per_s: f32) -> PriorSigmas {
+    PriorSigmas { velocity_m_per_s, tilt_rad: 0.0035, extra_wander_rad: 0.0 }
 }
 
 /// The first frame sees a part of it, which could be a swing.
@@ -275,19 +278,19 @@ fn a_tilt_that_was_learnt_counts_as_unexplained_where_the_velocity_may_be_anythi
     };
     assert!(learnt(80.0) < 0.01, "{}", learnt(80.0));
     let mut filter = Filter::new();
-    let found = Found {
+    let measurement = Measurement {
         nadir: Local { east_m: 0.0, north_m: 0.0 },
         covariance: Matrix2::identity() * 0.01,
-        alike_m2: 0.0,
+        inflation_m2: 0.0,
         transient_rad: 0.0,
-        less_tilt_rad: [0.05, 0.06],
+        corrected_tilt_rad: [0.05, 0.06],
         height_m: HEIGHT_M,
         heading_rad: 0.0,
     };
-    let mut unexplained_rad = |unknown: &Unknown| {
-        filter.begin_anew(Moment { at: Micros(1_000_000), velocity_m_per_s: [0.0; 2] });
-        filter.matched(&found, None, unknown);
-        filter.unexplained_rad(unknown)
+    let mut unexplained_rad = |prior: &PriorSigmas| {
+        filter.reset(Moment { at: Micros(1_000_000), velocity_m_per_s: [0.0; 2] });
+        filter.matched(&measurement, None, prior);
+        filter.unexplained_rad(prior)
     };
     assert!(unexplained_rad(&known) < 0.01 && unexplained_rad(&known_to(8.0)) > 0.07);
 }
@@ -330,16 +333,16 @@ fn a_place_that_jumps_has_to_be_seen_for_a_while() {
         filter.reported(Moment { at: micros(ms), velocity_m_per_s: [0.0; 2] }, &UNKNOWN);
         filter.propagate(micros(ms), &UNKNOWN);
         let east_m = if ms < 2000 { 0.0 } else { 50.0 };
-        let found = Found {
+        let measurement = Measurement {
             nadir: Local { east_m, north_m: 0.0 },
             covariance: Matrix2::identity() * 0.01,
-            alike_m2: 0.0,
+            inflation_m2: 0.0,
             transient_rad: 0.0,
-            less_tilt_rad: [0.0; 2],
+            corrected_tilt_rad: [0.0; 2],
             height_m: HEIGHT_M,
             heading_rad: 0.0,
         };
-        filter.matched(&found, (ms == 2000).then_some([50.0, 0.0]), &UNKNOWN);
+        filter.matched(&measurement, (ms == 2000).then_some([50.0, 0.0]), &UNKNOWN);
         unexplained_rad.push(filter.unexplained_rad(&UNKNOWN));
     }
     assert!(unexplained_rad[..10].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
@@ -354,16 +357,16 @@ fn a_velocity_that_is_thrown_over_is_not_taken_for_an_acceleration() {
     for (ms, east) in [(0, 20.0), (200, 20.0), (400, 28.0)] {
         filter.reported(Moment { at: at(ms), velocity_m_per_s: [east, 0.0] }, &UNKNOWN);
         if ms == 0 {
-            let found = Found {
+            let measurement = Measurement {
                 nadir: Local { east_m: 0.0, north_m: 0.0 },
                 covariance: Matrix2::identity() * 0.01,
-                alike_m2: 0.0,
+                inflation_m2: 0.0,
                 transient_rad: 0.0,
-                less_tilt_rad: [0.0; 2],
+                corrected_tilt_rad: [0.0; 2],
                 height_m: HEIGHT_M,
                 heading_rad: 0.0,
             };
-            assert_eq!(filter.matched(&found, None, &UNKNOWN), 0.0);
+            assert_eq!(filter.matched(&measurement, None, &UNKNOWN), 0.0);
         }
     }
     filter.propagate(at(900), &UNKNOWN);

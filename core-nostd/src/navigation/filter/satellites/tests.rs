@@ -1,5 +1,5 @@
 use super::SatellitePosition;
-use crate::navigation::filter::{Filter, Found, Unknown};
+use crate::navigation::filter::{Filter, Measurement, PriorSigmas};
 use crate::navigation::reckoning::Moment;
 use crate::tile::Local;
 use crate::units::Micros;
@@ -60,9 +60,9 @@ struct After {
 }
 
 impl After {
-    fn of(filter: &Filter, at_s: f32, position: [f32; 2], unknown: &Unknown) -> Self {
+    fn of(filter: &Filter, at_s: f32, position: [f32; 2], prior: &PriorSigmas) -> Self {
         let (place, covariance) = filter.position().expect("it was found");
-        let sigma_rad = filter.tilt_sigma_rad(unknown);
+        let sigma_rad = filter.tilt_sigma_rad(prior);
         let alone = [place.east_m, place.north_m, covariance[(0, 0)], covariance[(1, 1)], sigma_rad];
         let (offset_m, offset_sigma_m) = filter.satellites.offset();
         After {
@@ -90,7 +90,7 @@ impl Flight<'_> {
     /// Four frames a second, velocities and positions of satellites five times a second, the velocities 0.15 s late.
     fn flown(&self, seed: u32) -> Vec<After> {
         const STEP_MS: u32 = 10;
-        let unknown = Unknown { velocity_m_per_s: 0.3, tilt_rad: self.tilt_sigma_rad, swings_rad: 0.0 };
+        let prior = PriorSigmas { velocity_m_per_s: 0.3, tilt_rad: self.tilt_sigma_rad, extra_wander_rad: 0.0 };
         let mut filter = Filter::new();
         let (mut state, mut of_satellites) = (seed, seed.wrapping_mul(77));
         let mut places = Vec::new();
@@ -104,7 +104,7 @@ impl Flight<'_> {
             places.push(position);
             let at_s = 1e-3 * ms as f32;
             if let Some(sampled) = ms.checked_sub(150).filter(|sampled| sampled % 200 == 0) {
-                filter.reported(Moment { at: micros(sampled), velocity_m_per_s: velocity(sampled) }, &unknown);
+                filter.reported(Moment { at: micros(sampled), velocity_m_per_s: velocity(sampled) }, &prior);
             }
             let old = places.len().checked_sub(1 + (100.0 * self.late_s) as usize).map(|index| places[index]);
             if let (0, Some(old), Some(beside_m)) = (ms % 200, old, (self.beside_m)(at_s)) {
@@ -116,7 +116,7 @@ impl Flight<'_> {
             }
             if ms % 250 == 0 && ms >= 500 {
                 let (sin, cos) = (libm::sinf((self.heading)(at_s)), libm::cosf((self.heading)(at_s)));
-                filter.propagate(micros(ms), &unknown);
+                filter.propagate(micros(ms), &prior);
                 let known = if self.corrects { filter.tilt_rad() } else { [0.0; 2] };
                 let left = [self.tilt_rad[0] - known[0], self.tilt_rad[1] - known[1]];
                 let (ahead, right) = (-HEIGHT_M * left[0], HEIGHT_M * left[1]);
@@ -124,17 +124,17 @@ impl Flight<'_> {
                     east_m: position[0] + ahead * sin + right * cos + noise(&mut state, NOISE_M),
                     north_m: position[1] + ahead * cos - right * sin + noise(&mut state, NOISE_M),
                 };
-                let found = Found {
+                let measurement = Measurement {
                     nadir,
                     covariance: Matrix2::identity() * (NOISE_M * NOISE_M),
-                    alike_m2: 0.0,
+                    inflation_m2: 0.0,
                     transient_rad: 0.0,
-                    less_tilt_rad: known,
+                    corrected_tilt_rad: known,
                     height_m: HEIGHT_M,
                     heading_rad: (self.heading)(at_s),
                 };
-                filter.matched(&found, None, &unknown);
-                after.push(After::of(&filter, at_s, position, &unknown));
+                filter.matched(&measurement, None, &prior);
+                after.push(After::of(&filter, at_s, position, &prior));
             }
             let [before, next] = [velocity(ms), velocity(ms + STEP_MS)];
             (0..2).for_each(|axis| position[axis] += 0.5e-3 * STEP_MS as f32 * (before[axis] + next[axis]));
@@ -280,11 +280,11 @@ fn old_positions_and_those_without_a_sigma_are_left_out() {
     let local = Local { east_m: 1.0, north_m: 2.0 };
     let position = |tenth, sigma_m| SatellitePosition { at: at(tenth), local, sigma_m, map_sigma_m: 0.0 };
     for tenth in 10..30 {
-        satellites.heard(position(tenth, 2.0));
+        satellites.receive(position(tenth, 2.0));
         for sigma_m in [f32::NAN, f32::INFINITY, 100.1] {
-            satellites.heard(position(tenth + 1, sigma_m));
+            satellites.receive(position(tenth + 1, sigma_m));
         }
-        satellites.heard(position(tenth - 10, 2.0));
+        satellites.receive(position(tenth - 10, 2.0));
         assert_eq!(satellites.due(at(tenth)), Some(position(tenth, 2.0)), "{tenth}");
         assert_eq!(satellites.due(at(tenth)), None);
         satellites.averaged += 1.0;
@@ -294,11 +294,11 @@ fn old_positions_and_those_without_a_sigma_are_left_out() {
     // A clock that began anew, and a pause.
     for tenth in [0, 21] {
         satellites.averaged = 5.0;
-        satellites.heard(position(tenth, 2.0));
+        satellites.receive(position(tenth, 2.0));
         assert_eq!((satellites.due(at(tenth)), satellites.averaged), (Some(position(tenth, 2.0)), 0.0));
     }
     // What waited too long is not carried on.
-    satellites.heard(position(22, 2.0));
+    satellites.receive(position(22, 2.0));
     assert_eq!((satellites.due(at(21)), satellites.due(at(43))), (None, None));
 }
 
@@ -306,32 +306,32 @@ fn old_positions_and_those_without_a_sigma_are_left_out() {
 #[test]
 fn an_estimate_that_begins_anew_keeps_the_offset() {
     let mut filter = Filter::new();
-    let unknown = Unknown { velocity_m_per_s: 0.3, tilt_rad: 0.005, swings_rad: 0.0 };
+    let prior = PriorSigmas { velocity_m_per_s: 0.3, tilt_rad: 0.005, extra_wander_rad: 0.0 };
     let at = |tenth: u64| Micros(1_000_000 + 100_000 * tenth);
     let mut state = 5;
     for tenth in 0..600u64 {
         let east_m = 2.0 * tenth as f32;
-        filter.reported(Moment { at: at(tenth), velocity_m_per_s: [20.0, 0.0] }, &unknown);
+        filter.reported(Moment { at: at(tenth), velocity_m_per_s: [20.0, 0.0] }, &prior);
         let local = Local { east_m: east_m - 2.0 - 2.0, north_m: noise(&mut state, SIGMA_M) };
         filter.satellites(SatellitePosition { at: at(tenth), local, sigma_m: SIGMA_M, map_sigma_m: MAP_M });
-        filter.propagate(at(tenth), &unknown);
+        filter.propagate(at(tenth), &prior);
         // East is ahead: a roll puts the nadir to the south.
         let roll = if tenth < 300 { 0.0 } else { 0.05 };
         let known = filter.tilt_rad();
-        let found = Found {
+        let measurement = Measurement {
             nadir: Local { east_m, north_m: -HEIGHT_M * (roll - known[1]) },
             covariance: Matrix2::identity() * 0.04,
-            alike_m2: 0.0,
+            inflation_m2: 0.0,
             transient_rad: 0.0,
-            less_tilt_rad: known,
+            corrected_tilt_rad: known,
             height_m: HEIGHT_M,
             heading_rad: core::f32::consts::FRAC_PI_2,
         };
-        filter.matched(&found, None, &unknown);
+        filter.matched(&measurement, None, &prior);
     }
     let (offset_m, sigma_m) = filter.satellites.offset();
     assert!((offset_m[0] - 2.0).abs() < 1.3 && offset_m[1].abs() < 1.0 && sigma_m < 1.6, "{offset_m:?} {sigma_m}");
     let [pitch, roll] = filter.tilt_rad();
     assert!((roll - 0.05).abs() < 0.012 && pitch.abs() < 0.012, "{pitch} {roll}");
-    assert!(filter.tilt_sigma_rad(&unknown) > 0.03, "it is that of matches alone");
+    assert!(filter.tilt_sigma_rad(&prior) > 0.03, "it is that of matches alone");
 }

@@ -47,7 +47,7 @@ fn it_moves_the_estimate_as_the_filter_does() {
     let settled = |tilt: [f32; 2]| {
         let mut filter = Filter::new();
         flown_by(&mut filter, &CONSUMER, 40.0, 24.0, |at_s| 0.1 * at_s, |_| tilt);
-        (filter.settled.expect("it was found").state, filter.misalignment.moved)
+        (filter.settled.expect("it was found").state, filter.misalignment.sensitivity)
     };
     let (plain, moved) = settled([0.0; 2]);
     for axis in 0..2 {
