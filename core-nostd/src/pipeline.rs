@@ -1,9 +1,9 @@
-//! Drives the modules: streams in, frame in, fix out.
+//! Drives the stages: streams in, frame in, fix out.
 //!
-//! The pipeline owns the histories and the few image buffers, and nothing else: no clock, no link. Its caller feeds
-//! the streams as they arrive, begins a frame, hands over its rows, and when the pose at mid-exposure exists runs the
-//! stages [`Pipeline::situate`], [`Pipeline::rectify`], [`Pipeline::register`] one after the other. They are apart so
-//! that a caller can count what each of them costs.
+//! The pipeline owns the histories and the few image buffers, and nothing else: no clock, no link. Its caller feeds the
+//! streams as they arrive, begins a frame, passes its rows, and when the pose at mid-exposure exists runs the stages
+//! [`Pipeline::situate`], [`Pipeline::rectify`], [`Pipeline::register`] one after the other. They are separate so that
+//! a caller can measure the cost of each.
 
 mod buffers;
 mod streams;
@@ -13,7 +13,7 @@ mod height;
 mod situate;
 mod refusal;
 mod terrain;
-mod whereabouts;
+mod search_state;
 mod register;
 mod together;
 
@@ -34,16 +34,16 @@ use crate::tile::{Geographic, Tile};
 pub use buffers::{Buffers, Memory};
 pub use refusal::Refusal;
 pub use register::{Matched, Outcome};
+pub use search_state::LOST_AFTER;
+use search_state::SearchState;
 use settings::Smoothers;
 pub use settings::{FollowUpMode, Motion, Motions, Settings, SettingsError, Sigmas};
 pub use situate::SituateError;
 pub use situation::{Prediction, Situation};
 pub use streams::{Arrival, Instants, Latencies, PositionSample, SampleError, Streams};
 pub use together::{BELIEVED_RISK, COEFFICIENTS};
-pub use whereabouts::LOST_AFTER;
-use whereabouts::Whereabouts;
 
-/// State of the whole chain.
+/// State of the pipeline.
 #[derive(Debug)]
 pub struct Pipeline<'t> {
     settings: Settings,
@@ -51,26 +51,26 @@ pub struct Pipeline<'t> {
     /// The stamped streams.
     pub streams: Streams,
     smoothers: Smoothers,
-    /// What the navigation is worse than the settings say, for now.
-    pub doubt: Doubt,
-    /// The newest position lies where the tile's georeference does not reach.
+    /// Additional sigmas of the navigation, for now.
+    pub added_sigmas: AddedSigmas,
+    /// The newest position lies beyond the tile's georeference.
     is_off_the_map: bool,
     reducer: Option<Reducer>,
-    /// What [`sampled`] makes of the newest frame.
+    /// [`sampled`] of the newest frame.
     sample: Option<u32>,
-    /// How bright the frame is whose rows arrive, where somebody wants to know.
+    /// Histogram of the frame whose rows arrive, if wanted.
     pub histogram: Option<Histogram>,
-    /// Of the newest patch.
+    /// Size and position of the newest patch.
     placement: Placement,
-    whereabouts: Whereabouts,
+    search_state: SearchState,
     buffers: &'t mut Buffers,
     navigation: &'t mut Navigation,
     frame_memory: &'t mut [u8],
 }
 
-/// One sigma beside what the settings say, of a vehicle whose navigation has not begun.
+/// Sigmas to be added to the configured ones, while the vehicle's navigation is not initialised.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Doubt {
+pub struct AddedSigmas {
     /// Each axis, metres.
     pub position_m: f32,
     /// Each axis, m/s.
@@ -80,11 +80,11 @@ pub struct Doubt {
 }
 
 impl<'t> Pipeline<'t> {
-    /// Settings and reference for one flight, in a memory of which nothing has been used yet.
+    /// A pipeline for one flight, with an unused memory.
     ///
     /// # Errors
-    /// [`SettingsError`] where the settings do not fit this build or each other.
-    // Inlined, it is built where it is to lie; otherwise boot carries two copies over the stack.
+    /// [`SettingsError`] if the settings do not fit this build or each other.
+    // Inlined, it is built in place; otherwise boot copies it over the stack twice.
     #[inline(always)]
     pub fn new(settings: Settings, tile: Tile<'t>, memory: Memory<'t>) -> Result<Self, SettingsError> {
         settings.check()?;
@@ -97,20 +97,20 @@ impl<'t> Pipeline<'t> {
             smoothers: settings.smoothers(),
             settings,
             tile,
-            doubt: Doubt::default(),
+            added_sigmas: AddedSigmas::default(),
             is_off_the_map: false,
             reducer: None,
             sample: None,
             histogram: None,
             placement: Placement::default(),
-            whereabouts: Whereabouts::default(),
+            search_state: SearchState::default(),
             buffers,
             navigation,
             frame_memory,
         })
     }
 
-    /// The settings at work.
+    /// The settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -120,12 +120,12 @@ impl<'t> Pipeline<'t> {
         &self.tile
     }
 
-    /// Whether the newest position lies within reach of the tile's georeference.
+    /// Whether the newest position lies within the tile's georeference.
     pub fn is_on_the_map(&self) -> bool {
         !self.is_off_the_map
     }
 
-    /// Says whether the autopilot's estimator has changed its source a moment ago, so that its attitude swings.
+    /// Sets whether the autopilot's estimator has recently changed its position source, so that its attitude swings.
     pub fn autopilot_changes(&mut self, is_changing: bool) {
         self.navigation.is_changing = is_changing;
     }
@@ -143,7 +143,7 @@ impl<'t> Pipeline<'t> {
             self.is_off_the_map = true;
             return Ok(());
         };
-        // True north and east turned into the grid's: grid heading = true heading − convergence.
+        // From true north and east to the grid: grid heading = true heading − convergence.
         let (s, c) = crate::math::sin_cos(georeference.convergence.0);
         let (north, east) = (sample.north_m_per_s, sample.east_m_per_s);
         let state = PositionState {
@@ -157,7 +157,7 @@ impl<'t> Pipeline<'t> {
         self.is_off_the_map = false;
         let history = self.streams.position.history();
         if self.smoothers.position.is_frozen(history) {
-            // Its velocity may hang as well.
+            // Its velocity may be frozen as well.
             self.navigation.filter.forget();
         } else if let Some((at, state)) = history.newest() {
             let prior = self.prior_sigmas();
@@ -172,8 +172,8 @@ impl<'t> Pipeline<'t> {
         Ok(())
     }
 
-    /// Takes a position of satellite navigation, stamped with an instant of its receiver's, with one sigma of each axis and that of the
-    /// map, metres. It is held against the matches, and is no position to search at.
+    /// Takes a position of satellite navigation, stamped by its receiver, with its sigma and that of the map, each
+    /// axis, metres. It is compared with the matches; the search does not use it.
     ///
     /// # Errors
     /// [`SampleError`].
@@ -192,16 +192,16 @@ impl<'t> Pipeline<'t> {
         Ok(())
     }
 
-    /// By how far satellite navigation disagrees with the map, metres, where it does.
+    /// Distance between satellite navigation and the map, metres, if they disagree.
     pub fn disagreement_m(&self) -> Option<f32> {
         self.navigation.filter.disagreement_m()
     }
 
-    /// A frame's rows are about to arrive. The reduction follows from the newest range, or from the height where there is none: it
-    /// needs no pose, and being off by a tilt's cosine does not matter to it.
+    /// Prepares for a frame's rows. The reduction is chosen by the newest range, or by the height without one: it needs
+    /// no pose, and an error by the tilt's cosine does not matter.
     ///
     /// # Errors
-    /// [`Refusal::NoRange`] where neither is known.
+    /// [`Refusal::NoRange`] if neither is known.
     pub fn begin_frame(&mut self) -> Result<(), Refusal> {
         self.reducer = None;
         let slant_m = self.newest_height_m().ok_or(Refusal::NoRange)?;
@@ -215,16 +215,16 @@ impl<'t> Pipeline<'t> {
         Ok(())
     }
 
-    /// Rows that [`Pipeline::rows`] expects next; 0 where no frame is arriving.
+    /// Number of rows that [`Pipeline::rows`] expects next; 0 without a frame.
     pub fn rows_wanted(&self) -> u16 {
         self.reducer.as_ref().map_or(0, Reducer::rows_wanted)
     }
 
-    /// The next [`Pipeline::rows_wanted`] rows of the frame, one behind the other, or several times that.
+    /// Takes the next [`Pipeline::rows_wanted`] rows of the frame, row-major, or a multiple of that.
     ///
     /// # Errors
-    /// [`Refusal::BadFrame`] for another number of pixels, rows too many, or without [`Pipeline::begin_frame`];
-    /// [`Refusal::Repeated`] behind the last row of the frame before.
+    /// [`Refusal::BadFrame`] for another number of pixels, too many rows, or without [`Pipeline::begin_frame`];
+    /// [`Refusal::Repeated`] after the last row if the frame equals the one before.
     pub fn rows(&mut self, rows: &[u8]) -> Result<(), Refusal> {
         let reducer = self.reducer.as_mut().ok_or(Refusal::BadFrame)?;
         if let Some(histogram) = &mut self.histogram {
@@ -238,10 +238,10 @@ impl<'t> Pipeline<'t> {
         Ok(())
     }
 
-    /// Rectifies the frame that has arrived for `situation`.
+    /// Rectifies the arrived frame for `situation`.
     ///
     /// # Errors
-    /// [`Refusal::BadFrame`] while rows are missing, [`Refusal::NoFootprint`] where nothing of the patch is seen.
+    /// [`Refusal::BadFrame`] while rows are missing, [`Refusal::NoFootprint`] if no pixel of the patch is seen.
     #[inline(never)]
     pub fn rectify(&mut self, situation: &Situation) -> Result<(), Refusal> {
         let reducer = self.reducer.as_ref().filter(|r| r.is_complete()).ok_or(Refusal::BadFrame)?;
@@ -268,7 +268,7 @@ impl<'t> Pipeline<'t> {
         if runs.is_empty() { Err(Refusal::NoFootprint) } else { Ok(()) }
     }
 
-    /// The rectified patch with pixels that may be changed, though not their number: a replay has them from its log.
+    /// The rectified patch with mutable pixels, for a replay that takes them from its log.
     pub fn patch_mut(&mut self) -> (&mut [u8], (u16, u16), &[Run]) {
         let pixels = self.placement.size.0 as usize * self.placement.size.1 as usize;
         let Buffers { patch, runs, .. } = &mut *self.buffers;
@@ -283,19 +283,21 @@ impl<'t> Pipeline<'t> {
 }
 
 const _: () = assert!(size_of::<Streams>() + size_of::<Smoothers>() <= POSE_MAX_BYTES);
-/// A number that two frames have in common where they are the same, and by their noise alone hardly ever otherwise: of four pixels of
-/// each [`SAMPLED_EVERY`] in the first so many bytes.
+/// A hash by which identical frames are recognised; noise makes it differ for others. Of four pixels of each
+/// [`SAMPLED_EVERY`] in the first `bytes` bytes.
 fn sampled(memory: &[u8], bytes: usize) -> u32 {
     let fours = memory.get(..bytes).unwrap_or(&[]).chunks(SAMPLED_EVERY).filter_map(|chunk| chunk.first_chunk::<4>());
     // The multiplier is Knuth's, 2^32 over the golden ratio.
     fours.fold(0, |sum, four| (sum.rotate_left(5) ^ u32::from_le_bytes(*four)).wrapping_mul(0x9e37_79b9))
 }
 
-/// Oldest position of satellite navigation, microseconds: beyond its stamp is of another clock. Chosen: ten of five a second.
+/// Oldest position of satellite navigation, microseconds; an older stamp is of another clock. Chosen: ten of five a
+/// second.
 const SATELLITES_AGE_US: i32 = 2_000_000;
-/// Bytes. Chosen: some 180 words of the largest frame, and 60 of one of 128 x 128 that is not reduced.
+/// Sampling interval of the hash, bytes. Chosen: some 180 words of the largest frame, and 60 of one of 128 x 128 that
+/// is not reduced.
 const SAMPLED_EVERY: usize = 256;
-/// Ratio of a patch pixel to a frame pixel beyond which boxes grow no further: 16 rows are the most that a front end's ring
+/// Largest ratio of a patch pixel to a frame pixel for the size of boxes: 16 rows are the most that a front end's ring
 /// has to hold at a time.
 const RATIO_MAX: f32 = 90.0;
 const _: () =

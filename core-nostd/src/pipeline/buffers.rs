@@ -7,19 +7,19 @@ use crate::navigation::Navigation;
 use crate::rectify::Node;
 use heapless::Vec;
 
-/// The image buffers, half of what the whole application needs. They belong to the caller, who can put them where the
-/// board has free memory and need not carry them over a stack.
+/// The image buffers, half of the application's memory. The caller owns them, so that they can lie in any free memory
+/// of the board and are not moved over a stack.
 #[derive(Debug)]
 pub struct Buffers {
     pub(super) patch: [u8; PATCH_MAX_AREA],
     pub(super) runs: Vec<Run, RUNS_MAX>,
-    /// While a frame is rectified.
+    /// In use while a frame is rectified.
     pub(super) nodes: [Node; 2 * (PATCH_MAX_PX + 1)],
     pub(super) matcher: OnBoard,
 }
 
 impl Buffers {
-    /// All zeros: costs no space in an image.
+    /// All zeros: takes no space in an image.
     pub const fn new() -> Self {
         Buffers {
             patch: [0; PATCH_MAX_AREA],
@@ -36,15 +36,15 @@ impl Default for Buffers {
     }
 }
 
-/// What a pipeline works in: it belongs to the caller, who can put it where the board has free memory.
+/// Memory of a pipeline; the caller owns it and can place it in any free memory of the board.
 #[derive(Debug)]
 pub struct Memory<'t> {
     /// The image buffers.
     pub buffers: &'t mut Buffers,
-    /// What is known from one frame to the next.
+    /// State from one frame to the next.
     pub navigation: &'t mut Navigation,
-    /// Stands for the camera's frame, of which it holds what the rectifier needs,
-    /// [`FRAME_MEMORY_BYTES`](crate::budget::FRAME_MEMORY_BYTES) or whatever the board has; between rectification and the next
-    /// frame it serves the matcher.
+    /// Replaces the camera's frame: holds the reduced frame for the rectifier,
+    /// [`FRAME_MEMORY_BYTES`](crate::budget::FRAME_MEMORY_BYTES) or as much as the board has; between rectification and
+    /// the next frame it is the matcher's working memory.
     pub frame: &'t mut [u8],
 }

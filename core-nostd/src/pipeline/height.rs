@@ -1,4 +1,4 @@
-//! The height above ground of a frame: by a range, by the autopilot's altitude, or by both.
+//! Height of a frame above ground: from a range, the autopilot's altitude, or both.
 
 use super::{Pipeline, Prediction};
 use crate::math::hypot;
@@ -7,32 +7,33 @@ use crate::pose::{Interpolated, PoseError, Wait};
 use crate::tile::Local;
 use crate::units::Micros;
 
-/// A range that is older than this does not come any more, microseconds: a frame waits for no next one. Chosen: a laser at 5 Hz, and
-/// twice what it takes to arrive.
-const SILENT_US: i32 = 500_000;
+/// Age of the newest range after which a frame waits for no further one, microseconds. Chosen: a laser at 5 Hz, and
+/// twice its latency.
+const RANGE_TIMEOUT_US: i32 = 500_000;
 
 impl Pipeline<'_> {
-    /// What is known of the autopilot's altitude beforehand.
-    pub(super) fn expected(&self) -> AltitudePrior {
+    /// Prior of the autopilot's altitude.
+    pub(super) fn altitude_prior(&self) -> AltitudePrior {
         let sigmas = &self.settings.sigmas;
         let has_elevation = self.tile.elevation().is_some();
         let has_ranges = self.streams.slant.history().newest().is_some();
         AltitudePrior { bias_m: sigmas.altitude_m, scale: sigmas.altitude_scale, has_elevation, has_ranges }
     }
 
-    /// Elevation of the ground, 0 where it is taken to be level: of the plane under the frame, or the model's; nothing off that.
+    /// Elevation of the ground: of the plane under the frame, else the model's, 0 without a model; `None` off the
+    /// model.
     pub(super) fn elevation_m(&self, local: Local) -> Option<f32> {
         let Some(elevation) = self.tile.elevation() else { return Some(0.0) };
         self.navigation.plane.map(|plane| plane.height_m(local)).or_else(|| elevation.height_m(local))
     }
 
     /// The height without a range.
-    fn known(&self, at: Micros, local: Local) -> Option<Height> {
-        self.navigation.heights.known(at, self.elevation_m(local)?, &self.expected())
+    fn by_altitude(&self, at: Micros, local: Local) -> Option<Height> {
+        self.navigation.heights.known(at, self.elevation_m(local)?, &self.altitude_prior())
     }
 
-    /// The slant range at an instant; `Ok(None)` where there is none and the height is known without, and
-    /// [`PoseError::NotYet`] while it is worth waiting for.
+    /// The slant range at an instant; `Ok(None)` if there is none but the height is known otherwise, and
+    /// [`PoseError::NotYet`] while a range may be waited for.
     ///
     /// # Errors
     /// [`PoseError`].
@@ -43,31 +44,33 @@ impl Pipeline<'_> {
         wait: Wait,
     ) -> Result<Option<Interpolated<f32, 1>>, PoseError> {
         let history = self.streams.slant.history();
-        let comes = history.newest().is_some_and(|(newest, _)| at.since(newest) < SILENT_US);
+        let is_live = history.newest().is_some_and(|(newest, _)| at.since(newest) < RANGE_TIMEOUT_US);
         match history.at(at, self.settings.range_gap_us) {
             Ok(slant) => Ok(Some(slant)),
-            Err(PoseError::NotYet) if comes && wait != Wait::No => Err(PoseError::NotYet),
-            Err(error) => self.known(at, local).map(|_| None).ok_or(error),
+            Err(PoseError::NotYet) if is_live && wait != Wait::No => Err(PoseError::NotYet),
+            Err(error) => self.by_altitude(at, local).map(|_| None).ok_or(error),
         }
     }
 
-    /// The newest range, or the height at the newest altitude where no range comes any more.
+    /// The newest range, or the height by the newest altitude if ranges have stopped.
     pub(super) fn newest_height_m(&self) -> Option<f32> {
         let range = self.streams.slant.history().newest();
         let Some((at, position)) = self.streams.position.history().newest() else { return range.map(|(_, m)| m) };
-        let comes = range.filter(|(newest, _)| at.since(*newest) < SILENT_US).map(|(_, slant_m)| slant_m);
+        let is_live = range.filter(|(newest, _)| at.since(*newest) < RANGE_TIMEOUT_US).map(|(_, slant_m)| slant_m);
         let local = Local { east_m: position.east_m, north_m: position.north_m };
-        comes.or_else(|| self.known(at, local).map(|height| height.metres)).or(range.map(|(_, slant_m)| slant_m))
+        is_live
+            .or_else(|| self.by_altitude(at, local).map(|height| height.metres))
+            .or(range.map(|(_, slant_m)| slant_m))
     }
 
-    /// The height at an instant, which the heights that are kept then learn of; `None` where nothing says how high.
+    /// The height at an instant, by which the height estimates are updated; `None` without any source.
     pub(super) fn height(&mut self, at: Micros, range: Option<Height>, prediction: &Prediction) -> Option<Height> {
         let ground_m = self.elevation_m(prediction.local).unwrap_or_default();
         let [v_east, v_north] = prediction.velocity_m_per_s;
-        let expected = self.expected();
+        let altitude_prior = self.altitude_prior();
         let heights = &mut self.navigation.heights;
-        let best = heights.best(at, range, ground_m, &expected)?;
-        heights.frame(at, range, (ground_m, hypot(v_east, v_north)), &expected);
+        let best = heights.best(at, range, ground_m, &altitude_prior)?;
+        heights.frame(at, range, (ground_m, hypot(v_east, v_north)), &altitude_prior);
         Some(best)
     }
 }

@@ -1,4 +1,4 @@
-//! Every reason for which a frame ends without a fix. Each is counted and reported; none is fatal.
+//! Reasons for which a frame has no fix. Each is counted and reported; none is fatal.
 
 use super::SituateError;
 use crate::homography::rolling::BandsError;
@@ -15,13 +15,13 @@ use crate::stamp::StampError;
 pub enum Refusal {
     /// The capture timer has not been compared with the autopilot's clock yet.
     NoClock = 1,
-    /// The shutter edges do not make an exposure.
+    /// The shutter edges do not form an exposure.
     BadExposure = 2,
-    /// The frame before was still being worked on.
+    /// The frame before was still being processed.
     Busy = 3,
     /// Rows were overwritten before they were read.
     Overrun = 4,
-    /// The frame has another size than the camera file says, or ended early.
+    /// The frame has another size than the camera file's, or ended early.
     BadFrame = 5,
     /// The frame cannot be reduced into this build's memory.
     FrameTooLarge = 6,
@@ -49,31 +49,33 @@ pub enum Refusal {
     OnBorder = 17,
     /// The correlation is too low.
     LowScore = 18,
-    /// A second shift is almost as good.
+    /// The second peak is almost as high.
     Ambiguous = 19,
-    /// The sub-pixel solution is too uncertain or left the peak.
+    /// The sub-pixel solution is too uncertain or too far from the peak.
     Imprecise = 20,
     /// The shutter edges contradict each other, the known exposure or the frame's arrival.
     EdgesContradict = 21,
-    /// An edge is missing, and no exposure is known that could stand for it.
+    /// An edge is missing, and no exposure is known to replace it.
     NoExposure = 22,
-    /// The clock has run free for so long, or is so contradicted, that a stamp would be too uncertain, or it made a step after the frame was stamped.
+    /// The clock has run free for so long, or its references contradict each other so much, that a stamp would be too
+    /// uncertain; or it made a step after the frame was stamped.
     UncertainClock = 23,
-    /// The frame did not arrive after the one before.
+    /// The frame is not later than the one before.
     FrameBackwards = 24,
-    /// Several attitudes in a row around mid-exposure are the same to the last bit: the sensor hangs.
+    /// Several attitudes in a row around mid-exposure are identical to the last bit: the sensor is frozen.
     AttitudeStuck = 25,
     /// The camera moves too fast for its rolling shutter.
     TooFast = 26,
     /// A buffer of this build is too small for what the frame needs.
     Capacity = 27,
-    /// Found far from the prediction, or after a long time in vain; the next frames must find it there, too.
+    /// The match is far from the prediction, or the first after a long time without; the next frames must confirm it.
     Unconfirmed = 28,
-    /// It does not lie where the matches before have put the vehicle.
+    /// The match contradicts the track of the matches before.
     Contradicted = 29,
-    /// The picture is the one before, to the last bit: the camera hangs.
+    /// The picture is identical to the one before to the last bit: the camera is frozen.
     Repeated = 30,
-    /// A match of the greys that the directions of the picture do not confirm, and the frames so far have not decided for its place.
+    /// A match of the greys that the gradient directions do not confirm, and the surface has no decision for its
+    /// position.
     Undecided = 31,
 }
 

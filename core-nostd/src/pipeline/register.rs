@@ -1,6 +1,6 @@
-//! From the rectified patch to the fix: where it is searched, whether what is found is to be believed, and what it says.
+//! From the rectified patch to the fix: search, acceptance, update of the navigation, covariance.
 
-use super::whereabouts::{Search, Usual};
+use super::search_state::{Search, SearchParameters};
 use super::{Buffers, Pipeline, Prediction, Refusal, Situation};
 use crate::budget::REACQUIRE_PX;
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
@@ -14,58 +14,60 @@ use crate::navigation::protection::{Place, Protection, larger_sigma_m};
 use crate::navigation::tracks::Sighting;
 use nalgebra::{Matrix2, Vector2};
 
-/// What a frame's match says, accepted or not.
+/// Result of a frame's match, accepted or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Where the patch's centre lies relative to the predicted position, columns east, pixels of the tile. Sub-pixel
-    /// where the least-squares solution exists, the whole-pixel peak otherwise.
+    /// Position of the patch's centre relative to the predicted position, columns east, pixels of the tile. Sub-pixel
+    /// if the least-squares solution exists, else the whole-pixel peak.
     pub d_col: f32,
     /// Rows south.
     pub d_row: f32,
-    /// Where the whole-pixel peak lies, (columns, rows) in that sense.
+    /// The whole-pixel peak, (columns, rows), relative likewise.
     pub peak: [f32; 2],
     /// Normalised cross-correlation of the greys at the peak and at the best other shift.
     pub grey_correlation: [f32; 2],
-    /// Radius of the search, pixels: the settings', or [`REACQUIRE_PX`] where the position had been lost.
+    /// Radius of the search, pixels: the configured one, or [`REACQUIRE_PX`] in reacquisition.
     pub search_px: u16,
-    /// Probability that the fix is a wrong place, more than three pixels off; 1 without one.
+    /// Probability that the fix is wrong, by more than three pixels; 1 without a fix.
     pub risk: f32,
     /// The fix, or why there is none.
     pub fix: Result<Fix, Refusal>,
 }
 
-/// Where the patch lies in the tile.
+/// A match in the tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matched {
     pub(super) found: Match,
     /// Centre of the search in the tile, pixels.
     pub(super) centre: (f32, f32),
-    /// The patch's upper left pixel in the tile at the centre of the search, column and row.
+    /// Upper left pixel of the patch in the tile at the centre of the search, column and row.
     pub(super) corner: (i32, i32),
     pub(super) search_px: u16,
-    /// Of turn and scale.
+    /// Priors of rotation and scale.
     pub(super) prior: Prior,
-    /// One sigma of a tilt by which it is more uncertain than the situation says, radians.
-    doubt_rad: f32,
+    /// Sigma of a tilt beyond the situation's, radians.
+    unexplained_rad: f32,
     /// Whether the surface has a decision for a fix.
     pub(super) is_decided: bool,
     /// Whether the fix is by that decision, not by the match alone.
-    pub(super) by_place: bool,
+    pub(super) by_decision: bool,
     /// Whether the match is accepted alone, and the decision is for another position: attitude or position may have jumped.
     pub(super) is_elsewhere: bool,
-    /// Probability that it is a wrong place.
+    /// Probability that the match is wrong.
     pub(super) risk: f32,
-    /// Whether it counts as it is, or another frame must find it, too.
+    /// Whether it is a fix as it is, or why not: for example, another frame has to confirm it.
     counts: Result<(), Refusal>,
 }
 
-/// A position is searched for within so many sigmas of its doubt: of a hundred normal errors of an axis five lie beyond.
-const DOUBT_SIGMAS: f32 = 2.0;
+/// Number of sigmas of a doubtful position within which it is searched: five of a hundred normal errors of an axis lie
+/// beyond.
+const SEARCH_SIGMAS: f32 = 2.0;
 
-/// Beside the place that the filter expected matches may lie so far, one sigma, pixels, and count. Chosen: a fifth of what is a wrong fix.
-const SWING_MAX_PX: f32 = 0.6;
+/// Largest unexplained displacement by tilt with which frames have fixes, one sigma, pixels. Chosen: a fifth of a wrong
+/// fix's error.
+const UNEXPLAINED_MAX_PX: f32 = 0.6;
 
-/// What matches say of the velocity's error counts up to this where they are compared, m/s: more was not seen of an autopilot.
+/// Largest velocity error from matches that widens their gate, m/s: no larger one was seen of an autopilot.
 const VELOCITY_ERROR_MAX_M_PER_S: f32 = 5.0;
 
 impl Pipeline<'_> {
@@ -78,64 +80,65 @@ impl Pipeline<'_> {
         Ok(self.fix(situation, &matched))
     }
 
-    /// Matches the patch around the predicted position. The search is as wide as the settings say; where it finds nothing after
-    /// [`LOST_AFTER`](super::LOST_AFTER) frames in vain, or while the position is in such [`Doubt`](super::Doubt) that it may
-    /// well lie beyond, one over ±[`REACQUIRE_PX`] follows. Where that has found it, the next frames are searched, as far as the
-    /// settings say; only when one of them finds it, too, is it a fix. From then on the place that the matches know counts,
-    /// carried on by the velocity: frames are searched there where the navigation is elsewhere, and what is found must not
-    /// contradict it.
+    /// Matches the patch around the predicted position, within the configured radius. If nothing is found after
+    /// [`LOST_AFTER`](super::LOST_AFTER) frames without a match, or while the position is uncertain beyond that radius
+    /// ([`AddedSigmas`](super::AddedSigmas)), a search over ±[`REACQUIRE_PX`] follows. A match by that is searched for
+    /// in the next frames with the configured radius, and is a fix once one of them confirms it. From then on the track
+    /// counts, propagated by the velocity: frames are searched there if the navigation is elsewhere, and a match must
+    /// not contradict it.
     ///
     /// # Errors
-    /// A [`Refusal`] when no match could be tried at all; of a tried one that was not accepted the [`Outcome`] says why.
+    /// [`Refusal`] if no match could be tried; if one was tried and not accepted the [`Outcome`] has the reason.
     #[inline(never)]
     pub fn match_patch(&mut self, situation: &Situation) -> Result<Matched, Refusal> {
-        let usual = self.usual(situation);
-        let mut search = self.whereabouts.search(&mut self.navigation.tracks, situation, &usual);
+        let parameters = self.search_parameters(situation);
+        let mut search = self.search_state.search(&mut self.navigation.tracks, situation, &parameters);
         let mut tried = self.locate(situation, search);
         if let Ok(matched) = &mut tried {
             self.together(situation, matched);
         }
-        let mut sighting = self.seen(situation, &tried);
+        let mut sighting = self.plausible_sighting(situation, &tried);
         let is_decided = tried.as_ref().is_ok_and(|matched| matched.is_decided);
         if !is_decided
             && matches!(sighting, Err(refusal) if refusal != Refusal::Featureless)
-            && let Some(far) = self.whereabouts.far(&self.navigation.tracks, situation, &usual)
+            && let Some(far) = self.search_state.far(&self.navigation.tracks, situation, &parameters)
         {
             search = far;
             tried = self.locate(situation, search);
-            sighting = self.seen(situation, &tried);
+            sighting = self.plausible_sighting(situation, &tried);
         }
-        let by_place = tried.as_ref().is_ok_and(|matched| matched.by_place);
-        let ended = (sighting, by_place);
-        let counts = self.whereabouts.ended(&mut self.navigation.tracks, search, situation, &usual, ended);
+        let by_decision = tried.as_ref().is_ok_and(|matched| matched.by_decision);
+        let ended = (sighting, by_decision);
+        let counts = self.search_state.finish(&mut self.navigation.tracks, search, situation, &parameters, ended);
         if let Ok(Matched { found: Match { accepted: Err(Rejection::OnBorder), shift, .. }, centre, .. }) = &tried
             && !search.is_far
             && self.navigation.tracks.is_empty()
         {
-            self.whereabouts.leads_to(situation, self.tile.local(centre.0 + shift.0, centre.1 + shift.1));
+            self.search_state.recentre(situation, self.tile.local(centre.0 + shift.0, centre.1 + shift.1));
         }
-        if !self.whereabouts.has_found() {
+        if !self.search_state.has_unconfirmed() {
             self.navigation.candidate = self.navigation.candidate.wrapping_add(1);
         }
-        let doubt_rad = match (&tried, sighting, counts) {
+        let unexplained_rad = match (&tried, sighting, counts) {
             (Ok(Matched { found: Match { accepted: Ok(shift), .. }, .. }), Ok(sighting), Ok(())) => {
-                self.learn(situation, shift, &sighting)
+                self.update_navigation(situation, shift, &sighting)
             }
             _ => 0.0,
         };
         let is_elsewhere = tried.as_ref().is_ok_and(|matched| matched.is_elsewhere);
-        // What contradicts heading or height was never asked where it lies.
-        let counts = self.uncontradicted(situation, doubt_rad, is_elsewhere, sighting.map(|_| ()).and(counts));
-        tried.map(|matched| Matched { counts, doubt_rad, ..matched })
+        // A match that is implausible in heading or height has not been compared with the tracks.
+        let counts =
+            self.without_contradiction(situation, unexplained_rad, is_elsewhere, sighting.map(|_| ()).and(counts));
+        tried.map(|matched| Matched { counts, unexplained_rad, ..matched })
     }
 
-    /// What is usual about the search for a frame.
-    fn usual(&self, situation: &Situation) -> Usual {
+    /// Parameters of the usual search for a frame.
+    fn search_parameters(&self, situation: &Situation) -> SearchParameters {
         let px_m = self.tile.ground_resolution().0;
         let reach_m = f32::from(self.settings.search_px) * px_m;
-        Usual {
+        SearchParameters {
             reach_m,
-            is_in_doubt: DOUBT_SIGMAS * self.doubt.position_m > reach_m,
+            is_uncertain: SEARCH_SIGMAS * self.added_sigmas.position_m > reach_m,
             px_m,
             tile_m: [self.tile.size().0, self.tile.size().1].map(|side| 0.5 * f32::from(side) * px_m),
             sigma_m_per_s: hypot(
@@ -143,33 +146,38 @@ impl Pipeline<'_> {
                     self.settings.sigmas.velocity_m_per_s,
                     self.navigation.velocity.m_per_s().min(VELOCITY_ERROR_MAX_M_PER_S),
                 ),
-                self.doubt.velocity_m_per_s,
+                self.added_sigmas.velocity_m_per_s,
             ),
             prior_m: self.prior_m(situation),
         }
     }
 
-    /// What `counts`, but not while anything contradicts: what was expected nowhere near is no fix, however it came about, since the
-    /// attitude may be off as much as the place. `doubt_rad`: by how much a tilt was not expected.
-    fn uncontradicted(
+    /// `counts`, unless there is a contradiction: a match far off its prediction is no fix, however it was accepted,
+    /// since the attitude may be off as much as the position. `unexplained_rad`: unexplained tilt.
+    fn without_contradiction(
         &mut self,
         situation: &Situation,
-        doubt_rad: f32,
+        unexplained_rad: f32,
         is_elsewhere: bool,
         counts: Result<(), Refusal>,
     ) -> Result<(), Refusal> {
-        let swing_m =
-            hypot(doubt_rad, self.navigation.filter.unexplained_rad(&self.prior_sigmas())) * situation.height_m;
+        let unexplained_m =
+            hypot(unexplained_rad, self.navigation.filter.unexplained_rad(&self.prior_sigmas())) * situation.height_m;
         let is_calm = self.navigation.tracks.is_calm();
         if is_elsewhere || counts == Err(Refusal::Contradicted) {
             self.navigation.tracks.contradicted();
         }
-        let is_doubted = swing_m > SWING_MAX_PX * self.tile.ground_resolution().0 || !is_calm || is_elsewhere;
+        let is_doubted =
+            unexplained_m > UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0 || !is_calm || is_elsewhere;
         if is_doubted { counts.and(Err(Refusal::Contradicted)) } else { counts }
     }
 
-    /// Where what was tried puts the vehicle, or why nowhere.
-    fn seen(&mut self, situation: &Situation, tried: &Result<Matched, Refusal>) -> Result<Sighting, Refusal> {
+    /// The nadir by a tried match, or why there is none.
+    fn plausible_sighting(
+        &mut self,
+        situation: &Situation,
+        tried: &Result<Matched, Refusal>,
+    ) -> Result<Sighting, Refusal> {
         let Matched { found, centre, .. } = tried.as_ref().map_err(|refusal| *refusal)?;
         let shift = found.accepted?;
         if !self.is_plausible(situation, &shift) {
@@ -178,37 +186,37 @@ impl Pipeline<'_> {
         Ok(self.sighting(situation, *centre, &shift))
     }
 
-    /// One sigma of the navigation's position, each axis. Who says nothing of its error and has it searched so far takes it to be half as far off.
+    /// Sigma of the navigation's position, each axis, metres; if none is reported, half the configured search radius.
     fn prior_m(&self, situation: &Situation) -> f32 {
         let reach_m = f32::from(self.settings.search_px) * self.tile.ground_resolution().0;
         let sigma_m = situation.prediction.sigma_m;
         if sigma_m > 0.0 { sigma_m } else { 0.5 * reach_m }
     }
 
-    /// Whether turn and scale of a match are what heading and height may be off.
+    /// Whether rotation and scale of a match are within the gates of heading and height.
     #[inline(never)]
     fn is_plausible(&mut self, situation: &Situation, shift: &Shift) -> bool {
         let ground_m = self.elevation_m(situation.prediction.local).unwrap_or_default();
-        let (at, height, expected) = (situation.mid_exposure_at, situation.height(), self.expected());
+        let (at, height, altitude_prior) = (situation.mid_exposure_at, situation.height(), self.altitude_prior());
         let navigation = &mut *self.navigation;
         let white_rad = white_rad(situation, navigation.azimuth.variance());
         let turn = |(off, variance)| {
             navigation.azimuth.is_plausible(situation.attitude.heading, Observed { off, variance }, white_rad)
         };
         let scale = |(off, variance)| {
-            navigation.heights.is_plausible(at, height, Observed { off, variance }, ground_m, &expected)
+            navigation.heights.is_plausible(at, height, Observed { off, variance }, ground_m, &altitude_prior)
         };
         shift.alone.turn.is_none_or(turn) & shift.alone.scale.is_none_or(scale)
     }
 
-    /// What a match that counts says of velocity, heading and height.
+    /// Updates velocity, heading, height and filter by an accepted match.
     ///
-    /// One sigma of a tilt by which it was not expected, radians.
+    /// Returns the additional sigma of a tilt, radians, if the match was inconsistent.
     #[inline(never)]
-    fn learn(&mut self, situation: &Situation, shift: &Shift, sighting: &Sighting) -> f32 {
+    fn update_navigation(&mut self, situation: &Situation, shift: &Shift, sighting: &Sighting) -> f32 {
         self.navigation.velocity.matched(situation.moment(), sighting.nadir, self.settings.sigmas.velocity_m_per_s);
         let ground_m = self.elevation_m(sighting.nadir).unwrap_or_default();
-        let (at, height, expected) = (situation.mid_exposure_at, situation.height(), self.expected());
+        let (at, height, altitude_prior) = (situation.mid_exposure_at, situation.height(), self.altitude_prior());
         let prior = self.prior_sigmas();
         let navigation = &mut *self.navigation;
         navigation.candidate = 0;
@@ -217,7 +225,7 @@ impl Pipeline<'_> {
             navigation.azimuth.update(situation.attitude.heading, Observed { off, variance }, white_rad);
         }
         if let Some((off, variance)) = shift.alone.scale {
-            navigation.heights.update_scale(at, height, Observed { off, variance }, ground_m, &expected);
+            navigation.heights.update_scale(at, height, Observed { off, variance }, ground_m, &altitude_prior);
         }
         let known_rad = navigation.filter.tilt_sigma_rad(&prior);
         let measurement = Measurement {
@@ -233,7 +241,7 @@ impl Pipeline<'_> {
         navigation.filter.matched(&measurement, overruled.map(|aside| aside.turned_to(measurement.heading_rad)), &prior)
     }
 
-    /// Where a match puts the nadir, and how certain that is.
+    /// The nadir by a match, with covariance.
     #[inline(never)]
     fn sighting(&self, situation: &Situation, centre: (f32, f32), shift: &Shift) -> Sighting {
         let Fix { covariance, by_tilt, .. } = self.fixed(situation, centre, shift, 0.0);
@@ -246,9 +254,9 @@ impl Pipeline<'_> {
         }
     }
 
-    /// Where the point is that positions refer to, as far as the filter knows, and how far off that may be, behind a frame that came to
-    /// `fix`. `map_sigma_m`: of the map, each axis. Without a match yet it is the navigation's position; nothing where the error of that
-    /// is not known.
+    /// Position of the point that positions refer to, by the filter, with its protection level, after a frame with this
+    /// `fix`. `map_sigma_m`: sigma of the map, each axis. Before the first match it is the navigation's position;
+    /// `None` if the error of that is not known.
     pub fn place(&self, situation: &Situation, fix: Option<&Fix>, map_sigma_m: f32) -> Option<Place> {
         let Prediction { local: predicted, sigma_m: prior_m, .. } = situation.prediction;
         let prior = (prior_m > 0.0).then(|| Matrix2::identity() * squared(prior_m));
@@ -302,9 +310,9 @@ impl Pipeline<'_> {
             corner,
             search_px,
             prior,
-            doubt_rad: 0.0,
+            unexplained_rad: 0.0,
             is_decided: false,
-            by_place: false,
+            by_decision: false,
             is_elsewhere: false,
             risk: 1.0,
             counts: Ok(()),
@@ -314,10 +322,10 @@ impl Pipeline<'_> {
     /// The fix of a match in the situation that it was made in, or why there is none.
     #[inline(never)]
     pub fn fix(&self, situation: &Situation, matched: &Matched) -> Outcome {
-        let Matched { found, centre, search_px, doubt_rad, counts, risk, .. } = matched;
+        let Matched { found, centre, search_px, unexplained_rad, counts, risk, .. } = matched;
         let predicted = self.tile.pixel(situation.prediction.local);
         let off = (centre.0 - predicted.0, centre.1 - predicted.1);
-        let fixed = |shift: Shift| self.fixed(situation, *centre, &shift, *doubt_rad);
+        let fixed = |shift: Shift| self.fixed(situation, *centre, &shift, *unexplained_rad);
         let fix = found.accepted.map_err(Refusal::from).and_then(|shift| counts.map(|()| fixed(shift)));
         Outcome {
             d_col: found.shift.0 + off.0,
@@ -330,11 +338,11 @@ impl Pipeline<'_> {
         }
     }
 
-    fn fixed(&self, situation: &Situation, centre: (f32, f32), shift: &Shift, doubt_rad: f32) -> Fix {
+    fn fixed(&self, situation: &Situation, centre: (f32, f32), shift: &Shift, unexplained_rad: f32) -> Fix {
         let footprint = Footprint::of(&self.buffers.runs, &self.placement);
         let uncertainty = Uncertainty {
-            tilt_rad: hypot(situation.sigma_tilt_rad, doubt_rad),
-            tilt_drift_rad: hypot(situation.sigma_tilt_drift_rad, doubt_rad),
+            tilt_rad: hypot(situation.sigma_tilt_rad, unexplained_rad),
+            tilt_drift_rad: hypot(situation.sigma_tilt_drift_rad, unexplained_rad),
             height_m: situation.sigma_height_m,
             relief_m: situation.relief_m,
             along_m: situation.prediction.velocity_m_per_s.map(|speed| speed * situation.sigma_stamp_s),
@@ -344,7 +352,7 @@ impl Pipeline<'_> {
     }
 }
 
-/// One sigma of what is new in a frame's heading, beside the error that lasts.
+/// White noise of a frame's heading, one sigma, without the drifting error.
 fn white_rad(situation: &Situation, variance: f32) -> f32 {
     sqrt((squared(situation.sigma_heading_rad) - variance).max(0.0))
 }

@@ -1,4 +1,4 @@
-//! What is decided before a flight.
+//! Settings of a flight.
 
 use crate::budget::REACQUIRE_PX;
 use crate::camera::Camera;
@@ -10,7 +10,7 @@ use crate::pose::position::{PositionSigmas, Predictor};
 use crate::pose::{Smoother, Wait};
 use crate::units::Radians;
 
-/// How the camera follows, and which model rectifies it.
+/// How the follow-up angle is obtained, and which model rectifies with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FollowUpMode {
@@ -22,44 +22,44 @@ pub enum FollowUpMode {
     Fixed,
 }
 
-/// One sigma of each source, as its data sheet or calibration says.
+/// Sigmas of each source, by data sheet or calibration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sigmas {
-    /// Pitch and roll, the part that is new in every sample, radians.
+    /// Pitch and roll, white noise of each sample, radians.
     pub tilt_white_rad: f32,
-    /// Pitch and roll, the part that drifts slowly and no interpolation reduces, radians.
+    /// Pitch and roll, slow drift that no interpolation reduces, radians.
     pub tilt_drift_rad: f32,
-    /// Heading, the part that is new in every sample, radians.
+    /// Heading, white noise of each sample, radians.
     pub heading_white_rad: f32,
-    /// Heading, the part that drifts, radians.
+    /// Heading, drift, radians.
     pub heading_drift_rad: f32,
     /// Follow-up angle, radians.
     pub follow_up_rad: f32,
     /// Slant range, metres.
     pub range_m: f32,
-    /// Position, each axis, the part that is new in every sample, metres.
+    /// Position, each axis, white noise of each sample, metres.
     pub position_white_m: f32,
-    /// Position, the part that drifts: what the fixes are for. Metres.
+    /// Position, drift, metres: what the fixes are to correct.
     pub position_drift_m: f32,
     /// Velocity, each axis, m/s.
     pub velocity_m_per_s: f32,
-    /// Velocity by which the attitude's estimator takes the turn out of what its accelerometers say, m/s; 0 for an attitude
-    /// that needs none.
+    /// Velocity with which the attitude's estimator compensates the centripetal acceleration of a turn, m/s; 0 for an
+    /// attitude that needs none.
     pub turn_velocity_m_per_s: f32,
-    /// Altitude: its bias, metres, against the elevation model.
+    /// Bias of the altitude against the elevation model, metres.
     pub altitude_m: f32,
-    /// Its scale.
+    /// Scale error of the altitude.
     pub altitude_scale: f32,
 }
 
-/// How a stream is sampled, and what it measures: by this, and the sigmas, its smoothing is chosen.
+/// Sampling and signal of a stream, by which, with the sigmas, its smoothing is chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Motion {
-    /// Nominal distance of two samples, microseconds.
+    /// Nominal sampling interval, microseconds.
     pub interval_us: u32,
-    /// The motions that must get through: radians or metres; amplitude 0 for none.
+    /// Motions to be preserved: radians or metres; amplitude 0 for none.
     pub waves: [Wave; 2],
 }
 
@@ -74,8 +74,8 @@ pub struct Motions {
 }
 
 impl Default for Motions {
-    /// Sensors and a vehicle as most are: attitude at 200 Hz, positions at 5 Hz; turns of 10° in 4 s and a shake of 0.3° in
-    /// 0.7 s; a weave of 30 m in 20 s.
+    /// A usual vehicle and its sensors: attitude at 200 Hz, positions at 5 Hz; turns of 10° in 4 s and a shake of 0.3°
+    /// in 0.7 s; a weave of 30 m in 20 s.
     fn default() -> Self {
         let wave = |degrees, period_s| Wave { amplitude: Radians::from_degrees(degrees).0, period_s };
         let weave = Wave { amplitude: 30.0, period_s: 20.0 };
@@ -86,7 +86,7 @@ impl Default for Motions {
     }
 }
 
-/// The fits that the settings ask for, made once.
+/// The fits by the settings, computed once.
 #[derive(Debug)]
 pub(super) struct Smoothers {
     pub(super) attitude: Smoother<3>,
@@ -97,7 +97,7 @@ pub(super) struct Smoothers {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SettingsError {
-    /// The search radius is zero or larger than this build holds.
+    /// The search radius is zero or larger than this build supports.
     Search,
     /// A sigma is negative or not a number.
     Sigma,
@@ -105,15 +105,15 @@ pub enum SettingsError {
     PixelsNotSquare,
     /// The frame memory is too small for a search.
     FrameMemory,
-    /// A stream's interval, or a motion that it is said to measure, is impossible.
+    /// A stream's interval or motion is impossible.
     Motion,
-    /// A lever arm or a boresight is not a number, or the camera leans too far from its mount's axis.
+    /// A lever arm or a boresight is not finite, or the camera leans too far from its mount's axis.
     Mount,
     /// A readout longer than a second.
     Readout,
-    /// A gap, an age, a patience or a latency that is longer than any use.
+    /// A gap, an age, a patience or a latency is longer than a minute.
     Limit,
-    /// More later samples are waited for than a window holds.
+    /// The lag is longer than a window.
     Lag,
 }
 
@@ -122,32 +122,32 @@ pub enum SettingsError {
 pub struct Settings {
     /// The camera.
     pub camera: Camera,
-    /// How it follows.
+    /// How the follow-up angle is obtained.
     pub follow_up: FollowUpMode,
-    /// How it is mounted.
+    /// Mount of the camera.
     pub mount: Mount,
-    /// What the sources are worth.
+    /// Sigmas of the sources.
     pub sigmas: Sigmas,
-    /// What they measure.
+    /// Sampling and motion of the fitted streams.
     pub motions: Motions,
-    /// How much older than their stamps their values are.
+    /// Latencies of the streams.
     pub latencies: Latencies,
     /// Rolling shutter: from the first row's mid-exposure to the last one's, microseconds; 0 for a global one.
     pub readout_us: u32,
-    /// Whole samples that the pose lags behind the newest: 2 give most of what smoothing can.
+    /// Number of samples by which the pose lags behind the newest: 2 give most of the benefit of smoothing.
     pub lag: u8,
-    /// Largest distance of two attitude or follow-up samples to interpolate between, microseconds.
+    /// Largest gap between two attitude or follow-up samples to interpolate over, microseconds.
     pub gap_us: u32,
-    /// Largest distance of two ranges to interpolate between, microseconds.
+    /// Largest gap between two ranges to interpolate over, microseconds.
     pub range_gap_us: u32,
     /// Oldest position to predict from, microseconds.
     pub position_age_us: u32,
     /// How long a frame waits for its pose, microseconds after mid-exposure.
     pub patience_us: u32,
-    /// Search radius, pixels of the reference. Beyond [`SEARCH_MAX_PX`](crate::budget::SEARCH_MAX_PX) every frame is searched
-    /// from coarse to fine, at some times the cost.
+    /// Search radius, pixels of the reference. Beyond [`SEARCH_MAX_PX`](crate::budget::SEARCH_MAX_PX) every frame is
+    /// searched coarse to fine, at several times the cost.
     pub search_px: u16,
-    /// When a match becomes a fix.
+    /// Acceptance test of a match.
     pub accept: AcceptRule,
 }
 
@@ -195,7 +195,7 @@ impl Settings {
         Ok(())
     }
 
-    /// What the pose waits for: the later end of the instant's own interval, and the lag.
+    /// Samples that the pose waits for: the end of the instant's own interval, and the lag.
     pub fn wait(&self) -> Wait {
         Wait::For(self.lag + 1)
     }
@@ -222,8 +222,8 @@ impl Settings {
 const LIMIT_MAX_US: u32 = 60_000_000;
 /// Longest readout of a rolling shutter.
 const READOUT_MAX_US: u32 = 1_000_000;
-/// Largest pitch and roll of a camera in its mount: a head of a combined camera leans by 20 to 30 degrees; 46 and the
-/// vehicle's own tilt bring the horizon near.
+/// Largest pitch and roll of a camera in its mount: a head of a combined camera leans by 20 to 30 degrees; with 46 and
+/// the vehicle's own tilt the horizon is near.
 const LEAN_MAX_RAD: f32 = 0.8;
-/// Any turn about the axis: a head may stand on its side.
+/// Any rotation about the axis: a head may stand on its side.
 const TURN_MAX_RAD: f32 = core::f32::consts::PI;

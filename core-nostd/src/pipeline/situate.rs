@@ -38,51 +38,53 @@ struct FollowUp {
     sigma_rad: f32,
 }
 
-/// One sigma of pitch and roll, each, and of the heading.
+/// Sigmas of pitch and roll, each, and of the heading, radians.
 struct Uncertainty {
     tilt_rad: f32,
-    /// The tilt's part that drifts.
+    /// The tilt's drifting part.
     tilt_drift_rad: f32,
-    /// What is new in every heading, and in every follow-up angle.
+    /// White noise of heading and follow-up angle.
     heading_rad: f32,
-    /// The heading's part that drifts, where nothing is known of it.
+    /// The heading's drifting part, without an estimate of it.
     heading_drift_rad: f32,
 }
 
 /// Standard gravity (ISO 80000-3).
 const G_M_PER_S2: f32 = 9.806_65;
-/// Time within which an estimator takes an error of its velocity out, seconds: ArduPlane 4.8, off by 5 m/s after 40 s without fixes,
-/// was then off by up to 5.9 degrees.
-const TILTS_WITHIN_S: f32 = 15.0;
-/// Tangent of the inclination of the Earth's magnetic field, which a level compass's heading is off by for each radian that it is
-/// not level. Chosen: that of 63 degrees, as in middle latitudes; it is less towards the equator and more towards the poles.
+/// Time within which an estimator removes an error of its velocity, seconds: ArduPlane 4.8, off by 5 m/s after 40 s
+/// without fixes, was then off by up to 5.9 degrees.
+const VELOCITY_REMOVED_S: f32 = 15.0;
+/// Heading error of a level compass per radian of tilt: the tangent of the inclination of the Earth's magnetic field.
+/// Chosen: that of 63 degrees, as in middle latitudes; it is less towards the equator and more towards the poles.
 const HEADING_PER_TILT: f32 = 2.0;
-/// Smallest a22 that is worked with: 70° between optical axis and plumb line, where a field of view of 60° begins at 40°. Chosen.
+/// Smallest a22 allowed: 70° between optical axis and plumb line, where a field of view of 60° begins at 40°. Chosen.
 pub(super) const COS_TILT_MIN: f32 = 0.34;
 
-/// While the autopilot's estimator changes from satellites to fixes its pitch and roll swing: one sigma of that, as a multiple of the stated drift.
-/// Measured over 36 flights that were kept by their fixes (consumer inertial sensors, two fixes a second): 0.20 degrees RMS, and behind the loss
-/// of satellites 0.26, 0.32, 0.36, 0.37, 0.33, 0.29 and 0.28 every two seconds.
-const CHANGING: f32 = 1.5;
-/// At most, radians: half a degree. Chosen: a drift that is stated larger than in these flights may be a camera's that leans, which does not swing.
-const CHANGING_MAX_RAD: f32 = 0.009;
+/// Swing of the autopilot's pitch and roll while its estimator changes from satellites to fixes: sigma as a multiple of
+/// the configured drift. Measured over 36 flights that were kept by their fixes (consumer inertial sensors, two fixes a
+/// second): 0.20 degrees RMS, and after the loss of satellites 0.26, 0.32, 0.36, 0.37, 0.33, 0.29 and 0.28 every two
+/// seconds.
+const SWING_FACTOR: f32 = 1.5;
+/// Largest sigma of that swing, radians: half a degree. Chosen: a larger drift than in these flights may be a camera's
+/// that leans, which does not swing.
+const SWING_MAX_RAD: f32 = 0.009;
 
-/// What a stream has said; `Ok(None)` while it is worth waiting for.
-fn awaited<T>(said: Result<T, PoseError>, wait: Wait) -> Result<Option<T>, PoseError> {
-    match said {
+/// The result of a stream; `Ok(None)` if it is not yet there and may be waited for.
+fn awaited<T>(result: Result<T, PoseError>, wait: Wait) -> Result<Option<T>, PoseError> {
+    match result {
         Err(PoseError::NotYet) if wait != Wait::No => Ok(None),
-        said => said.map(Some),
+        result => result.map(Some),
     }
 }
 
 impl Pipeline<'_> {
-    /// Every stream at mid-exposure, an instant with its sigma in microseconds. `Ok(None)`: a stream's next samples have not
-    /// arrived yet; try again when they have, as long as patience lasts, and then with [`Wait::No`], which takes what is
-    /// there, and is never told to wait.
+    /// The situation at mid-exposure, an instant with its sigma in microseconds. `Ok(None)`: a stream's next samples
+    /// have not arrived yet. Try again when they have, within the configured patience; then with [`Wait::No`], which
+    /// never returns `Ok(None)`.
     ///
     /// # Errors
-    /// The [`SituateError`] that waiting cannot mend.
-    // Inlined, what it works with would lie on the stack below all that a match takes; so would those of the other stages.
+    /// [`SituateError`] if waiting does not help.
+    // Inlined, its working memory would lie on the stack below that of a match; so would those of the other stages.
     #[inline(never)]
     pub fn situate(
         &mut self,
@@ -137,11 +139,12 @@ impl Pipeline<'_> {
         }))
     }
 
-    /// The attitude at an instant, of a camera that sees the ground below; `Ok(None)` while its next samples have not arrived.
+    /// The attitude at an instant, of a camera that sees the ground below; `Ok(None)` while its next samples have not
+    /// arrived.
     fn attitude_at(&self, at: Micros, wait: Wait) -> Result<Option<Estimate<Attitude, 3>>, SituateError> {
         let history = self.streams.attitude.history();
         let attitude = self.smoothers.attitude.at(history, at, self.settings.gap_us, wait);
-        // A frame that waits in vain for a follow-up angle may wait until the attitudes around it have gone.
+        // A frame that waits for a follow-up angle in vain may wait until the attitudes around it are gone.
         if let Err(PoseError::TooOld) = attitude
             && let Err(error) = self.measured_follow_up(at)
         {
@@ -152,49 +155,49 @@ impl Pipeline<'_> {
         if sees { Ok(Some(attitude)) } else { Err(SituateError::Tilt) }
     }
 
-    /// What an attitude is worth at an instant known to `sigma_s`: what turns is uncertain by its rate times that.
-    /// White noise is averaged by the fit, drift is not.
+    /// Sigmas of attitude and heading at an instant with sigma `sigma_s`, which counts by the rates. The fit averages
+    /// white noise, not drift.
     ///
-    /// Of a compass that is levelled by an attitude the heading is off by [`HEADING_PER_TILT`] times its tilt's error.
+    /// The heading error of a compass that is levelled by an attitude is [`HEADING_PER_TILT`] times the tilt's error.
     fn uncertainty(&self, attitude: &Estimate<Attitude, 3>, follow_up: &FollowUp, sigma_s: f32) -> Uncertainty {
         let sigmas = &self.settings().sigmas;
         let [heading, pitch, roll] = attitude.rate;
-        // The attitude is late by what its own stamps are off, too. They are rounded each for itself, so that a fit averages
-        // some of it; how much depends on its weights, and none is counted on.
+        // The attitude's own stamps contribute as the instant does. They are rounded independently, so a fit averages
+        // some of that, depending on its weights; none is assumed.
         let apart_s = hypot(sigma_s, self.streams.attitude.stamp_sigma_s());
         let late = |sigma: f32, rate: f32| hypot(sigma, rate * apart_s);
         let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
         let by_velocity = self.tilt_by_velocity(heading);
         let left_rad = beside(self.navigation.filter.tilt_sigma_rad(&self.prior_sigmas()), by_velocity);
-        // What is taken out as pitch and roll may sit in the camera's mount, which leans with the vehicle: turned by its own lean that is
-        // off by their product.
+        // The estimated error of pitch and roll may be the mount's, which leans with the vehicle: rotated by the lean
+        // it is off by their product.
         let [pitch_off, roll_off] = self.navigation.filter.tilt_rad();
         let lean = hypot(attitude.value.pitch.0, attitude.value.roll.0);
         let tilt_drift_rad = beside(left_rad, hypot(pitch_off, roll_off) * lean);
         let tilt_rad = hypot(tilt, tilt_drift_rad);
         let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
-        let heading_drift = beside(sigmas.heading_drift_rad, self.doubt.heading_rad);
+        let heading_drift = beside(sigmas.heading_drift_rad, self.added_sigmas.heading_rad);
         let heading_drift_rad = beside(heading_drift, HEADING_PER_TILT * by_velocity);
         let heading_rad = hypot(heading_sigma, follow_up.sigma_rad);
         Uncertainty { tilt_rad, tilt_drift_rad, heading_rad, heading_drift_rad }
     }
 
-    /// What of velocity and attitude is not known beforehand.
+    /// Prior sigmas of the filter's states.
     pub(super) fn prior_sigmas(&self) -> PriorSigmas {
         let sigmas = &self.settings.sigmas;
         let velocity_m_per_s = hypot(sigmas.velocity_m_per_s, self.navigation.velocity.m_per_s());
         PriorSigmas {
-            velocity_m_per_s: beside(velocity_m_per_s, self.doubt.velocity_m_per_s),
+            velocity_m_per_s: beside(velocity_m_per_s, self.added_sigmas.velocity_m_per_s),
             tilt_rad: sigmas.tilt_drift_rad,
             extra_wander_rad: if self.navigation.is_changing {
-                (CHANGING * sigmas.tilt_drift_rad).min(CHANGING_MAX_RAD)
+                (SWING_FACTOR * sigmas.tilt_drift_rad).min(SWING_MAX_RAD)
             } else {
                 0.0
             },
         }
     }
 
-    /// The height of a slant range: H = s cos t over level ground, which a tilt error changes by s sin t.
+    /// Height by a slant range: H = s cos t over level ground, with an error of s sin t per radian of tilt.
     fn range(&self, slant: &Interpolated<f32, 1>, attitude: Attitude, nadir: Local, tilt_rad: f32) -> Height {
         let cos_tilt = attitude.cos_tilt();
         let range_m = self.settings.sigmas.range_m * slant.noise_factor();
@@ -203,22 +206,23 @@ impl Pipeline<'_> {
         let Some(plane) = self.navigation.plane else {
             return Height { metres: slant.value * cos_tilt, sigma_m };
         };
-        // Where the ground slopes the beam lands higher or lower, by the slope times s cos t for each radian.
+        // On a slope the beam lands higher or lower, by the slope times s cos t per radian.
         let climb_m = slant.value * cos_tilt * hypot(plane.slope[0], plane.slope[1]) * tilt_rad;
         Height { metres: self.height_above(&plane, slant.value, attitude, nadir), sigma_m: beside(sigma_m, climb_m) }
     }
 
-    /// Turn and scale that this frame is rectified with, and whether they are one of several.
+    /// Rotation and scale that this frame is rectified with, and whether they are one of several candidates.
     fn candidate(&self, height: Height, heading_rad: f32) -> ([Candidate; 2], bool) {
         let (cols, rows) = self.settings.camera.patch_size(height.metres, self.tile.ground_resolution().0);
         let half_px = 0.5 * cols.max(rows).min(PATCH_MAX_PX as f32);
         candidates(self.navigation.candidate, heading_rad, height.sigma_m / height.metres, half_px)
     }
 
-    /// Sigma of the tilt for what the velocity is off that the attitude is found with.
+    /// Sigma of the tilt by the error of the velocity that the autopilot's attitude is computed with.
     ///
-    /// In a turn at ω the turn's own acceleration is taken out with it: an error v is an acceleration ω v across, and so a tilt of
-    /// ω v / g. And an estimator that learns of an error v takes it out by tilting, within a time T: v / (g T).
+    /// In a turn at ω its centripetal acceleration is subtracted: a velocity error v is an acceleration error ω v
+    /// across, so a tilt of ω v / g. An estimator that observes an error v removes it by tilting, within a time T: v /
+    /// (g T).
     fn tilt_by_velocity(&self, turn_rad_per_s: f32) -> f32 {
         let sigma_m_per_s = self.settings().sigmas.turn_velocity_m_per_s;
         if sigma_m_per_s <= 0.0 {
@@ -226,7 +230,7 @@ impl Pipeline<'_> {
         }
         let seen_m_per_s = self.navigation.velocity.m_per_s();
         let turning = turn_rad_per_s.abs() * hypot(sigma_m_per_s, seen_m_per_s);
-        hypot(turning, seen_m_per_s / TILTS_WITHIN_S) / G_M_PER_S2
+        hypot(turning, seen_m_per_s / VELOCITY_REMOVED_S) / G_M_PER_S2
     }
 
     /// The follow-up angle at an instant.
@@ -240,22 +244,22 @@ impl Pipeline<'_> {
                 FollowUp { angle: found.value, rate: found.rate[0], sigma_rad: sigma_rad * found.noise_factor() }
             }
             (None, FollowUpMode::Fixed) => FollowUp { angle: Radians(0.0), rate: 0.0, sigma_rad: 0.0 },
-            // A servo that follows exactly turns as the heading does, but for terms of the tilt's square.
+            // A servo that follows exactly turns with the heading, but for terms of the tilt's square.
             (None, _) => FollowUp { angle: follow_up_command(attitude.value), rate: attitude.rate[0], sigma_rad },
         })
     }
 
-    /// The angle that was measured; `Ok(None)` where none is.
+    /// The measured angle; `Ok(None)` if none is measured.
     fn measured_follow_up(&self, at: Micros) -> Result<Option<Interpolated<Radians, 1>>, PoseError> {
         if self.settings.follow_up != FollowUpMode::Measured {
             return Ok(None);
         }
-        // Linearly: its noise turns the patch about the nadir, which the matching finds and no fix feels.
+        // Linear: its noise rotates the patch about the nadir, which matching estimates and the fix does not depend on.
         self.streams.follow_up.history().at(at, self.settings.gap_us).map(Some)
     }
 
-    /// Where the camera is at `at` and how fast: the newest position propagated with its velocity, and the lever arm by the
-    /// newest attitude; for instants near them. `None` without them.
+    /// Position and velocity of the camera near the newest samples: the newest position propagated with its velocity,
+    /// and the lever arm by the newest attitude. `None` without them.
     pub fn camera_at(&self, at: Micros) -> Option<PositionState> {
         if self.is_off_the_map {
             return None;
@@ -267,7 +271,7 @@ impl Pipeline<'_> {
         Some(PositionState { east_m: state.east_m + east_m, north_m: state.north_m + north_m, ..state })
     }
 
-    /// Where the camera should be: the navigation's position propagated, plus the lever arm.
+    /// Predicted position of the camera: the navigation's, propagated, plus the lever arm.
     fn predict(&self, at: Micros, offset_m: [f32; 2]) -> Result<(Prediction, Method), SituateError> {
         if self.is_off_the_map {
             return Err(SituateError::OffTheMap);
@@ -279,7 +283,7 @@ impl Pipeline<'_> {
         let [east_m, north_m] = offset_m;
         let local = Local { east_m: state.east_m + east_m, north_m: state.north_m + north_m };
         let velocity_m_per_s = [state.east_m_per_s, state.north_m_per_s];
-        let sigma_m = beside(predicted.sigma_m, self.doubt.position_m);
+        let sigma_m = beside(predicted.sigma_m, self.added_sigmas.position_m);
         Ok((Prediction { local, velocity_m_per_s, sigma_m }, predicted.method))
     }
 }

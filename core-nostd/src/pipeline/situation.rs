@@ -1,4 +1,4 @@
-//! Everything that holds at the instant of mid-exposure: pose, height, predicted position, and what they are worth.
+//! The state at mid-exposure: pose, height, predicted position, and their sigmas.
 
 use crate::budget::PATCH_MAX_PX;
 use crate::camera::Camera;
@@ -15,7 +15,7 @@ use crate::tilt::{Attitude, equivalent_tilt, follow_up_command};
 use crate::units::{Micros, Radians};
 use heapless::Vec;
 
-/// Where the navigation believes the camera to be.
+/// The camera's position by the navigation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
     /// Grid metres from the tile's centre.
@@ -45,7 +45,8 @@ pub struct Situation {
     pub sigma_rate_rad_s: f32,
     /// Height above ground, metres: above the plane of the slope, at the nadir.
     pub height_m: f32,
-    /// What the ground under the footprint rises by to the east and to the north; zeros where no elevation model says.
+    /// Rise of the ground under the footprint to the east and to the north, metres a metre; zeros without an elevation
+    /// model.
     pub slope: [f32; 2],
     /// RMS of the heights about that plane, metres.
     pub relief_m: f32,
@@ -55,31 +56,30 @@ pub struct Situation {
     pub camera_offset_m: [f32; 2],
     /// Sigma of pitch and roll, each.
     pub sigma_tilt_rad: f32,
-    /// Its part that instants seconds apart share.
+    /// Its drifting part, common to instants seconds apart.
     pub sigma_tilt_drift_rad: f32,
-    /// Sigma of heading, the follow-up angle's included where it enters.
+    /// Sigma of the heading, including the follow-up angle's.
     pub sigma_heading_rad: f32,
     /// Sigma of the height.
     pub sigma_height_m: f32,
-    /// Heading and height are one pair of several, of which none has been matched yet.
+    /// Heading and height are one candidate of several, none of which has been matched yet.
     pub is_candidate: bool,
     /// Sigma of mid-exposure, seconds.
     pub sigma_stamp_s: f32,
-    /// How the attitude was found.
+    /// Method of the attitude.
     pub attitude_method: Method,
-    /// How the position was predicted.
+    /// Method of the position.
     pub position_method: Method,
 }
 
-/// Instants of a rolling shutter's readout at which the pose is taken: 5 ms apart for 20 ms, between which blending is off
-/// by less than 0.01 px of the frame.
+/// Instants of a rolling shutter's readout at which the pose is computed: 5 ms apart for 20 ms, between which the error
+/// of blending is less than 0.01 px of the frame.
 const BANDS: usize = 5;
 /// Smallest patch side, pixels: smaller patches are not distinctive.
 const PATCH_MIN_PX: f32 = 7.0;
 
 impl Situation {
-    /// An attitude, a follow-up angle and a height that are known exactly, of a camera that is mounted exactly and stands
-    /// still over the tile's centre.
+    /// With exact attitude, follow-up angle, height and mount, at rest over the tile's centre.
     pub fn exact(mid_exposure_at: Micros, attitude: Attitude, follow_up: (Radians, bool), height_m: f32) -> Self {
         let local = Local::default();
         Situation {
@@ -106,18 +106,18 @@ impl Situation {
         }
     }
 
-    /// The height that it is rectified with.
+    /// The height for rectification.
     pub(super) fn height(&self) -> Height {
         Height { metres: self.height_m, sigma_m: self.sigma_height_m }
     }
 
-    /// What the navigation reports of the motion.
+    /// Instant and reported velocity.
     pub(super) fn moment(&self) -> Moment {
         Moment { at: self.mid_exposure_at, velocity_m_per_s: self.prediction.velocity_m_per_s }
     }
 
-    /// The map for this situation: eq. 7 where the camera follows, is aligned and has square pixels, eq. 3 otherwise; of the sloping
-    /// plane where there is a slope.
+    /// The homography: eq. 7 where the camera follows, is aligned and has square pixels, eq. 3 otherwise; onto the
+    /// sloping plane if there is a slope.
     pub fn homography(&self, camera: &Camera) -> Homography {
         let level = self.over_level_ground(camera);
         if self.slope == [0.0; 2] { level } else { level.over_slope(camera, self.slope) }
@@ -131,18 +131,20 @@ impl Situation {
         }
     }
 
-    /// Where a ray that would meet level ground at `(east, north)` heights meets the sloping plane; `None` where it runs above it.
+    /// Intersection with the sloping plane of a ray that meets level ground at `(east, north)` heights; `None` if it
+    /// does not descend to the plane.
     ///
-    /// The ray is s (east, north, −1) heights, the plane lies at a s east + b s north − 1: s = 1 / (1 + a east + b north).
+    /// The ray is s (east, north, −1) heights, the plane lies at a s east + b s north − 1: s = 1 / (1 + a east + b
+    /// north).
     fn on_slope(&self, (east, north): (f32, f32)) -> Option<(f32, f32)> {
         let [a, b] = self.slope;
         let falls = 1.0 + a * east + b * north;
-        // So flat that it sees fifty times as far is the horizon.
+        // A ray that reaches fifty times as far counts as the horizon.
         (falls > 0.02).then(|| (east / falls, north / falls))
     }
 
-    /// How far from the nadir the frame's corners see, (east, north), heights; more than any patch beyond the horizon. The
-    /// lens is left out: it moves a corner by some pixels of the frame.
+    /// Extent of the frame's corners from the nadir, (east, north), heights; larger than any patch beyond the horizon.
+    /// The lens distortion, some pixels of the frame at a corner, is ignored.
     fn reach(&self, camera: &Camera) -> (f32, f32) {
         let a = self.mount.camera_from_local(self.attitude, self.follow_up);
         let undistorted_from_frame = Homography::inverse(&a, camera);
@@ -158,8 +160,8 @@ impl Situation {
             .fold((0.0, 0.0), |(across, along): (f32, f32), corner| (across.max(corner.0), along.max(corner.1)))
     }
 
-    /// This situation `after_us` after mid-exposure: angles and position propagated with their rates. Over the readout of a
-    /// rolling shutter, ±10 ms, that is off by half of an angular acceleration of 100°/s² times 10 ms squared, 0.005°.
+    /// This situation `after_us` after mid-exposure: angles propagated with their rates. Over the readout of a rolling
+    /// shutter, ±10 ms, the error is half of an angular acceleration of 100°/s² times 10 ms squared, 0.005°.
     fn after(&self, after_us: i32) -> Self {
         let seconds = after_us as f32 * 1e-6;
         let propagated = |angle: Radians, rate: f32| Radians(angle.0 + rate * seconds);
@@ -173,8 +175,8 @@ impl Situation {
         Situation { attitude, follow_up, ..*self }
     }
 
-    /// The homographies of a rolling shutter that reads all rows in `readout_us`, at [`BANDS`] instants: of each its own
-    /// attitude, follow-up angle and position.
+    /// The homographies of a rolling shutter that reads all rows in `readout_us`, at [`BANDS`] instants, each with its
+    /// own attitude, follow-up angle and position.
     pub(super) fn bands(&self, camera: &Camera, readout_us: u32) -> Result<Bands, BandsError> {
         let mut bands = Vec::<Band, BANDS>::new();
         for index in 0..BANDS {
@@ -182,7 +184,7 @@ impl Situation {
             let seconds = after_us as f32 * 1e-6;
             let [east, north] = self.prediction.velocity_m_per_s;
             let (east_m, north_m) = (east * seconds, north * seconds);
-            // It flies level: where the ground rises below it the plane is nearer.
+            // In level flight the plane is nearer where the ground rises.
             let [rises_east, rises_north] = self.slope;
             let up_m = if self.slope == [0.0; 2] { 0.0 } else { -(rises_east * east_m + rises_north * north_m) };
             let displacement = Displacement { east_m, north_m, up_m };
@@ -192,7 +194,7 @@ impl Situation {
         Bands::new(&bands, camera, self.height_m)
     }
 
-    /// What moves the picture. The vehicle is taken to fly level: nothing measures its climb.
+    /// The motion for the image-motion model. Level flight is assumed: the climb is not measured.
     pub fn moving(&self) -> Moving {
         let [east, north] = self.prediction.velocity_m_per_s;
         Moving {
@@ -204,13 +206,13 @@ impl Situation {
         }
     }
 
-    /// The patch: its size, rounded down, at most the build's, and where it lies; `None` when too small to be a template or the
-    /// height is no height.
+    /// Size and position of the patch, the size rounded down and limited to the build's; `None` if it is too small to
+    /// be a template or the height is invalid.
     ///
-    /// As long as the frame shows the nadir, the patch lies around it and is as large as eq. 4 says; for a camera that is
-    /// mounted to look aside, whose footprint hardly lies in a patch of that size, as large as it takes to hold the footprint.
-    /// Where the frame does not show the nadir, as in a steep turn, the patch begins where the footprint does, and is as
-    /// large as can be: there each of the frame's pixels sees the least ground.
+    /// If the frame shows the nadir the patch is centred on it with the size of eq. 4; for a camera mounted obliquely,
+    /// whose footprint hardly lies in a patch of that size, with the size that contains the footprint. If the frame
+    /// does not show the nadir, as in a steep turn, the patch has the largest size and begins at the near edge of the
+    /// footprint: there each of the frame's pixels sees the least ground.
     pub fn placement(&self, camera: &Camera, resolution_m: f32) -> Option<Placement> {
         let (cols, rows) = if self.mount.looks_aside() {
             let (across, along) = self.reach(camera);
@@ -232,8 +234,8 @@ impl Situation {
         Some(Placement { size: (PATCH_MAX_PX as u16, PATCH_MAX_PX as u16), aside: (pixels(east), pixels(north)) })
     }
 
-    /// Where the footprint begins, (east, north) of the nadir, heights; `None` where the frame shows the nadir, or no ground. The
-    /// lens is left out, as in [`Situation::reach`].
+    /// Near edge of the footprint, (east, north) of the nadir, heights; `None` if the frame shows the nadir, or no
+    /// ground. The lens distortion is ignored, as in [`Situation::reach`].
     fn near_edge(&self, camera: &Camera) -> Option<(f32, f32)> {
         let a = self.mount.camera_from_local(self.attitude, self.follow_up);
         let (m, n) = Homography::full(&a, camera).ideal(0.0, 0.0)?;

@@ -1,4 +1,4 @@
-//! The stamped streams: checked at the door, kept in rings.
+//! The stamped streams: checked on entry, kept in ring buffers.
 
 use crate::pose::position::PositionState;
 use crate::pose::{Backwards, Channels, History};
@@ -6,25 +6,25 @@ use crate::tile::Geographic;
 use crate::tilt::Attitude;
 use crate::units::{Metres, Micros, Radians};
 
-/// A position with its velocity, of the navigation that is to be corrected.
+/// Position and velocity of the navigation that the fixes are to correct.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionSample {
-    /// Where.
+    /// Position.
     pub position: Geographic,
     /// Velocity to true north, m/s.
     pub north_m_per_s: f32,
     /// Velocity to true east, m/s.
     pub east_m_per_s: f32,
-    /// Altitude above the datum of the tile's elevation model, as far as the autopilot knows, metres.
+    /// Altitude above the datum of the tile's elevation model, by the autopilot, metres; `None` if unknown.
     pub altitude_m: Option<f32>,
-    /// That of the place that it took off from, metres, where it is known.
+    /// Altitude of the take-off point likewise, metres; `None` if unknown.
     pub home_m: Option<f32>,
     /// Velocity upwards, m/s.
     pub climb_m_per_s: f32,
 }
 
 impl PositionSample {
-    /// A vehicle that stands there; its altitude is not known.
+    /// At rest, with unknown altitude.
     pub fn standing(position: Geographic) -> Self {
         PositionSample {
             position,
@@ -37,19 +37,19 @@ impl PositionSample {
     }
 }
 
-/// The two instants of a sample, and what they are worth.
+/// The two instants of a sample, with their sigmas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instants {
     /// Its stamp.
     pub sampled_at: Micros,
-    /// One sigma of the stamp, as its message rounds it.
+    /// Sigma of the stamp by the resolution of its message, microseconds.
     pub stamp_sigma_us: f32,
-    /// When the board had it; `None` while the board's clock is not related to the stamps' yet.
+    /// Its arrival at the board; `None` while the board's clock is not related to the stamps' clock yet.
     pub arrival: Option<Arrival>,
 }
 
 impl Instants {
-    /// The instant, where it is neither later than its arrival nor `age_us` before it.
+    /// The stamp, if it is neither later than the arrival nor more than `age_us` before it.
     ///
     /// # Errors
     /// [`SampleError::Future`], [`SampleError::Backwards`].
@@ -62,12 +62,12 @@ impl Instants {
     }
 }
 
-/// When the board had a sample, on the clock of the samples' stamps.
+/// Arrival of a sample at the board, on the stamps' clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
     /// The instant.
     pub at: Micros,
-    /// One sigma of the relation of the clocks.
+    /// Sigma of the relation between the clocks, microseconds.
     pub sigma_us: f32,
 }
 
@@ -77,15 +77,15 @@ impl From<Micros> for Instants {
     }
 }
 
-/// Why a sample was not taken.
+/// Why a sample was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SampleError {
     /// Its stamp is not after the newest one's.
     Backwards,
-    /// A value that no sensor can mean, or a stamp from before the clock's start.
+    /// An impossible value, or a stamp from before the clock's start.
     Invalid,
-    /// Its stamp lies too long after its arrival.
+    /// Its stamp is too long after its arrival.
     Future,
 }
 
@@ -95,29 +95,29 @@ impl From<Backwards> for SampleError {
     }
 }
 
-/// Range beyond which a slant is not believed, metres: the largest a DISTANCE_SENSOR message can carry is an error
-/// code.
+/// Limit of the slant range, metres: the largest value of a DISTANCE_SENSOR message is an error code.
 const SLANT_MAX_M: f32 = 655.0;
-/// A sample stamped later than it arrived by more than this is from the future, microseconds, and refused. Chosen between
-/// 40 ms, by which a receiver that reads its clock once for many bytes was seen to be late, and 90 ms, where a few bad messages
-/// would already be worth a frame.
+/// A sample stamped later than its arrival by more than this is refused, microseconds. Chosen between 40 ms, by which a
+/// receiver that reads its clock once for many bytes was seen to be late, and 90 ms, where a few bad messages would
+/// already cost a frame.
 const FUTURE_US: i32 = 50_000;
-/// One stamped later than it arrived by more than this and [`AHEAD_SIGMAS`] of the clocks' relation is taken, and gives way to
-/// the next true one: otherwise a few such messages would have all others refused until the clock has reached them. The
-/// millisecond that messages round to, and one for an autopilot that stamps at the end of its loop.
+/// A sample stamped later than its arrival by more than this and [`AHEAD_SIGMAS`] of the clocks' relation is taken, but
+/// dropped for the next sample: otherwise a few such messages would have all others refused until the clock has reached
+/// them. The millisecond that messages round to, and one for an autopilot that stamps at the end of its loop.
 const AHEAD_US: f32 = 2_000.0;
-/// Of normal errors one in two million is beyond.
+/// Gate in sigmas: of normal errors one in two million is beyond.
 const AHEAD_SIGMAS: f32 = 5.0;
-/// Consecutive samples with stamps before the newest after which the sender's clock counts as restarted: what is remembered is
-/// of another time. Chosen between 2, since a link may deliver a few samples late, and 40, the longest ring: each one
-/// refused is time without a pose. 20 are a tenth of a second of attitudes at 200 Hz, four seconds of positions at 5 Hz.
+/// Consecutive samples with stamps before the newest after which the sender's clock counts as restarted and the history
+/// is dropped. Chosen between 2, since a link may deliver a few samples late, and 40, the longest ring: each one
+/// refused is time without a pose. 20 are a tenth of a second of attitudes at 200 Hz, four seconds of positions at 5
+/// Hz.
 const BACKWARDS_MAX: u8 = 20;
 
-/// One sensor's samples, its calibrated latency, and how long its newest sample took.
+/// Samples of one sensor, its calibrated latency, and the delay of its newest sample.
 #[derive(Debug)]
 pub struct Stream<T, const C: usize, const N: usize> {
     history: History<T, C, N>,
-    /// How much older a value is than its stamp: the sensor's own filters.
+    /// Latency of the values against their stamps: the sensor's own filters.
     latency_us: u32,
     delay_us: u32,
     stamp_sigma_us: f32,
@@ -159,23 +159,23 @@ impl<T: Channels<C>, const C: usize, const N: usize> Stream<T, C, N> {
         *self = Stream::new(self.latency_us);
     }
 
-    /// The samples, at the instants at which their values held.
+    /// The samples, at the instants of their values.
     pub fn history(&self) -> &History<T, C, N> {
         &self.history
     }
 
-    /// One sigma of the newest stamp, as its message rounded it, seconds.
+    /// Sigma of the newest stamp by the resolution of its message, seconds.
     pub(super) fn stamp_sigma_s(&self) -> f32 {
         self.stamp_sigma_us * 1e-6
     }
 
-    /// From the newest value's instant to its arrival, microseconds; 0 while the clocks are not related yet.
+    /// Delay from the newest value's instant to its arrival, microseconds; 0 while the clocks are not related yet.
     pub fn delay_us(&self) -> u32 {
         self.delay_us
     }
 }
 
-/// How much older than their stamps the values are, microseconds.
+/// Latency of the values against their stamps, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Latencies {
@@ -190,7 +190,7 @@ pub struct Latencies {
 }
 
 /// The newest samples of every stream. The ring of attitudes holds a window of the fit and what arrives during a
-/// readout; that of positions eleven.
+/// readout; that of positions eleven samples.
 #[derive(Debug)]
 pub struct Streams {
     /// Attitude, heading already relative to grid north.
@@ -214,7 +214,7 @@ impl Streams {
         }
     }
 
-    /// Forgets all samples: their stamps are of a clock that is no more.
+    /// Drops all samples: the clock of their stamps has restarted.
     pub fn clear(&mut self) {
         self.attitude.clear();
         self.follow_up.clear();
@@ -222,7 +222,7 @@ impl Streams {
         self.position.clear();
     }
 
-    /// How long the newest sample of attitude, follow-up angle, range and position took to arrive, microseconds.
+    /// Delay of the newest sample of attitude, follow-up angle, range and position, microseconds.
     pub fn delays_us(&self) -> [u32; 4] {
         [self.attitude.delay_us(), self.follow_up.delay_us(), self.slant.delay_us(), self.position.delay_us()]
     }

@@ -7,14 +7,14 @@ use crate::tile::Local;
 use crate::tilt::{Attitude, follow_up_command};
 use crate::units::Radians;
 
-/// Part of the way to where the optical axis meets the ground at which the middle of a footprint lies that is cut off at the
-/// border of a patch around the nadir: both begin and end a half side from their middles.
+/// Share of the way from the nadir to the ground point of the optical axis at which the middle of a footprint lies that
+/// is clipped by a patch around the nadir: both reach half a side from their middles.
 const SHARED: f32 = 0.5;
 
 impl Pipeline<'_> {
-    /// The plane under the footprint of a frame that begins, by the newest samples: the pose at mid-exposure is known only when its
-    /// rows are there, and a plane metres away is the same. `None` without an elevation model, and where it has no heights.
-    // Inlined, what it works with would lie on the stack below all that a frame takes.
+    /// The plane under the footprint of a frame that begins, by the newest samples: the pose at mid-exposure is known
+    /// only after the rows, and the plane changes little over metres. `None` without an elevation model or heights.
+    // Inlined, its working memory would lie on the stack below that of a frame.
     #[inline(never)]
     pub(super) fn plane_below(&self, slant_m: f32) -> Option<Plane> {
         let elevation = self.tile().elevation()?;
@@ -30,7 +30,7 @@ impl Pipeline<'_> {
         elevation.plane(nadir.moved(middle), half_m)
     }
 
-    /// Middle of the footprint, metres to the east and north of the nadir, and half its side, as if the ground were level.
+    /// Middle of the footprint, metres east and north of the nadir, and half its side, over level ground.
     fn footprint(&self, attitude: Attitude, height_m: f32) -> Option<([f32; 2], f32)> {
         let settings = self.settings();
         let follow_up = match settings.follow_up {
@@ -53,10 +53,11 @@ impl Pipeline<'_> {
         Some((axis.map(|part| share * part), half_m))
     }
 
-    /// Height above the plane at the nadir, of a camera beside a laser that measures `slant_m` along the follow-up axis.
+    /// Height above the plane at the nadir, of a camera beside a laser that measures `slant_m` along the follow-up
+    /// axis.
     ///
-    /// The beam lands s sin t aside, where the model says by how much the ground is higher than the plane at the nadir: by the slope
-    /// times the way there, and by what the ground is off the plane there. H = s cos t + ground there − plane at the nadir.
+    /// The beam lands s sin t from the nadir, where the ground is higher than the plane at the nadir by the slope times
+    /// that distance and by the residual of the plane. H = s cos t + ground there − plane at the nadir.
     #[inline(never)]
     pub(super) fn height_above(&self, plane: &Plane, slant_m: f32, attitude: Attitude, nadir: Local) -> f32 {
         let landing = nadir.moved(attitude.axis().map(|part| part * slant_m));

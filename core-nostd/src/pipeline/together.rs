@@ -116,7 +116,7 @@ impl<'t> Pipeline<'t> {
             self.navigation.surface.agreement.gap();
             return;
         };
-        (matched.is_decided, matched.by_place) = (decided.is_believed(), true);
+        (matched.is_decided, matched.by_decision) = (decided.is_believed(), true);
         let at = |found: &Match| self.tile.local(matched.centre.0 + found.shift.0, matched.centre.1 + found.shift.1);
         // Over repetitive ground least squares is valid at many shifts.
         if let Some(found) = own.filter(|own| decided.is_believed() && own.refined.is_some())
@@ -193,7 +193,7 @@ impl<'t> Pipeline<'t> {
         let px_m = self.tile.ground_resolution().0;
         let (left, above) = (col - i32::from(radius), row - i32::from(radius));
         let window = self.tile.view().window(left, above, (size.0 + 2 * radius, size.1 + 2 * radius))?;
-        let usual = hypot(self.settings.sigmas.velocity_m_per_s, self.doubt.velocity_m_per_s);
+        let usual = hypot(self.settings.sigmas.velocity_m_per_s, self.added_sigmas.velocity_m_per_s);
         let known = self.navigation.filter.velocity_error();
         let known = known.filter(|errors| errors.iter().all(|(_, variance)| *variance < squared(usual)));
         let errors = known.unwrap_or([(0.0, squared(usual)); 2]);

@@ -20,7 +20,7 @@ use crate::wire::telemetry::FrameReport;
 use core::sync::atomic::Ordering;
 use mavlink::dialects::common::MavSeverity;
 use plumbline_core::fix::Fix;
-use plumbline_core::pipeline::{Doubt, Instants, PositionSample};
+use plumbline_core::pipeline::{AddedSigmas, Instants, PositionSample};
 use plumbline_core::tile::Geographic;
 use plumbline_core::tilt::Attitude;
 use plumbline_core::units::{Micros, Radians, Ticks};
@@ -300,7 +300,7 @@ impl App<'_> {
     /// Where the vehicle is while the autopilot does not know it: as a position of its own would be, and with its sigmas.
     fn stand_at(&self, place: Option<Place>, now: Ticks) {
         let taken = self.pipeline.with(|pipeline| {
-            pipeline.doubt = place.map_or(Doubt::default(), |place| Doubt {
+            pipeline.added_sigmas = place.map_or(AddedSigmas::default(), |place| AddedSigmas {
                 position_m: place.sigma_m,
                 velocity_m_per_s: place.velocity_m_per_s,
                 heading_rad: place.heading_rad,

@@ -120,7 +120,7 @@ pub fn run(
     }
     let memory = Memory { buffers, navigation: &mut navigation, frame: frame_memory };
     let mut pipeline = Pipeline::new(settings(camera, pose), reference, memory).map_err(|_| Refusal::NoFootprint)?;
-    pipeline.doubt.position_m = case.doubt_px * RESOLUTION_M;
+    pipeline.added_sigmas.position_m = case.doubt_px * RESOLUTION_M;
     feed(&mut pipeline, pose, case.off_px);
 
     let (name, wait) = (case.name, pipeline.settings().wait());

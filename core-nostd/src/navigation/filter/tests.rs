@@ -11,18 +11,18 @@ const HEIGHT_M: f32 = 120.0;
 const UNKNOWN: PriorSigmas = PriorSigmas { velocity_m_per_s: 0.3, tilt_rad: 0.02, extra_wander_rad: 0.0 };
 const NOISE_M: f32 = 0.2;
 
-/// What the filter thinks of the tilt after a frame, its sigma, and what it did not expect.
+/// Estimates after a frame, and the tilt that was inconsistent at it.
 #[derive(Clone, Copy, Debug)]
 struct After {
     tilt_rad: [f32; 2],
     sigma_rad: f32,
     unexpected_rad: f32,
     unexplained_rad: f32,
-    /// How far the position is off, squared, in sigmas.
+    /// Normalised squared error of the position.
     squares: f32,
 }
 
-/// Noise of one sigma of [`NOISE_M`]: the sum of four uniform numbers.
+/// Noise of sigma [`NOISE_M`]: the sum of four uniform numbers.
 fn noise(state: &mut u32) -> f32 {
     let uniform = |_| {
         *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -40,9 +40,8 @@ fn flown(
     flown_knowing(&UNKNOWN, seconds, speed, heading, tilt)
 }
 
-/// A flight of such a speed, m/s, four frames a second, whose heading and errors of pitch and roll are what they are at a second; without a
-/// match where these are no numbers. Its
-/// velocity is reported five times a second, each time 0.15 s late.
+/// A flight at a speed, m/s, four frames a second; heading and errors of pitch and roll are functions of time, and
+/// there is no match where the latter are NaN. The velocity is reported five times a second, each time 0.15 s late.
 fn flown_knowing(
     prior: &PriorSigmas,
     seconds: f32,
@@ -79,7 +78,7 @@ fn flown_by(
             filter.propagate(micros(ms), prior);
             let known = filter.tilt_rad();
             let left = [tilt(at_s)[0] - known[0], tilt(at_s)[1] - known[1]];
-            // Nose up too far by so much: the picture is taken to lie further ahead, and so the nadir is found behind.
+            // With a reported nose too high the picture is taken to lie too far ahead, so the nadir is found behind.
             let (ahead, right) = (-HEIGHT_M * left[0], HEIGHT_M * left[1]);
             let nadir = Local {
                 east_m: position[0] + ahead * sin + right * cos + noise(&mut state),
@@ -137,16 +136,16 @@ fn a_tilt_that_jumps_is_told_and_stays_in_what_is_not_known() {
 
 #[test]
 fn a_tilt_that_swings_is_seen_in_what_is_not_known() {
-    // As of an attitude that is late: 0.02 at 0.2 Hz.
+    // As of an attitude with latency: 0.02 at 0.2 Hz.
     let after = flown(60.0, 24.0, |_| 1.0, |at_s| [0.02 * libm::sinf(1.26 * at_s), 0.0]);
     let late: f32 = after[78..].iter().map(|after| after.sigma_rad).fold(f32::MAX, f32::min);
     assert!(late > 0.012, "{late}");
 }
 
-/// What an estimator of consumer sensors knows.
+/// Prior sigmas of consumer sensors.
 const CONSUMER: PriorSigmas = PriorSigmas { velocity_m_per_s: 0.05, tilt_rad: 0.005, extra_wander_rad: 0.0 };
 
-/// What is not expected and is no jump may last all the same, and a straight leg does not tell.
+/// A transient may turn out constant, which a straight leg does not show.
 #[test]
 fn a_small_tilt_that_begins_and_stays_is_not_forgotten() {
     let after = flown_knowing(&CONSUMER, 60.0, 24.0, |_| 1.0, |at_s| if at_s < 20.0 { [0.0; 2] } else { [0.0, 0.008] });
@@ -155,8 +154,8 @@ fn a_small_tilt_that_begins_and_stays_is_not_forgotten() {
     assert!(after[79..].iter().all(|after| after.sigma_rad > 0.0058), "{:?}", after[237]);
 }
 
-/// An attitude whose error is 0.005, three quarters of the variance wandering in the ground's axes within 10 s and the rest lasting in
-/// the vehicle's: over flights in circles the position is off by what is said.
+/// An attitude whose error is 0.005, three quarters of the variance wandering in the ground's axes within 10 s and the
+/// rest constant in the vehicle's: over flights in circles the position's error matches its covariance.
 #[test]
 fn an_attitude_that_wanders_is_what_is_expected() {
     let mut state = 7;
@@ -207,13 +206,13 @@ fn a_tilt_that_was_learnt_and_is_gone_is_not_taken_out_any_more() {
     let after = flown(60.0, 24.0, |at_s| 0.15 * at_s, tilt);
     let [learnt, first, end] = [190, 198, 199].map(|frame| after[frame]);
     assert!((learnt.tilt_rad[0] - 0.08).abs() < 0.01 && (learnt.tilt_rad[1] - 0.05).abs() < 0.01, "{learnt:?}");
-    // The first frame without it was rectified as if it were there.
+    // The first frame without it was still corrected for it.
     assert!(first.unexpected_rad > 0.08, "{first:?}");
     assert!(end.tilt_rad.iter().all(|tilt| tilt.abs() < 0.01) && end.sigma_rad < 0.025, "{end:?}");
 }
 
-/// Learnt in a turn, and gone: a single match says that it is back, which is the first for so many seconds. From the first frame behind the end
-/// on; a quarter of a second each.
+/// Learnt in a turn, then gone: a single match, the first for so many seconds, shows a return. From the first frame
+/// after the end on; a quarter of a second each.
 fn gone_after(seconds: f32, unseen_s: f32) -> std::vec::Vec<f32> {
     let heading = |at_s: f32| 0.15 * at_s;
     let tilt = |at_s: f32| match at_s - 40.0 {
@@ -231,19 +230,19 @@ fn what_may_swing_has_to_stay_back_for_a_quarter_of_a_period() {
     let unexplained_rad = gone_after(12.0, 1.0);
     assert!(unexplained_rad[..20].iter().all(|rad| *rad > 0.04), "{unexplained_rad:?}");
     assert!(unexplained_rad[21..].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
-    // What has stayed for more than a period does not swing, nor what is back from one frame to the next.
+    // What has stayed for more than a period does not swing, nor does a return from one frame to the next.
     for (seconds, unseen_s) in [(25.0, 1.0), (12.0, 0.0)] {
         let unexplained_rad = gone_after(seconds, unseen_s);
         assert!(unexplained_rad[4..].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
     }
 }
 
-/// An attitude as an autopilot gives it, and a velocity that is known to so much.
+/// The attitude of an autopilot, and a velocity of this sigma.
 fn known_to(velocity_m_per_s: f32) -> PriorSigmas {
     PriorSigmas { velocity_m_per_s, tilt_rad: 0.0035, extra_wander_rad: 0.0 }
 }
 
-/// The first frame sees a part of it, which could be a swing.
+/// The first frame sees a part of the return, which could be a swing.
 #[test]
 fn a_tilt_that_goes_back_within_two_frames_is_known_as_well_as_before() {
     let tilt = |at_s: f32| match at_s {
@@ -268,7 +267,7 @@ fn what_swings_behind_a_jump_is_back_by_chance_where_the_velocity_may_be_anythin
     assert!(behind(7.0) < 0.01, "{}", behind(7.0));
 }
 
-/// Where no velocity is reported any more it could go as it came, and nobody would see it.
+/// Without a reported velocity it could vanish unnoticed.
 #[test]
 fn a_tilt_that_was_learnt_counts_as_unexplained_where_the_velocity_may_be_anything() {
     let known = known_to(0.3);
@@ -295,7 +294,7 @@ fn a_tilt_that_was_learnt_counts_as_unexplained_where_the_velocity_may_be_anythi
     assert!(unexplained_rad(&known) < 0.01 && unexplained_rad(&known_to(8.0)) > 0.07);
 }
 
-/// What swung before it was less, and does not hide that it lasts.
+/// The swing before was smaller, and does not hide that this one lasts.
 #[test]
 fn a_jump_behind_a_swing_is_told_apart_from_it() {
     let tilt = |at_s: f32| match at_s {
@@ -309,7 +308,7 @@ fn a_jump_behind_a_swing_is_told_apart_from_it() {
     assert!(most < 9.2, "{most}");
 }
 
-/// A vehicle that turns is told soon, and what swings is told wrongly.
+/// In a turn a jump is soon resolved, and a swing would be resolved wrongly.
 #[test]
 fn what_a_turn_tells_of_a_jump_has_to_hold_for_half_of_a_period() {
     let heading = |at_s: f32| 0.15 * at_s;
@@ -323,7 +322,7 @@ fn what_a_turn_tells_of_a_jump_has_to_hold_for_half_of_a_period() {
     assert!(!is_open[told + half_period + 8..].iter().any(|is_open| *is_open), "{told} {:?}", &is_open[78..]);
 }
 
-/// Another place counts from one frame to the next, further off than a tilt moves it.
+/// Another track counts from one frame to the next, further off than a tilt moves a match.
 #[test]
 fn a_place_that_jumps_has_to_be_seen_for_a_while() {
     let mut filter = Filter::new();
@@ -373,7 +372,7 @@ fn a_velocity_that_is_thrown_over_is_not_taken_for_an_acceleration() {
     let (place, covariance) = filter.position().expect("it was found");
     // By the mean over the step and the newest velocity; by an acceleration of 40 m/s2 it would be 5 m more.
     assert!((place.east_m - (4.0 + 4.8 + 14.0)).abs() < 0.1, "{place:?}");
-    // It may be as far off as the velocity was thrown.
+    // Its error may be as large as the velocity's change.
     assert!(covariance[(0, 0)].sqrt() > 3.0, "{covariance}");
 }
 

@@ -7,7 +7,7 @@ use crate::tile::Local;
 use crate::units::Micros;
 use nalgebra::Matrix2;
 
-/// Four matches a second that are off alike count as one in eight seconds.
+/// Four matches a second with correlated errors weigh as one in eight seconds.
 #[test]
 fn matches_that_are_off_alike_count_as_one() {
     let at = |ms: u64| Micros(1_000_000 + 1000 * ms);
@@ -35,7 +35,7 @@ fn matches_that_are_off_alike_count_as_one() {
         assert_eq!(filter.inflation_m2(by_place_m2), 0.0);
         sigma_m
     };
-    // Three metres that all of them are off by are off by three metres still.
+    // A common error of three metres stays three metres.
     let (white, correlated) = (sigma_m(0.0), sigma_m(9.0));
     assert!(white < 2.8 && correlated > 3.0, "{white} {correlated}");
 }

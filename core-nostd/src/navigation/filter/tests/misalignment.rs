@@ -1,4 +1,4 @@
-//! A constant error of the attitude that is larger than was stated.
+//! A constant error of the attitude larger than its prior sigma.
 
 use super::{After, CONSUMER, flown_by, flown_knowing};
 use crate::navigation::filter::Filter;
@@ -6,7 +6,7 @@ use std::vec::Vec;
 
 const MISALIGNED: [f32; 2] = [0.0175, -0.0175];
 
-/// A leg of 20 s, and circles behind it.
+/// A leg of 20 s, then circles.
 fn turning(at_s: f32) -> f32 {
     if at_s < 20.0 { 0.5 } else { 0.5 + 0.15 * (at_s - 20.0) }
 }
@@ -14,9 +14,9 @@ fn turning(at_s: f32) -> f32 {
 #[test]
 fn turns_find_what_was_not_stated() {
     let after = flown_knowing(&CONSUMER, 90.0, 24.0, turning, |_| MISALIGNED);
-    // On the leg what was stated counts.
+    // On the leg the prior sigma holds.
     assert!(after[..70].iter().all(|after| after.sigma_rad < 1.1 * CONSUMER.tilt_rad), "{:?}", after[69]);
-    // A circle later it is found, and taken out.
+    // A circle later it is detected and removed.
     let end = &after[250..];
     let is_known = |after: &After| {
         let off = |axis: usize| (after.tilt_rad[axis] - MISALIGNED[axis]).abs();
@@ -39,8 +39,8 @@ fn nothing_is_found_where_it_is_as_stated() {
     }
 }
 
-/// What it moves the estimate by is how much two filters differ of which one flies with it: the filter is linear in it, until noise passes for a swing in one
-/// of them.
+/// The sensitivity is the difference of two filters, one with the misalignment: the filter is linear in it until noise
+/// exceeds a gate in one of them.
 #[test]
 fn it_moves_the_estimate_as_the_filter_does() {
     const BY_RAD: f32 = 0.001;
