@@ -1,10 +1,10 @@
-//! The elevation model: heights of the ground on a grid of posts, and the plane through those under a footprint.
+//! The elevation model: ground heights on a grid of posts, and the plane fitted to those under a footprint.
 //!
-//! The posts lie on the tile's grid, row 0 north, the grid's centre over the tile's; they are coarser than its pixels, 30 m
-//! apart where they come from a global model. A height is `base + step x i16`, metres above the vertical datum that the EPSG
-//! code names. They stay in flash: nothing is copied, and nothing here asks for their alignment.
+//! The posts lie on the tile's grid, row 0 north, the grid's centre over the tile's; they are coarser than its pixels,
+//! 30 m apart if they are from a global model. A height is `base + step x i16`, metres above the vertical datum of the
+//! EPSG code. They are read in flash without copying, at any alignment.
 //!
-//! Between posts heights are bilinear. Off the grid, and in a cell one of whose posts is a [`VOID`], there are none.
+//! Between posts heights are bilinear; off the grid, and in a cell with a [`VOID`] post, there are none.
 
 use crate::frames::{self, Local};
 use crate::math;
@@ -17,34 +17,34 @@ pub const POST_BYTES: usize = 2;
 const STEP_MAX_M: f32 = 1.0;
 /// Largest base, metres above or below the datum. Chosen: more than any ground.
 const BASE_MAX_M: f32 = 20_000.0;
-/// Heights a side that a plane is fitted to: 49, each within a seventh of the square's side. A square of 140 m has them 20 m
-/// apart, closer than posts. Chosen.
+/// Heights a side for the fit of a plane: 49, each in the middle of a seventh of the square's side. A square of 140 m
+/// has them 20 m apart, closer than posts. Chosen.
 const SIDE: u8 = 7;
-/// Steepest plane, rise over run: a steeper one is none, since a map made with it would fold. Chosen: 45 degrees.
+/// Steepest plane, rise over run: a homography onto a steeper one could fold. Chosen: 45 degrees.
 pub const SLOPE_MAX: f32 = 1.0;
 
-/// What the posts are.
+/// Geometry and encoding of the posts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Posts {
     /// (cols, rows).
     pub size: (u16, u16),
     /// Grid metres from post to post.
     pub spacing_m: f32,
-    /// Metres that a step of a post's number is.
+    /// Metres per unit of a post's number.
     pub step_m: f32,
-    /// Height of a post whose number is 0, metres above the datum.
+    /// Height of a post with number 0, metres above the datum.
     pub base_m: f32,
-    /// EPSG code of the vertical datum, such as 5773 (EGM96 height) or 3855 (EGM2008 height); 0 where it is not known.
+    /// EPSG code of the vertical datum, such as 5773 (EGM96 height) or 3855 (EGM2008 height); 0 if unknown.
     pub vertical_epsg: u32,
 }
 
 impl Posts {
-    /// Bytes of them all.
+    /// Their size in bytes.
     pub fn bytes(&self) -> usize {
         self.size.0 as usize * self.size.1 as usize * POST_BYTES
     }
 
-    /// Whether every number is usable.
+    /// Whether every number is valid.
     fn is_sound(&self) -> bool {
         // False for a NaN as well.
         self.size.0 >= 2
@@ -56,7 +56,7 @@ impl Posts {
             && self.base_m.abs() <= BASE_MAX_M
     }
 
-    /// Whether they reach as far as `(east_m, north_m)` from their centre, both ways.
+    /// Whether they extend to `(east_m, north_m)` from their centre, both ways.
     pub(crate) fn reach(&self, (east_m, north_m): (f32, f32)) -> bool {
         let half = |count: u16| 0.5 * (count as f32 - 1.0) * self.spacing_m;
         half(self.size.0) >= east_m && half(self.size.1) >= north_m
@@ -71,16 +71,16 @@ pub struct Elevation<'a> {
     posts: Posts,
 }
 
-/// A plane through the ground under a footprint.
+/// A plane fitted to the ground under a footprint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Plane {
-    /// Where its height is given: the middle of the square that it was fitted to.
+    /// Reference point: the middle of the square that it was fitted to.
     pub middle: Local,
     /// Height there, metres above the datum.
     pub height_m: f32,
     /// Rise to the east and to the north, metres a metre of the grid.
     pub slope: [f32; 2],
-    /// RMS of the heights about it: the relief that it leaves, metres.
+    /// RMS of the heights about it, the residual relief, metres.
     pub relief_m: f32,
 }
 
@@ -93,19 +93,19 @@ impl Plane {
 }
 
 impl<'a> Elevation<'a> {
-    /// Checks posts: `bytes` are little-endian numbers, row-major, row 0 north. `None` for bytes of another number and figures
-    /// that cannot be meant.
+    /// Checks posts: `bytes` are little-endian i16, row-major, row 0 north. `None` for another number of bytes or
+    /// invalid parameters.
     pub fn new(bytes: &'a [u8], posts: Posts) -> Option<Self> {
         (posts.is_sound() && bytes.len() == posts.bytes()).then_some(Elevation { bytes, posts })
     }
 
-    /// What the posts are.
+    /// Geometry and encoding of the posts.
     pub fn posts(&self) -> &Posts {
         &self.posts
     }
 
-    /// Height of the ground at `local`, metres above the datum: bilinear between four posts. `None` off the grid and beside a
-    /// [`VOID`].
+    /// Height of the ground at `local`, metres above the datum: bilinear between four posts. `None` off the grid and
+    /// next to a [`VOID`].
     ///
     /// Cost: four loads and some 30 operations.
     pub fn height_m(&self, local: Local) -> Option<f32> {
@@ -116,7 +116,7 @@ impl<'a> Elevation<'a> {
         if !(col >= 0.0 && row >= 0.0 && col <= last(size.0) && row <= last(size.1)) {
             return None;
         }
-        // Of the last post the cell before it.
+        // The last post belongs to the cell before it.
         let first = |at: f32, count: u16| (at as usize).min(count as usize - 2);
         let (c, r) = (first(col, size.0), first(row, size.1));
         let (u, v) = (col - c as f32, row - r as f32);
@@ -127,18 +127,18 @@ impl<'a> Elevation<'a> {
         Some(base_m + step_m * (north + v * (south - north)))
     }
 
-    /// Two posts beside each other, from byte `at`.
+    /// Two neighbouring posts, from byte `at`.
     fn pair(&self, at: usize) -> Option<[f32; 2]> {
         let &[a, b, c, d] = self.bytes.get(at..)?.first_chunk()?;
         let (west, east) = (i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d]));
         (west != VOID && east != VOID).then_some([west.into(), east.into()])
     }
 
-    /// The plane that is nearest to the ground, in least squares, over a square of ±`half_side_m` around `middle`. `None` where a
-    /// height is missing, and steeper than [`SLOPE_MAX`].
+    /// The least-squares plane over a square of ±`half_side_m` around `middle`. `None` if a height is missing, or
+    /// steeper than [`SLOPE_MAX`].
     ///
-    /// The heights are taken in the middles of 7 x 7 equal parts, so that each stands for as much ground. About their own centre
-    /// east and north are apart from each other, and the normal equations are three quotients.
+    /// The heights are those in the middles of 7 x 7 equal parts, so that each represents the same area. About their
+    /// centre east and north are uncorrelated, and the normal equations are three quotients.
     ///
     /// Cost: 49 heights and three sums, some 3,000 instructions; no memory.
     pub fn plane(&self, middle: Local, half_side_m: f32) -> Option<Plane> {

@@ -15,29 +15,29 @@ pub struct Fix {
     pub local: Local,
     /// Covariance of (east, north), square metres.
     pub covariance: Matrix2<f32>,
-    /// The part of it that the tilt's drift makes: fixes seconds apart share it. What else they may share, the map's own offset, no picture
-    /// tells.
+    /// Its part by the tilt's drift, common to fixes seconds apart. The map's own offset, also common, is not
+    /// observable and not included.
     pub by_tilt: Matrix2<f32>,
-    /// And the part of each axis, square metres, that a map of another year makes, which they share as well.
+    /// Its part by a map of another year, each axis, square metres, common to neighbouring fixes as well.
     pub map_variance_m2: f32,
 }
 
-/// One sigma of what a fix rests on beside the picture.
+/// Sigmas of a fix's sources other than the match.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uncertainty {
     /// Of pitch and roll at mid-exposure, each, radians.
     pub tilt_rad: f32,
-    /// Its part that drifts, radians.
+    /// Its drifting part, radians.
     pub tilt_drift_rad: f32,
     /// Height above ground, metres.
     pub height_m: f32,
     /// RMS of the ground's heights about the plane that the picture was rectified onto, metres.
     pub relief_m: f32,
-    /// How far the vehicle flies, east and north, in one sigma of the stamp, metres.
+    /// Displacement of the vehicle, east and north, in one sigma of the stamp, metres.
     pub along_m: [f32; 2],
 }
 
-/// Moments of the valid pixels about the nadir: how the footprint lies.
+/// Moments of the valid pixels about the nadir.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Footprint {
     /// Mean of x (columns) and y (northwards), pixels.
@@ -52,9 +52,9 @@ pub struct Footprint {
     pub count: u32,
 }
 
-/// What a match feels of the relief that the least-squares plane leaves, as a share of what it would if all of the ground were as
-/// far off the plane on one side of the nadir. Measured, by the errors of flights over real elevation models (jacksboro 0.12,
-/// 1,600 errors; austria 0.16, 230): that of some forty pieces of ground of which each counts for itself.
+/// Effective share of the relief about the least-squares plane in a match's error, relative to all of the ground on one
+/// side of the nadir being off the plane alike. Measured by the errors of flights over real elevation models (jacksboro
+/// 0.12, 1,600 errors; austria 0.16, 230): that of some forty independent pieces of ground.
 const RELIEF_SHARE: f32 = 0.15;
 
 impl Footprint {
@@ -80,22 +80,24 @@ impl Footprint {
         Footprint { centre, xx: sums.xx * scale, xy: sums.xy * scale, yy: sums.yy * scale, count: sums.count }
     }
 
-    /// What the relief moves a match by, of ground that is `lean` heights off the plane; in the units of a pixel's `lean`.
+    /// Covariance of a match's error by the relief, for ground that is `lean` heights off the plane, square units of a
+    /// pixel's `lean`.
     ///
-    /// A point (x, y) that is δ higher than the plane is seen δ/H (x, y) aside. The plane is the one of least squares, so the mean of
-    /// δ, δ x and δ y over the footprint is zero, and so is the mean shift where all of it counts alike. Texture does not: a match
-    /// feels the sum of w δ/H (x, y) over pieces of ground of weights w, as if drawn, which has the covariance of a share of that of
-    /// δ/H (x, y) itself.
+    /// A point (x, y) that is δ above the plane is displaced by δ/H (x, y). The plane is the least-squares one, so the
+    /// means of δ, δ x and δ y over the footprint are zero, and so is the mean shift if all ground weighs the same.
+    /// With texture it does not: a match's shift is the sum of w δ/H (x, y) over pieces of ground of random weights w,
+    /// whose covariance is a share of that of δ/H (x, y).
     fn relief(&self, lean: f32) -> Matrix2<f32> {
         Matrix2::new(self.xx, self.xy, self.xy, self.yy) * (lean * lean)
     }
 
-    /// How far a small tilt about the axis across (`east`, `north`), one of which is 1 and the other 0, moves the nadir that is found
-    /// by the footprint of a camera so many pixels high, pixels for each radian.
+    /// Displacement of the measured nadir by a small tilt about the axis across (`east`, `north`), one of which is 1
+    /// and the other 0, pixels per radian. `height`: of the camera, pixels.
     ///
-    /// A tilt δ along x moves the ground point (x, y) by δ (H + x²/H, xy/H). A match feels the mean over the footprint: for a 60°
-    /// lens 11 % more than H δ. Beside the nadir the field also turns and stretches the picture, by what a similarity feels of its
-    /// gradient; as far as the match has taken turn and scale from the picture it has carried the nadir along with them.
+    /// A tilt δ along x displaces the ground point (x, y) by δ (H + x²/H, xy/H). The match's shift is the mean over the
+    /// footprint: for a 60° lens 11 % more than H δ. Off the nadir the field also rotates and scales the picture, as a
+    /// similarity fitted to its gradient; the share of rotation and scale that the match estimated from the picture
+    /// displaces the nadir with it.
     fn moved(&self, (east, north): (f32, f32), height: f32, carried: Carried) -> Vector2<f32> {
         let (x, y) = self.centre;
         let along = Vector2::new(east, north);
@@ -106,7 +108,8 @@ impl Footprint {
         if over <= 0.0 {
             return mean;
         }
-        // Gradient of (x, y)(x east + y north), and its parts that a similarity feels, weighted as the pixels are spread.
+        // Gradient of (x, y)(x east + y north), and the similarity fitted to it with the pixels' second moments as
+        // weights.
         let gradient = Matrix2::new(2.0 * x * east + y * north, x * north, y * east, x * east + 2.0 * y * north);
         let felt = gradient * spread;
         let (scale, turn) = (felt.trace() / over, (felt[(1, 0)] - felt[(0, 1)]) / over);
@@ -114,11 +117,11 @@ impl Footprint {
     }
 }
 
-/// The fix for a match that predicted the nadir at pixel `window` (col, row) of `tile`, of a camera so high above ground and so
-/// far (east, north) off the point that positions refer to, metres.
+/// The fix of a match around pixel `window` (col, row) of `tile`, the predicted nadir, for a camera of this height
+/// above ground and this offset (east, north) from the point that positions refer to, metres.
 ///
-/// Covariance: the match's own (which holds heading and height through [`crate::matching::Prior`]) plus the tilt's and the
-/// relief's.
+/// Covariance: the match's own, which contains heading and height by [`crate::matching::Prior`], the tilt's, the
+/// stamp's and the relief's.
 pub fn fix(
     tile: &Tile<'_>,
     window: (f32, f32),
@@ -136,10 +139,10 @@ pub fn fix(
         let [east, north] = moved.map(|moved| moved * (per_px * sigma_rad));
         east * east.transpose() + north * north.transpose()
     };
-    // Rows run south: the sign of the cross term turns.
+    // Rows run south, so the covariance's off-diagonal term changes its sign.
     let c = &shift.covariance;
     let matched = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * (resolution * resolution);
-    // The fix is where the picture was taken; it is reported for the stamp's instant, which may be another.
+    // The fix is at the true mid-exposure; it is reported for the stamped one.
     let along = Vector2::from(uncertainty.along_m);
     let relief = footprint.relief(RELIEF_SHARE * uncertainty.relief_m * per_px / height_m);
     let covariance = matched + tilts(uncertainty.tilt_rad) + along * along.transpose() + relief;

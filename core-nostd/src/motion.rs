@@ -1,4 +1,4 @@
-//! How far the picture moves while the shutter is open: blur, and the longest exposure that keeps it small (paper 000).
+//! Image motion during the exposure: blur, and the longest exposure that keeps it small (paper 000).
 //!
 //! A ground point is seen at q = (Y, −1, X) along (forward, up, right) of the camera: X = m kH across, Y = n kV along.
 //! With ω the angular rate of the camera and v its velocity, both on the camera's axes, and d the depth of the point
@@ -31,10 +31,10 @@ use crate::tilt::{Attitude, camera_from_local};
 use crate::units::Radians;
 use nalgebra::{Matrix3, Vector3};
 
-/// Blur above this is worth a warning: half a pixel.
+/// Blur above this is reported: half a pixel.
 pub const BLUR_WARNING_PX: f32 = 0.5;
-/// What GB/T 27920.1-2011 (Specifications for digital aerial photography, part 1: frame digital aerial photography)
-/// allows at most.
+/// Largest blur by GB/T 27920.1-2011 (Specifications for digital aerial photography, part 1: frame digital aerial
+/// photography).
 ///
 /// Paper 000 does not print the figure: it says that its largest image motion, 1.475 px, "meets the standard on frame
 /// digital aerial photography of the national specification" (section 1.4, conclusion 3, reference 16). 1.5 px is the
@@ -43,7 +43,7 @@ pub const BLUR_STANDARD_PX: f32 = 1.5;
 /// Points on each side of the frame at which the motion is computed, one corner included.
 const PER_SIDE: u8 = 8;
 
-/// Why there is no figure.
+/// Why there is no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MotionError {
@@ -81,16 +81,16 @@ pub struct Velocity {
     pub east: f32,
 }
 
-/// Everything that moves the picture, at mid-exposure.
+/// State that determines the image motion, at mid-exposure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moving {
     /// Heading from grid north, pitch, roll.
     pub attitude: Attitude,
     /// Follow-up angle β.
     pub follow_up: Radians,
-    /// How they change.
+    /// Their rates.
     pub rates: Rates,
-    /// How the vehicle moves.
+    /// Velocity of the vehicle.
     pub velocity: Velocity,
     /// Height above ground, metres.
     pub height_m: f32,
@@ -102,11 +102,11 @@ pub struct Moving {
 pub struct ImageMotion {
     /// Longest displacement in the frame, pixels: the blur.
     pub max_px: f32,
-    /// Where: (m right, n forward) of the frame's centre, pixels.
+    /// Its position: (m right, n forward) from the frame's centre, pixels.
     pub at: (f32, f32),
     /// Displacement at the frame's centre, (right, forward) pixels.
     pub centre_px: (f32, f32),
-    /// Longest exposure that keeps the blur at half a pixel, microseconds; `u32::MAX` where nothing moves.
+    /// Longest exposure that keeps the blur at half a pixel, microseconds; `u32::MAX` without motion.
     pub exposure_max_us: u32,
 }
 
@@ -166,8 +166,8 @@ impl Flow {
     /// Velocity of the picture at ideal frame position (`m` right, `n` forward of the principal point), pixels a
     /// second.
     ///
-    /// Beyond the horizon there is no ground; what is seen there is moved by the rotation alone, which is where the
-    /// translation's part has gone to at the horizon.
+    /// Beyond the horizon there is no ground; only the rotation moves the picture there, as the translation's part
+    /// vanishes at the horizon.
     pub fn at(&self, m: f32, n: f32) -> (f32, f32) {
         let (x, y) = (m * self.k.0, n * self.k.1);
         let (rate, velocity) = (&self.rate, &self.velocity);
@@ -180,8 +180,8 @@ impl Flow {
     }
 }
 
-/// Angular rate of the camera on its own axes (forward, up, right). Each elementary turn of eq. 1 adds its rate about
-/// its axis, turned by those that follow it: ω = β' eu + RY(β) (γ' ef + RX(γ) (θ' er − φ' RZ(θ) eu)).
+/// Angular rate of the camera on its own axes (forward, up, right). Each elementary rotation of eq. 1 adds its rate
+/// about its axis, rotated by those that follow it: ω = β' eu + RY(β) (γ' ef + RX(γ) (θ' er − φ' RZ(θ) eu)).
 pub(crate) fn angular_rate(attitude: Attitude, follow_up: Radians, rates: Rates) -> Vector3<f32> {
     let (sb, cb) = math::sin_cos(follow_up.0);
     let (sg, cg) = math::sin_cos(attitude.roll.0);
@@ -196,7 +196,7 @@ pub(crate) fn angular_rate(attitude: Attitude, follow_up: Radians, rates: Rates)
 /// Blur of an exposure of `exposure_us`: the longest displacement over corners and sides of the frame, which is the
 /// longest of all.
 ///
-/// Cost: 32 points of some 40 operations, once a frame; nothing waits for it, so its place is after the fix.
+/// Cost: 32 points of some 40 operations, once a frame; nothing waits for it, so it runs after the fix.
 ///
 /// # Errors
 /// [`MotionError`].

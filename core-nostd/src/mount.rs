@@ -1,14 +1,14 @@
-//! How the camera sits in the vehicle: its lever arm and its boresight (paper 001, eq. 4 to 7, corrected).
+//! Mount of the camera in the vehicle: lever arm and boresight (paper 001, eq. 4 to 7, corrected).
 //!
-//! X_C = X_GPS + R_B^M (r_GPS→INS + r_INS→CAM) and R_C^M = R_B^M R_C^B. The paper prints GPS→CAM for the second arm, which
-//! would count the first one twice, and leaves out the scale in its (4) and (7), which the ground plane gives here.
+//! X_C = X_GPS + R_B^M (r_GPS→INS + r_INS→CAM) and R_C^M = R_B^M R_C^B. The paper prints GPS→CAM for the second arm,
+//! which would count the first one twice, and omits the scale in its (4) and (7), which the ground plane gives here.
 
 use crate::tilt::{Attitude, camera_from_local};
 use crate::units::Radians;
 use nalgebra::{Matrix3, Vector3};
 
-/// From the point that positions refer to, usually the antenna, to the camera's projection centre, along the body's axes:
-/// the sum of both of the paper's arms. Metres.
+/// From the point that positions refer to, usually the antenna, to the camera's projection centre, along the body's
+/// axes: the sum of both of the paper's arms. Metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LeverArm {
@@ -20,28 +20,28 @@ pub struct LeverArm {
     pub down_m: f32,
 }
 
-/// Pitch or roll of a boresight from which on the camera is a head that looks aside (paper 002), rather than one that was
-/// meant to look along its mount's axis: 11.5 degrees.
+/// Pitch or roll of a boresight above which the camera is an oblique head (paper 002) rather than one meant to look
+/// along its mount's axis: 11.5 degrees.
 const LEAN_RAD: f32 = 0.2;
 
-/// Position and rotation of the camera in the vehicle. A head of a combined camera is mounted as any camera is: its rotation
-/// and the platform's boresight are one rotation, which is in the homography once a frame.
+/// Position and rotation of the camera in the vehicle. A head of a combined camera is mounted as any camera is: its
+/// rotation and the platform's boresight are one rotation, applied in the homography once a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Mount {
     /// Its position.
     pub lever_arm: LeverArm,
-    /// Its rotation against the direction that the follow-up axis gives it, in the same three angles as an attitude.
+    /// Its rotation against the mount's axes, in the same three angles as an attitude.
     pub boresight: Attitude,
 }
 
 impl Mount {
-    /// Whether the camera looks exactly where it should.
+    /// Whether the camera has no boresight rotation.
     pub(crate) fn is_aligned(&self) -> bool {
         self.boresight == Attitude::default()
     }
 
-    /// Whether the camera looks aside, so that its footprint lies beside the nadir.
+    /// Whether the camera is oblique, so that its footprint lies off the nadir.
     pub(crate) fn looks_aside(&self) -> bool {
         self.boresight.pitch.0.abs() > LEAN_RAD || self.boresight.roll.0.abs() > LEAN_RAD
     }

@@ -1,11 +1,11 @@
 //! From stamped samples to a value, its rate and their sigmas at the instant of mid-exposure (paper 001).
 //!
-//! One ring per stream. A value exists only between two samples that are close enough: never before the first, never
-//! after the last, never across a gap. How it is found:
+//! One ring buffer per stream. A value exists only between two samples that are close enough: not before the first,
+//! after the last, or across a gap.
 //!
 //! * `fit`: paper 001's penalised least squares over the 21 samples around the instant, in banded form;
-//! * [`noise`]: how strongly, by what noise and motion are, for each lag;
-//! * [`smooth`]: the two over a [`history`], with what remains when a window is short;
+//! * [`noise`]: the strength of smoothing for each lag, by noise and motion;
+//! * [`smooth`]: the two over a [`history`], and linear interpolation if a window is short;
 //! * [`position`]: positions, which come too rarely to be waited for.
 
 mod band;
@@ -28,9 +28,9 @@ pub use smooth::{Estimate, Smoother, Wait};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PoseError {
-    /// The newest samples are still older than the instant: wait for the next.
+    /// The newest samples are older than the instant: wait for the next.
     NotYet,
-    /// The instant is older than what the ring remembers, or nothing was ever received.
+    /// The instant is older than the oldest sample, or nothing was ever received.
     TooOld,
     /// The two samples around the instant are too far apart.
     Gap,
@@ -38,7 +38,7 @@ pub enum PoseError {
     Frozen,
 }
 
-/// How a value was found, for telemetry.
+/// Method of a value, for telemetry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Method {
@@ -54,9 +54,9 @@ pub enum Method {
         lag: u8,
         /// Samples in the window.
         count: u8,
-        /// Of which were left out as outliers.
+        /// Samples of these that were rejected as outliers.
         rejected: u8,
-        /// The residuals' size over what the sensor was said to have.
+        /// Size of the residuals over the sensor's configured noise.
         scale: f32,
     },
     /// The newest value propagated with its measured rate.
@@ -64,7 +64,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// What a fit of `count` samples with `choice` came to.
+    /// Of a fit of `count` samples with `choice`.
     fn fitted<const C: usize>(choice: &Choice, lag: usize, count: usize, fitted: &Fitted<C>) -> Self {
         Method::Fitted {
             order: choice.order,

@@ -18,7 +18,7 @@ pub struct Attitude {
     pub roll: Radians,
 }
 
-/// What is left of a tilt when the camera follows: eq. 5's θ1 and γ1.
+/// Residual tilt of a camera that follows: eq. 5's θ1 and γ1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct EquivalentTilt {
@@ -42,7 +42,7 @@ impl Attitude {
         math::sin_cos(self.pitch.0).1 * math::sin_cos(self.roll.0).1
     }
 
-    /// Without what its heading, pitch and roll are known to be off, radians.
+    /// With known errors of heading, pitch and roll subtracted, radians.
     #[must_use]
     pub fn less(self, [heading, pitch, roll]: [f32; 3]) -> Self {
         Attitude {
@@ -52,8 +52,8 @@ impl Attitude {
         }
     }
 
-    /// Where the optical axis points, whatever the follow-up: the parts of its unit vector to the east and to the north, −a23 and
-    /// −a21. The third, downwards, is [`Attitude::cos_tilt`].
+    /// Direction of the optical axis, whatever the follow-up: the components of its unit vector to the east and to the
+    /// north, −a23 and −a21. The third, downwards, is [`Attitude::cos_tilt`].
     pub fn axis(&self) -> [f32; 2] {
         let (sg, cg) = math::sin_cos(self.roll.0);
         let (st, _) = math::sin_cos(self.pitch.0);
@@ -64,7 +64,7 @@ impl Attitude {
 
 /// A = RY(β) RX(γ) RZ(θ) RY'(φ), `camera_from_local`, rows and columns north/forward, up, east/right (eq. 1).
 ///
-/// The second matrix is printed with θ; γ belongs there, or roll occurs nowhere. φ turns clockwise and β
+/// The paper prints the second matrix with θ; it must be γ, or roll would not occur. φ turns clockwise and β
 /// counter-clockwise about the same axis, so their opposite signs in eq. 1 are right.
 pub fn camera_from_local(attitude: Attitude, follow_up: Radians) -> Matrix3<f32> {
     let (sb, cb) = math::sin_cos(follow_up.0);
@@ -96,8 +96,8 @@ pub fn follow_up_command(attitude: Attitude) -> Radians {
     Radians(math::atan2(ct * sp, cg * cp + sg * st * sp))
 }
 
-/// [`follow_up_command`] to half a hundredth of a radian, for a servo whose encoder is read: what it really does is measured, and
-/// so this enters no rectification.
+/// [`follow_up_command`] to half a hundredth of a radian, for a servo whose encoder is read: the true angle is
+/// measured, so the error does not enter the rectification.
 pub fn approximate_follow_up_command(attitude: Attitude) -> Radians {
     let (sg, cg) = math::approximate_sin_cos(attitude.roll.0);
     let (st, ct) = math::approximate_sin_cos(attitude.pitch.0);

@@ -1,4 +1,4 @@
-//! The acceptance test: whether a match deserves to become a fix. A wrong fix is worse than none.
+//! The acceptance test of a match. A wrong fix is worse than none.
 
 use super::Rejection;
 use super::refine::SubPixel;
@@ -6,18 +6,18 @@ use super::search::Peak;
 use crate::budget::SEARCH_MAX_PX;
 use crate::math::{ln, sqrt};
 
-/// What a match must reach.
+/// Limits of the acceptance test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AcceptRule {
-    /// Valid pixels at least.
+    /// Fewest valid pixels.
     pub valid_min: u32,
-    /// Correlation of the high-pass images at the peak, in the standard deviation that it has over unrelated ground: the
-    /// highest of some hundred chance values reaches 3.5.
+    /// Lowest correlation of the high-pass images at the peak, in the standard deviation that it has over unrelated
+    /// ground: the highest of some hundred chance values reaches 3.5.
     pub score_min: f32,
-    /// Lead over the second peak, in that standard deviation.
+    /// Smallest lead over the second peak, in that standard deviation.
     pub lead_min: f32,
-    /// Share of the picture that must agree with the sub-pixel solution.
+    /// Smallest share of the picture that agrees with the sub-pixel solution.
     pub agreement_min: f32,
     /// Largest sigma of the shift along either axis, pixels.
     pub sigma_max_px: f32,
@@ -36,19 +36,19 @@ impl AcceptRule {
     /// The rule for a search of ±`radius`.
     ///
     /// The highest of M chance values of one deviation is expected at √(2 ln M): 3.49 over the shifts of the largest
-    /// search around the prediction, which the rule itself is for, 4.41 over those of ±64. Score and lead are asked for as
-    /// much more as that, which leaves the margin over chance as it is.
+    /// search around the prediction, which the rule itself is for, 4.41 over those of ±64. Score and lead limits rise
+    /// by the difference, which keeps the margin over chance.
     pub fn among(&self, radius: u16) -> AcceptRule {
         let highest = |radius: f32| sqrt(4.0 * ln(2.0 * radius + 1.0));
         let more = (highest(radius as f32) - highest(SEARCH_MAX_PX as f32)).max(0.0);
         AcceptRule { score_min: self.score_min + more, lead_min: self.lead_min + more, ..*self }
     }
 
-    /// Accepts a peak over `valid` pixels by itself.
+    /// Tests a peak over `valid` pixels.
     ///
-    /// A correlation of chance values spreads by 1/√n. Fisher's transformation, by which that of true ones would spread
-    /// as little, is left out on purpose: near 1 it would make a clear lead of what differing surroundings of two equal
-    /// places make of it.
+    /// A correlation of chance values has the standard deviation 1/√n. Fisher's transformation, with which that of true
+    /// ones would have the same, is not used on purpose: near 1 it would turn differences in the surroundings of two
+    /// equal places into a clear lead.
     ///
     /// # Errors
     /// [`Rejection`].
@@ -68,12 +68,12 @@ impl AcceptRule {
         }
     }
 
-    /// Accepts a sub-pixel solution by itself.
+    /// Tests a sub-pixel solution.
     ///
     /// # Errors
     /// [`Rejection::Imprecise`].
     pub fn solution(&self, solution: &SubPixel) -> Result<(), Rejection> {
-        // A comparison with NaN is false: an axis without a variance is not precise.
+        // A comparison with NaN is false: an axis with an invalid variance is not precise.
         let is_precise = |axis: usize| solution.joint[(axis, axis)] <= self.sigma_max_px * self.sigma_max_px;
         let precise = is_precise(0) && is_precise(1);
         if precise && solution.agreement >= self.agreement_min { Ok(()) } else { Err(Rejection::Imprecise) }

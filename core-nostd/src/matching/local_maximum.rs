@@ -1,7 +1,7 @@
-//! Local maxima of a grid of scores: the highest of them, and where between pixels one has its top.
+//! Local maxima of a grid of scores: the highest of them, and the sub-pixel vertex of one.
 
-/// Shifts nearer than this to a local maximum lie on its main lobe, pixels: noise puts teeth on it, and texture that was
-/// averaged to the pixel correlates over two of them.
+/// Shifts nearer than this to a local maximum lie on its main lobe, pixels: noise makes it jagged, and texture averaged
+/// to the pixel correlates over two of them.
 pub(super) const MAIN_LOBE_PX: i16 = 3;
 
 /// A local maximum.
@@ -34,7 +34,7 @@ pub(super) fn highest<'r, E, S: Copy + PartialOrd, const N: usize>(
     buffer.get(..count).unwrap_or(&[])
 }
 
-/// Whether no neighbour is higher. The flank of a main lobe is none, however high it is where the lobe's own ring ends.
+/// Whether no neighbour is higher. The flank of a main lobe is no maximum, even if it is high at the limit of the lobe.
 #[inline(never)]
 fn is_local_maximum<E, S: PartialOrd>(
     scores: &[E],
@@ -51,7 +51,7 @@ fn is_local_maximum<E, S: PartialOrd>(
     is_top(row) && is_top(row.saturating_sub(1)) && is_top((row + 1).min(rows - 1))
 }
 
-/// Sorts a maximum in, behind those as high. Kept apart: it is rare.
+/// Inserts a maximum after those as high. Kept apart: it is rare.
 #[inline(never)]
 fn insert<S: Copy + PartialOrd, const N: usize>(
     buffer: &mut [LocalMaximum<S>; N],
@@ -66,7 +66,7 @@ fn insert<S: Copy + PartialOrd, const N: usize>(
     }
 }
 
-/// Top of the parabola through the scores before, at and behind a maximum, pixels from it, −0.5 to 0.5.
+/// Vertex of the parabola through the scores before, at and after a maximum, pixels from it, −0.5 to 0.5.
 pub(crate) fn vertex(before: f32, top: f32, behind: f32) -> f32 {
     let curvature = 2.0 * top - before - behind;
     if curvature > 0.0 { (0.5 * (behind - before) / curvature).clamp(-0.5, 0.5) } else { 0.0 }

@@ -1,11 +1,12 @@
 //! Masked normalised cross-correlation of high-pass images over whole-pixel shifts.
 //!
-//! Gain and offset between patch and reference do not matter to it, so other radiometry and season cost little; the
-//! high-pass filter keeps changed ground from outweighing the rest. Its values have no mean, so none is taken off. Products
+//! It is invariant to gain and offset between patch and reference, so other radiometry and season cost little; the
+//! high-pass filter keeps changed ground from outweighing the rest. High-pass values have no mean to subtract. Products
 //! are summed in integers.
 //!
-//! The peak is one pixel wide, so no shift can be left out, but digits can: a coarse ranking with one digit of every value
-//! orders all the shifts, and the whole patch decides between its highest local maxima and climbs to the top of the two best.
+//! The peak is one pixel wide, so no shift can be skipped, but precision can be reduced: a coarse ranking with one
+//! digit of every value orders all the shifts, and the whole patch decides between its highest local maxima and climbs
+//! to the vertices of the two best.
 
 pub(super) mod images;
 mod climb;
@@ -27,40 +28,40 @@ pub struct Peak {
     pub d_row: i16,
     /// Normalised cross-correlation of the high-pass images there, −1 to 1.
     pub score: f32,
-    /// The highest other local maximum, 0 where there is none.
+    /// The second peak: the highest other local maximum, 0 without one.
     pub second: f32,
-    /// Where that is, (columns, rows); the peak itself where there is none.
+    /// Its shift, (columns, rows); the peak's without one.
     pub second_at: (i16, i16),
-    /// Top of the parabolas through the score and its neighbours along both axes, pixels from the peak, −0.5 to 0.5; 0 on
-    /// the border.
+    /// Vertex of the parabolas through the score and its neighbours along both axes, pixels from the peak, −0.5 to 0.5;
+    /// 0 on the border.
     pub vertex: (f32, f32),
     /// Whether the peak lies on the border of the search, so that a higher one may lie beyond.
     pub on_border: bool,
 }
 
-/// Local maxima of the coarse ranking that the whole patch decides between at most: with six of them and a ranking over
-/// [`images::RANKING_PX`] no frame of the default scene is lost that a search of every shift over the whole patch finds.
-/// Over the weak one of the four series the peak is wrong 291 times of 1,500 with one, 84 with three, 38 with six, 25 with
-/// twelve.
+/// Most local maxima of the coarse ranking that the whole patch decides between: with six of them and a ranking over
+/// [`images::RANKING_PX`] no frame of the default scene is lost that a search of every shift over the whole patch
+/// finds. Over the weak one of the four series the peak is wrong 291 times of 1,500 with one, 84 with three, 38 with
+/// six, 25 with twelve.
 const CANDIDATES: usize = 6;
-/// A local maximum that lies further than this below the highest is no candidate, but for the best one away from it: the
-/// standard deviation of the difference of two scores. Chosen: of normal numbers 3 in 100,000 lie further off.
+/// Largest distance of a candidate below the highest maximum, except for the best one off its main lobe, in standard
+/// deviations of the difference of two scores. Chosen: of normal numbers 3 in 100,000 are beyond.
 const BELOW: f32 = 4.0;
 /// Stride of the rows that set the clipping threshold, in the reference and in the patch: the median of the
 /// sizes of n normal values has a relative deviation of 1.17/√n, 7 % for a quarter of a thousand.
 const CLIPPING_STRIDE: usize = 4;
-/// Bytes behind the reference's high-pass image that may be read. The ranking reads up to 18 beyond the pixel under a piece's
-/// last one: 7 by which a piece is rounded up to pairs of words, 8 for two more sums beside the first, 3 by which the shifts
-/// are rounded up to words. Rounded up to pairs of words.
+/// Bytes after the reference's high-pass image that may be read. The ranking reads up to 18 beyond the pixel under a
+/// piece's last one: 7 by which a piece is rounded up to pairs of words, 8 for two more sums beside the first, 3 by
+/// which the shifts are rounded up to words. Rounded up to pairs of words.
 pub(super) const READ_AHEAD: usize = 24;
 
-/// Bytes that a search in a reference of `size` needs. Where the patch's high-pass image fits in too, with three more a row,
-/// it is made only once.
+/// Working space of a search in a reference of `size`, bytes. If the patch's high-pass image fits in too, with three
+/// more a row, it is computed only once.
 pub const fn working_bytes(size: (u16, u16)) -> usize {
     stride(size) * size.1 as usize + READ_AHEAD + 3
 }
 
-/// From one row of the reference's high-pass image to the next.
+/// Bytes from one row of the reference's high-pass image to the next.
 pub(super) const fn stride(size: (u16, u16)) -> usize {
     (size.0 as usize).next_multiple_of(4)
 }
@@ -68,9 +69,8 @@ pub(super) const fn stride(size: (u16, u16)) -> usize {
 /// The peak of the scores of every shift within ±`radius`.
 ///
 /// `patch` and `runs`: as the rectifier leaves them. `reference`: patch + 2 `radius` in both directions or larger; its
-/// centre is the zero of the shifts when it is exactly that. `bytes`: [`working_bytes`] for the reference's high-pass
-/// image, better more. `scores`: space for (2 `radius` + 1)² scores of the coarse ranking, row-major from the upper left
-/// shift.
+/// centre is shift zero when it is exactly that. `bytes`: [`working_bytes`] for the reference's high-pass image, or
+/// more. `scores`: space for (2 `radius` + 1)² scores of the coarse ranking, row-major from the upper left shift.
 ///
 /// # Errors
 /// [`MatchError`].
@@ -110,7 +110,7 @@ pub fn search(
     if images.is_featureless() {
         return Err(MatchError::Featureless);
     }
-    // Of an odd number one more is scored, and not taken.
+    // Shifts are scored in pairs: of an odd number one more is scored and ignored.
     let asked = shifts.get_mut(..found.next_multiple_of(2)).ok_or(MatchError::Featureless)?;
     images.score(asked);
     let found = asked.get(..found).ok_or(MatchError::Featureless)?;

@@ -1,19 +1,17 @@
 //! Symmetric positive definite systems of up to seven diagonals, factored as L D L' without an array of their size.
 //!
-//! A window has at most [`WINDOW`] unknowns. Shorter ones are filled up with ones on the diagonal, which change nothing:
-//! so every loop has a constant length and no index can leave its array.
+//! A window has at most [`WINDOW`] unknowns. Shorter ones are padded with ones on the diagonal, which change nothing,
+//! so that every loop has a constant length and no index can leave its array.
 
-/// Unknowns of the largest window: 0.1 s of attitude at 200 Hz. Positions are fitted over the eleven that their ring holds,
-/// 2 s at 5 Hz. More gain little: at a lag of two samples 21 are within 2 % of any number.
+/// Unknowns of the largest window: 0.1 s of attitude at 200 Hz. Positions are fitted over the eleven of their ring, 2 s
+/// at 5 Hz. More gain little: at a lag of two samples 21 are within 2 % of any number.
 pub const WINDOW: usize = 21;
 /// Diagonals below the main one: as many as the highest order of differences.
 pub const BELOW: usize = 3;
-/// Rows of a matrix: some before the first and behind the last, so that the rows of an earlier and of a later unknown always
-/// exist.
+/// Rows of a matrix: padded at both ends, so that the rows of an earlier and of a later unknown always exist.
 const ROWS: usize = BELOW + WINDOW + BELOW;
 
-/// A number for each sample of a window. Behind its end, and behind the last of all, there are zeros, so that a row of
-/// differences may begin at any sample.
+/// A number for each sample of a window. Zeros follow its end, so that a row of differences may begin at any sample.
 pub type Column = [f32; WINDOW + BELOW];
 
 /// A matrix: row `i` holds the elements (i, i), (i, i − 1), (i, i − 2), (i, i − 3).
@@ -62,7 +60,7 @@ impl Band {
         z[3] += fd * a;
     }
 
-    /// A = L D L'. `false` where A is not positive definite.
+    /// A = L D L'. `false` if A is not positive definite.
     #[inline(never)]
     pub fn factor_into(&self, factors: &mut Factors) -> bool {
         let Factors { lower, reciprocal } = factors;
@@ -84,7 +82,7 @@ impl Band {
 }
 
 impl Factors {
-    /// The identity's, to be overwritten.
+    /// Those of the identity, to be overwritten.
     pub const NONE: Factors = Factors { lower: [[0.0; BELOW]; ROWS], reciprocal: [1.0; ROWS] };
 
     /// x of A x = `right`.
@@ -98,7 +96,7 @@ impl Factors {
             x[i] = z;
             (z1, z2, z3) = (z, z1, z2);
         }
-        // From the last to the first: of each row behind, what it passes on to this one.
+        // From the last to the first, with the contributions of the three rows below.
         let (mut x1, mut x2, mut x3) = (0.0f32, 0.0f32, 0.0f32);
         let mut behind = [[0.0f32; BELOW]; BELOW];
         for i in (0..WINDOW).rev() {

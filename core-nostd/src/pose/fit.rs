@@ -13,7 +13,7 @@ use crate::math;
 pub struct Samples<const C: usize> {
     times: Column,
     values: [Column; C],
-    /// 1, or 0 for a sample that does not count.
+    /// 1, or 0 for a rejected sample.
     weights: Column,
     count: usize,
 }
@@ -22,7 +22,7 @@ pub struct Samples<const C: usize> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FitError {
-    /// Fewer than five samples, or than order + 3 that count: their curve would not be determined.
+    /// Fewer than five samples, or fewer than order + 3 accepted ones: their curve would not be determined.
     TooFew,
     /// More samples than a window holds.
     TooMany,
@@ -34,7 +34,7 @@ pub enum FitError {
     Alpha,
     /// The instant lies before the samples, or further ahead of them than [`AHEAD_MAX`].
     Outside,
-    /// Samples so near to each other that single precision cannot solve for a curve so stiff.
+    /// Samples so close that single precision cannot solve for so stiff a curve.
     Condition,
 }
 
@@ -49,21 +49,22 @@ pub struct Fitted<const C: usize> {
     pub gain: f32,
     /// Standard deviation of a rate for such samples.
     pub rate_gain: f32,
-    /// The samples' noise over what it was said to be, about 1 where that is right: by their differences, or by the median of
-    /// their residuals where some may be outliers.
+    /// Ratio of the samples' noise to its configured sigma: by their differences, or by the median of their residuals
+    /// if some may be outliers.
     pub scale: f32,
-    /// Samples that the gate left out.
+    /// Samples rejected by the gate.
     pub rejected: u8,
 }
 
 const NONE: Column = [0.0; WINDOW + BELOW];
-/// How far ahead of the newest sample the curve may be extrapolated, intervals.
+/// Farthest extrapolation beyond the newest sample, intervals.
 pub const AHEAD_MAX: f32 = 2.0;
-/// Residuals beyond so many standard deviations are outliers, not noise. Chosen: normal noise passes five once in 1.7 million.
+/// Gate: residuals beyond so many standard deviations are outliers. Chosen: normal noise passes five once in 1.7
+/// million.
 const GATE: f32 = 5.0;
-/// Outliers left out at most; in a window with more the scale of the residuals says how noisy it is.
+/// Most outliers that are rejected; in a window with more the scale of the residuals represents the noise.
 const REJECTED_MAX: u8 = 3;
-/// Largest share of the refinement in the weights of an estimate: its square, a thousandth, is what is left of it.
+/// Largest share of the refinement in the weights of an estimate: the share that is left is its square, a thousandth.
 const CORRECTION_MAX: f32 = 1.0 / 32.0;
 /// Median of the largest size among one, two and three standard normal numbers: 2 Φ(x) − 1 = 0.5^(1/C).
 const MEDIAN_OF_NORMAL: [f32; 3] = [0.674_49, 1.051_80, 1.263_81];
@@ -105,7 +106,7 @@ impl<const C: usize> Samples<C> {
         }
     }
 
-    /// Forgets all samples.
+    /// Drops all samples.
     pub fn clear(&mut self) {
         *self = Samples::new();
     }
@@ -115,12 +116,12 @@ impl<const C: usize> Samples<C> {
         self.times.get(..self.count).unwrap_or(&self.times)
     }
 
-    /// Whether so many samples in a row, at least, are the same in every channel.
+    /// Whether at least so many samples in a row are identical in every channel.
     pub fn repeats(&self, least: usize) -> bool {
         self.repeat(least, |i| self.values.iter().all(|column| column.get(i) == column.get(i - 1)))
     }
 
-    /// Whether so many samples in a row, at least, are no further apart than `by` in one channel.
+    /// Whether at least so many samples in a row differ by at most `by` in one channel.
     pub fn stays_in(&self, channel: usize, least: usize, by: f32) -> bool {
         let Some(column) = self.values.get(channel) else { return false };
         let step = |i: usize| column.get(i).zip(column.get(i - 1)).map(|(one, before)| (one - before).abs());
@@ -135,8 +136,8 @@ impl<const C: usize> Samples<C> {
         })
     }
 
-    /// Fits, and evaluates at time 0. `sigmas` are the channels' standard deviations, by which outliers are tested; a
-    /// channel with sigma 0 is not tested.
+    /// Fits, and evaluates at time 0. `sigmas` are the channels' standard deviations for the outlier test; a channel
+    /// with sigma 0 is not tested.
     ///
     /// # Errors
     /// [`FitError`].
@@ -164,7 +165,7 @@ impl<const C: usize> Samples<C> {
         self.factor(&penalty, &weights, &mut factors)?;
         let scale = match noise(&penalty, &about, sigmas) {
             Some(scale) => scale,
-            // Which samples are outliers? That takes the curves, and a new factorisation for each.
+            // To find the outliers, the curves are needed, and a new factorisation after each.
             None => loop {
                 let (worst, scale) = worst(&factors, &penalty, &weights, &about, sigmas);
                 let may_go = rejected < REJECTED_MAX && counted(&weights) > order.number() + 3;
@@ -201,8 +202,8 @@ impl<const C: usize> Samples<C> {
         band.factor_into(factors).then_some(()).ok_or(FitError::TooFew)
     }
 
-    /// Value at 0 and slope of the line through the first and the last sample that count. What is fitted lies about this
-    /// line: it is small, and single precision holds; the penalty does not see a line.
+    /// Value at 0 and slope of the line through the first and the last accepted sample. The fit is of the differences
+    /// from this line, which are small enough for single precision; the penalty of a line is zero.
     fn line(&self, weights: &Column) -> [(f32, f32); C] {
         let mut counted = (0..self.count).filter(|i| weights.get(*i).is_some_and(|w| *w > 0.0));
         let (Some(a), Some(b)) = (counted.next(), counted.next_back()) else { return [(0.0, 0.0); C] };
@@ -216,7 +217,7 @@ impl<const C: usize> Samples<C> {
         })
     }
 
-    /// The samples about the channels' lines.
+    /// The samples' differences from the channels' lines.
     fn about(&self, line: &[(f32, f32); C]) -> [Column; C] {
         let mut about = [NONE; C];
         for ((about, values), line) in about.iter_mut().zip(&self.values).zip(line) {
@@ -228,20 +229,20 @@ impl<const C: usize> Samples<C> {
     }
 }
 
-/// Samples that count.
+/// Number of accepted samples.
 fn counted(weights: &Column) -> usize {
     weights.iter().filter(|weight| **weight > 0.0).count()
 }
 
-/// The samples' noise over what it was said to be, from their differences; `None` where one of these is no noise.
+/// Ratio of the samples' noise to its configured sigma, from their differences; `None` if one of these is a spike.
 fn noise<const C: usize>(penalty: &Penalty, about: &[Column; C], sigmas: [f32; C]) -> Option<f32> {
     let roughness = penalty.roughness(about, sigmas);
     let scale = if roughness.norms > 0.0 { math::sqrt(roughness.squares / roughness.norms) } else { 0.0 };
     (!roughness.is_spiked).then_some(scale)
 }
 
-/// The sample with the largest residual, if that is an outlier, and the residuals' scale by their median, which outliers do
-/// not move.
+/// The sample with the largest residual, if that is an outlier, and the residuals' scale by their median, which
+/// outliers do not affect.
 fn worst<const C: usize>(
     factors: &Factors,
     penalty: &Penalty,
@@ -260,7 +261,7 @@ fn worst<const C: usize>(
     }
     let largest =
         sizes.iter().enumerate().fold((0, 0.0), |worst, (i, size)| if *size > worst.1 { (i, *size) } else { worst });
-    // Zeros of samples that do not count come first.
+    // Zeros of rejected samples come first.
     let counted = counted(weights);
     sort(&mut sizes);
     let median = sizes.get(sizes.len() - counted + counted / 2).copied().unwrap_or(0.0);
@@ -268,8 +269,8 @@ fn worst<const C: usize>(
     ((largest.1 > GATE * scale.max(1.0)).then_some(largest.0), scale)
 }
 
-/// Sorts a few numbers, smallest first. Not by the library's sort, which has a branch that panics where an order contradicts
-/// itself, and in one loop that cannot be unrolled: it steps back over each number that is out of place.
+/// Sorts a few numbers, smallest first: an insertion sort in one loop that cannot be unrolled. The library's sort has a
+/// panicking branch for an inconsistent order.
 #[inline(never)]
 fn sort(sizes: &mut [f32]) {
     let mut at = 0;
@@ -283,7 +284,7 @@ fn sort(sizes: &mut [f32]) {
     }
 }
 
-/// The samples' weights in an estimate, of `x` what a row makes of the curve; the estimate's standard deviation for samples of
+/// Turns `x` into the samples' weights in an estimate; returns the estimate's standard deviation for samples of
 /// standard deviation 1 and weight 1.
 ///
 /// With (P + α R) g = P L it is row'g = (P x)'L, where x = (P + α R)⁻¹ row.
@@ -301,9 +302,9 @@ fn dot(weights: &Column, samples: &Column) -> f32 {
     weights.iter().zip(samples).map(|(weight, sample)| weight * sample).sum()
 }
 
-/// x of (P + α R) x = `right`, once refined: the factors' rounding, enlarged by the system's condition, would be a hundredth
-/// of the noise at the largest α; a thousandth of that is left. Beside it the largest that the refinement added: its share of
-/// x is about the condition times the rounding.
+/// x of (P + α R) x = `right` after one step of iterative refinement: the factors' rounding, times the condition
+/// number, would be a hundredth of the noise at the largest α; a thousandth of that is left. Also the largest
+/// correction: its share of x is about the condition number times the rounding.
 fn refined(factors: &Factors, penalty: &Penalty, weights: &Column, right: &Column) -> (Column, f32) {
     let mut x = factors.solve(right);
     let mut left = penalty.times(&x);
@@ -317,7 +318,7 @@ fn refined(factors: &Factors, penalty: &Penalty, weights: &Column, right: &Colum
     (x, largest(&correction))
 }
 
-/// Largest size; NaNs are passed over.
+/// Largest magnitude; NaNs are ignored.
 fn largest(column: &Column) -> f32 {
     column.iter().fold(0.0, |most: f32, x| most.max(x.abs()))
 }

@@ -1,23 +1,23 @@
-//! The newest samples of a stream, and what lies between two of them.
+//! The newest samples of a stream, and interpolation between two of them.
 
 use super::PoseError;
 use crate::tilt::Attitude;
 use crate::units::{Micros, Radians};
 use heapless::Deque;
 
-/// A sample that was not taken: its stamp is not after the newest one's.
+/// A refused sample: its stamp is not after the newest one's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Backwards;
 
 /// A quantity of `C` channels that can be expressed as its difference from another.
 ///
-/// Angles go the short way round, so a window of attitudes is unwrapped about its reference. Heading, pitch and roll serve
-/// as channels because nothing is rectified beyond 70° of tilt: they are far from where heading and roll become one.
+/// Angles are differenced the short way round, so a window of attitudes is unwrapped about its reference. Heading,
+/// pitch and roll serve as channels because nothing is rectified beyond 70° of tilt, far from their singularity at 90°.
 pub trait Channels<const C: usize>: Copy + PartialEq {
-    /// How far it is from `reference`.
+    /// Difference from `reference`.
     fn away_from(self, reference: Self) -> [f32; C];
-    /// So far from it.
+    /// With the difference `by` added.
     fn moved(self, by: [f32; C]) -> Self;
 }
 
@@ -56,16 +56,16 @@ impl Channels<3> for Attitude {
     }
 }
 
-/// A value between two samples and where it stands between them.
+/// A value interpolated between two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interpolated<T, const C: usize> {
     /// The value.
     pub value: T,
     /// The fraction from the older sample to the newer.
     pub u: f32,
-    /// How far apart the two are, microseconds; 0 where the instant is a sample's and no later one is there.
+    /// Interval of the two samples, microseconds; 0 if the instant is a sample's and no later one is there.
     pub apart_us: u32,
-    /// Rate of each channel, per second; 0 where the instant is a sample's and no later one is there.
+    /// Rate of each channel, per second; 0 if the instant is a sample's and no later one is there.
     pub rate: [f32; C],
 }
 
@@ -88,10 +88,10 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
         History { samples: Deque::new() }
     }
 
-    /// Takes a sample; where the ring is full, the oldest is dropped.
+    /// Takes a sample; if the ring is full, the oldest is dropped.
     ///
     /// # Errors
-    /// [`Backwards`] when its stamp is not after the newest one's; nothing changes then.
+    /// [`Backwards`] if its stamp is not after the newest one's; nothing changes then.
     pub fn push(&mut self, sampled_at: Micros, value: T) -> Result<(), Backwards> {
         if self.samples.back().is_some_and(|(newest, _)| *newest >= sampled_at) {
             return Err(Backwards);
@@ -104,7 +104,7 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
         Ok(())
     }
 
-    /// Forgets the newest sample.
+    /// Drops the newest sample.
     pub(crate) fn drop_newest(&mut self) {
         self.samples.pop_back();
     }
@@ -119,7 +119,7 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
         self.samples.iter().copied()
     }
 
-    /// How many samples are later than `at`.
+    /// Number of samples later than `at`.
     pub(crate) fn later_than(&self, at: Micros) -> usize {
         self.samples.iter().rev().take_while(|(stamp, _)| *stamp > at).count()
     }

@@ -1,11 +1,11 @@
-//! How much to smooth: the order of the penalty and α for each lag, from what the sensor's noise and the vehicle's motion
-//! are.
+//! Strength of smoothing: the order of the penalty and α for each lag, from the sensor's noise and the vehicle's
+//! motion.
 //!
-//! An estimate is a weighted sum Σ x L of the window's samples. White noise of variance σ² leaves σ² Σ x² in it, and a motion
-//! of amplitude A and angular frequency ω is off by A²/2 |Σ x e^{jωt} − e^{jωt₀}|² in the mean over its phase. The smallest
-//! sum of both is searched for, once, before the flight. The best α at the window's edge is orders of magnitude below that in
-//! its middle: α = 100, best for a whole flight of paper 001's positions, is off by 0.56 m at its newest sample, α = 1 by
-//! 0.10 m.
+//! An estimate is a weighted sum Σ x L of the window's samples. White noise of variance σ² has variance σ² Σ x² in it,
+//! and a motion of amplitude A and angular frequency ω has the mean square error A²/2 |Σ x e^{jωt} − e^{jωt₀}|² over
+//! its phase. The minimum of their sum is searched for, once, before the flight. The best α at the window's edge is
+//! orders of magnitude below that in its middle: α = 100, best for a whole flight of paper 001's positions, is off by
+//! 0.56 m at its newest sample, α = 1 by 0.10 m.
 
 use super::band::{Band, Column, Factors, WINDOW};
 use super::penalty::{ALPHA_MAX, Order, Penalty, row};
@@ -14,14 +14,14 @@ use core::f32::consts::TAU;
 
 /// Lags distinguished: from the newest sample to the middle of the window.
 pub const LAGS: usize = WINDOW / 2 + 1;
-/// How far ahead of the newest sample predictions are distinguished, intervals.
+/// Leads ahead of the newest sample that are distinguished, intervals.
 pub const AHEAD: [f32; 4] = [0.5, 1.0, 1.5, 2.0];
-/// Where between two samples the instant may lie.
+/// Positions of the instant between two samples that are averaged over.
 const FRACTIONS: [f32; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
 /// The smallest α, the ratio of one to the next (the fourth root of ten), and how many: up to 10⁴.
 const ALPHAS: (f32, f32, usize) = (0.01, 1.778_279_4, 25);
 
-/// A motion that must get through, in the unit of the channel.
+/// A motion to be preserved, in the unit of the channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Wave {
@@ -31,13 +31,13 @@ pub struct Wave {
     pub period_s: f32,
 }
 
-/// A sensor's noise and what it measures.
+/// A sensor's noise and signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NoiseModel {
-    /// Nominal distance of two samples, microseconds.
+    /// Nominal sampling interval, microseconds.
     pub interval_us: u32,
-    /// Sigma of the noise that is new in every sample, in the unit of the channel.
+    /// Sigma of the samples' white noise, in the unit of the channel.
     pub white: f32,
     /// The motions; amplitude 0 for none.
     pub waves: [Wave; 2],
@@ -84,13 +84,13 @@ impl NoiseModel {
         math::sqrt(self.waves.iter().map(mean_square).sum())
     }
 
-    /// Angular frequency of a wave in radians an interval; 0 where there is none.
+    /// Angular frequency of a wave in radians an interval; 0 without one.
     fn step_rad(&self, wave: &Wave) -> f32 {
         if wave.amplitude > 0.0 { TAU * 1e-6 * self.interval_us as f32 / wave.period_s } else { 0.0 }
     }
 }
 
-/// How to smooth at one lag.
+/// Smoothing at one lag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Choice {
@@ -98,13 +98,13 @@ pub struct Choice {
     pub order: Order,
     /// Dimensionless, for the nominal interval.
     pub alpha: f32,
-    /// What the motion's part of the error is expected to be, root mean square, in the unit of the channel.
+    /// Expected error by the motion, root mean square, in the unit of the channel.
     pub bias: f32,
-    /// Root mean square of the motion's part of the error of the rate, per interval.
+    /// Expected error of the rate by the motion, root mean square, per interval.
     pub rate_bias: f32,
 }
 
-/// How to smooth at each lag, and to predict.
+/// Smoothing at each lag, and for predictions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choices {
     by_lag: [Choice; LAGS],
@@ -120,20 +120,20 @@ impl Choices {
         Choices { by_lag: best(model, orders, &lags), ahead: best(model, orders, &leads) }
     }
 
-    /// At `lag` whole samples behind the newest; further behind it is as in the middle of the window.
+    /// At `lag` whole samples behind the newest; beyond, that of the window's middle.
     pub fn at(&self, lag: usize) -> Choice {
         let [.., middle] = self.by_lag;
         self.by_lag.get(lag).copied().unwrap_or(middle)
     }
 
-    /// So many `intervals` ahead of the newest sample; `None` beyond the last of [`AHEAD`].
+    /// At a lead of `intervals` ahead of the newest sample; `None` beyond the last of [`AHEAD`].
     pub fn ahead(&self, intervals: f32) -> Option<Choice> {
         AHEAD.iter().position(|ahead| intervals <= *ahead).and_then(|i| self.ahead.get(i).copied())
     }
 }
 
-/// The choice for each group of instants in a full window, in intervals from its oldest sample: the smallest mean square
-/// error in the mean over the group.
+/// The choice with the smallest mean square error for each group of instants in a full window, in intervals from its
+/// oldest sample.
 fn best<const G: usize, const N: usize>(model: &NoiseModel, orders: &[Order], groups: &[[f32; N]; G]) -> [Choice; G] {
     let waves = model.waves.map(|wave| Phasors::new(&wave, model.step_rad(&wave)));
     let times: [f32; WINDOW] = core::array::from_fn(|i| i as f32);
@@ -165,7 +165,7 @@ fn best<const G: usize, const N: usize>(model: &NoiseModel, orders: &[Order], gr
                     *best = (noise + bias * bias, Choice { order, alpha, bias, rate_bias });
                 }
             }
-            // Rounding must not lead the last beyond what a fit takes.
+            // Rounding must not bring the last beyond the largest α of a fit.
             alpha = (alpha * ALPHAS.1).min(ALPHA_MAX);
         }
     }

@@ -1,7 +1,8 @@
-//! The penalty on a curve's differences, and the cubic that leads from sample to sample.
+//! The penalty on a curve's differences, and the cubic interpolation between samples.
 //!
-//! Times are in units of the nominal interval. For samples exactly that far apart the rows are 1, −2, 1 and −1, 3, −3, 1, as
-//! in paper 001; otherwise they are divided differences, so that a lost sample or a jittering stamp bends nothing.
+//! Times are in units of the nominal interval. For samples exactly that far apart the rows are 1, −2, 1 and −1, 3, −3,
+//! 1, as in paper 001; otherwise they are divided differences, so that a lost sample or a jittering stamp does not
+//! distort the curve.
 
 use super::band::{BELOW, Band, Column, WINDOW};
 
@@ -25,8 +26,8 @@ impl Order {
     }
 }
 
-/// The largest α that single precision bears: the condition number is about 4^d α, and beyond these the error of a
-/// window's estimate, which is taken about a line through its ends, passes a thousandth of the noise.
+/// Largest α for single precision: the condition number is about 4^d α, and beyond these the error of a window's
+/// estimate, relative to a line through its ends, exceeds a thousandth of the noise.
 pub const ALPHA_MAX: f32 = 1e4;
 
 /// α R = α D'D over a window's samples, by its rows.
@@ -62,7 +63,7 @@ impl Penalty {
         }
     }
 
-    /// How rough the `channels` are, each in units of its `sigmas`; one of sigma 0 is left out. They must end where the
+    /// Roughness of the `channels`, each in units of its `sigmas`; one of sigma 0 is ignored. They must end where the
     /// penalty's samples do.
     pub fn roughness<const C: usize>(&self, channels: &[Column; C], sigmas: [f32; C]) -> Roughness {
         let scales = sigmas.map(|sigma| if sigma > 0.0 { 1.0 / (sigma * sigma) } else { 0.0 });
@@ -85,7 +86,7 @@ impl Penalty {
         Roughness { squares, norms: norms * tested, is_spiked: excess > 0.0 }
     }
 
-    /// α R g. Differences of neighbours come first, so it is exact where its product with a band of large numbers is not.
+    /// α R g. Neighbours are subtracted first, so it is exact where its product with a band of large numbers is not.
     #[inline(never)]
     pub fn times(&self, g: &Column) -> Column {
         let mut product = [0.0; WINDOW + BELOW];
@@ -103,18 +104,18 @@ impl Penalty {
     }
 }
 
-/// How rough samples are, in units of their own standard deviation.
+/// Roughness of samples, in units of their own standard deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Roughness {
     /// Sum of the squared differences.
     pub squares: f32,
-    /// What it is expected to be for white noise.
+    /// Its expectation for white noise.
     pub norms: f32,
-    /// Whether a single difference is more than noise can make: a spike in a sample.
+    /// Whether a single difference is beyond noise: a spike in a sample.
     pub is_spiked: bool,
 }
 
-/// Differences of noise stay below so many of their standard deviations. A sample off by six of its own passes it.
+/// Gate of a spike, standard deviations of a difference. A sample off by six of its own passes it.
 const SPIKE: f32 = 5.0;
 
 fn fill<const K: usize>(rows: &mut [([f32; BELOW + 1], f32); WINDOW], times: &[f32], factorial: f32, part: f32) {
@@ -135,9 +136,9 @@ fn fill<const K: usize>(rows: &mut [([f32; BELOW + 1], f32); WINDOW], times: &[f
 
 /// Weights of the fitted samples at `times` for value and rate at `at`.
 ///
-/// Between samples: the cubic through the four around it. The natural spline that second differences imply differs from
-/// it by less than a hundredth of the noise (the reference's FIR rows are this cubic's), and it needs no second system of
-/// equations. Ahead of the newest sample: what the penalty does not see, a line through the newest two for second
+/// Between samples: the cubic through the four around it. The natural spline of second differences differs from it by
+/// less than a hundredth of the noise (the reference's FIR rows are this cubic's), and the cubic needs no second system
+/// of equations. Ahead of the newest sample: a curve without penalty, a line through the newest two for second
 /// differences, a parabola through the newest three for third ones.
 #[inline(never)]
 pub fn row(times: &[f32], at: f32, order: Order) -> (Column, Column) {

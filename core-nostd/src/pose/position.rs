@@ -1,7 +1,8 @@
-//! The position state that the navigation reports, propagated to the instant asked for.
+//! The navigation's position, propagated to an instant.
 //!
-//! Positions come five times a second, late. Waiting for the one after the exposure would cost half a second, so the newest
-//! are propagated: with the measured velocity, or by the fit over the last positions, whichever is expected to be nearer.
+//! Positions come five times a second, with latency. Waiting for the one after the exposure would cost half a second,
+//! so the newest are propagated: with the measured velocity, or by the fit over the last positions, whichever has the
+//! smaller expected error.
 
 use super::band::WINDOW;
 use super::fit::Samples;
@@ -46,11 +47,11 @@ impl Channels<4> for PositionState {
     }
 }
 
-/// What positions and velocities are worth, one sigma.
+/// Sigmas of positions and velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PositionSigmas {
-    /// The part of a position that drifts, metres: what the fixes are for. No smoothing takes it off.
+    /// Drift of a position, metres: what the fixes are to correct. No smoothing reduces it.
     pub drift_m: f32,
     /// Each velocity, m/s.
     pub velocity_m_per_s: f32,
@@ -74,7 +75,7 @@ pub struct Predicted {
     pub state: PositionState,
     /// Sigma of east and north, each, metres, the drift included.
     pub sigma_m: f32,
-    /// How it was found.
+    /// Method.
     pub method: Method,
 }
 
@@ -87,7 +88,8 @@ impl Predictor {
     /// The position at `at`, no further than `age_us` from the newest sample.
     ///
     /// # Errors
-    /// [`PoseError::TooOld`] without a sample so near, [`PoseError::Frozen`] where the vehicle flies and its position does not.
+    /// [`PoseError::TooOld`] without a sample so near, [`PoseError::Frozen`] if the vehicle moves and its position does
+    /// not.
     pub fn at<const N: usize>(
         &self,
         history: &History<PositionState, 4, N>,
@@ -101,8 +103,8 @@ impl Predictor {
         }
     }
 
-    /// The propagated position without the fit, of which a second copy would cost a board 4 KB, and which smooths white noise
-    /// alone, the smaller part of a navigation's error.
+    /// The propagated position without the fit, a second copy of which would take 4 KB of a board's flash; it smooths
+    /// white noise only, the smaller part of a navigation's error.
     ///
     /// # Errors
     /// Those of [`Predictor::at`].
@@ -133,8 +135,8 @@ impl Predictor {
         Ok((newest, self.propagated(newest, age as f32 * 1e-6)))
     }
 
-    /// Whether the last positions are the same to the bit though the vehicle, by its velocity, has gone further than noise
-    /// and the message's centimetre can hide.
+    /// Whether the last positions are bit-identical though the vehicle, by its velocity, has moved further than noise
+    /// and the message's resolution of a centimetre can hide.
     pub(crate) fn is_frozen<const N: usize>(&self, history: &History<PositionState, 4, N>) -> bool {
         let mut newest_first = history.samples().rev();
         let Some((newest_at, newest)) = newest_first.next() else { return false };
@@ -145,7 +147,7 @@ impl Predictor {
         speed * seconds > FROZEN_M + 5.0 * (self.model.white + self.sigmas.velocity_m_per_s * seconds)
     }
 
-    /// The newest sample and its velocity. The motion's accelerations, which it does not know, add to the sigma.
+    /// The newest sample propagated by its velocity. The unknown accelerations of the motion add to the sigma.
     fn propagated(&self, newest: PositionState, seconds: f32) -> Predicted {
         let state = newest.moved([newest.east_m_per_s * seconds, newest.north_m_per_s * seconds, 0.0, 0.0]);
         let variance = squared(self.sigmas.drift_m)
@@ -155,8 +157,8 @@ impl Predictor {
         Predicted { state, sigma_m: sqrt(variance), method: Method::Propagated }
     }
 
-    /// The fit over the last positions, propagated by what its penalty does not see; `None` where there are too few, a gap
-    /// is between them or the instant is too far ahead.
+    /// The fit over the last positions, extrapolated; `None` if there are too few, a gap is between them or the instant
+    /// is too far ahead.
     fn fitted<const N: usize>(
         &self,
         history: &History<PositionState, 4, N>,
@@ -187,7 +189,7 @@ impl Predictor {
         let white = self.model.white * fitted.scale.max(1.0);
         let rate_sigma = hypot(white * fitted.rate_gain, choice.rate_bias) * per_s;
         let mut state = PositionState { east_m: newest.east_m + east, north_m: newest.north_m + north, ..newest };
-        // The measured velocity stays where it is the better one.
+        // The measured velocity is kept if it is the better one.
         if rate_sigma < self.sigmas.velocity_m_per_s {
             (state.east_m_per_s, state.north_m_per_s) = (fitted.rate[0] * per_s, fitted.rate[1] * per_s);
         }

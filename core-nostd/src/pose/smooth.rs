@@ -9,11 +9,11 @@ use super::{Method, PoseError};
 use crate::math::{hypot, squared};
 use crate::units::Micros;
 
-/// How a stream of `C` channels is smoothed.
+/// Smoothing of a stream of `C` channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smoother<const C: usize> {
     interval_us: u32,
-    /// Sigma of a sample's own noise, each channel.
+    /// White noise of a sample, each channel, one sigma.
     sigmas: [f32; C],
     /// Root mean square acceleration of the motion, channel units per second squared.
     acceleration: f32,
@@ -27,25 +27,25 @@ pub struct Estimate<T, const C: usize> {
     pub value: T,
     /// Rate of each channel, per second.
     pub rate: [f32; C],
-    /// Sigma of each channel: what is left of the samples' own noise, and of the motion that the smoothing took for noise.
+    /// Sigma of each channel: residual noise of the samples, and the motion's error by smoothing.
     pub sigma: [f32; C],
     /// Sigma of each rate, per second, likewise.
     pub rate_sigma: [f32; C],
-    /// How it was found.
+    /// Method.
     pub method: Method,
 }
 
-/// What to do while fewer later samples are there than wanted.
+/// What to do while fewer later samples than wanted have arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wait {
-    /// So many samples later than the instant, at least one.
+    /// Wait for so many samples later than the instant, at least one.
     For(u8),
-    /// As many as there are, if one.
+    /// Use as many as there are, at least one.
     No,
 }
 
 impl<const C: usize> Smoother<C> {
-    /// For a sensor of `model`, α by the model's own noise; `sigmas` are those of the channels.
+    /// For a sensor of `model`, whose own noise determines α; `sigmas` are those of the channels.
     pub fn new(model: &NoiseModel, sigmas: [f32; C]) -> Self {
         let choices = Choices::of(model, &[Order::Second, Order::Third]);
         Smoother { interval_us: model.interval_us, sigmas, acceleration: model.acceleration(), choices }
@@ -53,9 +53,9 @@ impl<const C: usize> Smoother<C> {
 
     /// The value of `history` at `at`.
     ///
-    /// The window ends half its length after the instant, or with the newest sample, and begins as far back as it is long; no
-    /// two neighbours in it are further than `gap_us` apart. With fewer than five, or without noise to smooth, the
-    /// value is interpolated linearly between the two samples around it.
+    /// The window ends half its length after the instant, or with the newest sample, and begins its length before; no
+    /// two neighbours in it are further than `gap_us` apart. With fewer than five samples, or without noise to smooth,
+    /// the value is interpolated linearly between the two samples around it.
     ///
     /// # Errors
     /// [`PoseError`].
@@ -72,7 +72,7 @@ impl<const C: usize> Smoother<C> {
         if later < wanted as usize {
             return Err(PoseError::NotYet);
         }
-        // Between the two samples around it, which also says whether there are any.
+        // Between the two samples around it; also tests whether there are any.
         let linear = history.at(at, gap_us)?;
         if self.sigmas.iter().all(|sigma| *sigma == 0.0) {
             return Ok(self.linear(&linear));
@@ -101,7 +101,7 @@ impl<const C: usize> Smoother<C> {
         method: Method,
     ) -> Estimate<T, C> {
         let per_s = 1e6 / self.interval_us as f32;
-        // Noise beyond what was declared is believed.
+        // Noise above the configured one is taken over.
         let scale = fitted.scale.max(1.0);
         Estimate {
             value: reference.moved(fitted.value),
@@ -114,7 +114,7 @@ impl<const C: usize> Smoother<C> {
 
     fn linear<T: Channels<C>>(&self, between: &Interpolated<T, C>) -> Estimate<T, C> {
         let factor = between.noise_factor();
-        // A bend of acceleration a lies u (1 − u) a t²/2 off the straight line, and its slope up to a t/2 off.
+        // A curve of acceleration a is off the straight line by u (1 − u) a t²/2, and its slope by up to a t/2.
         let apart_s = between.apart_us as f32 * 1e-6;
         let bend = 0.5 * between.u * (1.0 - between.u) * self.acceleration * squared(apart_s);
         let turn = 0.5 * self.acceleration * apart_s;
@@ -128,7 +128,8 @@ impl<const C: usize> Smoother<C> {
         }
     }
 
-    /// Fills in the samples around `at`; the lag: whole samples between the instant's own interval and the window's nearer end.
+    /// Fills in the samples around `at`; returns the lag: whole samples between the instant's own interval and the
+    /// window's nearer end.
     fn window<T: Channels<C>, const N: usize>(
         &self,
         history: &History<T, C, N>,
@@ -143,7 +144,7 @@ impl<const C: usize> Smoother<C> {
         let (mut counts, mut newest) = ([0usize; 2], None::<Micros>);
         let per_us = 1.0 / self.interval_us as f32;
         for (stamp, value) in history.samples().skip(earlier - before).take(before + after) {
-            // The stretch without a gap that holds the instant.
+            // The interval without a gap that contains the instant.
             if newest.is_some_and(|newest| stamp.since(newest) as u32 > gap_us) {
                 if stamp > at {
                     break;
@@ -160,13 +161,14 @@ impl<const C: usize> Smoother<C> {
     }
 }
 
-/// Bit-identical consecutive samples after which the sensor counts as frozen, or as frozen a moment ago: its values are old,
-/// though its stamps are fresh. Fewer come from a sensor whose messages are sent more often than its filter steps, and
-/// make no more than two intervals of age.
+/// Bit-identical consecutive samples after which the sensor counts as frozen: its values are old, though its stamps are
+/// fresh. Fewer come from a sensor whose messages are sent more often than its filter is updated, and have an age of no
+/// more than two intervals.
 const FROZEN: usize = 5;
-/// Of one noisy channel alone, within [`ROUNDED`]. Chosen between an estimator's single-precision angles, which never repeat, and the
-/// window's 21; in logs that round angles to 0.01 degrees 0.1 to 1.4 % of the samples do, mostly at rest.
+/// The same for one noisy channel alone, within [`ROUNDED`]. Chosen between an estimator's single-precision angles,
+/// which never repeat, and the window's 21; in logs that round angles to 0.01 degrees 0.1 to 1.4 % of the samples do,
+/// mostly at rest.
 const CHANNEL_FROZEN: usize = 8;
-/// One angle that stays comes out of a quaternion in single precision within this, radians: each component is off by up to 3e-8, and the
-/// heading by 1.2e-7 more.
+/// Rounding of a constant angle computed from a quaternion in single precision, radians: each component is off by up to
+/// 3e-8, and the heading by 1.2e-7 more.
 const ROUNDED: f32 = 1e-6;

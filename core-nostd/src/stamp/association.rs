@@ -5,14 +5,14 @@
 //! frame, frames without an edge and strays cannot shift the numbering, as they do where edges and frames are counted
 //! (a shift by one frame is the complaint most often made of camera triggers).
 //!
-//! | edges at those places | stamp |
+//! | edges within the gates | stamp |
 //! |---|---|
 //! | one pair of the right length | both edges |
-//! | one edge, and none beside it that says another exposure | that edge and the known exposure |
+//! | one edge, with no neighbour that makes another exposure | that edge and the known exposure |
 //! | none; or several of a kind, which may all be strays | arrival and the known exposure |
-//! | an opening and a closing one whose distance is no known exposure; a good pair elsewhere | contradiction |
+//! | an opening and a closing one of another distance than the known exposure; a good pair elsewhere | contradiction |
 //!
-//! Without a known exposure both edges must be there, the opening one between the closing edge before and this one.
+//! Without a known exposure both edges are required, the opening one between the closing edge before and this one.
 
 use super::edges::Edges;
 use super::settings::ShutterSettings;
@@ -20,12 +20,12 @@ use super::{EXPOSURE_MAX_US, Exposure, ROUNDING, StampError, StampSource};
 use crate::math;
 use crate::units::Ticks;
 
-/// Sigmas within which an edge is where it should be: one in two million is not.
+/// Gate of an edge, sigmas: one in two million is beyond.
 const GATE_SIGMAS: f32 = 5.0;
-/// Ticks that roundings may add to a gate: up to one for each of two latches.
+/// Margin of a gate for rounding, ticks: up to one for each of two latches.
 const GATE_SLACK: f32 = 2.0;
-/// Jitter, in ticks, from which on the roundings of two latches have nothing to do with each other: with normal jitter σ
-/// their correlation falls as exp(−2 π² σ²), which is 4 % there.
+/// Jitter, in ticks, above which the roundings of two latches are independent: with normal jitter σ their correlation
+/// falls as exp(−2 π² σ²), which is 4 % there.
 const DITHER_TICKS: f32 = 0.4;
 
 /// The edges associated with a frame.
@@ -38,12 +38,12 @@ pub enum Association {
     Opening(Ticks),
     /// The closing one.
     Closing(Ticks),
-    /// Neither: where the shutter should have closed, by the frame's arrival.
+    /// Neither: the closing of the shutter by the frame's arrival.
     Neither(Ticks),
 }
 
 impl Association {
-    /// How many edges there are.
+    /// Number of edges.
     pub fn edges(self) -> u8 {
         match self {
             Association::Both(_) => 2,
@@ -52,7 +52,7 @@ impl Association {
         }
     }
 
-    /// What a stamp by them is made of.
+    /// Source of a stamp by them.
     pub fn source(self) -> StampSource {
         match self {
             Association::Both(_) => StampSource::BothEdges,
@@ -61,10 +61,10 @@ impl Association {
         }
     }
 
-    /// The exposure, its missing edges put where the known length has them.
+    /// The exposure, with missing edges computed from the known length.
     ///
     /// # Errors
-    /// [`StampError::NoExposure`] where no length is known.
+    /// [`StampError::NoExposure`] if no length is known.
     pub fn exposure(self, settings: &ShutterSettings) -> Result<Exposure, StampError> {
         let length = || settings.exposure.map(|known| known.us).ok_or(StampError::NoExposure);
         Ok(match self {
@@ -76,7 +76,7 @@ impl Association {
         })
     }
 
-    /// Variance of the middle on the timer, ticks²: of both edges' mean, or of the one latch and half the exposure's.
+    /// Variance of the middle on the timer, ticks²: of both edges' mean, or of the one latch and half the exposure.
     ///
     /// Edges that jitter by less than half a tick are rounded alike, since exposures last whole microseconds: their
     /// mean is then no better than one of them.
@@ -96,7 +96,7 @@ impl Association {
     }
 }
 
-/// How alike latches of the same phase are rounded, 0 to 1, for a jitter of `sigma` ticks.
+/// Correlation of the roundings of latches of the same phase, 0 to 1, for a jitter of `sigma` ticks.
 pub(super) fn undithered(sigma: f32) -> f32 {
     let share = sigma / DITHER_TICKS;
     (1.0 - share * share).max(0.0)
@@ -108,7 +108,7 @@ fn gate(variance: f32) -> i32 {
 }
 
 impl Edges {
-    /// The edges of the frame whose first row arrived at `arrival`. They, and all that lie before them, are gone then.
+    /// The edges of the frame whose first row arrived at `arrival`. They and all before them are removed.
     ///
     /// # Errors
     /// [`StampError::Backwards`], [`StampError::Contradiction`], [`StampError::BadExposure`] and
@@ -172,7 +172,7 @@ impl Edges {
         }
     }
 
-    /// An edge that stands alone where one should be; [`Association::Neither`] for several of a kind, `None` without any.
+    /// An edge that is alone within its gate; [`Association::Neither`] for several of a kind, `None` without any.
     fn lone_edge(
         &self,
         (length_us, near_open, near_close): (u32, i32, i32),

@@ -1,21 +1,22 @@
 //! The capture timer against the autopilot's clock: offset and rate with their uncertainty.
 //!
 //! A Kalman filter of two states. The offset is what the autopilot's clock shows beyond a whole number of microseconds
-//! at the epoch, the newest tick that it was compared at; the rate is how many microseconds more than ticks it gains in a
-//! second, in parts per million. Both stay small, so that single precision holds them; the tick and the instant of the
-//! epoch are integers. Between epochs t = t1 + (c − c1)(1 + rate), eq. of paper 000's section 2.5 with the rate that all
-//! pulses together say instead of the last two.
+//! at the epoch, the newest tick that it was compared at; the rate is how many microseconds more than ticks it gains in
+//! a second, in parts per million. Both stay small, so that single precision holds them; the tick and the instant of
+//! the epoch are integers. Between epochs t = t1 + (c − c1)(1 + rate), eq. of paper 000's section 2.5 with the rate by
+//! all pulses instead of the last two.
 //!
-//! *Process*: the crystal's rate walks with a variance of q a second, so that over s seconds the covariance gains
-//! q (s³/3, s²/2, s). *Pulses* are whole seconds, off by their jitter and the timer's rounding. *TIMESYNC* says which
-//! second a pulse is; only where no pulses are, or so long ago that it knows better, it disciplines the clock by itself:
-//! exchanges count the less the longer they took beyond the quickest, and the quickest may be off by its whole round
-//! trip's asymmetry, which no averaging mends.
+//! *Process*: the crystal's rate is a random walk with a variance of q a second, so that over s seconds the covariance
+//! grows by q (s³/3, s²/2, s). *Pulses* are whole seconds with their jitter and the timer's rounding. *TIMESYNC*
+//! determines which second a pulse is; only without pulses, or so long after the last that it is more accurate, it
+//! disciplines the clock by itself: exchanges weigh the less the longer they took beyond the quickest, and the quickest
+//! may be off by its whole round trip's asymmetry, which no averaging reduces.
 //!
-//! An answer is given between request and receipt, whatever the asymmetry. A clock by TIMESYNC that puts it outside is off by
-//! what it lies beyond, at least: its variance grows by that, so that it follows a clock that has made a step, as that of an
-//! autopilot's simulator does. Where exchange after exchange lies outside what pulses say, the pulses are not the autopilot's
-//! whole seconds (a receiver's own, or the wrong edge of theirs): until the two agree again, what the clock says has no bound.
+//! An answer is given between request and receipt, whatever the asymmetry. A clock by TIMESYNC that puts it outside is
+//! off by at least that excess: its variance grows by that, so that it follows a clock that has made a step, as that of
+//! an autopilot's simulator does. If exchange after exchange contradicts the pulses, these are not the autopilot's
+//! whole seconds (a receiver's own, or the wrong edge of theirs): until the two agree again, the clock's variance is
+//! infinite.
 
 mod epoch;
 
@@ -28,29 +29,29 @@ use epoch::{Epoch, NO_PULSE};
 
 /// Ticks a second.
 const SECOND: u32 = 1_000_000;
-/// How far a pulse interval may be off one second for two pulses to be believed against the clock: 500 ppm.
+/// Tolerance of a pulse interval against one second for two pulses to count against the clock: 500 ppm.
 const PULSE_TOLERANCE_TICKS: u32 = 500;
-/// A pulse off by more sigmas than this is a glitch: of normal errors one in two million is.
+/// Gate of a pulse, sigmas: of normal errors one in two million is beyond.
 const GATE_SIGMAS: f32 = 5.0;
-/// Pulses in a row, a second apart, that outvote a clock disciplined by pulses, and one by TIMESYNC. Chosen: two are the
-/// fewest that have an interval, four let the clock follow a step within four seconds.
+/// Pulses in a row, a second apart, that outvote a clock disciplined by pulses, and one by TIMESYNC. Chosen: two are
+/// the fewest that have an interval, four let the clock follow a step within four seconds.
 const OUTVOTE_PULSES: u8 = 4;
 const OUTVOTE_TIMESYNC: u8 = 2;
-/// TIMESYNC further from the clock than this says that the autopilot has booted anew: half a second, beyond which a pulse
+/// Difference of TIMESYNC from the clock above which the autopilot has rebooted: half a second, beyond which a pulse
 /// would be given the wrong second.
 const CONTRADICTION_US: i32 = 500_000;
-/// Exchanges in a row that the clock puts outside their round trip before it is not believed. Chosen: one or two may be
-/// latencies of the link.
+/// Consecutive exchanges contradicting the clock, beyond their round trip, after which it is not used. Chosen: one or
+/// two may be latencies of the link.
 const DISPUTES_MAX: u8 = 3;
 /// Longest round trip of an exchange that is used. Chosen: links answer within some ten milliseconds.
 const ROUND_TRIP_MAX_US: i32 = 1_000_000;
 /// Scatter of an exchange as quick as the quickest, microseconds. Chosen: of the order of a byte at 115,200
 /// baud, 87 us.
 const EXCHANGE_SIGMA_US: f32 = 50.0;
-/// The epoch is moved forwards when it is older than this: half a minute, far below the 36 minutes of half the timer's
-/// range.
+/// Age above which the epoch is moved forwards: half a minute, far below the 36 minutes of half the timer's range.
 const EPOCH_AGE_MAX_TICKS: i32 = 30_000_000;
-/// Pulses younger than this discipline, and TIMESYNC only tells which second they are. Chosen: ten missing pulses.
+/// Pulses younger than this discipline the clock, and TIMESYNC only determines their second. Chosen: ten missing
+/// pulses.
 const PULSES_LIVE_TICKS: u32 = 10 * SECOND;
 
 /// The clock at a tick.
@@ -69,7 +70,7 @@ impl Reading {
     }
 }
 
-/// What the clock says of itself, for telemetry.
+/// State of the clock, for telemetry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClockState {
     /// Whether pulses discipline it; TIMESYNC otherwise.
@@ -78,7 +79,7 @@ pub struct ClockState {
     pub rate_ppm: f32,
     /// One sigma of the rate.
     pub rate_sigma_ppm: f32,
-    /// Seconds since the newest pulse; `u32::MAX` where there was none.
+    /// Seconds since the newest pulse; `u32::MAX` without one.
     pub free_wheeling_s: u32,
 }
 
@@ -87,9 +88,9 @@ pub struct ClockState {
 pub struct Clock {
     settings: ClockSettings,
     epoch: Option<Epoch>,
-    /// The newest pulse that was not taken, and how many before it were a second apart.
+    /// The newest refused pulse, and how many before it were a second apart.
     dissent: Option<(Ticks, u8)>,
-    /// The shortest round trip of late, microseconds.
+    /// The shortest recent round trip, microseconds.
     quickest_us: u32,
     /// Exchanges in a row that contradict the pulses.
     disputes: u8,
@@ -120,12 +121,12 @@ impl Clock {
         }
         let round_trip = round_trip as u32;
         let middle = Ticks(sent.0.wrapping_add(round_trip / 2));
-        // The quickest is forgotten by a sixty-fourth an exchange, so that a link may become slower.
+        // The shortest grows by a sixty-fourth an exchange, so that a link may become slower.
         self.quickest_us = self.quickest_us.saturating_add(self.quickest_us / 64).saturating_add(1).min(round_trip);
         let slow_us = 0.5 * (round_trip - self.quickest_us) as f32;
         let variance = EXCHANGE_SIGMA_US * EXCHANGE_SIGMA_US + slow_us * slow_us;
         let (floor_us, quickest_us) = (self.settings.timesync_sigma_us, self.quickest_us as f32);
-        // Evenly within plus and minus half the round trip.
+        // Uniform within plus and minus half the round trip.
         let bias_variance = floor_us * floor_us + quickest_us * quickest_us * ROUNDING;
 
         let anew = Epoch {
@@ -143,7 +144,7 @@ impl Clock {
             self.restart(anew);
             return;
         };
-        // The crystals are the same after a boot: their rate is kept.
+        // The crystals are the same after a reboot: their rate is kept.
         let anew = Epoch { rate_ppm: state.rate_ppm, rate_variance: state.rate_variance, ..anew };
         if theirs.since(state.at).unsigned_abs() > CONTRADICTION_US as u32 {
             self.restart(anew);
@@ -169,8 +170,8 @@ impl Clock {
         }
     }
 
-    /// An exchange of `round_trip` ticks that is `off_us` from what the pulses say. One much slower than the quickest proves
-    /// little when it agrees.
+    /// Compares an exchange of `round_trip` ticks that is `off_us` from the clock by pulses. One much slower than the
+    /// quickest proves little when it agrees.
     fn compare(&mut self, off_us: f32, round_trip: u32, offset_variance: f32) {
         if off_us > 0.5 * round_trip as f32 + self.exchange_gate_us(offset_variance) {
             self.disputes = self.disputes.saturating_add(1);
@@ -179,7 +180,7 @@ impl Clock {
         }
     }
 
-    /// How far an exchange may be off beyond half its round trip.
+    /// Gate of an exchange beyond half its round trip.
     fn exchange_gate_us(&self, variance: f32) -> f32 {
         let floor_us = self.settings.timesync_sigma_us;
         1.0 + GATE_SIGMAS * math::sqrt(floor_us * floor_us + EXCHANGE_SIGMA_US * EXCHANGE_SIGMA_US + variance)
@@ -194,9 +195,9 @@ impl Clock {
         self.epochs = self.epochs.wrapping_add(1);
     }
 
-    /// A pulse: an edge at `tick`, at a whole second of the autopilot. Ignored until a TIMESYNC has given the clock its
-    /// first epoch. One off by more than its gate is counted and ignored, unless it and some before it are a second apart
-    /// each: then they are right and the clock is not.
+    /// Takes a pulse: an edge at `tick`, at a whole second of the autopilot. Ignored until a TIMESYNC has given the
+    /// clock its first epoch. One beyond its gate is counted and ignored, unless it and some before it are a second
+    /// apart each: then the clock is wrong and is restarted.
     pub fn on_pulse(&mut self, tick: Ticks) {
         let Some(state) = self.propagated(tick) else {
             self.pulses_ignored = self.pulses_ignored.wrapping_add(1);
@@ -221,7 +222,7 @@ impl Clock {
         }
     }
 
-    /// A pulse outside its gate. The rate of a clock that is restarted is that of the last two pulses.
+    /// A pulse outside its gate. A restarted clock has the rate of the last two pulses.
     fn disagree(&mut self, tick: Ticks, second: Micros, state: &Epoch) {
         self.pulses_ignored = self.pulses_ignored.wrapping_add(1);
         let since = |before: Ticks| tick.0.wrapping_sub(before.0);
@@ -258,11 +259,11 @@ impl Clock {
         }
     }
 
-    /// The autopilot's instant at `tick` with its variance, for ticks within half an hour of the epoch. `None`
-    /// before the first one, and for instants before the autopilot booted.
+    /// The autopilot's instant at `tick` with its variance, for ticks within half an hour of the epoch. `None` before
+    /// the first epoch, and for instants before the autopilot booted.
     ///
     /// Pulses that jitter by less than half a tick are all rounded alike as long as the rates do not change, and no
-    /// averaging mends that. While pulses and exchanges contradict each other the variance is infinite.
+    /// averaging reduces that. While pulses and exchanges contradict each other the variance is infinite.
     pub fn read(&self, tick: Ticks) -> Option<Reading> {
         let state = self.propagated(tick)?;
         let alike = ROUNDING * undithered(self.settings.pulse_sigma_us);
@@ -277,7 +278,7 @@ impl Clock {
         Some((reading.rounded(0.0)?, math::sqrt(reading.variance + ROUNDING)))
     }
 
-    /// What the clock says of itself at `now`.
+    /// State of the clock at `now`.
     pub fn state(&self, now: Ticks) -> ClockState {
         self.propagated(now).map_or_else(ClockState::default, |state| ClockState {
             by_pulses: state.bias_variance == 0.0,
@@ -287,7 +288,7 @@ impl Clock {
         })
     }
 
-    /// Pulses ignored, and times that the clock was restarted.
+    /// Number of pulses ignored, and of restarts of the clock.
     pub fn counted(&self) -> (u32, u32) {
         (self.pulses_ignored, self.epochs)
     }

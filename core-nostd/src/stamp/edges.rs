@@ -1,6 +1,6 @@
-//! The shutter's edges as they are latched, without their bounces.
+//! The shutter's edges as they are latched, debounced.
 //!
-//! Polarity alone says what opens and what closes. A driver that took the edge before for the opening one stamped
+//! Polarity alone distinguishes opening from closing. A driver that took the edge before for the opening one stamped
 //! half a frame interval off as soon as one edge was lost (PX4's camera capture of 2017).
 
 use super::settings::{Polarity, ShutterSettings};
@@ -11,19 +11,19 @@ use heapless::Deque;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Edge {
-    /// When.
+    /// Its latched tick.
     pub at: Ticks,
-    /// Which way.
+    /// Its polarity.
     pub polarity: Polarity,
 }
 
-/// Why an edge was not taken.
+/// Why an edge was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EdgeError {
     /// It is older than the one before.
     Backwards,
-    /// It is the one before once more.
+    /// It is identical to the one before.
     Repeated,
     /// It follows another edge within the hold-off.
     Bounce,
@@ -32,28 +32,28 @@ pub enum EdgeError {
 /// Edges kept. Chosen between two, those of the one exposure that a frame belongs to, and as many as a bouncing line could
 /// fill within [`MEMORY_TICKS`]: those of eight exposures, of which some have no frame or are strays.
 const EDGES_MAX: usize = 16;
-/// What is older than this belongs to no frame that is still to come: half a second of the longest exposure
-/// and a second of the longest readout, with a margin of half a second.
+/// Edges older than this belong to no frame still to come: half a second of the longest exposure and a second of the
+/// longest readout, with a margin of half a second.
 const MEMORY_TICKS: i32 = 2_000_000;
 
-/// An edge that was taken.
+/// An accepted edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Kept {
     latched: Ticks,
     pub(super) opens: bool,
-    /// A closing edge followed so soon that it may be a stray pulse. It makes a pair whose length is right, but says
-    /// nothing alone.
+    /// A closing edge followed so soon that it may be a stray pulse. It counts in a pair of the right length, but not
+    /// alone.
     pub(super) is_doubtful: bool,
 }
 
 impl Kept {
-    /// When the shutter moved: the latch less its fixed delay.
+    /// Instant of the shutter: the latch less its fixed delay.
     pub(super) fn at(&self, settings: &ShutterSettings) -> Ticks {
         Ticks(self.latched.0.wrapping_sub(settings.delay_us(self.opens) as u32))
     }
 }
 
-/// The edges that no frame has had yet, oldest first.
+/// The edges not yet associated with a frame, oldest first.
 #[derive(Debug, Default)]
 pub struct Edges {
     pub(super) kept: Deque<Kept, EDGES_MAX>,
@@ -68,12 +68,12 @@ impl Edges {
         Edges { kept: Deque::new(), newest: None, arrival: None }
     }
 
-    /// Takes an edge; where the ring is full, the oldest is dropped. The first of an edge and its bounces is the edge. After
-    /// an opening one that is followed by a closing one within the hold-off, a third that opens again says that both were
-    /// bounces of the first; without it the two were a stray pulse.
+    /// Takes an edge; if the ring is full, the oldest is dropped. Of an edge and its bounces the first counts. After an
+    /// opening edge that is followed by a closing one within the hold-off, a third that opens again shows that both
+    /// were bounces of the first; without it the two were a stray pulse.
     ///
     /// # Errors
-    /// [`EdgeError`]. An edge that is not wired is passed over without one.
+    /// [`EdgeError`]. An edge that is not wired is ignored without one.
     pub fn push(&mut self, edge: Edge, settings: &ShutterSettings) -> Result<(), EdgeError> {
         if let Some(newest) = self.newest {
             let since = edge.at.since(newest.at);
@@ -105,7 +105,7 @@ impl Edges {
         Ok(())
     }
 
-    /// Forgets what is too old to be compared across a wrap of the timer.
+    /// Drops edges that are too old to be compared across a wrap of the timer.
     pub fn forget(&mut self, now: Ticks) {
         let is_old = |at: Ticks| now.since(at) > MEMORY_TICKS;
         while self.kept.front().is_some_and(|edge| is_old(edge.latched)) {
@@ -115,7 +115,7 @@ impl Edges {
         self.arrival = self.arrival.filter(|at| !is_old(*at));
     }
 
-    /// Drops the edges up to `until`, on the shutter's side of their delays.
+    /// Drops the edges up to `until`, compared with their delays subtracted.
     pub(super) fn drop_until(&mut self, until: Ticks, settings: &ShutterSettings) {
         while self.kept.front().is_some_and(|edge| edge.at(settings).since(until) <= 0) {
             self.kept.pop_front();

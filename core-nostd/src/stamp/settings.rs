@@ -1,8 +1,8 @@
-//! What is known of shutter, timer and pulses before a flight: wiring, calibrated delays, and what each is worth.
+//! Settings of shutter, timer and pulses: wiring, calibrated delays, sigmas.
 
 use super::EXPOSURE_MAX_US;
 
-/// Which way the line went.
+/// Direction of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Polarity {
@@ -43,7 +43,7 @@ impl Wired {
         }
     }
 
-    /// Edges an exposure has.
+    /// Number of latched edges of an exposure.
     pub fn count(self) -> u8 {
         match self {
             Wired::Both => 2,
@@ -58,12 +58,12 @@ impl Wired {
 pub struct KnownExposure {
     /// Its length. The camera's clock and the timer's may differ by some ten parts per million of it.
     pub us: u32,
-    /// How far the camera keeps it, one sigma.
+    /// Its repeatability, one sigma, microseconds.
     pub sigma_us: f32,
 }
 
-/// Shortest and longest exposure of a camera that is told its exposures, microseconds: what the sensor can, and what its
-/// user wants.
+/// Shortest and longest exposure of a camera with commanded exposures, microseconds: the sensor's range, and the
+/// user's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExposureLimits {
     /// Shortest.
@@ -79,23 +79,23 @@ pub struct ShutterSettings {
     pub wired: Wired,
     /// Which edge opens.
     pub opens_on: Polarity,
-    /// From the shutter's opening to its edge, calibrated; negative where the edge is a trigger that comes before.
+    /// Delay from the shutter's opening to its edge, calibrated; negative for a trigger that comes before.
     pub open_delay_us: i32,
-    /// From the shutter's closing to its edge, calibrated.
+    /// Delay from the shutter's closing to its edge, calibrated.
     pub close_delay_us: i32,
     /// An edge that follows another one sooner is a bounce. Shorter than any exposure.
     pub hold_off_us: u32,
     /// Jitter of an edge, one sigma, without the timer's rounding.
     pub edge_sigma_us: f32,
-    /// The exposure, `None` where the camera chooses it by itself.
+    /// The exposure, `None` if the camera chooses it itself.
     pub exposure: Option<KnownExposure>,
-    /// From the shutter's closing to the arrival of the first row, calibrated.
+    /// Latency from the shutter's closing to the arrival of the first row, calibrated.
     pub readout_us: u32,
     /// Jitter of the arrival, one sigma.
     pub arrival_sigma_us: f32,
 }
 
-/// The timer's crystal and what ties it to the autopilot's clock.
+/// The timer's crystal and its references to the autopilot's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockSettings {
     /// Jitter of a pulse, one sigma, without the timer's rounding.
@@ -104,20 +104,20 @@ pub struct ClockSettings {
     pub rate_sigma_ppm: f32,
     /// Random walk of its rate: parts per million in a second, growing with the root of time.
     pub rate_walk_ppm: f32,
-    /// What a time exchange may be off however quick it was, one sigma: the two ways take different times.
+    /// Error of a time exchange however quick it was, one sigma: the two ways take different times.
     pub timesync_sigma_us: f32,
-    /// A stamp less certain than this is none.
+    /// A stamp with a larger sigma is refused.
     pub sigma_max_us: f32,
 }
 
-/// All that stamps depend on.
+/// All settings of stamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StampSettings {
     /// Shutter line and frame arrival.
     pub shutter: ShutterSettings,
     /// Timer and pulses.
     pub clock: ClockSettings,
-    /// Within what the exposure is controlled; `None` where it stays as it is. The known exposure is the first one then.
+    /// Range of the controlled exposure; `None` without control. The known exposure is the first one.
     pub exposure: Option<ExposureLimits>,
 }
 
@@ -129,14 +129,13 @@ pub enum SettingsError {
     Sigma,
     /// A delay, a latency or the hold-off is beyond the longest exposure.
     Delay,
-    /// The exposure is zero, longer than any that is believed, or beyond the limits that it is controlled within, or these
-    /// are in the wrong order.
+    /// The exposure is zero, longer than the longest possible, or beyond its limits, or these are in the wrong order.
     Exposure,
     /// The hold-off is as long as the exposure, or the delays would swap its edges.
     HoldOff,
-    /// One edge or none is latched, or the exposure is controlled, and none is known.
+    /// One edge or none is latched, or the exposure is controlled, and no exposure is known.
     NoExposure,
-    /// The crystal's tolerance or walk cannot be a crystal's.
+    /// The crystal's tolerance or walk is impossible for a crystal.
     Rate,
 }
 
