@@ -22,10 +22,10 @@ pub const LATENCY_FRAMES: u32 = 2;
 pub const MEAN_WANTED: f32 = 110.0;
 /// Mean grey below which a frame is dark: noise matters more than blur. Chosen: two stops below the wanted one, nine
 /// sigmas of a noise of three grey levels.
-const DIM: f32 = MEAN_WANTED / 4.0;
+const DARK_MEAN: f32 = MEAN_WANTED / 4.0;
 /// Longest exposure in the dark, times the longest that is sharp. Chosen: a blur of a pixel and a half instead of half
 /// a pixel, less than the two frame pixels that a pixel of the patch spans where frames are averaged.
-const BLUR_IN_THE_DARK: f32 = 3.0;
+const DARK_BLUR: f32 = 3.0;
 /// Grey that at most a fiftieth of the pixels may exceed: the middle of the last bin but one, above which noise of
 /// three grey levels, five sigmas, stays below 255.
 const BRIGHT_WANTED: f32 = 231.5;
@@ -33,16 +33,16 @@ const BRIGHT_WANTED: f32 = 231.5;
 const BRIGHT_SHARE: f32 = 0.02;
 /// Hysteresis: ratio of wanted to current exposure at which it starts to change, and at which it stops. Chosen: 0.4 and
 /// 0.14 stops; fields, roofs and woods under one light move the mean by a fifth.
-const START: f32 = 1.32;
-const STOP: f32 = 1.1;
+const START_RATIO: f32 = 1.32;
+const STOP_RATIO: f32 = 1.1;
 /// Largest change from frame to frame: a stop.
-const STEP: f32 = 2.0;
+const STEP_MAX: f32 = 2.0;
 /// Growth of the longest sharp exposure from frame to frame while the motion permits. It falls at once: a vehicle that
 /// turned a moment ago will turn again before a command takes effect. Chosen: a stop in fourteen frames.
-const CALM: f32 = 1.05;
+const SHARP_GROWTH: f32 = 1.05;
 /// Factor of the exposure for a saturated frame: with almost no white pixels, and its decrease to all white. Chosen:
 /// with all white a frame is at least so much too bright, and steps are no larger.
-const WHITE: (f32, f32) = (0.8, 0.5);
+const SATURATED_FACTOR: (f32, f32) = (0.8, 0.5);
 
 /// Grey levels in a bin, and the lowest grey of the first bin: the mean describes the darker half.
 const BIN_GREYS: u8 = 16;
@@ -164,15 +164,15 @@ impl AutoExposure {
 
     /// Takes a frame's longest sharp exposure, microseconds, by the vehicle's motion; `None` if unknown.
     pub fn moved(&mut self, sharp_us: Option<u32>) {
-        self.sharp_us = (CALM * self.sharp_us).min(sharp_us.map_or(f32::INFINITY, |us| us as f32));
+        self.sharp_us = (SHARP_GROWTH * self.sharp_us).min(sharp_us.map_or(f32::INFINITY, |us| us as f32));
     }
 
     /// Takes the brightness of frame `frame`; returns a new exposure, microseconds, or `None` if it stays.
     pub fn after(&mut self, frame: u32, brightness: &Brightness) -> Option<u32> {
         let [least_us, longest_us] = [self.limits.least_us, self.limits.longest_us].map(|us| us as f32);
         let taken_us = self.of(frame) as f32;
-        let dim_us = taken_us * DIM / at_least_one(brightness.mean);
-        let most_us = self.sharp_us.max(dim_us.min(BLUR_IN_THE_DARK * self.sharp_us)).min(longest_us).max(least_us);
+        let dark_us = taken_us * DARK_MEAN / at_least_one(brightness.mean);
+        let most_us = self.sharp_us.max(dark_us.min(DARK_BLUR * self.sharp_us)).min(longest_us).max(least_us);
         let [.., newest] = &self.commands;
         let now_us = newest.us as f32;
         let wanted_us = (taken_us * factor(brightness)).max(least_us).min(most_us);
@@ -180,13 +180,13 @@ impl AutoExposure {
         let off = up.max(down);
         // Blur has no hysteresis; where it bounds the exposure, that changes with the motion and not with the light.
         let is_blurred = now_us > most_us;
-        let moves = off > if self.is_moving { STOP } else { START };
+        let moves = off > if self.is_moving { STOP_RATIO } else { START_RATIO };
         // The change ends only with a frame taken by the newest command.
         self.is_moving = !is_blurred && (moves || self.is_moving && taken_us != now_us);
         if !moves && !is_blurred {
             return None;
         }
-        let us = wanted_us.max(now_us / STEP).min(now_us * STEP) as u32;
+        let us = wanted_us.max(now_us / STEP_MAX).min(now_us * STEP_MAX) as u32;
         (us != newest.us && us > 0).then_some(us)
     }
 
@@ -201,7 +201,7 @@ impl AutoExposure {
 fn factor(brightness: &Brightness) -> f32 {
     let Brightness { mean, bright, white } = *brightness;
     if white > BRIGHT_SHARE {
-        return WHITE.0 - WHITE.1 * white;
+        return SATURATED_FACTOR.0 - SATURATED_FACTOR.1 * white;
     }
     (MEAN_WANTED / at_least_one(mean)).min(BRIGHT_WANTED / at_least_one(bright))
 }

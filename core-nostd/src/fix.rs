@@ -17,7 +17,7 @@ pub struct Fix {
     pub covariance: Matrix2<f32>,
     /// Its part by the tilt's drift, common to fixes seconds apart. The map's own offset, also common, is not
     /// observable and not included.
-    pub by_tilt: Matrix2<f32>,
+    pub tilt_drift_covariance: Matrix2<f32>,
     /// Its part by a map of another year, each axis, square metres, common to neighbouring fixes as well.
     pub map_variance_m2: f32,
 }
@@ -98,7 +98,7 @@ impl Footprint {
     /// footprint: for a 60° lens 11 % more than H δ. Off the nadir the field also rotates and scales the picture, as a
     /// similarity fitted to its gradient; the share of rotation and scale that the match estimated from the picture
     /// displaces the nadir with it.
-    fn moved(&self, (east, north): (f32, f32), height: f32, carried: Carried) -> Vector2<f32> {
+    fn nadir_shift(&self, (east, north): (f32, f32), height: f32, carried: Carried) -> Vector2<f32> {
         let (x, y) = self.centre;
         let along = Vector2::new(east, north);
         let mean =
@@ -111,8 +111,8 @@ impl Footprint {
         // Gradient of (x, y)(x east + y north), and the similarity fitted to it with the pixels' second moments as
         // weights.
         let gradient = Matrix2::new(2.0 * x * east + y * north, x * north, y * east, x * east + 2.0 * y * north);
-        let felt = gradient * spread;
-        let (scale, turn) = (felt.trace() / over, (felt[(1, 0)] - felt[(0, 1)]) / over);
+        let projected = gradient * spread;
+        let (scale, turn) = (projected.trace() / over, (projected[(1, 0)] - projected[(0, 1)]) / over);
         mean - Vector2::new(x, y) * (scale * carried.scale) - Vector2::new(-y, x) * (turn * carried.turn)
     }
 }
@@ -134,7 +134,7 @@ pub fn fix(
     let local = Local { east_m: nadir.east_m - offset_east_m, north_m: nadir.north_m - offset_north_m };
     let resolution = tile.resolution().0;
     let per_px = tile.ground_resolution().0;
-    let moved = [(1.0, 0.0), (0.0, 1.0)].map(|along| footprint.moved(along, height_m / per_px, shift.carried));
+    let moved = [(1.0, 0.0), (0.0, 1.0)].map(|along| footprint.nadir_shift(along, height_m / per_px, shift.carried));
     let tilts = |sigma_rad: f32| {
         let [east, north] = moved.map(|moved| moved * (per_px * sigma_rad));
         east * east.transpose() + north * north.transpose()
@@ -146,9 +146,9 @@ pub fn fix(
     let along = Vector2::from(uncertainty.along_m);
     let relief = footprint.relief(RELIEF_SHARE * uncertainty.relief_m * per_px / height_m);
     let covariance = matched + tilts(uncertainty.tilt_rad) + along * along.transpose() + relief;
-    let by_tilt = tilts(uncertainty.tilt_drift_rad);
+    let tilt_drift_covariance = tilts(uncertainty.tilt_drift_rad);
     let map_variance_m2 = shift.map_variance * resolution * resolution;
-    Fix { position: tile.georeference().geographic(local), local, covariance, by_tilt, map_variance_m2 }
+    Fix { position: tile.georeference().geographic(local), local, covariance, tilt_drift_covariance, map_variance_m2 }
 }
 
 #[cfg(test)]
@@ -204,7 +204,7 @@ mod tests {
                 .collect();
             for (along, free) in [((1.0f32, 0.0f32), [true; 2]), ((0.0, 1.0), [true; 2]), ((1.0, 0.0), [false; 2])] {
                 let [turn, scale] = free.map(|is_free| if is_free { 1.0 } else { 0.0 });
-                let moved = footprint.moved(along, height, Carried { turn, scale });
+                let moved = footprint.nadir_shift(along, height, Carried { turn, scale });
                 let expected = fitted(&pixels, f64::from(height), (along.0.into(), along.1.into()), free);
                 // The field's curvature over the footprint is left out, by which third moments count: 4 % for a triangle.
                 let bound = if slant == 0 { 1e-3 } else { 0.05 } * expected[0].hypot(expected[1]);

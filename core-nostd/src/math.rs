@@ -55,8 +55,8 @@ pub fn hypot(a: f32, b: f32) -> f32 {
     sqrt(squared(a) + squared(b))
 }
 
-/// A sigma with another one beside it; to the last bit itself without.
-pub fn beside(sigma: f32, other: f32) -> f32 {
+/// Sigma of the sum of two independent errors; exactly `sigma` if the other is 0.
+pub fn combined_sigma(sigma: f32, other: f32) -> f32 {
     if other > 0.0 { hypot(sigma, other) } else { sigma }
 }
 

@@ -44,7 +44,7 @@ impl Attitude {
 
     /// With known errors of heading, pitch and roll subtracted, radians.
     #[must_use]
-    pub fn less(self, [heading, pitch, roll]: [f32; 3]) -> Self {
+    pub fn corrected_by(self, [heading, pitch, roll]: [f32; 3]) -> Self {
         Attitude {
             heading: Radians(self.heading.0 - heading).wrapped(),
             pitch: Radians(self.pitch.0 - pitch),

@@ -1,10 +1,10 @@
-//! The search for a patch that lies far from where it was predicted: coarse to fine.
+//! Reacquisition: the search for a patch far from its prediction, coarse to fine.
 //!
-//! Boxes of k x k pixels of patch and reference make two reduced pictures, whose high-pass images are correlated at every
-//! shift that they can tell. At half a box off, the true position still has half of its correlation, which over a few hundred
-//! boxes is among the highest of some thousand chance values. Full resolution then decides: around each of the highest local
-//! maxima the pictures are correlated within ±`FINE_PX`. The peak's second is the best
-//! other shift of all of these.
+//! Boxes of k x k pixels of patch and reference make two reduced pictures, whose high-pass images are correlated at
+//! every shift of whole boxes. At an offset of half a box the true position still has half of its correlation, which
+//! over a few hundred boxes is among the highest of some thousand chance values. Full resolution then decides: around
+//! each of the highest local maxima the pictures are correlated within ±`FINE_PX`. The second peak is the best other
+//! shift of all of these.
 
 mod sizes;
 mod boxes;
@@ -15,19 +15,19 @@ use super::MatchError;
 use super::local_maximum::MAIN_LOBE_PX;
 use super::search::{Peak, check};
 use crate::image::{Run, View};
-use fine::{Fine, Found};
+use fine::{Fine, FineMatch};
 use ranking::{CANDIDATES, Candidate, coarse};
 use sizes::Span;
 pub use sizes::working_bytes;
 pub(super) use sizes::{FINE_PX, LONG_PX};
 
-/// Windows that a climb may move on by: a candidate is off by a box at most, which is one window.
+/// Most windows by which a climb moves on: a candidate is off by a box at most, which is one window.
 const CLIMB: usize = 3;
 
-/// The patch among all shifts within ±`radius` of `at`, as far as `tile` reaches.
+/// Searches all shifts of the patch within ±`radius` of `at`, as far as `tile` reaches.
 ///
-/// `patch` and `runs`: as the rectifier leaves them. `at`: (column, row) of the tile at which the patch's upper left pixel
-/// is predicted. `bytes`: [`working_bytes`], or boxes become larger.
+/// `patch` and `runs`: as the rectifier leaves them. `at`: (column, row) of the tile at which the patch's upper left
+/// pixel is predicted. `bytes`: [`working_bytes`]; with less, boxes become larger.
 ///
 /// # Errors
 /// [`MatchError`].
@@ -38,7 +38,7 @@ pub(super) fn reacquire(
     at: (i32, i32),
     radius: u16,
     bytes: &mut [u8],
-) -> Result<Found, MatchError> {
+) -> Result<FineMatch, MatchError> {
     check(patch, runs)?;
     let aligned = bytes.as_ptr().align_offset(4);
     let bytes = bytes.get_mut(aligned..).ok_or(MatchError::Capacity)?;
@@ -46,11 +46,11 @@ pub(super) fn reacquire(
     let mut buffer = [Candidate::default(); CANDIDATES];
     let candidates = coarse(patch, runs, tile, at, &span, bytes, &mut buffer)?;
     let mut fine = Fine::new(patch, runs, bytes)?;
-    let mut found: [Option<Found>; CANDIDATES] = [None; CANDIDATES];
+    let mut found: [Option<FineMatch>; CANDIDATES] = [None; CANDIDATES];
     for (found, candidate) in found.iter_mut().zip(candidates) {
         *found = Some(fine.search(tile, at, *candidate)?);
     }
-    // The best and the best other one, each climbing on where its top lies at its window's border.
+    // The best and the best other one; each climbs on while its peak lies on its window's border.
     let mut best = None;
     for rank in 0..2 {
         for _ in 0..CLIMB {
@@ -70,8 +70,8 @@ pub(super) fn reacquire(
     Ok(best)
 }
 
-/// The best other shift of all that were `found` becomes the peak's second.
-fn second_into(peak: &mut Peak, found: &[Option<Found>]) {
+/// Sets the second peak to the best other shift of all `found`.
+fn second_into(peak: &mut Peak, found: &[Option<FineMatch>]) {
     for other in found.iter().flatten() {
         let own = ((other.peak.d_col, other.peak.d_row), other.peak.score);
         for (found_at, score) in [own, (other.peak.second_at, other.peak.second)] {
@@ -82,15 +82,15 @@ fn second_into(peak: &mut Peak, found: &[Option<Found>]) {
     }
 }
 
-/// The highest shift, of those that do not lie on the main lobe of `but` where that is given.
-fn highest(found: &[Option<Found>], but: Option<Found>) -> Option<(usize, Found)> {
-    let at = |found: &Found| (found.peak.d_col, found.peak.d_row);
+/// The highest shift, optionally of those off the main lobe of `but`.
+fn highest(found: &[Option<FineMatch>], but: Option<FineMatch>) -> Option<(usize, FineMatch)> {
+    let at = |found: &FineMatch| (found.peak.d_col, found.peak.d_row);
     let others = found.iter().enumerate().filter_map(|(index, found)| found.map(|found| (index, found)));
     let others = others.filter(|(_, found)| but.is_none_or(|but| apart(at(found), at(&but)) >= MAIN_LOBE_PX));
     others.reduce(|best, next| if next.1.peak.score > best.1.peak.score { next } else { best })
 }
 
-/// Steps between two shifts, the larger of both axes.
+/// Distance of two shifts, the larger of both axes.
 fn apart(a: (i16, i16), b: (i16, i16)) -> i16 {
     (a.0 - b.0).abs().max((a.1 - b.1).abs())
 }

@@ -46,7 +46,7 @@ pub struct Peak {
 const CANDIDATES: usize = 6;
 /// Largest distance of a candidate below the highest maximum, except for the best one off its main lobe, in standard
 /// deviations of the difference of two scores. Chosen: of normal numbers 3 in 100,000 are beyond.
-const BELOW: f32 = 4.0;
+const CANDIDATE_SIGMAS: f32 = 4.0;
 /// Stride of the rows that set the clipping threshold, in the reference and in the patch: the median of the
 /// sizes of n normal values has a relative deviation of 1.17/√n, 7 % for a quarter of a thousand.
 const CLIPPING_STRIDE: usize = 4;
@@ -126,7 +126,7 @@ pub(super) fn check(patch: &View<'_>, runs: &[Run]) -> Result<(), MatchError> {
     Ok(())
 }
 
-/// The clipped high-pass image of a picture that is valid from border to border, rows aligned to four.
+/// The clipped high-pass image of a picture without invalid pixels, rows aligned to four.
 fn filtered<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> View<'b> {
     let size = picture.size();
     let stride = stride(size);
@@ -145,12 +145,12 @@ fn filtered<'b>(picture: &View<'_>, bytes: &'b mut [u8]) -> View<'b> {
     View::with_stride(bytes, size, stride)
 }
 
-/// How many of the `shifts`, highest first, may be the peak or the second one, by their scores of `large` values.
+/// Number of the `shifts`, highest first, that may be the peak or the second one, given scores of `large` values.
 ///
-/// A value adds 0 or ±1 to a score by chance, a variance of 1/4, to the difference of two scores 1/2.
+/// By chance a value adds 0 or ±1 to a score: a variance of 1/4, and to the difference of two scores 1/2.
 fn candidates(shifts: &[ScoredShift], large: u32) -> usize {
     let Some(&highest) = shifts.first() else { return 0 };
-    let least = highest.score - BELOW * math::sqrt(0.5 * large as f32);
+    let least = highest.score - CANDIDATE_SIGMAS * math::sqrt(0.5 * large as f32);
     let other = shifts.iter().position(|shift| shift.apart(&highest) >= MAIN_LOBE_PX as u16).unwrap_or(0);
     let close = shifts.iter().take_while(|shift| shift.score >= least).count();
     close.max(other + 1).min(shifts.len())

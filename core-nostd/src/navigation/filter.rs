@@ -26,7 +26,7 @@ mod settle;
 mod satellites;
 
 use super::reckoning::{Moment, displacement_m};
-use crate::math::{beside, hypot, sqrt, squared};
+use crate::math::{combined_sigma, hypot, sqrt, squared};
 use crate::tile::Local;
 use crate::units::Micros;
 use estimate::{Estimate, part_sigmas_rad, unaided_m};
@@ -157,7 +157,7 @@ impl Filter {
     /// Larger sigma of the error of pitch and roll that is left, by matches alone, radians. The wander counts in full,
     /// since no frame is corrected for it.
     pub fn tilt_sigma_rad(&self, prior: &PriorSigmas) -> f32 {
-        beside(self.shown_rad(prior), self.misalignment.sigma_rad())
+        combined_sigma(self.shown_rad(prior), self.misalignment.sigma_rad())
     }
 
     /// The same without a possible misalignment.

@@ -244,11 +244,11 @@ impl Pipeline<'_> {
     /// The nadir by a match, with covariance.
     #[inline(never)]
     fn sighting(&self, situation: &Situation, centre: (f32, f32), shift: &Shift) -> Sighting {
-        let Fix { covariance, by_tilt, .. } = self.fixed(situation, centre, shift, 0.0);
+        let Fix { covariance, tilt_drift_covariance, .. } = self.fixed(situation, centre, shift, 0.0);
         Sighting {
             nadir: self.tile.local(centre.0 + shift.d_col, centre.1 + shift.d_row),
             covariance,
-            white: covariance - by_tilt,
+            white: covariance - tilt_drift_covariance,
             side_m: self.placement.size.0.min(self.placement.size.1) as f32 * self.tile.ground_resolution().0,
             heading_rad: situation.attitude.heading.0,
         }

@@ -2,7 +2,7 @@
 
 use super::{FollowUpMode, Pipeline, Prediction, Situation};
 use crate::budget::PATCH_MAX_PX;
-use crate::math::{beside, hypot, sqrt};
+use crate::math::{combined_sigma, hypot, sqrt};
 use crate::motion::Rates;
 use crate::navigation::candidates::{Candidate, candidates};
 use crate::navigation::filter::PriorSigmas;
@@ -112,7 +112,7 @@ impl Pipeline<'_> {
         let settings = &self.settings;
         let heading_rad = hypot(sqrt(azimuth.variance()), sigmas.heading_rad);
         let ([turn, scale], is_candidate) = self.candidate(height, heading_rad);
-        let used = attitude.value.less([azimuth.off_rad() - turn.off, pitch_off, roll_off]);
+        let used = attitude.value.corrected_by([azimuth.off_rad() - turn.off, pitch_off, roll_off]);
         let height_m = height.metres * (1.0 + scale.off);
         let ([heading, pitch, roll], [_, pitch_sigma, roll_sigma]) = (attitude.rate, attitude.rate_sigma);
         Ok(Some(Situation {
@@ -168,16 +168,16 @@ impl Pipeline<'_> {
         let late = |sigma: f32, rate: f32| hypot(sigma, rate * apart_s);
         let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
         let by_velocity = self.tilt_by_velocity(heading);
-        let left_rad = beside(self.navigation.filter.tilt_sigma_rad(&self.prior_sigmas()), by_velocity);
+        let left_rad = combined_sigma(self.navigation.filter.tilt_sigma_rad(&self.prior_sigmas()), by_velocity);
         // The estimated error of pitch and roll may be the mount's, which leans with the vehicle: rotated by the lean
         // it is off by their product.
         let [pitch_off, roll_off] = self.navigation.filter.tilt_rad();
         let lean = hypot(attitude.value.pitch.0, attitude.value.roll.0);
-        let tilt_drift_rad = beside(left_rad, hypot(pitch_off, roll_off) * lean);
+        let tilt_drift_rad = combined_sigma(left_rad, hypot(pitch_off, roll_off) * lean);
         let tilt_rad = hypot(tilt, tilt_drift_rad);
         let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
-        let heading_drift = beside(sigmas.heading_drift_rad, self.added_sigmas.heading_rad);
-        let heading_drift_rad = beside(heading_drift, HEADING_PER_TILT * by_velocity);
+        let heading_drift = combined_sigma(sigmas.heading_drift_rad, self.added_sigmas.heading_rad);
+        let heading_drift_rad = combined_sigma(heading_drift, HEADING_PER_TILT * by_velocity);
         let heading_rad = hypot(heading_sigma, follow_up.sigma_rad);
         Uncertainty { tilt_rad, tilt_drift_rad, heading_rad, heading_drift_rad }
     }
@@ -187,7 +187,7 @@ impl Pipeline<'_> {
         let sigmas = &self.settings.sigmas;
         let velocity_m_per_s = hypot(sigmas.velocity_m_per_s, self.navigation.velocity.m_per_s());
         PriorSigmas {
-            velocity_m_per_s: beside(velocity_m_per_s, self.added_sigmas.velocity_m_per_s),
+            velocity_m_per_s: combined_sigma(velocity_m_per_s, self.added_sigmas.velocity_m_per_s),
             tilt_rad: sigmas.tilt_drift_rad,
             extra_wander_rad: if self.navigation.is_changing {
                 (SWING_FACTOR * sigmas.tilt_drift_rad).min(SWING_MAX_RAD)
@@ -208,7 +208,10 @@ impl Pipeline<'_> {
         };
         // On a slope the beam lands higher or lower, by the slope times s cos t per radian.
         let climb_m = slant.value * cos_tilt * hypot(plane.slope[0], plane.slope[1]) * tilt_rad;
-        Height { metres: self.height_above(&plane, slant.value, attitude, nadir), sigma_m: beside(sigma_m, climb_m) }
+        Height {
+            metres: self.height_above(&plane, slant.value, attitude, nadir),
+            sigma_m: combined_sigma(sigma_m, climb_m),
+        }
     }
 
     /// Rotation and scale that this frame is rectified with, and whether they are one of several candidates.
@@ -283,7 +286,7 @@ impl Pipeline<'_> {
         let [east_m, north_m] = offset_m;
         let local = Local { east_m: state.east_m + east_m, north_m: state.north_m + north_m };
         let velocity_m_per_s = [state.east_m_per_s, state.north_m_per_s];
-        let sigma_m = beside(predicted.sigma_m, self.added_sigmas.position_m);
+        let sigma_m = combined_sigma(predicted.sigma_m, self.added_sigmas.position_m);
         Ok((Prediction { local, velocity_m_per_s, sigma_m }, predicted.method))
     }
 }

@@ -265,7 +265,7 @@ impl Streams {
     /// # Errors
     /// [`SampleError`].
     pub fn position(&mut self, at: impl Into<Instants>, state: PositionState) -> Result<(), SampleError> {
-        if !state.away_from(PositionState::default()).iter().all(|v| v.is_finite()) {
+        if !state.difference_from(PositionState::default()).iter().all(|v| v.is_finite()) {
             return Err(SampleError::Invalid);
         }
         self.position.push(at.into(), state)

@@ -122,7 +122,7 @@ impl<const C: usize> Samples<C> {
     }
 
     /// Whether at least so many samples in a row differ by at most `by` in one channel.
-    pub fn stays_in(&self, channel: usize, least: usize, by: f32) -> bool {
+    pub fn is_constant(&self, channel: usize, least: usize, by: f32) -> bool {
         let Some(column) = self.values.get(channel) else { return false };
         let step = |i: usize| column.get(i).zip(column.get(i - 1)).map(|(one, before)| (one - before).abs());
         self.repeat(least, |i| step(i).is_some_and(|step| step <= by))
@@ -155,25 +155,25 @@ impl<const C: usize> Samples<C> {
         }
         let penalty = Penalty::new(times, order, alpha);
         let mut weights = self.weights;
-        if counted(&weights) < order.number() + 3 {
+        if accepted(&weights) < order.number() + 3 {
             return Err(FitError::TooFew);
         }
         let mut line = self.line(&weights);
-        let mut about = self.about(&line);
+        let mut detrended = self.detrended(&line);
         let mut rejected = 0;
         let mut factors = Factors::NONE;
         self.factor(&penalty, &weights, &mut factors)?;
-        let scale = match noise(&penalty, &about, sigmas) {
+        let scale = match noise(&penalty, &detrended, sigmas) {
             Some(scale) => scale,
             // To find the outliers, the curves are needed, and a new factorisation after each.
             None => loop {
-                let (worst, scale) = worst(&factors, &penalty, &weights, &about, sigmas);
-                let may_go = rejected < REJECTED_MAX && counted(&weights) > order.number() + 3;
+                let (worst, scale) = worst(&factors, &penalty, &weights, &detrended, sigmas);
+                let may_go = rejected < REJECTED_MAX && accepted(&weights) > order.number() + 3;
                 let Some(worst) = worst.filter(|_| may_go) else { break scale };
                 weights[worst] = 0.0;
                 rejected += 1;
                 line = self.line(&weights);
-                about = self.about(&line);
+                detrended = self.detrended(&line);
                 self.factor(&penalty, &weights, &mut factors)?;
             },
         };
@@ -187,8 +187,8 @@ impl<const C: usize> Samples<C> {
         }
         let (gain, rate_gain) = (estimator(&mut value, &weights), estimator(&mut rate, &weights));
         Ok(Fitted {
-            value: core::array::from_fn(|c| line[c].0 + dot(&value, &about[c])),
-            rate: core::array::from_fn(|c| line[c].1 + dot(&rate, &about[c])),
+            value: core::array::from_fn(|c| line[c].0 + dot(&value, &detrended[c])),
+            rate: core::array::from_fn(|c| line[c].1 + dot(&rate, &detrended[c])),
             gain,
             rate_gain,
             scale,
@@ -205,8 +205,8 @@ impl<const C: usize> Samples<C> {
     /// Value at 0 and slope of the line through the first and the last accepted sample. The fit is of the differences
     /// from this line, which are small enough for single precision; the penalty of a line is zero.
     fn line(&self, weights: &Column) -> [(f32, f32); C] {
-        let mut counted = (0..self.count).filter(|i| weights.get(*i).is_some_and(|w| *w > 0.0));
-        let (Some(a), Some(b)) = (counted.next(), counted.next_back()) else { return [(0.0, 0.0); C] };
+        let mut accepted = (0..self.count).filter(|i| weights.get(*i).is_some_and(|w| *w > 0.0));
+        let (Some(a), Some(b)) = (accepted.next(), accepted.next_back()) else { return [(0.0, 0.0); C] };
         let at = |column: &Column, i: usize| column.get(i).copied().unwrap_or(0.0);
         let (t0, t1) = (at(&self.times, a), at(&self.times, b));
         let reciprocal = 1.0 / (t1 - t0);
@@ -218,25 +218,25 @@ impl<const C: usize> Samples<C> {
     }
 
     /// The samples' differences from the channels' lines.
-    fn about(&self, line: &[(f32, f32); C]) -> [Column; C] {
-        let mut about = [NONE; C];
-        for ((about, values), line) in about.iter_mut().zip(&self.values).zip(line) {
-            for (about, (time, value)) in about.iter_mut().zip(self.times.iter().zip(values)).take(self.count) {
-                *about = value - (line.0 + line.1 * time);
+    fn detrended(&self, line: &[(f32, f32); C]) -> [Column; C] {
+        let mut detrended = [NONE; C];
+        for ((detrended, values), line) in detrended.iter_mut().zip(&self.values).zip(line) {
+            for (detrended, (time, value)) in detrended.iter_mut().zip(self.times.iter().zip(values)).take(self.count) {
+                *detrended = value - (line.0 + line.1 * time);
             }
         }
-        about
+        detrended
     }
 }
 
 /// Number of accepted samples.
-fn counted(weights: &Column) -> usize {
+fn accepted(weights: &Column) -> usize {
     weights.iter().filter(|weight| **weight > 0.0).count()
 }
 
 /// Ratio of the samples' noise to its configured sigma, from their differences; `None` if one of these is a spike.
-fn noise<const C: usize>(penalty: &Penalty, about: &[Column; C], sigmas: [f32; C]) -> Option<f32> {
-    let roughness = penalty.roughness(about, sigmas);
+fn noise<const C: usize>(penalty: &Penalty, detrended: &[Column; C], sigmas: [f32; C]) -> Option<f32> {
+    let roughness = penalty.roughness(detrended, sigmas);
     let scale = if roughness.norms > 0.0 { math::sqrt(roughness.squares / roughness.norms) } else { 0.0 };
     (!roughness.is_spiked).then_some(scale)
 }
@@ -247,24 +247,24 @@ fn worst<const C: usize>(
     factors: &Factors,
     penalty: &Penalty,
     weights: &Column,
-    about: &[Column; C],
+    detrended: &[Column; C],
     sigmas: [f32; C],
 ) -> (Option<usize>, f32) {
     let mut sizes = [0.0f32; WINDOW + BELOW];
-    for (about, sigma) in about.iter().zip(sigmas).filter(|(_, sigma)| *sigma > 0.0) {
-        let (g, _) = refined(factors, penalty, weights, &core::array::from_fn(|i| weights[i] * about[i]));
-        for ((size, weight), (about, g)) in sizes.iter_mut().zip(weights).zip(about.iter().zip(g)) {
+    for (detrended, sigma) in detrended.iter().zip(sigmas).filter(|(_, sigma)| *sigma > 0.0) {
+        let (g, _) = refined(factors, penalty, weights, &core::array::from_fn(|i| weights[i] * detrended[i]));
+        for ((size, weight), (detrended, g)) in sizes.iter_mut().zip(weights).zip(detrended.iter().zip(g)) {
             if *weight > 0.0 {
-                *size = size.max((about - g).abs() / sigma);
+                *size = size.max((detrended - g).abs() / sigma);
             }
         }
     }
     let largest =
         sizes.iter().enumerate().fold((0, 0.0), |worst, (i, size)| if *size > worst.1 { (i, *size) } else { worst });
     // Zeros of rejected samples come first.
-    let counted = counted(weights);
+    let accepted = accepted(weights);
     sort(&mut sizes);
-    let median = sizes.get(sizes.len() - counted + counted / 2).copied().unwrap_or(0.0);
+    let median = sizes.get(sizes.len() - accepted + accepted / 2).copied().unwrap_or(0.0);
     let scale = median / MEDIAN_OF_NORMAL[(C - 1).min(2)];
     ((largest.1 > GATE * scale.max(1.0)).then_some(largest.0), scale)
 }

@@ -16,13 +16,13 @@ pub struct Backwards;
 /// pitch and roll serve as channels because nothing is rectified beyond 70° of tilt, far from their singularity at 90°.
 pub trait Channels<const C: usize>: Copy + PartialEq {
     /// Difference from `reference`.
-    fn away_from(self, reference: Self) -> [f32; C];
+    fn difference_from(self, reference: Self) -> [f32; C];
     /// With the difference `by` added.
     fn moved(self, by: [f32; C]) -> Self;
 }
 
 impl Channels<1> for f32 {
-    fn away_from(self, reference: f32) -> [f32; 1] {
+    fn difference_from(self, reference: f32) -> [f32; 1] {
         [self - reference]
     }
 
@@ -32,7 +32,7 @@ impl Channels<1> for f32 {
 }
 
 impl Channels<1> for Radians {
-    fn away_from(self, reference: Radians) -> [f32; 1] {
+    fn difference_from(self, reference: Radians) -> [f32; 1] {
         [Radians(self.0 - reference.0).wrapped().0]
     }
 
@@ -42,7 +42,7 @@ impl Channels<1> for Radians {
 }
 
 impl Channels<3> for Attitude {
-    fn away_from(self, reference: Attitude) -> [f32; 3] {
+    fn difference_from(self, reference: Attitude) -> [f32; 3] {
         let turn = Radians(self.heading.0 - reference.heading.0).wrapped().0;
         [turn, self.pitch.0 - reference.pitch.0, self.roll.0 - reference.roll.0]
     }
@@ -146,13 +146,13 @@ impl<T: Channels<C>, const C: usize, const N: usize> History<T, C, N> {
                     return Err(PoseError::Gap);
                 }
                 let u = at.since(stamp) as f32 / apart as f32;
-                let way = next.away_from(value);
+                let difference = next.difference_from(value);
                 let per_s = 1e6 / apart as f32;
                 return Ok(Interpolated {
-                    value: value.moved(way.map(|w| w * u)),
+                    value: value.moved(difference.map(|w| w * u)),
                     u,
                     apart_us: apart as u32,
-                    rate: way.map(|w| w * per_s),
+                    rate: difference.map(|w| w * per_s),
                 });
             }
             after = Some((stamp, value));

@@ -189,17 +189,17 @@ impl Phasors {
     /// Mean square error of the sum with the weights `x`, for the value at `at`.
     fn error(&self, x: &Column, at: f32) -> f32 {
         let (sin, cos) = math::sin_cos(self.step_rad * at);
-        self.off(x, (sin, cos))
+        self.squared_error(x, (sin, cos))
     }
 
     /// Error of the rate of a wave, per interval.
     fn rate_error(&self, x: &Column, at: f32) -> f32 {
         let (sin, cos) = math::sin_cos(self.step_rad * at);
-        self.off(x, (self.step_rad * cos, -self.step_rad * sin))
+        self.squared_error(x, (self.step_rad * cos, -self.step_rad * sin))
     }
 
     /// A²/2 |Σ x e^{jωt} − `target`|², numbers as (imaginary, real) parts.
-    fn off(&self, x: &Column, target: (f32, f32)) -> f32 {
+    fn squared_error(&self, x: &Column, target: (f32, f32)) -> f32 {
         let sum = |(s, c): (f32, f32), (x, wave): (&f32, &(f32, f32))| (s + x * wave.0, c + x * wave.1);
         let (s, c) = x.iter().zip(&self.samples).fold((-target.0, -target.1), sum);
         self.power * (s * s + c * c)

@@ -28,7 +28,7 @@ pub struct PositionState {
 }
 
 impl Channels<4> for PositionState {
-    fn away_from(self, reference: PositionState) -> [f32; 4] {
+    fn difference_from(self, reference: PositionState) -> [f32; 4] {
         [
             self.east_m - reference.east_m,
             self.north_m - reference.north_m,
@@ -179,7 +179,7 @@ impl Predictor {
             before = Some(stamp);
             let time = stamp.since(at) as f32 / interval_us as f32;
             ahead = -time;
-            let [east, north, _, _] = state.away_from(newest);
+            let [east, north, _, _] = state.difference_from(newest);
             samples.push(time, [east, north], 1.0).ok()?;
         }
         let choice = self.choices.ahead(ahead)?;

@@ -81,9 +81,9 @@ impl<const C: usize> Smoother<C> {
         let mut samples = Samples::new();
         let lag = self.window(history, at, reference, (gap_us, later), &mut samples);
         let count = samples.times().len();
-        let hangs =
-            |(channel, sigma): (usize, &f32)| *sigma > 0.0 && samples.stays_in(channel, CHANNEL_FROZEN, ROUNDED);
-        if samples.repeats(FROZEN) || self.sigmas.iter().enumerate().any(hangs) {
+        let is_frozen =
+            |(channel, sigma): (usize, &f32)| *sigma > 0.0 && samples.is_constant(channel, CHANNEL_FROZEN, ROUNDED);
+        if samples.repeats(FROZEN) || self.sigmas.iter().enumerate().any(is_frozen) {
             return Err(PoseError::Frozen);
         }
         let choice = self.choices.at(lag);
@@ -155,7 +155,7 @@ impl<const C: usize> Smoother<C> {
             newest = Some(stamp);
             counts[usize::from(stamp > at)] += 1;
             // Finite, in order and no more than fit: the push cannot fail.
-            let _ = samples.push(stamp.since(at) as f32 * per_us, value.away_from(reference), 1.0);
+            let _ = samples.push(stamp.since(at) as f32 * per_us, value.difference_from(reference), 1.0);
         }
         counts[0].min(counts[1]).saturating_sub(1)
     }

@@ -85,8 +85,8 @@ impl Association {
         let half_exposure = 0.25 * square(settings.exposure.map_or(0.0, |known| known.sigma_us));
         match self {
             Association::Both(_) => {
-                let alike = undithered(settings.edge_sigma_us);
-                0.5 * (square(settings.edge_sigma_us) + ROUNDING * (1.0 + alike))
+                let correlation = rounding_correlation(settings.edge_sigma_us);
+                0.5 * (square(settings.edge_sigma_us) + ROUNDING * (1.0 + correlation))
             }
             Association::Opening(_) | Association::Closing(_) => {
                 square(settings.edge_sigma_us) + ROUNDING + half_exposure
@@ -97,7 +97,7 @@ impl Association {
 }
 
 /// Correlation of the roundings of latches of the same phase, 0 to 1, for a jitter of `sigma` ticks.
-pub(super) fn undithered(sigma: f32) -> f32 {
+pub(super) fn rounding_correlation(sigma: f32) -> f32 {
     let share = sigma / DITHER_TICKS;
     (1.0 - share * share).max(0.0)
 }
@@ -195,7 +195,7 @@ impl Edges {
         match (openings, closings, single) {
             (0, 0, _) => Ok(None),
             (1, 0, Some((index, found))) | (0, 1, Some((index, found)))
-                if !self.says_otherwise(index, found, arrival, settings) =>
+                if !self.makes_another_exposure(index, found, arrival, settings) =>
             {
                 Ok(Some(found))
             }
@@ -207,7 +207,13 @@ impl Edges {
 
     /// Whether the neighbour of a lone edge makes an exposure with it: then the known one is wrong, or one of them a
     /// stray.
-    fn says_otherwise(&self, index: usize, found: Association, arrival: Ticks, settings: &ShutterSettings) -> bool {
+    fn makes_another_exposure(
+        &self,
+        index: usize,
+        found: Association,
+        arrival: Ticks,
+        settings: &ShutterSettings,
+    ) -> bool {
         let neighbour = |index: usize, opens: bool| {
             self.kept.iter().nth(index).filter(|edge| edge.opens == opens && !edge.is_doubtful).map(|e| e.at(settings))
         };

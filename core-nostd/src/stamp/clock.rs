@@ -21,7 +21,7 @@
 mod epoch;
 
 use super::ROUNDING;
-use super::association::undithered;
+use super::association::rounding_correlation;
 use super::settings::ClockSettings;
 use crate::math;
 use crate::units::{Micros, Ticks};
@@ -39,10 +39,10 @@ const OUTVOTE_PULSES: u8 = 4;
 const OUTVOTE_TIMESYNC: u8 = 2;
 /// Difference of TIMESYNC from the clock above which the autopilot has rebooted: half a second, beyond which a pulse
 /// would be given the wrong second.
-const CONTRADICTION_US: i32 = 500_000;
+const REBOOT_US: i32 = 500_000;
 /// Consecutive exchanges contradicting the clock, beyond their round trip, after which it is not used. Chosen: one or
 /// two may be latencies of the link.
-const DISPUTES_MAX: u8 = 3;
+const CONTRADICTIONS_MAX: u8 = 3;
 /// Longest round trip of an exchange that is used. Chosen: links answer within some ten milliseconds.
 const ROUND_TRIP_MAX_US: i32 = 1_000_000;
 /// Scatter of an exchange as quick as the quickest, microseconds. Chosen: of the order of a byte at 115,200
@@ -58,7 +58,7 @@ const PULSES_LIVE_TICKS: u32 = 10 * SECOND;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     at: Micros,
-    beyond_us: f32,
+    fraction_us: f32,
     /// Variance, us².
     pub variance: f32,
 }
@@ -66,7 +66,7 @@ pub struct Reading {
 impl Reading {
     /// The instant `later_us` after the tick, to the nearest microsecond.
     pub fn rounded(&self, later_us: f32) -> Option<Micros> {
-        self.at.0.checked_add_signed(math::round(self.beyond_us + later_us) as i64).map(Micros)
+        self.at.0.checked_add_signed(math::round(self.fraction_us + later_us) as i64).map(Micros)
     }
 }
 
@@ -89,11 +89,11 @@ pub struct Clock {
     settings: ClockSettings,
     epoch: Option<Epoch>,
     /// The newest refused pulse, and how many before it were a second apart.
-    dissent: Option<(Ticks, u8)>,
+    rejected: Option<(Ticks, u8)>,
     /// The shortest recent round trip, microseconds.
-    quickest_us: u32,
+    shortest_us: u32,
     /// Exchanges in a row that contradict the pulses.
-    disputes: u8,
+    contradictions: u8,
     pulses_ignored: u32,
     epochs: u32,
 }
@@ -101,7 +101,15 @@ pub struct Clock {
 impl Clock {
     /// Without an epoch yet.
     pub const fn new(settings: ClockSettings) -> Self {
-        Clock { settings, epoch: None, dissent: None, quickest_us: u32::MAX, disputes: 0, pulses_ignored: 0, epochs: 0 }
+        Clock {
+            settings,
+            epoch: None,
+            rejected: None,
+            shortest_us: u32::MAX,
+            contradictions: 0,
+            pulses_ignored: 0,
+            epochs: 0,
+        }
     }
 
     fn pulse_variance(&self) -> f32 {
@@ -122,14 +130,14 @@ impl Clock {
         let round_trip = round_trip as u32;
         let middle = Ticks(sent.0.wrapping_add(round_trip / 2));
         // The shortest grows by a sixty-fourth an exchange, so that a link may become slower.
-        self.quickest_us = self.quickest_us.saturating_add(self.quickest_us / 64).saturating_add(1).min(round_trip);
-        let slow_us = 0.5 * (round_trip - self.quickest_us) as f32;
+        self.shortest_us = self.shortest_us.saturating_add(self.shortest_us / 64).saturating_add(1).min(round_trip);
+        let slow_us = 0.5 * (round_trip - self.shortest_us) as f32;
         let variance = EXCHANGE_SIGMA_US * EXCHANGE_SIGMA_US + slow_us * slow_us;
-        let (floor_us, quickest_us) = (self.settings.timesync_sigma_us, self.quickest_us as f32);
+        let (floor_us, shortest_us) = (self.settings.timesync_sigma_us, self.shortest_us as f32);
         // Uniform within plus and minus half the round trip.
-        let bias_variance = floor_us * floor_us + quickest_us * quickest_us * ROUNDING;
+        let bias_variance = floor_us * floor_us + shortest_us * shortest_us * ROUNDING;
 
-        let anew = Epoch {
+        let restarted = Epoch {
             tick: middle,
             at: theirs,
             offset_us: 0.0,
@@ -141,13 +149,13 @@ impl Clock {
             pulse_age: NO_PULSE,
         };
         let Some(state) = self.propagated(middle) else {
-            self.restart(anew);
+            self.restart(restarted);
             return;
         };
         // The crystals are the same after a reboot: their rate is kept.
-        let anew = Epoch { rate_ppm: state.rate_ppm, rate_variance: state.rate_variance, ..anew };
-        if theirs.since(state.at).unsigned_abs() > CONTRADICTION_US as u32 {
-            self.restart(anew);
+        let restarted = Epoch { rate_ppm: state.rate_ppm, rate_variance: state.rate_variance, ..restarted };
+        if theirs.since(state.at).unsigned_abs() > REBOOT_US as u32 {
+            self.restart(restarted);
             return;
         }
         if state.bias_variance == 0.0 {
@@ -156,17 +164,18 @@ impl Clock {
         if state.pulse_age < PULSES_LIVE_TICKS {
             return;
         }
-        let knows_better = state.bias_variance == 0.0 && state.offset_variance < bias_variance && !self.is_disputed();
-        if knows_better {
+        let is_more_accurate =
+            state.bias_variance == 0.0 && state.offset_variance < bias_variance && !self.is_contradicted();
+        if is_more_accurate {
             self.epoch = Some(state);
         } else if state.bias_variance == 0.0 {
-            self.disputes = 0;
-            self.epoch = Some(Epoch { pulse_age: state.pulse_age, ..anew });
+            self.contradictions = 0;
+            self.epoch = Some(Epoch { pulse_age: state.pulse_age, ..restarted });
         } else {
             let innovation_us = state.innovation_us(theirs);
             let state = state.widened(innovation_us.abs() - 0.5 * round_trip as f32);
             let updated = state.updated(innovation_us, variance);
-            self.epoch = Epoch { bias_variance, ..updated }.settled();
+            self.epoch = Epoch { bias_variance, ..updated }.normalised();
         }
     }
 
@@ -174,9 +183,9 @@ impl Clock {
     /// quickest proves little when it agrees.
     fn compare(&mut self, off_us: f32, round_trip: u32, offset_variance: f32) {
         if off_us > 0.5 * round_trip as f32 + self.exchange_gate_us(offset_variance) {
-            self.disputes = self.disputes.saturating_add(1);
-        } else if round_trip / 2 <= self.quickest_us {
-            self.disputes = 0;
+            self.contradictions = self.contradictions.saturating_add(1);
+        } else if round_trip / 2 <= self.shortest_us {
+            self.contradictions = 0;
         }
     }
 
@@ -186,12 +195,12 @@ impl Clock {
         1.0 + GATE_SIGMAS * math::sqrt(floor_us * floor_us + EXCHANGE_SIGMA_US * EXCHANGE_SIGMA_US + variance)
     }
 
-    fn is_disputed(&self) -> bool {
-        self.disputes >= DISPUTES_MAX
+    fn is_contradicted(&self) -> bool {
+        self.contradictions >= CONTRADICTIONS_MAX
     }
 
     fn restart(&mut self, epoch: Epoch) {
-        (self.epoch, self.dissent, self.disputes) = (Some(epoch), None, 0);
+        (self.epoch, self.rejected, self.contradictions) = (Some(epoch), None, 0);
         self.epochs = self.epochs.wrapping_add(1);
     }
 
@@ -209,30 +218,30 @@ impl Clock {
         let offset_variance = state.offset_variance + state.bias_variance;
         let variance = self.pulse_variance();
         let gate_us = if state.bias_variance > 0.0 {
-            0.5 * self.quickest_us as f32 + self.exchange_gate_us(state.offset_variance + variance)
+            0.5 * self.shortest_us as f32 + self.exchange_gate_us(state.offset_variance + variance)
         } else {
             1.0 + GATE_SIGMAS * math::sqrt(offset_variance + variance)
         };
         if innovation_us.abs() <= gate_us {
             let state = Epoch { offset_variance, bias_variance: 0.0, pulse_age: 0, ..state };
-            self.epoch = state.updated(innovation_us, variance).settled();
-            self.dissent = None;
+            self.epoch = state.updated(innovation_us, variance).normalised();
+            self.rejected = None;
         } else {
-            self.disagree(tick, second, &state);
+            self.reject_pulse(tick, second, &state);
         }
     }
 
     /// A pulse outside its gate. A restarted clock has the rate of the last two pulses.
-    fn disagree(&mut self, tick: Ticks, second: Micros, state: &Epoch) {
+    fn reject_pulse(&mut self, tick: Ticks, second: Micros, state: &Epoch) {
         self.pulses_ignored = self.pulses_ignored.wrapping_add(1);
         let since = |before: Ticks| tick.0.wrapping_sub(before.0);
-        let (interval, votes) = match self.dissent {
+        let (interval, votes) = match self.rejected {
             Some((before, votes)) if since(before).abs_diff(SECOND) <= PULSE_TOLERANCE_TICKS => {
                 (since(before), votes.saturating_add(1))
             }
             _ => (0, 1),
         };
-        self.dissent = Some((tick, votes));
+        self.rejected = Some((tick, votes));
         let needed = if state.bias_variance > 0.0 { OUTVOTE_TIMESYNC } else { OUTVOTE_PULSES };
         if votes >= needed && interval > 0 {
             let variance = self.pulse_variance();
@@ -248,7 +257,7 @@ impl Clock {
                 pulse_age: 0,
             });
             // An exchange has to agree first.
-            self.disputes = DISPUTES_MAX;
+            self.contradictions = CONTRADICTIONS_MAX;
         }
     }
 
@@ -266,10 +275,10 @@ impl Clock {
     /// averaging reduces that. While pulses and exchanges contradict each other the variance is infinite.
     pub fn read(&self, tick: Ticks) -> Option<Reading> {
         let state = self.propagated(tick)?;
-        let alike = ROUNDING * undithered(self.settings.pulse_sigma_us);
-        let variance = state.offset_variance.max(0.0) + state.bias_variance + alike;
-        let variance = if self.is_disputed() { f32::INFINITY } else { variance };
-        Some(Reading { at: state.at, beyond_us: state.offset_us, variance })
+        let rounding = ROUNDING * rounding_correlation(self.settings.pulse_sigma_us);
+        let variance = state.offset_variance.max(0.0) + state.bias_variance + rounding;
+        let variance = if self.is_contradicted() { f32::INFINITY } else { variance };
+        Some(Reading { at: state.at, fraction_us: state.offset_us, variance })
     }
 
     /// The autopilot's instant at `tick`, to the nearest microsecond, and its sigma in microseconds.

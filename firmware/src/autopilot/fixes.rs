@@ -6,7 +6,7 @@
 //! taken them off. So only some fixes are sent, and the part of their covariance that they share is sent n times: R = white + n
 //! correlated with n = max(1, 2 f τ), the number of fixes at the rate f within the time constant of an error that is correlated
 //! over τ. The white part is the match's own and that of the stamp; the correlated one that of the tilt's drift
-//! ([`Fix::by_tilt`]), of a map of another year ([`Fix::map_variance_m2`]), and the map's offset, which the settings have.
+//! ([`Fix::tilt_drift_covariance`]), of a map of another year ([`Fix::map_variance_m2`]), and the map's offset, which the settings have.
 
 use crate::wire::fix_message::SentFix;
 use crate::wire::incoming::AutopilotKind;
@@ -157,7 +157,7 @@ impl Fixes {
         let alike = (2e6 * correlation_s / interval_us.max(1) as f32).max(1.0);
         let enlarged = |row: usize, col: usize| {
             let (of_year, map) = if row == col { (fix.map_variance_m2, map_sigma_m * map_sigma_m) } else { (0.0, 0.0) };
-            fix.covariance[(row, col)] + (alike - 1.0) * (fix.by_tilt[(row, col)] + of_year) + alike * map
+            fix.covariance[(row, col)] + (alike - 1.0) * (fix.tilt_drift_covariance[(row, col)] + of_year) + alike * map
         };
         let (east, north, cross) = (enlarged(0, 0), enlarged(1, 1), enlarged(0, 1));
         let half = 0.5 * (east - north);
@@ -190,13 +190,13 @@ mod tests {
         resets_on_reacquisition: false,
     };
 
-    fn fix(covariance: [[f32; 2]; 2], by_tilt: [[f32; 2]; 2]) -> Fix {
+    fn fix(covariance: [[f32; 2]; 2], tilt_drift_covariance: [[f32; 2]; 2]) -> Fix {
         let position = Geographic { lat_e7: 1, lon_e7: 2 };
         Fix {
             position,
             local: Local::default(),
             covariance: covariance.into(),
-            by_tilt: by_tilt.into(),
+            tilt_drift_covariance: tilt_drift_covariance.into(),
             map_variance_m2: 0.0,
         }
     }

@@ -4,12 +4,12 @@ use super::sizes::Sizes;
 use crate::image::{Run, View};
 use crate::matching::high_pass::{ClippingThreshold, clip, filter};
 
-/// Stride of the rows that set the clipping threshold of a reference: a third of a few thousand values is plenty for a
+/// Stride of the rows that set the clipping threshold of a reference: a third of a few thousand values is enough for a
 /// median.
 const CLIPPING_STRIDE: usize = 3;
 
-/// The clipped high-pass image of the boxes of a tile from `corner` on, rows as far apart as [`Sizes::strides`] says. `grey`:
-/// space for the boxes. `None` where they leave the tile, or the space does not suffice.
+/// The clipped high-pass image of the boxes of a tile from `corner` on, rows with the stride of [`Sizes::strides`].
+/// `grey`: space for the boxes. `None` if they leave the tile, or the space does not suffice.
 pub(super) fn reference_into(
     tile: &View<'_>,
     corner: (i32, i32),
@@ -30,8 +30,8 @@ pub(super) fn reference_into(
     Some(())
 }
 
-/// The clipped high-pass image of the patch's boxes, rows padded with zeros, and zeros where a box is not wholly valid; how
-/// many are. `None` where there is no texture, or too little space.
+/// The clipped high-pass image of the patch's boxes, rows padded with zeros, and zeros for boxes that are not wholly
+/// valid; returns the number of valid ones. `None` without texture, or with too little space.
 pub(super) fn patch_into(
     patch: &View<'_>,
     runs: &[Run],
@@ -51,7 +51,7 @@ pub(super) fn patch_into(
     let mut threshold = ClippingThreshold::new();
     let mut valid = 0;
     let whole = (factor * factor) as u8;
-    // Rows of the image by their place: two iterators of chunks side by side divide by a length that might be 0.
+    // Rows are addressed by index: two zipped iterators of chunks would divide by a length that might be 0.
     for (row, counts) in counts.chunks_exact(cols.max(1)).enumerate() {
         let line = out.get_mut(row * stride..row * stride + cols).unwrap_or(&mut []);
         for (value, &count) in line.iter_mut().zip(counts) {
@@ -67,8 +67,8 @@ pub(super) fn patch_into(
     out.iter().any(|&value| value != 0).then_some(valid)
 }
 
-/// The patch with its gaps filled: the outermost pixels of a row go on where it is not valid, and the nearest row where there
-/// is none.
+/// The patch with its gaps filled: invalid pixels repeat the outermost valid one of their row, rows without a run the
+/// nearest row.
 fn fill(patch: &View<'_>, runs: &[Run], filled: &mut [u8]) -> Option<()> {
     let (width, height) = (patch.size().0 as usize, patch.size().1 as usize);
     let first = runs.first()?.row as usize;
@@ -77,7 +77,7 @@ fn fill(patch: &View<'_>, runs: &[Run], filled: &mut [u8]) -> Option<()> {
         let (row, start, end) = (run.row as usize, run.start as usize, run.end as usize);
         let pixels = patch.run(row, start, end - start)?;
         let (Some(&left), Some(&right)) = (pixels.first(), pixels.last()) else { continue };
-        // Rows without a run are those of the row before.
+        // Rows without a run repeat the row before.
         while done < row && done > first {
             copy_line(filled, width, done - 1, done);
             done += 1;
@@ -123,7 +123,7 @@ fn copy_line(picture: &mut [u8], width: usize, from: usize, to: usize) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 
-/// Means of `cols` x `rows` boxes of a picture from `corner` on, rounded to nearest. `None` where they leave it.
+/// Means of `cols` x `rows` boxes of a picture from `corner` on, rounded to nearest. `None` if they leave it.
 fn reduce(
     picture: &View<'_>,
     corner: (usize, usize),
@@ -165,8 +165,8 @@ fn reduce(
     Some(())
 }
 
-/// The high-pass image of a picture that is valid from border to border, not clipped yet, rows `stride` apart with zeros
-/// behind them and behind the last. `None` where it does not fit.
+/// The high-pass image of a picture without invalid pixels, not clipped yet, rows `stride` apart, padded with zeros.
+/// `None` if it does not fit.
 fn filter_into(grey: &[u8], (cols, rows): (usize, usize), stride: usize, out: &mut [u8]) -> Option<()> {
     let (cols, rows) = (u16::try_from(cols).ok()?, u16::try_from(rows).ok()?);
     let picture = View::new(grey, (cols, rows))?;

@@ -10,12 +10,12 @@ use crate::matching::local_maximum::{MAIN_LOBE_PX, vertex};
 use crate::matching::search::Peak;
 use crate::math::sqrt;
 
-/// What a search found: the peak, and the window's centre.
+/// Result of a search: the peak, and the window's centre.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::matching) struct Found {
-    /// The peak in terms of the whole search.
+pub(in crate::matching) struct FineMatch {
+    /// The peak relative to the whole search's centre.
     pub(in crate::matching) peak: Peak,
-    /// The peak in terms of its window.
+    /// The peak relative to its window's centre.
     pub(in crate::matching) local: Peak,
     /// The shift at the window's centre.
     pub(in crate::matching) centre: (i16, i16),
@@ -43,7 +43,12 @@ impl<'a> Fine<'a> {
 
     /// The peak around a shift of `centre`.
     #[inline(never)]
-    pub(super) fn search(&mut self, tile: &View<'_>, at: (i32, i32), centre: (i16, i16)) -> Result<Found, MatchError> {
+    pub(super) fn search(
+        &mut self,
+        tile: &View<'_>,
+        at: (i32, i32),
+        centre: (i16, i16),
+    ) -> Result<FineMatch, MatchError> {
         let fine = FINE_PX as i32;
         let corner = (at.0 + centre.0 as i32 - fine, at.1 + centre.1 as i32 - fine);
         let (other, scores) = ranked(self.own, tile, corner, &self.sizes, 1, &mut *self.buffer)?;
@@ -58,7 +63,7 @@ impl<'a> Fine<'a> {
             |shift: &(usize, usize)| shift.0.abs_diff(top.0).max(shift.1.abs_diff(top.1)) >= MAIN_LOBE_PX as usize;
         let second = all().filter(is_apart).reduce(highest).filter(|&shift| rank(shift) > 0.0);
         let on_border = [top.0, top.1].iter().any(|&at| at == 0 || at == FINE - 1);
-        // Ranks are squares of what is as high as the scores but for the mask.
+        // Ranks are squared scores but for the mask.
         let height = |shift| sqrt(rank(shift).max(0.0));
         let vertex = |before, behind| vertex(height(before), height(top), height(behind));
         let (col, row) = top;
@@ -74,7 +79,7 @@ impl<'a> Fine<'a> {
         let local = Peak { d_col, d_row, score: score(top), second, second_at, vertex, on_border };
         let moved = |(col, row): (i16, i16)| (col + centre.0, row + centre.1);
         let ((d_col, d_row), second_at) = (moved((d_col, d_row)), moved(second_at));
-        Ok(Found { peak: Peak { d_col, d_row, second_at, ..local }, local, centre })
+        Ok(FineMatch { peak: Peak { d_col, d_row, second_at, ..local }, local, centre })
     }
 }
 

@@ -7,17 +7,18 @@ use crate::matching::MatchError;
 use crate::matching::kernels::correlation::dot4_rows;
 use crate::matching::local_maximum::{LocalMaximum, highest};
 
-/// Local maxima that are searched in full resolution.
+/// Number of local maxima that are searched in full resolution.
 pub(super) const CANDIDATES: usize = 6;
-/// Boxes of the patch that rank the shifts, about: of more, every second row or fewer. Between half and one and a half times
-/// as many, true ground under noise as strong as its high-pass image was among the candidates every time in 400.
+/// Boxes of the patch that rank the shifts, about: with more, every second row or fewer. Between half and one and a
+/// half times as many, true ground under noise as strong as its high-pass image was among the candidates every time in
+/// 400.
 pub(super) const RANKING: usize = 120;
 
 /// The shift at a local maximum of the coarse scores.
 pub(super) type Candidate = (i16, i16);
 
-/// The highest local maxima of the reduced pictures' correlation. Not inlined: what it needs of the stack is free again for
-/// the fine search.
+/// The highest local maxima of the reduced pictures' correlation. Not inlined, so that its stack is free for the fine
+/// search.
 #[inline(never)]
 pub(super) fn coarse<'s>(
     patch: &View<'_>,
@@ -45,7 +46,7 @@ pub(super) fn coarse<'s>(
 }
 
 /// Scores of all shifts of the patch's boxes from `corner` of the tile on, over every `stride`th row of boxes, and the
-/// reference's high-pass image that they were made of.
+/// reference's high-pass image that they were computed from.
 pub(super) fn ranked<'b>(
     own: &[u8],
     tile: &View<'_>,
@@ -80,7 +81,8 @@ fn correlate(own: &[u8], other: &[u8], sizes: &Sizes, stride: usize, scores: &mu
     }
 }
 
-/// Makes scores of products: their squares, with their signs, over the reference's energy under the patch's rectangle.
+/// Turns products into scores: their squares, with their signs, over the reference's energy under the patch's
+/// rectangle.
 fn normalise(other: &[u8], sizes: &Sizes, energies: &mut [[u8; 4]], scores: &mut [[u8; 4]]) {
     let stride = sizes.strides().1;
     let (cols, rows) = sizes.own;

@@ -1,4 +1,4 @@
-//! Which shifts are searched, the sizes of the reduced pictures, and the memory they take.
+//! The shifts of a search, the sizes of the reduced pictures, and their memory.
 
 use crate::image::View;
 
@@ -6,13 +6,13 @@ use crate::image::View;
 pub(crate) const FINE_PX: u16 = 3;
 /// Shifts along a side of that search.
 pub(super) const FINE: usize = 2 * FINE_PX as usize + 1;
-/// Patches longer than this are reduced by boxes of 3 x 3, others by 2 x 2, pixels: 16 x 16 boxes of 3 x 3 are twice the
-/// `RANKING` wanted.
+/// Patches longer than this are reduced by boxes of 3 x 3, others by 2 x 2, pixels: 16 x 16 boxes of 3 x 3 are twice
+/// the `RANKING` wanted.
 pub(crate) const LONG_PX: u16 = 48;
-/// Largest boxes: what a candidate can be off must stay within the fine search.
+/// Largest boxes: a candidate's error must stay within the fine search.
 pub(super) const BOX_MAX: usize = 4;
-/// Bytes behind the reference's high-pass image that may be read: products are made four shifts at a time, up to three beyond
-/// the last one, and are read by words of four. Rounded up to a pair of words.
+/// Bytes after the reference's high-pass image that may be read: products are made four shifts at a time, up to three
+/// beyond the last one, and are read by words of four. Rounded up to a pair of words.
 const READ_AHEAD: usize = 8;
 
 /// The shifts at which a fine search fits the tile: the smallest and the largest of columns and of rows.
@@ -22,7 +22,7 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// `None` where there is none.
+    /// `None` if there is none.
     pub(super) fn new(patch: &View<'_>, tile: &View<'_>, at: (i32, i32), radius: u16) -> Option<Self> {
         let fine = FINE_PX as i32;
         let radius = radius.min(i16::MAX as u16 / 2) as i32;
@@ -57,7 +57,7 @@ pub(super) struct Sizes {
 impl Sizes {
     pub(super) fn new(factor: usize, patch: (u16, u16), span: &Span) -> Self {
         let boxes = |pixels: u16| pixels as usize / factor;
-        // Products come in fours; a column that would open one by itself is not worth it.
+        // Products come in fours; a column that would need another four alone is dropped.
         let cols = boxes(patch.0);
         let cols = if cols > 4 && cols % 4 == 1 { cols - 1 } else { cols };
         let count = |(first, last): (i16, i16)| (last - first) as usize / factor + 1;
@@ -71,12 +71,12 @@ impl Sizes {
         Sizes { factor: 1, own, shifts: (FINE, FINE), other: (own.0 + FINE - 1, own.1 + FINE - 1) }
     }
 
-    /// From one row of a high-pass image to the next, of patch and reference.
+    /// Strides of the high-pass images of patch and reference.
     pub(super) const fn strides(&self) -> (usize, usize) {
         (self.own.0.next_multiple_of(4), (self.other.0 + 3).next_multiple_of(4))
     }
 
-    /// Bytes of the patch's high-pass image, of the reference's, and of what serves first for the boxes' greys and then for
+    /// Bytes of the patch's high-pass image, of the reference's, and of a buffer for the boxes' greys, later for
     /// energies by columns and scores.
     pub(super) const fn bytes(&self) -> [usize; 3] {
         let (own, other) = self.strides();
@@ -84,8 +84,7 @@ impl Sizes {
         [own * self.own.1, other * self.other.1 + READ_AHEAD, if grey > scores { grey } else { scores }]
     }
 
-    /// Bytes of all of them; in the place of the last two, first the patch with its gaps filled, and its boxes' greys and
-    /// counts.
+    /// Bytes of all of them; the last two are at first the patch with its gaps filled, and its boxes' greys and counts.
     pub(super) const fn working_bytes(&self, patch: (u16, u16)) -> usize {
         let [own, other, rest] = self.bytes();
         let filled = patch.0 as usize * patch.1 as usize + 2 * self.own.0 * self.own.1;

@@ -1,4 +1,4 @@
-//! The current estimate of least-squares matching, and where it starts.
+//! The estimate of least-squares matching, its initial value and steps.
 use super::segment::{self, MID_GREY};
 use crate::arch::{add_bytes, difference, dot};
 use crate::image::{Run, View};
@@ -8,36 +8,36 @@ use crate::math;
 use crate::packed::bytes;
 use nalgebra::SVector;
 
-/// Shift along columns and rows, turn, scale, gain and offset.
+/// Shift along columns and rows, rotation, scale, gain and offset.
 pub(super) const UNKNOWNS: usize = 6;
 pub(super) type Vector = SVector<f32, UNKNOWNS>;
 
-/// Smallest sigma of the residuals, grey levels: half a level is what quantisation alone leaves in both pictures.
+/// Smallest sigma of the residuals, grey levels: half a level is that of quantisation alone in both pictures.
 pub(super) const SIGMA_MIN: f32 = 0.5;
-/// Residual, in sigmas, at which a pixel's weight has fallen to a quarter. Chosen: at 2.5, one in eighty normal residuals
-/// lies beyond. [`super::EFFICIENCY`] and [`super::STRETCH`] hold for this one only.
+/// Residual, in sigmas, at which a pixel's weight has fallen to a quarter. Chosen: at 2.5, one in eighty normal
+/// residuals lies beyond. [`super::EFFICIENCY`] and [`super::OVERRELAXATION`] hold for this one only.
 const OUTLIER: f32 = 2.5;
 /// Sigma of a normal distribution over the median of its absolute values: 1/Φ⁻¹(3/4).
 const SIGMA_PER_MEDIAN: f32 = 1.4826;
 /// Largest sigma of the residuals, grey levels: products of weight and residual hold outliers up to 98 levels,
 /// see [`segment::Radiometry`].
 const SIGMA_MAX: f32 = 32.0;
-/// Largest gain, and grey levels of offset, between two pictures of the same ground. Chosen: a picture of 32 grey levels
-/// against one of 256, and the offset that such a gain takes.
+/// Largest gain, and grey levels of offset, between two pictures of the same ground. Chosen: a picture of 32 grey
+/// levels against one of 256, and the offset of such a gain.
 const GAIN_MAX: f32 = 8.0;
 const OFFSET_MAX: f32 = 1024.0;
-/// Stride of the runs that the start is made from: it has to be right to a few per cent only.
-const START_EVERY: usize = 3;
+/// Stride of the runs for the initial value, which needs to be right to a few per cent only.
+const START_STRIDE: usize = 3;
 /// Grey levels in a bin of differences, as a shift: 256 bins of two hold all differences of bytes.
 const BIN_SHIFT: i32 = 1;
-/// How far turn and scale may move the position between the middle and the end of a segment, pixels.
-/// Chosen: it is of opposite sign at both ends, so that in a shift it cancels.
+/// Largest change of the position by rotation and scale between the middle and the end of a segment, pixels. Chosen: it
+/// is of opposite sign at both ends, so that in a shift it cancels.
 const BEND_PX: f32 = 0.1;
 
 /// The current estimate.
 pub(super) struct Estimate {
     pub(super) shift: (f32, f32),
-    /// Displacement by turn and scale at the patch's edge, pixels.
+    /// Displacement by rotation and scale at the patch's edge, pixels.
     pub(super) turn: f32,
     pub(super) scale: f32,
     pub(super) gain: f32,
@@ -45,14 +45,15 @@ pub(super) struct Estimate {
     /// Robust sigma of the residuals of the pass before.
     pub(super) sigma: f32,
     pub(super) centre: (f32, f32),
-    /// Half the patch's longer side: makes turn and scale pixels too, which keeps the normal matrix well scaled.
+    /// Half the patch's longer side: with it rotation and scale are in pixels too, which keeps the normal matrix well
+    /// scaled.
     pub(super) half: f32,
     pub(super) radius: f32,
 }
 
 impl Estimate {
-    /// Starts at the whole-pixel peak. The gain is that of the differences along the rows, which changed ground hardly
-    /// has a part in, the offset the median difference under it.
+    /// The initial value at the whole-pixel peak. The gain is that of the differences along the rows, which changed
+    /// ground hardly affects, the offset the median difference with that gain.
     pub(super) fn new(
         patch: &View<'_>,
         runs: &[Run],
@@ -65,7 +66,7 @@ impl Estimate {
         let shifted = |at: u16, d: i16| usize::try_from(at as i32 + radius as i32 + d as i32).ok();
         let mut slopes = Slopes::default();
         let pairs = || {
-            runs.iter().step_by(START_EVERY).map(|run| {
+            runs.iter().step_by(START_STRIDE).map(|run| {
                 let length = run.end.checked_sub(run.start)? as usize;
                 let own = patch.run(run.row as usize, run.start as usize, length)?;
                 Some((own, reference.run(shifted(run.row, peak.d_row)?, shifted(run.start, peak.d_col)?, length)?))
@@ -105,7 +106,7 @@ impl Estimate {
         OUTLIER * self.sigma
     }
 
-    /// Whether gain and offset may be those of two pictures of the same ground.
+    /// Whether gain and offset are possible between two pictures of the same ground.
     pub(super) fn is_radiometry(&self) -> bool {
         self.gain > 0.0 && self.gain <= GAIN_MAX && self.offset.abs() <= OFFSET_MAX
     }
@@ -120,23 +121,23 @@ impl Estimate {
         )
     }
 
-    /// The shift that the reference is read at: one that the spline's fractions hold exactly.
+    /// The shift at which the reference is read: rounded to the spline's fractions.
     pub(super) fn read_shift(&self) -> (f32, f32) {
         let parts = segment::FRACTIONS as f32;
         let held = |shift: f32| math::round(shift * parts) / parts;
         (held(self.shift.0), held(self.shift.1))
     }
 
-    /// Pixels a segment may have.
+    /// Longest segment, pixels.
     pub(super) fn segment(&self) -> usize {
         let bend = (self.turn.abs() + self.scale.abs()) / self.half;
         let reach = |length: usize| 0.5 * length as f32 * bend <= BEND_PX;
         [segment::LONGEST, segment::LONGEST / 2].into_iter().find(|&l| reach(l)).unwrap_or(segment::LONGEST / 4)
     }
 
-    /// Takes a step of the solution; how far it went, pixels along each axis. `median_size`: of
-    /// the residuals, over the outlier's. The products gain x displacement are what
-    /// was solved for, and the new gain is the better one to divide them by.
+    /// Applies a step of the solution; returns its size, the larger of both axes, pixels. `median_size`: of the
+    /// residuals, over the outlier's. The equations are solved for gain x displacement, and the new gain is the better
+    /// one to divide by.
     pub(super) fn step(&mut self, step: &Vector, median_size: f32) -> f32 {
         let gain = self.gain + step[4];
         let ratio = self.gain / gain;

@@ -5,16 +5,17 @@ use super::segment::{Autocorrelation, RESIDUAL_STEPS, Sums as SegmentSums, WEIGH
 use crate::matching::Prior;
 use nalgebra::SMatrix;
 
-/// Σ w at least: four pixels of full weight for each unknown. Chosen; [`crate::matching::acceptance`] asks for more.
+/// Smallest Σ w: four pixels of full weight for each unknown. Chosen; [`crate::matching::acceptance`] requires more.
 const WEIGHT_MIN: f32 = 4.0 * UNKNOWNS as f32;
-/// Largest correlation of neighbours that is believed. Chosen: of white noise the spline makes 0.44 at whole pixels to 0.54
-/// at halves.
+/// Largest correlation of neighbours that is used. Chosen: for white noise the spline makes 0.44 at whole pixels to
+/// 0.54 at halves.
 const CORRELATION_MAX: f32 = 0.6;
 
 pub(super) type Normal = SMatrix<f32, UNKNOWNS, UNKNOWNS>;
 
-/// Sums of one pass over the pixels, in the units of [`SegmentSums`]. Turn and scale stand as the patch's own x and y
-/// do: t = x · row − y · column and s = x · column + y · row, where row and column are measured from the centre.
+/// Sums of one pass over the pixels, in the units of [`SegmentSums`]. The derivatives by rotation and scale are formed
+/// like the patch's x and y: t = x · row − y · column and s = x · column + y · row, where row and column are measured
+/// from the centre.
 #[derive(Default)]
 pub(super) struct Sums {
     /// Lower triangle of the products of (x, y, t, s, p, 1), row by row.
@@ -63,7 +64,7 @@ impl Sums {
     /// Variance of a residual of weight 1, square grey levels.
     fn sigma2(&self) -> f32 {
         let squares = self.squares / (WEIGHT_STEPS * RESIDUAL_STEPS * RESIDUAL_STEPS) as f32;
-        // A perfect match must not claim certainty.
+        // A perfect match must not have a zero variance.
         (squares / (self.weight() - UNKNOWNS as f32).max(1.0)).max(SIGMA_MIN * SIGMA_MIN)
     }
 
@@ -74,7 +75,7 @@ impl Sums {
         [-gradient, -gradient, gradient / estimate.half, -gradient / estimate.half, 1.0, 1.0]
     }
 
-    /// The normal matrix in units of the inverse variance, priors included; `None` where the pixels are too few.
+    /// The normal matrix in units of the inverse variance, priors included; `None` with too few pixels.
     pub(super) fn normal(&self, prior: Prior, estimate: &Estimate) -> Option<Normal> {
         if self.weight() < WEIGHT_MIN {
             return None;
@@ -90,7 +91,7 @@ impl Sums {
         Some(normal)
     }
 
-    /// The right-hand side; the priors pull turn and scale back to zero.
+    /// The right-hand side; the priors draw rotation and scale to zero.
     pub(super) fn right(&self, prior: Prior, estimate: &Estimate) -> Vector {
         let per_variance = 1.0 / (self.sigma2() * (WEIGHT_STEPS * RESIDUAL_STEPS) as f32);
         let units = Sums::units(estimate);
@@ -101,8 +102,8 @@ impl Sums {
         right
     }
 
-    /// By how much correlated residuals enlarge the variance: (1 + 2 ρ)² for a correlation ρ to each neighbour along
-    /// both axes. Never below 1.
+    /// Inflation of the variance by correlated residuals: (1 + 2 ρ)² for a correlation ρ to each neighbour along both
+    /// axes. Never below 1.
     pub(super) fn inflation(&self) -> f32 {
         let Autocorrelation { own, neighbour } = self.residuals;
         let rho = if own > 0 { (neighbour as f32 / own as f32).clamp(0.0, CORRELATION_MAX) } else { 0.0 };

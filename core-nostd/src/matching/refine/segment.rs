@@ -1,8 +1,8 @@
-//! A few pixels of a row under one sub-pixel position: what least squares needs of them, in integers.
+//! A few pixels of a row with a common sub-pixel position: their sums for least squares, in integers.
 //!
-//! Turn and scale hardly move the position within a few pixels, so the spline's weights are made once for all of them.
-//! All numbers of a pixel fit 16 bits: they lie in words of two pixels, two columns apart, and one instruction makes and
-//! adds two products. Pixels come in fours; what the last four have too many gets no weight.
+//! Rotation and scale hardly change the sub-pixel position within a few pixels, so the spline's weights are computed
+//! once for all of them. All numbers of a pixel fit 16 bits: they lie in words of two pixels, two columns apart, and
+//! one instruction makes and adds two products. Pixels come in fours; surplus pixels of the last four get no weight.
 pub(super) use super::smooth::FRACTIONS;
 use super::smooth::weights;
 use crate::arch::difference;
@@ -13,13 +13,13 @@ use crate::matching::kernels::least_squares::{
 };
 use crate::packed::{bytes, high, low, pack};
 
-/// Pixels of the longest segment; 32-bit sums hold as many.
+/// Pixels of the longest segment; its sums fit 32 bits.
 pub(super) const LONGEST: usize = 32;
 /// Fours of pixels.
 const FOURS: usize = LONGEST / 4;
 /// Taps of the spline beyond the first pixel of a segment.
 const TAPS: usize = 3;
-/// Grey level that pictures are measured from, so that gain and offset stay well apart.
+/// Grey level from which pictures are measured, to keep gain and offset nearly uncorrelated.
 pub(super) const MID_GREY: i32 = 128;
 /// [`MID_GREY`] in both halves of a word.
 const MID_GREYS: u32 = 0x0080_0080;
@@ -28,7 +28,7 @@ const MID_GREYS: u32 = 0x0080_0080;
 pub(super) const RESIDUAL_STEPS: i32 = 16;
 /// Steps of a weight.
 pub(super) const WEIGHT_STEPS: i32 = 64;
-/// Bins of the weight function per unit of residual over the outlier's, and how many there are.
+/// Bins of the weight function per unit of residual over the outlier's, and their number.
 const BINS_PER_UNIT: usize = 32;
 const BINS: usize = 4 * BINS_PER_UNIT;
 
@@ -47,7 +47,7 @@ static WEIGHTS: [u8; 2 * BINS] = {
     weights
 };
 
-/// How the greys of the reference follow from those of the patch, in fixed point.
+/// Gain and offset from the patch's greys to the reference's, in fixed point.
 #[derive(Clone, Copy)]
 pub(super) struct Radiometry {
     gain: i32,
@@ -99,7 +99,7 @@ pub(super) struct Sums {
     pub(super) ee: i32,
 }
 
-/// How far residuals are correlated along a row, by the influence s = w e (x, y) that each pixel has on both shifts: Σ s²
+/// Autocorrelation of the residuals along a row, by the influence s = w e (x, y) of each pixel on both shifts: Σ s²
 /// over every other pixel, and Σ s s(right neighbour) over those.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Autocorrelation {
@@ -112,15 +112,15 @@ pub(super) struct Autocorrelation {
 pub(super) struct Segment {
     /// Pixels 0 and 2 of each four, then 1 and 3.
     pairs: [[Pair; 2]; FOURS],
-    /// The reference weighed along the columns, less [`MID_GREY`], in Q8: two columns a word.
+    /// The reference interpolated along the columns, less [`MID_GREY`], in Q8: two columns a word.
     columns: [[u32; 2]; FOURS + 1],
     /// Pixels.
     length: usize,
 }
 
 impl Segment {
-    /// The pixels of `patch` from (`col`, `row`) on, the first of which lies at (`u`, `v`) of the reference; `false`
-    /// where that or the patch's neighbours leave their pictures.
+    /// Loads the pixels of `patch` from (`col`, `row`) on, the first of which lies at (`u`, `v`) of the reference;
+    /// `false` if that or the patch's neighbours leave their pictures.
     pub(super) fn load(
         &mut self,
         patch: &View<'_>,
@@ -174,7 +174,7 @@ impl Segment {
         };
         let fours = self.fours();
         weigh_residuals(self.pairs.get_mut(..fours)?, &self.columns, &weighing);
-        // No weight for what is no pixel.
+        // No weight for surplus pixels.
         if let Some([even, odd]) = self.pairs.get_mut(self.length / 4) {
             let keep: [u32; 2] = match self.length % 4 {
                 0 => return Some(()),
@@ -190,7 +190,7 @@ impl Segment {
         Some(())
     }
 
-    /// Weighs the reference along its columns, from (`col`, `row`) on.
+    /// Interpolates the reference along its columns, from (`col`, `row`) on.
     #[inline(never)]
     fn columns(&mut self, reference: &View<'_>, (col, row): (usize, usize), down: [i32; 4]) -> Option<()> {
         let words = self.length.div_ceil(4) + 1;
@@ -201,7 +201,7 @@ impl Segment {
         weigh_rows(reference.from(row, col), reference.stride(), down, self.columns.get_mut(..words)?)
     }
 
-    /// Counts the bins of every other residual: their median is as good.
+    /// Counts the bins of every other residual, which is enough for the median.
     #[inline(never)]
     pub(super) fn count(&self, radiometry: &Radiometry, sizes: &mut Histogram) {
         for (index, [even, _]) in self.pairs.iter().take(self.fours()).enumerate() {
@@ -237,7 +237,7 @@ impl Segment {
     }
 }
 
-/// First pixel that the spline weighs at a position, and its weights.
+/// First pixel of the spline at a position, and its weights.
 fn position(at: f32) -> Option<(usize, [i32; 4])> {
     let parts = (at * FRACTIONS as f32 + 0.5) as i32;
     let pixel = usize::try_from(parts / FRACTIONS).ok()?;

@@ -1,15 +1,15 @@
 //! Smoothing by the cubic B-spline.
 //!
-//! A row of trees or houses finer than two pixels shows in patch and reference as different patterns, since their pixels
-//! lie differently on it; a least-squares match would follow those. The B-spline's own samples (1 4 1)/6 along each axis
-//! take most of them off the patch, and reading the reference by the same spline takes them off the reference at no cost:
-//! an interpolation has to weigh 4 x 4 pixels anyway.
+//! Texture finer than two pixels, such as a row of trees or houses, is aliased differently in patch and reference; a
+//! least-squares match would follow that. The B-spline's own samples (1 4 1)/6 along each axis remove most of it from
+//! the patch, and interpolating the reference with the same spline removes it there at no cost: an interpolation
+//! weights 4 x 4 pixels anyway.
 use crate::image::{Run, View};
 use crate::packed::{across, bytes};
 use core::ops::Range;
 
-/// The patch smoothed, into `pixels`, where the 3 x 3 around a pixel is valid; the rest keeps what was there. `None`
-/// when it does not fit.
+/// The patch smoothed, into `pixels`, at pixels whose 3 x 3 is valid; the others are left unchanged. `None` if it does
+/// not fit.
 pub(super) fn smooth_into<'b>(patch: &View<'_>, runs: &[Run], pixels: &'b mut [u8]) -> Option<View<'b>> {
     let (cols, rows) = patch.size();
     let stride = cols as usize;
@@ -25,7 +25,7 @@ pub(super) fn smooth_into<'b>(patch: &View<'_>, runs: &[Run], pixels: &'b mut [u
     View::new(pixels, patch.size())
 }
 
-/// Smooths a row, from one pixel before `smoothed` to one behind it of three rows.
+/// Smooths a row, from three rows that begin one pixel before `smoothed` and end one after it.
 #[inline(never)]
 fn smooth_row(above: &[u8], own: &[u8], below: &[u8], smoothed: &mut [u8]) {
     // Columns 0 and 2 of each four, then 1 and 3: at most 6 x 255 in each half of a word.
@@ -60,8 +60,8 @@ fn thirty_sixth(sum: u32) -> u8 {
     (((sum + 18) * 7282) >> 18) as u8
 }
 
-/// Row and columns of `runs[index]` around which `ROWS` rows and columns, an odd number, are valid; `None` where there
-/// are none.
+/// Row and columns of `runs[index]` around which `ROWS` rows and columns, an odd number, are valid; `None` if there are
+/// none.
 pub(super) fn inner<const ROWS: usize>(runs: &[Run], index: usize) -> Option<(usize, Range<u16>)> {
     let reach = ROWS as u16 / 2;
     if let Some(common) = stack::<ROWS>(runs, index) {
@@ -79,7 +79,7 @@ pub(super) fn inner<const ROWS: usize>(runs: &[Run], index: usize) -> Option<(us
     (start < end).then_some((run.row as usize, start..end))
 }
 
-/// The columns that the `ROWS` runs around `runs[index]` share, where those are the only ones of their rows.
+/// The columns common to the `ROWS` runs around `runs[index]`, if each is the only one of its row.
 fn stack<const ROWS: usize>(runs: &[Run], index: usize) -> Option<Run> {
     let first = index.checked_sub(ROWS / 2)?;
     let stack = runs.get(first..)?.first_chunk::<ROWS>()?;
@@ -99,12 +99,12 @@ fn stack<const ROWS: usize>(runs: &[Run], index: usize) -> Option<Run> {
     (before.is_none_or(|run| run.row < top) && behind.is_none_or(|run| run.row > row)).then_some(common)
 }
 
-/// Parts of a pixel at which the spline is read.
+/// Resolution of the spline's positions, parts of a pixel.
 pub(super) const FRACTIONS: i32 = 256;
 
 /// Weights of the uniform cubic B-spline at `fraction` 0 to 255 of [`FRACTIONS`], for the pixels from one before to two
-/// behind; their sum is [`FRACTIONS`]. The outer two are rounded; the inner two are what makes the first moment exact,
-/// so that rounding widens the spline a little but never moves it.
+/// after; their sum is [`FRACTIONS`]. The outer two are rounded; the inner two make the first moment exact, so that
+/// rounding widens the spline a little but never shifts it.
 #[inline(always)]
 pub(super) fn weights(fraction: i32) -> [i32; 4] {
     let sixth = |t: i32| ((t * t * t + 3 * FRACTIONS * FRACTIONS) as u32 / (6 * FRACTIONS * FRACTIONS) as u32) as i32;

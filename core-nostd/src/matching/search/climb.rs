@@ -1,25 +1,25 @@
-//! From the candidates to the tops of the two best of them.
+//! From the candidates to the peaks of the two best of them.
 
 use super::Peak;
 use super::images::{Images, ScoredShift};
 use crate::matching::local_maximum::{MAIN_LOBE_PX, vertex};
 
-/// The second shift climbs where it has this share of the top: values a pixel apart correlate by a half, so that one with
-/// a quarter at the candidate has no top that comes near.
-const RIVAL: f32 = 0.25;
-/// Steps to the top at most: a local maximum of the ranking is off by one or two.
+/// Share of the highest score from which the second shift climbs: values a pixel apart correlate by a half, so that one
+/// with a quarter at the candidate has no peak that comes near.
+const RIVAL_SHARE: f32 = 0.25;
+/// Most steps to the peak: a local maximum of the ranking is off by one or two.
 const STEPS: usize = 5;
 
-/// Shifts beside one: left, right, above, below and a corner, twice since shifts are scored in pairs.
-type Beside = [ScoredShift; 6];
+/// Neighbours of a shift: left, right, above, below and a corner, twice since shifts are scored in pairs.
+type Neighbours = [ScoredShift; 6];
 
-/// Climbs from the two best of `shifts`. The second one stays away from the first: a row of trees whose other local maximum
-/// the ranking put a pixel aside would seem to lead.
+/// Climbs from the two best of `shifts`. The second stays off the first's main lobe: otherwise a row of trees whose
+/// other local maximum the ranking put a pixel off would seem to lead.
 pub(super) fn climb(images: &Images<'_>, shifts: &[ScoredShift], radius: u16, scores: &[i16]) -> Option<Peak> {
     let mut top = shifts.iter().copied().reduce(better)?;
     let mut second = shifts.iter().copied().filter(|shift| is_apart(&top, shift)).reduce(better);
-    let mut near = [Beside::default(); 2];
-    let is_rival = |second: ScoredShift| second.score >= RIVAL * top.score;
+    let mut near = [Neighbours::default(); 2];
+    let is_rival = |second: ScoredShift| second.score >= RIVAL_SHARE * top.score;
     let mut moved = (true, second.is_some_and(is_rival));
     for _ in 0..STEPS {
         let asked = match moved {
@@ -46,18 +46,18 @@ pub(super) fn climb(images: &Images<'_>, shifts: &[ScoredShift], radius: u16, sc
             moved = (moved.1, moved.0);
         }
     }
-    // Only around the top itself do neighbours tell where between pixels it is.
+    // Only the neighbours of the peak itself determine its sub-pixel position.
     Some(peak(&top, second, (!moved.0).then_some(&near[0]), radius))
 }
 
-/// Whether a shift lies off the top's main lobe and correlates at all.
+/// Whether a shift lies off the peak's main lobe and has a positive score.
 fn is_apart(top: &ScoredShift, shift: &ScoredShift) -> bool {
     shift.apart(top) >= MAIN_LOBE_PX as u16 && shift.score > 0.0
 }
 
-/// The shifts beside one, and of those across its corners the one that the ranking holds highest. Where the search ends,
-/// the nearest shift stands for one beyond.
-fn around(shift: ScoredShift, last: u16, scores: &[i16]) -> Beside {
+/// The neighbours of a shift, with the corner that the ranking has highest. At the border the nearest shift replaces
+/// one beyond.
+fn around(shift: ScoredShift, last: u16, scores: &[i16]) -> Neighbours {
     let step = |at: u16, step: u16| (at + step).saturating_sub(1).min(last);
     let beside = |(cols, rows)| (step(shift.col, cols), step(shift.row, rows));
     let rank = |&(col, row): &(u16, u16)| scores.get(row as usize * (last as usize + 1) + col as usize);
@@ -66,7 +66,7 @@ fn around(shift: ScoredShift, last: u16, scores: &[i16]) -> Beside {
     [left, right, above, below, corner, corner].map(|(col, row)| ScoredShift::new(col, row))
 }
 
-fn peak(top: &ScoredShift, second: Option<ScoredShift>, around: Option<&Beside>, radius: u16) -> Peak {
+fn peak(top: &ScoredShift, second: Option<ScoredShift>, around: Option<&Neighbours>, radius: u16) -> Peak {
     let centred = |shift: &ScoredShift| (shift.col as i16 - radius as i16, shift.row as i16 - radius as i16);
     let (d_col, d_row) = centred(top);
     let on_border = [top.col, top.row].iter().any(|&at| at == 0 || at == 2 * radius);

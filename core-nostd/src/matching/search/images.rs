@@ -1,4 +1,4 @@
-//! The high-pass images of patch and reference, and what they say about shifts.
+//! The high-pass images of patch and reference, and their scores for shifts.
 
 use super::CLIPPING_STRIDE;
 use crate::image::{Run, View};
@@ -10,13 +10,13 @@ use crate::matching::kernels::rows::{copy, fill};
 use crate::matching::valid;
 use crate::math;
 
-/// Pixels that the coarse ranking takes, where the patch has them: over 330 of them no frame of the default scene is lost,
-/// see [`super::CANDIDATES`].
+/// Pixels of the coarse ranking, if the patch has them: over 330 of them no frame of the default scene is lost, see
+/// [`super::CANDIDATES`].
 pub(super) const RANKING_PX: usize = 300;
-/// It takes every third run at least, so that a large patch is ranked by all of its parts.
+/// Largest stride of its runs, so that a large patch is ranked by all of its parts.
 const RANKING_STRIDE: usize = 3;
 
-/// A shift, from the upper left one on, and what the whole patch says about it.
+/// A shift, from the upper left one on, and its sums over the whole patch.
 #[derive(Clone, Copy, Default)]
 pub(in crate::matching) struct ScoredShift {
     pub(in crate::matching) col: u16,
@@ -42,7 +42,7 @@ impl ScoredShift {
         self.energy += i64::from(energy);
     }
 
-    /// Steps to another shift, the larger of both axes.
+    /// Distance of another shift, the larger of both axes.
     pub(in crate::matching) fn apart(&self, other: &ScoredShift) -> u16 {
         self.col.abs_diff(other.col).max(self.row.abs_diff(other.row))
     }
@@ -53,7 +53,7 @@ pub(super) struct Patch<'a> {
     patch: &'a View<'a>,
     runs: &'a [Run],
     threshold: u8,
-    /// The clipped values of every piece, with zeros up to a multiple of four, where they fit.
+    /// The clipped values of every piece, with zeros up to a multiple of four, if they fit.
     kept: Option<&'a [u8]>,
 }
 
@@ -86,7 +86,7 @@ impl<'a> Patch<'a> {
         Patch { patch, runs, threshold, kept: Some(buffer) }
     }
 
-    /// The clipped values of `part` pieces in every `whole`, evenly.
+    /// Visits `part` pieces of every `whole`, evenly, with their clipped values.
     fn each(&self, (part, whole): (usize, usize), mut each: impl FnMut(Run, &[u8])) {
         let mut due = 0;
         let mut is_taken = || {
@@ -148,8 +148,8 @@ impl<'a> Images<'a> {
         self.energy == 0
     }
 
-    /// Coarse scores of every shift, `side` a row, over part of the pieces; how many large values they come from. Kept
-    /// apart: it needs a kilobyte of stack.
+    /// Coarse scores of every shift, `side` a row, over part of the pieces; returns how many large values they are of.
+    /// Kept apart: it needs a kilobyte of stack.
     #[inline(never)]
     pub(super) fn rank(&self, side: usize, scores: &mut [i16]) -> u32 {
         let whole = valid(self.patch.runs).clamp(RANKING_PX, RANKING_STRIDE * RANKING_PX);

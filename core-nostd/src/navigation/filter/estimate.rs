@@ -5,7 +5,7 @@
 //! estimator's errors by its gyroscopes and position updates.
 
 use super::measurement::{Measurement, PriorSigmas, tilt_jacobian};
-use crate::math::{beside, hypot, sqrt, squared};
+use crate::math::{combined_sigma, hypot, sqrt, squared};
 use crate::navigation::reckoning::{Moment, displacement_m};
 use crate::tile::Local;
 use crate::units::Micros;
@@ -15,7 +15,7 @@ use nalgebra::{Matrix2, SMatrix, Vector2};
 pub(super) fn part_sigmas_rad(prior: &PriorSigmas) -> [f32; 2] {
     let wander = (WANDER_SHARE * prior.tilt_rad).min(WANDER_MAX_RAD);
     let lasts = sqrt((squared(prior.tilt_rad) - squared(wander)).max(0.0));
-    [lasts, beside(wander, prior.extra_wander_rad)]
+    [lasts, combined_sigma(wander, prior.extra_wander_rad)]
 }
 
 type Covariance = SMatrix<f32, STATES, STATES>;

@@ -1,6 +1,6 @@
 //! The filter's measurement, and its prior sigmas.
 
-use crate::math::{beside, hypot, sin_cos, squared};
+use crate::math::{combined_sigma, hypot, sin_cos, squared};
 use crate::tile::Local;
 use nalgebra::{Matrix2, Vector2};
 
@@ -18,7 +18,7 @@ pub struct PriorSigmas {
 impl PriorSigmas {
     /// Total of pitch and roll, each, radians.
     pub(super) fn sigma_rad(&self) -> f32 {
-        beside(self.tilt_rad, self.extra_wander_rad)
+        combined_sigma(self.tilt_rad, self.extra_wander_rad)
     }
 }
 

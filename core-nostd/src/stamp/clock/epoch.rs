@@ -1,26 +1,26 @@
-//! The filter's state at its epoch, the tick that it refers to: propagation to another tick, and the update by a comparison.
+//! State of the clock's filter at its epoch: propagation to another tick, and update by a comparison.
 
 use crate::math;
 use crate::units::{Micros, Ticks};
 
-/// Age of a pulse that there never was.
+/// Age without any pulse.
 pub(super) const NO_PULSE: u32 = u32::MAX;
 
 /// The state and the tick that it refers to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Epoch {
     pub(super) tick: Ticks,
-    /// The instant, whole microseconds, and what is beyond.
+    /// The instant in whole microseconds, and the fraction beyond.
     pub(super) at: Micros,
     pub(super) offset_us: f32,
     pub(super) rate_ppm: f32,
-    /// Variances of offset (us²) and rate (ppm²), and what is between them (us ppm).
+    /// Variances of offset (us²) and rate (ppm²), and their covariance (us ppm).
     pub(super) offset_variance: f32,
     pub(super) covariance: f32,
     pub(super) rate_variance: f32,
-    /// Variance of TIMESYNC's asymmetry, 0 where pulses discipline.
+    /// Variance of TIMESYNC's asymmetry, 0 while pulses discipline.
     pub(super) bias_variance: f32,
-    /// Ticks since the newest pulse taken, or [`NO_PULSE`] where there was none for an hour.
+    /// Ticks since the newest accepted pulse, or [`NO_PULSE`] without one for an hour.
     pub(super) pulse_age: u32,
 }
 
@@ -43,28 +43,28 @@ impl Epoch {
             pulse_age: if self.pulse_age == NO_PULSE { NO_PULSE } else { self.pulse_age.saturating_add_signed(ticks) },
             ..*self
         };
-        propagated.settled()
+        propagated.normalised()
     }
 
     /// Whole microseconds of the offset moved into the instant.
-    pub(super) fn settled(self) -> Option<Epoch> {
+    pub(super) fn normalised(self) -> Option<Epoch> {
         let whole = math::round(self.offset_us);
         let at = Micros(self.at.0.checked_add_signed(whole as i64)?);
         Some(Epoch { at, offset_us: self.offset_us - whole, ..self })
     }
 
-    /// How far `instant` is beyond what the state says, microseconds.
+    /// Innovation of `instant`, microseconds.
     pub(super) fn innovation_us(&self, instant: Micros) -> f32 {
         instant.since(self.at) as f32 - self.offset_us
     }
 
-    /// The state where a comparison has shown that it is off by so much, at least; unchanged where that is nothing.
+    /// With the variance of an error of at least `off_us` added, if that is positive.
     pub(super) fn widened(self, off_us: f32) -> Epoch {
         let off_us = off_us.max(0.0);
         Epoch { offset_variance: self.offset_variance + off_us * off_us, ..self }
     }
 
-    /// The state after a comparison that was `innovation_us` off and is good to `variance`.
+    /// Updated by a comparison with this innovation and variance.
     pub(super) fn updated(self, innovation_us: f32, variance: f32) -> Epoch {
         let sum = self.offset_variance + variance;
         let left = variance / sum;
