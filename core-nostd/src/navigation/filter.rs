@@ -43,7 +43,7 @@ use satellites::{Moved, Satellites};
 /// Time constant by which a transient tilt that matches have shown decays, seconds. Chosen: half of the period of 20 s
 /// with which a vehicle rocks slowly, within which the swing of a late or scaled attitude has changed its sign.
 const TRANSIENT_S: f32 = 10.0;
-/// The same while the velocity is so uncertain that its error may hide a swing: one and a half periods. Chosen.
+/// Its value while the velocity is so uncertain that its error may hide a swing: one and a half periods. Chosen.
 const HIDDEN_S: f32 = 3.0 * TRANSIENT_S;
 /// Sigma of the velocity above which that is so, each axis, m/s. Chosen: a swing of five degrees 120 m up moves a match
 /// by twice as much.
@@ -123,7 +123,7 @@ impl Filter {
         self.satellite_tilt_rad.map_or([pitch, roll], |[more, aside]| [pitch + more, roll + aside])
     }
 
-    /// The same from matches alone.
+    /// That error from matches alone.
     fn matched_tilt_rad(&self) -> [f32; 2] {
         self.newest.map_or([0.0; 2], |estimate| estimate.tilt_rad())
     }
@@ -160,7 +160,7 @@ impl Filter {
         combined_sigma(self.shown_rad(prior), self.misalignment.sigma_rad())
     }
 
-    /// The same without a possible misalignment.
+    /// That sigma without a possible misalignment.
     fn shown_rad(&self, prior: &PriorSigmas) -> f32 {
         let [_, wander_rad] = part_sigmas_rad(prior);
         let known_rad = self.newest.map_or(prior.sigma_rad(), |estimate| hypot(estimate.tilt_sigma_rad(), wander_rad));

@@ -165,7 +165,7 @@ impl<const C: usize> Smoother<C> {
 /// fresh. Fewer come from a sensor whose messages are sent more often than its filter is updated, and have an age of no
 /// more than two intervals.
 const FROZEN: usize = 5;
-/// The same for one noisy channel alone, within [`ROUNDED`]. Chosen between an estimator's single-precision angles,
+/// Number for one noisy channel alone, within [`ROUNDED`]. Chosen between an estimator's single-precision angles,
 /// which never repeat, and the window's 21; in logs that round angles to 0.01 degrees 0.1 to 1.4 % of the samples do,
 /// mostly at rest.
 const CHANNEL_FROZEN: usize = 8;

@@ -49,7 +49,7 @@ enum JumpKind {
 
 /// The last jump.
 #[derive(Clone, Copy, Debug)]
-struct LastJump {
+struct Jump {
     at: Micros,
     /// Nothing had jumped for [`CONFIRMATION_US`].
     was_calm: bool,
@@ -69,7 +69,7 @@ struct LastJump {
 pub(super) struct Jumps {
     /// The tilt if all of them were of the tilt, radians; `None` once resolved.
     to_rad: Option<Vector2<f32>>,
-    last: Option<LastJump>,
+    last: Option<Jump>,
     /// Mean to which the tilt decays: the last resolved one, radians.
     mean_rad: [f32; 2],
     /// Innovation of the last match less what the estimate has taken over of it, east and north, metres.
@@ -87,7 +87,7 @@ pub(super) struct Restart {
     pub off_rad: f32,
 }
 
-impl LastJump {
+impl Jump {
     /// Time without an outlier after which it is confirmed, microseconds.
     fn confirmation_us(&self) -> i32 {
         match (self.kind, self.is_unconfirmed) {
@@ -116,7 +116,7 @@ impl Jumps {
     /// Possible error of the tilt by an unconfirmed jump (a return, a jump of the position, or one just resolved by a
     /// turn), radians.
     pub(super) fn unconfirmed_rad(&self, at: Micros) -> f32 {
-        let is_open = |last: &LastJump| (0..last.confirmation_us()).contains(&at.since(last.quiet_since));
+        let is_open = |last: &Jump| (0..last.confirmation_us()).contains(&at.since(last.quiet_since));
         self.last.filter(is_open).map_or(0.0, |last| last.by_rad.norm())
     }
 
@@ -203,7 +203,7 @@ impl Jumps {
             expected.filter(|_| by_tilt).and_then(|estimate| self.likely_return(at, &estimate, measurement, prior));
         let is_near = |mean: &Vector2<f32>| by_tilt && (to_rad - mean).norm() <= BACK_SHARE * by_rad.norm();
         // A return stays one if little follows.
-        let stays = |last: &LastJump| {
+        let stays = |last: &Jump| {
             by_tilt && last.kind == JumpKind::Return && more_rad.norm() <= BACK_SHARE * last.by_rad.norm()
         };
         let stays = || last.filter(stays).map(|_| self.mean_rad.into());
@@ -225,16 +225,8 @@ impl Jumps {
             None if by_tilt => JumpKind::Tilt,
             None => JumpKind::Position,
         };
-        let last_jump = LastJump {
-            at: begun_at,
-            was_calm,
-            from_rad,
-            by_rad,
-            kind,
-            is_unconfirmed,
-            quiet_since,
-            is_resolved: false,
-        };
+        let last_jump =
+            Jump { at: begun_at, was_calm, from_rad, by_rad, kind, is_unconfirmed, quiet_since, is_resolved: false };
         self.last = Some(last_jump);
         if let Some(back) = back {
             self.mean_rad = back.into();
