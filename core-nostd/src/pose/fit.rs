@@ -49,8 +49,8 @@ pub struct Fitted<const C: usize> {
     pub gain: f32,
     /// Standard deviation of a rate for such samples.
     pub rate_gain: f32,
-    /// Ratio of the samples' noise to its configured sigma: by their differences, or by the median of their residuals
-    /// if some may be outliers.
+    /// Ratio of the samples' noise to its configured sigma, about 1 if that is right: by their differences, or by
+    /// the median of their residuals if some may be outliers.
     pub scale: f32,
     /// Samples rejected by the gate.
     pub rejected: u8,
