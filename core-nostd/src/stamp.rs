@@ -23,7 +23,7 @@ pub use settings::{
     ClockSettings, ExposureLimits, KnownExposure, Polarity, SettingsError, ShutterSettings, StampSettings, Wired,
 };
 
-/// Longest exposure that is believed; a longer one is a lost edge.
+/// Longest possible exposure, microseconds; a longer one is a lost edge.
 pub const EXPOSURE_MAX_US: i32 = 500_000;
 /// Variance of a value that is rounded to whole units: of a latch in ticks, of a stamp in microseconds.
 pub(crate) const ROUNDING: f32 = 1.0 / 12.0;
@@ -51,7 +51,7 @@ impl Exposure {
     }
 }
 
-/// What a stamp was made of.
+/// Source of a stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -155,7 +155,7 @@ impl Stamper {
     /// An edge of the shutter's line. What is not taken is counted.
     ///
     /// # Errors
-    /// [`EdgeError`] says why the edge was not taken.
+    /// [`EdgeError`] if the edge was refused.
     pub fn on_edge(&mut self, edge: Edge) -> Result<(), EdgeError> {
         let taken = self.edges.push(edge, &self.shutter);
         let counter = match taken {
@@ -167,22 +167,22 @@ impl Stamper {
         taken
     }
 
-    /// The next frame was exposed for so long: what is known of it where its camera is told its exposures.
+    /// Sets the exposure of the next frame, for a camera with commanded exposures.
     pub fn expect_exposure(&mut self, us: u32) {
         if let Some(known) = &mut self.shutter.exposure {
             known.us = us;
         }
     }
 
-    /// To be called now and then, at least every ten minutes: what is so old that the timer's wrap would make it look
-    /// new is forgotten, and the clock's epoch is moved forwards.
+    /// To be called at least every ten minutes: drops edges so old that a wrap of the timer would make them look new,
+    /// and moves the clock's epoch forwards.
     pub fn keep(&mut self, now: Ticks) {
         self.edges.forget(now);
         self.clock.keep(now);
     }
 
-    /// The stamp of the frame whose first row arrived at `arrival`. Frames are to be handed over in their order; edges
-    /// that one of them has had, or has passed over, belong to none that follows.
+    /// The stamp of the frame whose first row arrived at `arrival`. Frames must come in their order; edges up to those
+    /// of a frame belong to none that follows.
     ///
     /// # Errors
     /// [`StampError`].
@@ -196,7 +196,7 @@ impl Stamper {
         // An odd length's middle lies half a tick later than the whole one.
         let half = if exposure.close.since(exposure.open) & 1 == 1 { 0.5 } else { 0.0 };
         let sigma_us = math::sqrt(found.variance(&self.shutter) + reading.variance + ROUNDING);
-        // Written so that NaN is refused too.
+        // Written so that a NaN is refused, too.
         if sigma_us.is_nan() || sigma_us > self.sigma_max_us {
             return Err(StampError::UncertainClock);
         }

@@ -11,21 +11,21 @@ use std::vec::Vec;
 const HEIGHT_M: f32 = 120.0;
 const NOISE_M: f32 = 0.2;
 const SPEED_M_PER_S: f32 = 22.0;
-/// One sigma of each: of the receiver, white and as it says; of the map.
+/// Sigmas of the receiver's white noise, as it states it, and of the map.
 const SIGMA_M: f32 = 2.0;
 const MAP_M: f32 = 1.0;
 
-/// A flight: heading, error of pitch and roll, and how far satellites put the vehicle beside where matches of a level camera would,
-/// at a second.
+/// A flight: heading, error of pitch and roll, and offset of the satellites' positions from the map, as functions of
+/// time.
 struct Flight<'f> {
     seconds: f32,
     heading: &'f dyn Fn(f32) -> f32,
     tilt_rad: [f32; 2],
     tilt_sigma_rad: f32,
     beside_m: &'f dyn Fn(f32) -> Option<[f32; 2]>,
-    /// How much older positions are than their stamps.
+    /// Age of positions at their stamps.
     late_s: f32,
-    /// Whether frames are rectified with the tilt that is known.
+    /// Whether frames are corrected for the estimated tilt.
     corrects: bool,
 }
 
@@ -44,7 +44,7 @@ fn to_the_west(at_s: f32) -> f32 {
     -core::f32::consts::FRAC_PI_2 * ((at_s - 30.0) / 15.0).clamp(0.0, 1.0)
 }
 
-/// After a frame.
+/// Estimates after a frame.
 #[derive(Clone, Debug)]
 struct After {
     at_s: f32,
@@ -52,9 +52,9 @@ struct After {
     disagreement_m: Option<f32>,
     offset_m: [f32; 2],
     offset_sigma_m: f32,
-    /// What matches alone know: place, covariance, tilt's sigma.
+    /// Estimates by matches alone: position, covariance, tilt's sigma.
     alone: [u32; 5],
-    /// How far the position is off, and its sigma east.
+    /// Error of the position, and its sigma.
     error_m: f32,
     sigma_m: f32,
 }
@@ -156,13 +156,14 @@ fn first_told(after: &[After]) -> Option<f32> {
     after.iter().find(|after| after.disagreement_m.is_some()).map(|after| after.at_s)
 }
 
-/// Satellites are 3 m east and 2 m south of where the map has the vehicle, for whatever reason; the camera is level and known to be.
+/// Satellites are 3 m east and 2 m south of the map's position, for whatever reason; the camera is level and known to
+/// be.
 #[test]
 fn the_offset_of_the_map_is_found() {
     let flight = Flight { tilt_sigma_rad: 0.001, beside_m: &|_| Some([3.0, -2.0]), ..STRAIGHT };
     for seed in 1..=8 {
         let end = flight.flown(seed).pop().expect("it has frames");
-        // North is along the way, where the receiver's lateness is an offset as well, of 0.06 s times 22 m/s.
+        // North is along the track, where the receiver's latency error is an offset as well, of 0.06 s times 22 m/s.
         let within = [(end.offset_m[0] + 3.0).abs() < 1.0, (end.offset_m[1] - 2.0).abs() < 1.5];
         assert!(within == [true; 2] && end.offset_sigma_m < 1.3 && end.disagreement_m.is_none(), "{seed}: {end:?}");
     }
@@ -183,7 +184,7 @@ fn one_heading_shares_by_the_sigmas_and_two_tell_apart() {
     assert!((-3.5..-0.8).contains(&east) && north.abs() < 1.5, "{pitch} {roll} {east} {north}");
 }
 
-/// Without satellites a turn tells a tilt by the velocities alone, and less well.
+/// Without satellites a turn determines a tilt by the velocities alone, and less accurately.
 #[test]
 fn satellites_tell_more_of_the_tilt_than_matches_alone() {
     let flight = Flight { tilt_rad: [0.0, 0.03], ..STRAIGHT };
@@ -192,7 +193,7 @@ fn satellites_tell_more_of_the_tilt_than_matches_alone() {
     assert!(with < 0.75 * alone, "{with} {alone}");
 }
 
-/// A camera that leans 9 degrees where 1.1 are expected is 18.9 m beside at 120 m, 5.7 sigmas.
+/// A camera that leans 9 degrees where 1.1 are expected is 18.9 m off at 120 m, 5.7 sigmas.
 #[test]
 fn a_lean_beyond_what_may_be_is_told() {
     let flight = Flight { tilt_rad: [0.0, 0.157], ..STRAIGHT };
@@ -202,7 +203,7 @@ fn a_lean_beyond_what_may_be_is_told() {
         assert!(told < 5.0, "{seed}: {told}");
         let end = after.last().and_then(|after| after.disagreement_m).expect("it still is");
         assert!((end - 18.9).abs() < 2.0, "{seed}: {end}");
-        // Nothing was made of it.
+        // The tilt was not corrected for it.
         assert!(after.iter().all(|after| after.tilt_rad[1].abs() < 0.06), "{seed}");
     }
 }
@@ -217,7 +218,7 @@ fn satellites_that_are_dragged_off_are_told_and_do_no_harm() {
         let after = flight.flown(seed);
         let told = first_told(&after).expect("it is told");
         assert!((48.0..57.0).contains(&told), "{seed}: {told}");
-        // Within three sigmas of what matches alone say.
+        // Within three sigmas of the estimate by matches alone.
         assert!(after.iter().all(|after| after.tilt_rad[1].abs() <= 3.04 * 0.02), "{seed}");
         let end = after.last().expect("it has frames");
         assert!((end.disagreement_m.unwrap_or(0.0) - 49.0).abs() < 1.5 && end.tilt_rad[1].abs() < 0.01, "{end:?}");
@@ -243,13 +244,13 @@ fn satellites_that_are_right_are_never_said_to_disagree() {
             let flight = Flight { seconds: 300.0, heading: &|at_s| 0.1 * at_s, late_s, ..STRAIGHT };
             let after = flight.flown(seed);
             assert_eq!(first_told(&after), None, "{seed}");
-            // Nor is a lateness that is 0.1 s off taken for the pitch that it looks like, 2.2 m or 0.018.
+            // Nor is a latency error of 0.1 s taken for the pitch that it resembles, 2.2 m or 0.018.
             assert!(after[400..].iter().all(|after| after.tilt_rad[0].abs() < 0.018), "{seed} {late_s}");
         }
     }
 }
 
-/// The offset outlives the satellites and fades.
+/// The offset is kept without satellites and decays.
 #[test]
 fn an_offset_drifts_to_its_prior_when_satellites_are_lost() {
     let until = |at_s: f32| (at_s < 60.0).then_some([4.0, 0.0]);
@@ -260,7 +261,8 @@ fn an_offset_drifts_to_its_prior_when_satellites_are_lost() {
     assert!(end.offset_sigma_m > 1.5 && end.offset_sigma_m < 2.3 && then.offset_sigma_m < 1.3, "{then:?} {end:?}");
 }
 
-/// What matches alone know, to the last bit: the position, its covariance and the tilt's sigma, which protection and fixes have.
+/// The estimates by matches alone, to the last bit: position, its covariance and the tilt's sigma, of protection and
+/// fixes.
 #[test]
 fn satellites_change_nothing_of_what_matches_alone_know() {
     let flight = Flight { corrects: false, tilt_rad: [0.01, 0.02], heading: &to_the_west, seconds: 90.0, ..STRAIGHT };
@@ -272,7 +274,8 @@ fn satellites_change_nothing_of_what_matches_alone_know() {
     assert!(without.iter().all(|after| after.error_m < 4.8 * after.sigma_m));
 }
 
-/// Each position comes again a second later, behind a newer one, as of a link that repeats; one in two has no sigma that means anything.
+/// Each position is repeated a second later, after a newer one, as on a link that repeats; one in two has no valid
+/// sigma.
 #[test]
 fn old_positions_and_those_without_a_sigma_are_left_out() {
     let mut satellites = super::Satellites::new();
@@ -291,18 +294,19 @@ fn old_positions_and_those_without_a_sigma_are_left_out() {
     }
     // The first has nothing before it.
     assert_eq!(satellites.averaged, 20.0);
-    // A clock that began anew, and a pause.
+    // A clock that restarted, and a pause.
     for tenth in [0, 21] {
         satellites.averaged = 5.0;
         satellites.receive(position(tenth, 2.0));
         assert_eq!((satellites.due(at(tenth)), satellites.averaged), (Some(position(tenth, 2.0)), 0.0));
     }
-    // What waited too long is not carried on.
+    // A position that waited too long is not used.
     satellites.receive(position(22, 2.0));
     assert_eq!((satellites.due(at(21)), satellites.due(at(43))), (None, None));
 }
 
-/// A tilt that jumps: what was known of the offset is kept, so that satellites tell the tilt where matches alone do not know any more.
+/// After a jump of the tilt the offset is kept, so that satellites determine the tilt when matches alone do not any
+/// more.
 #[test]
 fn an_estimate_that_begins_anew_keeps_the_offset() {
     let mut filter = Filter::new();
