@@ -44,12 +44,11 @@ const EXPONENT: f32 = 0.6;
 /// 3 pixels, whatever their lead.
 const CONTRADICTION_MAX: f32 = 10.0;
 /// Share of the evidence that is kept at each new key frame over a map of another year (exponential forgetting): the sum is worth the last
-/// twenty. The map's offset changes by place and the velocity is off by more than it states, so that old evidence holds the peak back where
-/// the nadir was: with all of it kept 82 of 3,100 decided positions in flights between years were off by more than 3 pixels. With 0.95
-/// instead of 0.9 a twentieth more frames of 35 and a tenth more of 24 pixels are fixed, and no more are wrong, since residuals that are
-/// biased refuse a peak that is held back. Over a map of the ground's own year all is kept: it has to outweigh what a wrong attitude puts
-/// elsewhere.
-const FORGETTING_FACTOR: f32 = 0.95;
+/// ten. The map's offset changes by place and the velocity is off by more than it states, so that old evidence holds the peak back where
+/// the nadir was: with all of it kept 82 of 3,100 decided positions in flights between years were off by more than 3 pixels. With 0.95 a
+/// twentieth more frames of 35 and a tenth more of 24 pixels are fixed, none wrong, but of 42,000 frames outside the map one is accepted as
+/// well, and none with 0.9. Over a map of the ground's own year all is kept: it has to outweigh what a wrong attitude puts elsewhere.
+const FORGETTING_FACTOR: f32 = 0.9;
 /// Least curvature of a frame's peak.
 const CURVATURE_MIN: f32 = 0.02;
 /// A frame of the newest key frame's ground replaces it if it has so many times its texture. Chosen: a smaller gain is not worth the
