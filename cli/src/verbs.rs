@@ -214,7 +214,7 @@ fn points(error: &clap::Error) -> String {
     if loose.is_empty() { String::new() } else { format!("; points come last and after --: -- {}", loose.join(" ")) }
 }
 
-/// Asks on stderr about fields of view that are likely in radians.
+/// Asks on stderr about what a camera file probably does not mean.
 fn ask(camera: &CameraFile) {
     camera.doubt().iter().for_each(|question| note(question));
 }

@@ -32,7 +32,7 @@ use plumbline_firmware::wire::signature::Key;
 use plumbline_survey::crs::{Crs, System};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::raster::{
-    Raster, SampleType, check_elevation, check_heights, check_metric, check_picture, check_square, quoted,
+    Posts, Raster, SampleType, check_elevation, check_metric, check_picture, check_square, quoted,
 };
 use std::path::Path;
 
@@ -255,7 +255,7 @@ fn scenario_reference(scenario: &Scenario) -> Option<&Path> {
 
 fn picture(path: &Path, model: Option<&Path>, knows_nodata: bool) -> Result<Ground, InputError> {
     let raster = Raster::read(path)?;
-    check_picture(path, raster.sample_type)?;
+    check_picture(path, raster.sample_type, &raster.scalings)?;
     let system = raster.crs.ok_or_else(|| {
         InputError::new(format!(
             "{}: the orthophoto names no reference system; where it is known: gdal_edit.py -a_srs EPSG:CODE {}",
@@ -288,18 +288,23 @@ fn surface(path: &Path, (ortho, epsg): (&Path, u32)) -> Result<Grid, InputError>
     }
     check_square(path, &raster.geo, "bilinear")?;
     check_elevation(path, raster.bands, raster.sample_type == SampleType::U8)?;
-    let place = |index: usize| (index % raster.cols, index / raster.cols);
-    let height = |index: usize| {
-        let (col, row) = place(index);
-        raster.sample(col, row, 0).map_or(f64::NAN, f64::from)
+    let post = |index: usize| raster.sample(index % raster.cols, index / raster.cols, 0).map_or(f64::NAN, f64::from);
+    let samples: Vec<f64> = (0..raster.rows * raster.cols).map(post).collect();
+    let place = |index: usize| raster.geo.world_from_pixel((index % raster.cols) as f64, (index / raster.cols) as f64);
+    let posts = Posts {
+        path,
+        samples: &samples,
+        cols: raster.cols,
+        step_m: [raster.geo.step_x, raster.geo.step_y],
+        scaling: raster.scalings[0],
+        unit_m: raster.height_unit_m,
+        has_nodata: raster.nodata.is_some(),
+        are_declared_heights: raster.has_heights,
+        is_ascii: false,
+        place: &place,
     };
-    let all = (0..raster.rows * raster.cols).map(height);
-    let at = |index: usize| {
-        let (col, row) = place(index);
-        raster.geo.world_from_pixel(col as f64, row as f64)
-    };
-    check_heights(path, all.clone(), raster.height_unit_m, at, false)?;
-    let heights = all.map(|height| (height * raster.height_unit_m) as f32).collect();
+    posts.check()?;
+    let heights = samples.iter().map(|sample| posts.height_m(*sample) as f32).collect();
     Ok(grid(&raster, heights))
 }
 

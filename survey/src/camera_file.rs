@@ -124,8 +124,6 @@ fn off_frame(size: [u32; 2], offset: [f64; 2]) -> Option<usize> {
     (0..2).find(|k| !is_on(*k))
 }
 
-/// A field of view of 120 degrees in radians: wider ones belong to fisheyes, which are not described so.
-const RADIANS_MOST: f64 = 2.1;
 /// Part of a side that a principal point may be off the middle unasked: lenses are centred within a twentieth, and a frame may be a part of
 /// the sensor's.
 const FAR_OFF: f64 = 0.25;
@@ -159,23 +157,10 @@ impl CameraFile {
         (per_px(self.fov_h_deg, self.cols), per_px(self.fov_v_deg, self.rows))
     }
 
-    /// What else the file may mean: fields of view, both as small as angles in radians are, or a principal point far off the middle.
+    /// What else the file may mean: a principal point far off the middle.
     #[must_use]
     pub fn doubt(&self) -> Option<String> {
-        self.radians().or_else(|| self.far_off_middle())
-    }
-
-    fn radians(&self) -> Option<String> {
-        let fields = [self.fov_h_deg, self.fov_v_deg];
-        if fields.iter().any(|field| *field > RADIANS_MOST) {
-            return None;
-        }
-        let [h, v] = fields.map(f64::to_degrees);
-        Some(format!(
-            "fov_h_deg = {} and fov_v_deg = {} are degrees, which few lenses have so small; were they radians, write fov_h_deg = {h:.4} and \
-             fov_v_deg = {v:.4}",
-            self.fov_h_deg, self.fov_v_deg
-        ))
+        self.far_off_middle()
     }
 
     /// Whether the principal point is farther off the middle than lenses are centred.

@@ -9,6 +9,7 @@ mod combinations;
 mod density;
 mod head;
 mod map;
+mod nearest;
 mod notes;
 mod profiles;
 mod relief;

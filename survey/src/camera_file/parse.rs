@@ -32,6 +32,9 @@ const NEEDED: [&str; 6] = ["cols", "rows", "fov_h_deg", "fov_v_deg", "offset_m_p
 /// Sides of a pixel, mm: sensors have 0.0005 to 0.05, a scan of film or frames that were made smaller some more.
 const PIXEL_MM: [f64; 2] = [0.000_1, 0.2];
 
+/// Fields of view that lenses have, in radians: 17 degrees, a long lens, to 120, beyond which are fisheyes, which are not described so.
+const RADIANS: [f64; 2] = [0.3, 2.1];
+
 /// Names all keys that are missing.
 fn is_whole(file: &Keys<'_>) -> Result<(), InputError> {
     let missing: Vec<&str> = NEEDED.into_iter().filter(|key| !file.table.contains_key(*key)).collect();
@@ -82,6 +85,7 @@ pub(super) fn camera_file(text: &str, name: &str) -> Result<CameraFile, InputErr
         };
         return Err(file.wrong("pixel_mm", &format!("{least} to {most} mm, as the pixels of sensors are{meant}")));
     }
+    in_degrees(&camera, &file)?;
     let size = [camera.cols, camera.rows];
     file.principal_point(size, [camera.offset_m_px, camera.offset_n_px])?;
     if !camera.heads.is_empty() {
@@ -101,6 +105,21 @@ pub(super) fn camera_file(text: &str, name: &str) -> Result<CameraFile, InputErr
         }
     }
     Ok(camera)
+}
+
+/// Refuses fields of view that are usual ones in radians: as degrees they are a telescope's, from which nothing is surveyed.
+fn in_degrees(camera: &CameraFile, file: &Keys<'_>) -> Result<(), InputError> {
+    let fields = [camera.fov_h_deg, camera.fov_v_deg];
+    let [least, most] = RADIANS;
+    if fields.iter().any(|field| !(least..=most).contains(field)) {
+        return Ok(());
+    }
+    let [h, v] = fields.map(|field| (1e4 * field.to_degrees()).round() / 1e4);
+    Err(InputError::new(format!(
+        "camera file {}: fov_h_deg = {} and fov_v_deg = {} are degrees, and no lens of a survey has so small ones; as radians they are usual: write \
+         fov_h_deg = {h} and fov_v_deg = {v}",
+        file.name, fields[0], fields[1]
+    )))
 }
 
 /// A virtual camera is a construction: its principal point is its centre and it has no lens.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::crs::System;
 use crate::error::InputError;
 use crate::io::input::{open, unreadable};
-use crate::io::raster::{GeoTransform, Georeference, check_elevation, check_heights, is_known};
+use crate::io::raster::{GeoTransform, Georeference, Posts, Scaling, check_elevation, is_known};
 use crate::io::tiff::{Part, SAMPLES_MAX, TiffFile, is_tiff};
 
 use super::ascii::{Header, is_ascii_grid};
@@ -29,6 +29,8 @@ pub struct DemFile {
     geo: GeoTransform,
     system: Option<System>,
     height_unit_m: f64,
+    scaling: Scaling,
+    has_heights: bool,
     is_ellipsoidal: bool,
     kind: Kind,
 }
@@ -65,7 +67,7 @@ impl DemFile {
         let refuse = |why: String| refusal(path, &why);
         let (model, bands, is_of_8_bits) = if is_tiff(&start) {
             let tiff = open_tiff(path)?;
-            let Georeference { geo, crs: system, nodata, height_unit_m, is_ellipsoidal } =
+            let Georeference { geo, crs: system, nodata, height_unit_m, scaling, has_heights, is_ellipsoidal } =
                 Georeference::read(&tiff.geo).map_err(refuse)?;
             let kind = Kind::GeoTiff { nodata };
             let model = Self {
@@ -75,6 +77,8 @@ impl DemFile {
                 geo,
                 system,
                 height_unit_m,
+                scaling,
+                has_heights,
                 is_ellipsoidal,
                 kind,
             };
@@ -85,8 +89,12 @@ impl DemFile {
             let beside = prj::beside(path)?;
             let (system, height_unit_m) =
                 (beside.map(|said| said.horizontal), beside.map_or(1.0, |said| said.height_unit_m));
-            let (path, kind, is_ellipsoidal) = (path.into(), Kind::Ascii(header), false);
-            (Self { path, cols, rows, geo, system, height_unit_m, is_ellipsoidal, kind }, 1, false)
+            // An ASCII grid is no picture's format.
+            let (path, kind, has_heights, is_ellipsoidal) = (path.into(), Kind::Ascii(header), true, false);
+            let scaling = Scaling::NONE;
+            let model =
+                Self { path, cols, rows, geo, system, height_unit_m, scaling, has_heights, is_ellipsoidal, kind };
+            (model, 1, false)
         } else {
             return Err(refuse("it is neither a GeoTIFF nor an ESRI ASCII grid".into()));
         };
@@ -127,15 +135,31 @@ impl DemFile {
         self.system
     }
 
-    /// Refuses heights of a part, in the file's units, that no land has.
-    fn check(&self, heights: &[f64], part: &Part) -> Result<(), InputError> {
+    /// Refuses samples of a part that are no heights.
+    fn check(&self, samples: &[f64], part: &Part, step_m: [f64; 2]) -> Result<(), InputError> {
         let cols = part.cols.len();
-        let post = |index: usize| {
+        let place = |index: usize| {
             let (col, row) = (part.cols.start + index % cols, part.rows.end - 1 - index / cols);
             self.geo.world_from_pixel(col as f64, row as f64)
         };
-        let is_ascii = matches!(self.kind, Kind::Ascii(_));
-        check_heights(&self.path, heights.iter().copied(), self.height_unit_m, post, is_ascii)
+        let has_nodata = match &self.kind {
+            Kind::GeoTiff { nodata } => nodata.is_some(),
+            // Every one has such a number; whether it is used the posts say.
+            Kind::Ascii(_) => samples.iter().any(|sample| sample.is_nan()),
+        };
+        let posts = Posts {
+            path: &self.path,
+            samples,
+            cols,
+            step_m,
+            scaling: self.scaling,
+            unit_m: self.height_unit_m,
+            has_nodata,
+            are_declared_heights: self.has_heights,
+            is_ascii: matches!(self.kind, Kind::Ascii(_)),
+            place: &place,
+        };
+        posts.check()
     }
 
     /// Reads the posts within `bounds_m` (x0, y0, x1, y1 in working metres) and one beyond on each side, as far as there are
@@ -200,8 +224,8 @@ impl DemFile {
                     .map_err(|why| self.refuse(&why))?;
             }
         }
-        self.check(&dem.heights, &part)?;
-        dem.heights.iter_mut().for_each(|height| *height *= self.height_unit_m);
+        self.check(&dem.heights, &part, step_m)?;
+        dem.heights.iter_mut().for_each(|height| *height = self.scaling.value(*height) * self.height_unit_m);
         Ok(dem)
     }
 

@@ -1,10 +1,14 @@
 //! Georeferenced rasters: orthophotos and digital elevation models from GeoTIFF.
 
+mod fill;
 mod geo_keys;
 mod geo_transform;
 mod kind;
+mod metadata;
 mod metric;
 mod placed;
+mod posts;
+mod rough;
 mod system;
 mod user_defined;
 mod write;
@@ -17,9 +21,11 @@ use crate::io::input;
 use crate::io::tiff::{GeoTags, Samples, is_tiff, read_tiff};
 
 pub use geo_transform::GeoTransform;
-pub use kind::{check_elevation, check_heights, check_picture, for_people};
+pub use kind::{check_elevation, check_picture, for_people};
+pub use metadata::Scaling;
 pub use metric::{check_metres, check_metric, check_square, quoted, utm_zone};
 pub use placed::Placed;
+pub use posts::Posts;
 pub use write::{Band, geotiff_bytes, grey_geotiff_bytes};
 
 /// The sample type a raster had in its file.
@@ -61,6 +67,10 @@ pub struct Raster {
     pub crs: Option<System>,
     /// Metres of a unit of height, where the samples are heights: 1 unless the file says otherwise.
     pub height_unit_m: f64,
+    /// Whether the file says that its samples are heights: a unit of heights, a vertical system, a scale.
+    pub has_heights: bool,
+    /// Of each band, how its samples become its values: [`Scaling::NONE`] unless the file says otherwise.
+    pub scalings: Vec<Scaling>,
     /// Sample type in the file.
     pub sample_type: SampleType,
 }
@@ -81,7 +91,10 @@ impl Raster {
         let refuse = |why: String| InputError::new(format!("cannot use raster {}: {why}", path.display()));
         let picture = read_tiff(&bytes, path)?;
         drop(bytes);
-        let Georeference { geo, crs, nodata, height_unit_m, .. } = Georeference::read(&picture.geo).map_err(refuse)?;
+        let Georeference { geo, crs, nodata, height_unit_m, has_heights, .. } =
+            Georeference::read(&picture.geo).map_err(refuse)?;
+        let scaling = |band: usize| Scaling::of_band(picture.geo.metadata.as_deref(), band);
+        let scalings = (0..picture.bands).map(scaling).collect::<Result<_, _>>().map_err(refuse)?;
         let (data, sample_type) = floats(picture.samples);
         Ok(Self {
             cols: picture.cols,
@@ -92,6 +105,8 @@ impl Raster {
             geo,
             crs,
             height_unit_m,
+            has_heights,
+            scalings,
             sample_type,
         })
     }
@@ -132,6 +147,10 @@ pub(crate) struct Georeference {
     pub crs: Option<System>,
     pub nodata: Option<f32>,
     pub height_unit_m: f64,
+    /// Of the first band.
+    pub scaling: Scaling,
+    /// Whether anything says that the samples are heights.
+    pub has_heights: bool,
     pub is_ellipsoidal: bool,
 }
 
@@ -141,11 +160,14 @@ impl Georeference {
         let geo = GeoTransform::from_tags(tags, keys.pixel_is_point())?;
         let crs = system::horizontal(&keys)?;
         let height_unit_m = system::height_unit_m(&keys, tags.metadata.as_deref())?;
+        let scaling = Scaling::of_band(tags.metadata.as_deref(), 0)?;
         let nodata = match &tags.nodata {
             Some(text) => Some(number(text).ok_or_else(|| format!("its no-data value \"{text}\" is not a number"))?),
             None => None,
         };
-        Ok(Self { geo, crs, nodata, height_unit_m, is_ellipsoidal: system::is_ellipsoidal(&keys) })
+        let has_heights = scaling != Scaling::NONE || system::names_heights(&keys, tags.metadata.as_deref());
+        let is_ellipsoidal = system::is_ellipsoidal(&keys);
+        Ok(Self { geo, crs, nodata, height_unit_m, scaling, has_heights, is_ellipsoidal })
     }
 }
 

@@ -1,5 +1,6 @@
 //! What a plan asks of aircraft and camera: height over the terrain, sharpness, time.
 
+use super::clearance::nearest;
 use super::file::Checks;
 use super::flown::{Leg, flown};
 use super::lines::{Layout, Strip};
@@ -7,6 +8,7 @@ use super::request::Request;
 use super::terrain::{Terrain, Zone};
 use crate::dem::Dem;
 use crate::error::InputError;
+use crate::io::raster::for_people;
 
 /// Bank of a turn.
 const BANK_DEG: f64 = 30.0;
@@ -85,8 +87,17 @@ impl Checks {
             } else {
                 format!("the terrain rises {:.1} m above the flying height", -least_m)
             };
-            dangers
-                .push(format!("{least} beside the strips or under the turns, less than --min-clearance-m {wanted_m}"));
+            dangers.push(format!(
+                "{least} beside the strips or under the turns, less than --min-clearance-m {wanted_m}{}: flown {:.0} m higher it is kept there",
+                self.nearest.map_or_else(String::new, |nearest| format!(
+                    ", on {} near x {}, y {}, where the ground is at {:.1} m",
+                    nearest.part(),
+                    for_people(nearest.x),
+                    for_people(nearest.y),
+                    nearest.ground_m
+                )),
+                (wanted_m - least_m).ceil()
+            ));
         }
         if self.strips_off_dem > 0 {
             dangers.push(format!(
@@ -94,9 +105,17 @@ impl Checks {
                 self.strips_off_dem
             ));
         }
+        if self.leaves_model && self.strips_off_dem == 0 {
+            dangers.push(
+                "the ends of strips or the turns reach beyond the elevation model, so the clearance there is not known: it takes a larger \
+                 elevation model, a smaller area or, for narrower turns, a lower --speed-m-s"
+                    .to_owned(),
+            );
+        }
         if self.passes_unknown {
             dangers.push(
-                "the elevation model has posts without a height beside the strips or under the turns, so the clearance there is not known"
+                "the elevation model has posts without a height beside the strips or under the turns, so the clearance there is not known: it \
+                 takes a model without such holes or an area farther from them"
                     .to_owned(),
             );
         }
@@ -121,11 +140,14 @@ impl Checks {
         let unknown = unknown.as_ref().map(Terrain::new);
         let passes_unknown = unknown
             .as_ref()
-            .is_some_and(|unknown| way.parts.iter().any(|(zone, _)| unknown.highest_in(&layout.axes, zone).is_some()));
-        let nearest_m = nearest_m(layout, strips)?;
+            .is_some_and(|unknown| way.parts.iter().any(|part| unknown.highest_in(&layout.axes, &part.zone).is_some()));
+        let nearest = nearest(layout, &way);
+        let nearest_m = nearest_m(layout, strips, request.min_clearance_m)?;
         let px_per_s = request.limits.speed_m_s / (request.tangent_per_px[0] * nearest_m);
         Ok(Checks {
-            clearance_min_m: way.clearance_m(layout),
+            clearance_min_m: nearest
+                .map_or_else(|| way.over_base_m(layout), |nearest| nearest.flown_m - nearest.ground_m),
+            nearest,
             smear_px: px_per_s * request.exposure_s,
             exposure_s: request.exposure_s,
             exposure_max_s: SHARP_PX / px_per_s,
@@ -135,7 +157,7 @@ impl Checks {
             photos_beyond_dem: beyond_dem(layout, strips, unknown.as_ref()),
             clearance_wanted_m: request.min_clearance_m,
             passes_unknown,
-            leaves_model: way.parts.iter().any(|(zone, _)| is_outside(layout, zone)),
+            leaves_model: way.parts.iter().any(|part| is_outside(layout, &part.zone)),
             strips_off_dem: strips.iter().filter(|strip| is_off_dem(layout, strip)).count(),
             climb_percent: 100.0 * way.climb,
             climb_wanted_percent: request.follow.map_or(0.0, |follow| 100.0 * follow.climb),
@@ -152,9 +174,20 @@ fn around(strip: &Strip, beyond_m: f64, aside_m: f64) -> Zone {
     }
 }
 
+/// A part of the way.
+pub(super) struct Part {
+    /// Where the aircraft may be.
+    pub zone: Zone,
+    /// How low at least.
+    pub up_m: f64,
+    /// The strip in the order of flight, from 0; of a turn the one before it.
+    pub leg: usize,
+    pub is_turn: bool,
+}
+
 /// Where the aircraft may be, and how low at least; how steeply it climbs or descends.
-struct Way {
-    parts: Vec<(Zone, f64)>,
+pub(super) struct Way {
+    pub parts: Vec<Part>,
     climb: f64,
 }
 
@@ -165,13 +198,14 @@ impl Way {
         let (view, radius_m) = (&layout.view, turns.radius_m);
         let swing_m = (1.0 + 3.0_f64.sqrt()) * radius_m;
         let mut way = Way { parts: Vec::new(), climb: 0.0 };
-        for strip in strips {
-            way.parts.extend(along(layout, strip, radius_m));
+        let legs: Vec<Leg<'_>> = flown(strips).collect();
+        for (leg, strip) in legs.iter().map(|leg| leg.strip).enumerate() {
+            let of_strip = along(layout, strip, radius_m).into_iter();
+            way.parts.extend(of_strip.map(|(zone, up_m)| Part { zone, up_m, leg, is_turn: false }));
             let Zone { along: [from_m, to_m], .. } = around(strip, radius_m, 0.0);
             way.climb = way.climb.max(strip.course.steepest(from_m, to_m));
         }
-        let legs: Vec<Leg<'_>> = flown(strips).collect();
-        for pair in legs.windows(2) {
+        for (leg, pair) in legs.windows(2).enumerate() {
             let ([from, to], [one, other]) =
                 ([pair[0].to_m(), pair[1].from_m()], [pair[0].strip.across_m, pair[1].strip.across_m]);
             let zone = Zone {
@@ -180,19 +214,16 @@ impl Way {
             };
             let ends = [pair[0].led(radius_m)[1], pair[1].led(radius_m)[0]];
             let [left_m, entered_m] = [0, 1].map(|k| pair[k].strip.course.rise_m(ends[k]));
-            way.parts.push((zone, view.up_m(left_m.min(entered_m))));
+            way.parts.push(Part { zone, up_m: view.up_m(left_m.min(entered_m)), leg, is_turn: true });
             way.climb = way.climb.max((left_m - entered_m).abs() / turns.between_m(&pair[0], &pair[1]));
         }
         way
     }
 
-    /// Least height above the terrain, over the base plane where nothing is known.
-    fn clearance_m(&self, layout: &Layout<'_>) -> f64 {
-        let above =
-            |(zone, up_m): &(Zone, f64)| layout.terrain.highest_in(&layout.axes, zone).map(|highest| up_m - highest);
-        let lowest_m = self.parts.iter().map(|part| part.1).fold(f64::INFINITY, f64::min);
-        let over_base_m = lowest_m - layout.view.base_height_m;
-        self.parts.iter().filter_map(above).reduce(f64::min).unwrap_or(over_base_m)
+    /// Height over the base plane, where nothing is known of the ground.
+    fn over_base_m(&self, layout: &Layout<'_>) -> f64 {
+        let lowest_m = self.parts.iter().map(|part| part.up_m).fold(f64::INFINITY, f64::min);
+        lowest_m - layout.view.base_height_m
     }
 }
 
@@ -215,7 +246,7 @@ fn along(layout: &Layout<'_>, strip: &Strip, radius_m: f64) -> Vec<(Zone, f64)> 
 ///
 /// # Errors
 /// The terrain reaches the flying height there.
-fn nearest_m(layout: &Layout<'_>, strips: &[Strip]) -> Result<f64, InputError> {
+fn nearest_m(layout: &Layout<'_>, strips: &[Strip], clearance_m: f64) -> Result<f64, InputError> {
     let view = &layout.view;
     let [half_along, half_across] = view.footprint_m.map(|side| 0.5 * side);
     let depth_m = |zone: Zone, up_m: f64| {
@@ -236,8 +267,10 @@ fn nearest_m(layout: &Layout<'_>, strips: &[Strip]) -> Result<f64, InputError> {
     match least.unwrap_or((view.height_m, 0.0)) {
         (nearest_m, _) if nearest_m > 0.0 => Ok(nearest_m),
         (nearest_m, up_m) => Err(InputError::new(format!(
-            "the terrain within sight of the strips rises to {:.1} m, above the flying height of {up_m:.1} m",
-            up_m - nearest_m
+            "the terrain within sight of the strips rises to {:.1} m, above the flying height of {up_m:.1} m: --height-m {:.0} passes it by \
+             --min-clearance-m {clearance_m}",
+            up_m - nearest_m,
+            (view.height_m + clearance_m - nearest_m).ceil()
         ))),
     }
 }

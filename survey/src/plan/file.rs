@@ -6,6 +6,7 @@
 mod check;
 mod numbers;
 
+use super::clearance::Nearest;
 use crate::camera_file::{CameraFile, Distortion};
 use serde::{Deserialize, Serialize};
 
@@ -259,6 +260,9 @@ pub struct Checks {
     /// The steepest that was allowed; 0 where all is flown at one height.
     #[serde(default)]
     pub climb_wanted_percent: f64,
+    /// Where the flight comes nearest to the ground; `None` where no ground is known, and in files of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nearest: Option<Nearest>,
 }
 
 /// How flying heights follow the ground.

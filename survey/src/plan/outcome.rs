@@ -1,9 +1,11 @@
 //! What was planned, as `plan.json` has it.
 
+use super::clearance::Nearest;
 use super::combinations::Limits;
 use super::course::Follow;
 use super::file::{
-    Accuracy, ConstantBase, FollowFile, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, SwathMin, VERSION,
+    Accuracy, Checks, ConstantBase, FollowFile, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, SwathMin,
+    VERSION,
 };
 use super::flown::{Leg, flown};
 use super::lines::{Strip, line_count, photo_count};
@@ -31,6 +33,10 @@ impl Planned<'_> {
         let (layout, view) = (&self.layout, &self.layout.view);
         let photos = photo_count(&self.strips);
         let Limits { speed_m_s, min_interval_s, .. } = request.limits;
+        let nearest = self.checks.nearest.map(|nearest| {
+            let [x, y] = place.frame().world([nearest.x, nearest.y]);
+            Nearest { x, y, ..nearest }
+        });
         Ok(PlanFile {
             version: VERSION,
             dem: dem.name.clone(),
@@ -53,7 +59,7 @@ impl Planned<'_> {
             strips: self.strip_files(place)?,
             noise,
             accuracy: self.accuracy(request.seed),
-            checks: self.checks,
+            checks: Checks { nearest, ..self.checks },
             constant_base: self.constant_base(),
             combinations: self.combinations.clone(),
             flight_order: self.flight_order(),

@@ -42,7 +42,7 @@ pub struct Map {
 }
 
 impl Map {
-    /// Shows the area, the strips with their leads and the footprints of all photos.
+    /// Shows the area, the strips with their leads, the footprints of all photos and the place of the least clearance.
     pub fn new(outputs: &Outputs<'_>) -> Self {
         let layout = &outputs.planned.layout;
         let aside_m = 0.5 * layout.view.footprint_m[1];
@@ -51,7 +51,8 @@ impl Map {
                 .led(&leg)
                 .map(|along| [[along, leg.strip.across_m - aside_m], [along, leg.strip.across_m + aside_m]])
         });
-        let places = ends.flatten().map(|at| layout.axes.point(at)).chain(outputs.area());
+        let nearest = outputs.planned.checks.nearest.map(|nearest| [nearest.x, nearest.y]);
+        let places = ends.flatten().map(|at| layout.axes.point(at)).chain(outputs.area()).chain(nearest);
         let [x0, y0, x1, y1] = places
             .fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, [x, y]| {
                 [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)]
@@ -219,6 +220,7 @@ impl Page<'_> {
             path d=(arrows) fill="#1f5a8c" {}
             path d=(dots) fill="none" stroke="#b3261e" stroke-width="8" stroke-linecap="round" {}
             (self.numbers(every_line))
+            (self.nearest_ring())
         };
         html! {
             section {
@@ -235,6 +237,7 @@ impl Page<'_> {
                         @else { "arrows in the direction of flight, dashed from each end point to the next lead-in; " }
                         @if density.is_none() { span class="key dot k-bad" {} "photos; " }
                         span class="key box k-paper" {} "footprints of three photos of a strip and one of the next, on the terrain. "
+                        @if let Some(said) = self.nearest_words() { span class="key dot k-bad" {} "in a ring: the least clearance, " (said) ". " }
                         "Numbers: strips in the order of flight. Coordinates in metres: the elevation model’s, or from the area’s centre where it has degrees. Grid north up, light from the north-west; where the elevation model ends the ground is plain."
                     }
                 }

@@ -28,9 +28,12 @@ impl Page<'_> {
     pub(super) fn profiles(&self) -> Markup {
         let all: Vec<Profile<'_>> =
             self.outputs.legs().enumerate().map(|(index, leg)| self.profile(index, leg)).collect();
-        let lowest = (0..all.len())
+        let of_least =
+            self.outputs.planned.checks.nearest.filter(|nearest| !nearest.is_turn).map(|nearest| nearest.strip - 1);
+        let below = (0..all.len())
             .filter(|index| all[*index].clearance_m.is_some())
             .min_by(|a, b| all[*a].clearance_m.unwrap_or(f64::MAX).total_cmp(&all[*b].clearance_m.unwrap_or(f64::MAX)));
+        let lowest = of_least.filter(|strip| *strip < all.len()).or(below);
         let every = all.len().div_ceil(STRIPS_MAX).max(1);
         let shown = all.iter().enumerate().filter(|(index, _)| index % every == 0 || Some(*index) == lowest);
         html! {
@@ -74,6 +77,18 @@ impl Page<'_> {
         Profile { number: index + 1, leg, ground, flown, clearance_m }
     }
 
+    /// The ground of the least clearance, if it is beside this strip: as far along it as it lies, at its ends where it lies beyond them.
+    fn nearest_on(&self, profile: &Profile<'_>) -> Vec<(f64, f64)> {
+        let planned = &self.outputs.planned;
+        let of_strip = planned.checks.nearest.filter(|nearest| !nearest.is_turn && nearest.strip == profile.number);
+        let (from_m, to_m) = (profile.leg.from_m(), profile.leg.to_m());
+        let at = |[along_m, _]: [f64; 2]| (along_m.clamp(from_m.min(to_m), from_m.max(to_m)) - from_m).abs();
+        of_strip
+            .map(|nearest| (at(planned.layout.axes.of([nearest.x, nearest.y])), nearest.ground_m))
+            .into_iter()
+            .collect()
+    }
+
     fn picture(&self, profile: &Profile<'_>) -> Markup {
         let file = self.outputs.file;
         let heights =
@@ -83,6 +98,7 @@ impl Page<'_> {
         let (from_m, view) = (profile.leg.from_m(), &self.outputs.planned.layout.view);
         let ups_m = profile.leg.strip.along_m.iter().zip(view.ups_m(profile.leg.strip));
         let photos = ups_m.map(|(along_m, up_m)| ((along_m - from_m).abs(), up_m)).collect();
+        let nearest = self.nearest_on(profile);
         let end = profile.ground.last().map_or(1.0, |last| last.0.max(1.0));
         let line = |points: Vec<(f64, f64)>, colour| (Mark::Line(points), colour);
         let lowest = profile.ground.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
@@ -95,7 +111,11 @@ impl Page<'_> {
         };
         let panels = [
             Panel {
-                caption: "Terrain (grey) and flying height (blue) above the height datum".into(),
+                caption: if nearest.is_empty() {
+                    "Terrain (grey) and flying height (blue) above the height datum".into()
+                } else {
+                    "Terrain (grey) and flying height (blue) above the height datum; red: the ground beside it that the flight comes nearest to".into()
+                },
                 y_text: "height (m)".into(),
                 share: 2,
                 marks: vec![
@@ -103,6 +123,7 @@ impl Page<'_> {
                     line(profile.ground.clone(), MEASURED),
                     line(profile.flown.clone(), FITTED),
                     (Mark::Dots(photos), FITTED),
+                    (Mark::Dots(nearest), LEFT_OUT),
                 ],
             },
             Panel {

@@ -120,7 +120,7 @@ impl Page<'_> {
                 table class="wide" {
                     thead { tr { th {} th class="r" { "This plan" } th { "Against" } th {} } }
                     tbody {
-                        (row("Least height above the terrain", number(checks.clearance_min_m, 1, "m"), format!("{} at least, strips and turns, a turn’s radius to both sides", number(checks.clearance_wanted_m, 0, "m")),
+                        (row("Least height above the terrain", number(checks.clearance_min_m, 1, "m"), format!("{} at least, strips and turns, a turn’s radius to both sides{}", number(checks.clearance_wanted_m, 0, "m"), self.nearest_words().map_or_else(String::new, |said| format!("; {said}"))),
                             kept(is_high && checks.is_clearance_known(), "clear", if is_high { "not known everywhere" } else { "too low" })))
                         @if let Some(follow) = &file.follow {
                             (row("Height above the ground straight below the strips", format!("{} to {}", number(follow.above_ground_min_m, 0, ""), number(follow.above_ground_max_m, 0, "m")),

@@ -6,6 +6,7 @@ use super::geo_keys::{
     ANGULAR_UNITS, DEGREE, GEODETIC_CRS, GeoKeys, LINEAR_UNITS, METRE, MODEL_GEOCENTRIC, MODEL_GEOGRAPHIC,
     MODEL_PROJECTED, MODEL_TYPE, PROJECTED_CRS, USER_DEFINED, VERTICAL_CRS, VERTICAL_DATUM, VERTICAL_UNITS,
 };
+use super::metadata::item;
 use super::user_defined;
 use std::ops::RangeInclusive;
 
@@ -103,7 +104,7 @@ pub(super) fn height_unit_m(keys: &GeoKeys, metadata: Option<&str>) -> Result<f6
         Ok(_) => Err(format!("its heights are depths (EPSG:{code})")),
         Err(_) => Ok(listed(&IN_FEET_M, code).unwrap_or(1.0)),
     });
-    let by_name = metadata.and_then(unit_type).map(|name| {
+    let by_name = metadata.and_then(|metadata| item(metadata, "unittype", 0)).map(|name| {
         let known = NAMES_M.iter().find(|(known, _)| name.eq_ignore_ascii_case(known)).map(|(_, metres)| *metres);
         known.ok_or_else(|| format!("its heights are in \"{name}\", which is neither metres nor feet"))
     });
@@ -116,6 +117,12 @@ pub(super) fn height_unit_m(keys: &GeoKeys, metadata: Option<&str>) -> Result<f6
     }
 }
 
+/// Whether a unit or a system of heights is named.
+pub(super) fn names_heights(keys: &GeoKeys, metadata: Option<&str>) -> bool {
+    [VERTICAL_CRS, VERTICAL_UNITS].iter().any(|key| keys.short(*key).is_some())
+        || metadata.is_some_and(|metadata| item(metadata, "unittype", 0).is_some())
+}
+
 /// Whether heights are said to be above an ellipsoid instead of above the sea.
 pub(super) fn is_ellipsoidal(keys: &GeoKeys) -> bool {
     let is_of = |key: u16, codes: &[RangeInclusive<u16>]| {
@@ -123,15 +130,6 @@ pub(super) fn is_ellipsoidal(keys: &GeoKeys) -> bool {
     };
     let is_in_space = keys.short(MODEL_TYPE) == Some(MODEL_GEOGRAPHIC) && is_of(GEODETIC_CRS, &[4979..=4979]);
     is_in_space || is_of(VERTICAL_CRS, &ELLIPSOIDS) || is_of(VERTICAL_DATUM, &[ELLIPSOID_DATUMS])
-}
-
-/// The unit of the first band in GDAL's metadata: `<Item name="UNITTYPE" sample="0" role="unittype">ft</Item>`.
-fn unit_type(metadata: &str) -> Option<&str> {
-    let items = metadata.split("<Item ").skip(1).filter_map(|item| item.split("</Item").next()?.split_once('>'));
-    let is_unit = |attributes: &str| attributes.contains("role=\"unittype\"");
-    let of_first_band = |attributes: &str| !attributes.contains("sample=") || attributes.contains("sample=\"0\"");
-    let mut units = items.filter(|(attributes, _)| is_unit(attributes) && of_first_band(attributes));
-    units.next().map(|(_, unit)| unit.trim()).filter(|unit| !unit.is_empty())
 }
 
 #[cfg(test)]

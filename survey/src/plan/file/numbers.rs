@@ -28,7 +28,7 @@ use Range::{Above0, Any, Count, From0, Heading, Seed, Share, To1, Whole};
 
 /// Every number by its keys, ascending, with whether it may be `null`. What else belongs together is in `check.rs`.
 #[rustfmt::skip]
-const NUMBERS: [(&str, Range, bool); 80] = [
+const NUMBERS: [(&str, Range, bool); 85] = [
     ("accuracy.cells", Count, false),
     ("accuracy.gaps", Count, false),
     ("accuracy.height_m", From0, false),
@@ -57,6 +57,11 @@ const NUMBERS: [(&str, Range, bool); 80] = [
     ("checks.exposure_s", Above0, false),
     ("checks.flight_time_s", From0, false),
     ("checks.length_m", From0, false),
+    ("checks.nearest.flown_m", Any, false),
+    ("checks.nearest.ground_m", Any, false),
+    ("checks.nearest.strip", Count, false),
+    ("checks.nearest.x", Any, false),
+    ("checks.nearest.y", Any, false),
     ("checks.photos_beyond_dem", Count, false),
     ("checks.smear_px", From0, false),
     ("checks.strips_off_dem", Count, false),
