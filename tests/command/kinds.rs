@@ -46,3 +46,34 @@ fn neither_is_taken_for_the_other() {
     refusals.expect(&plan("hole.asc", "0,0,400,300"), &["NODATA_value -32768", "x -350, y 0"]);
     refusals.done();
 }
+
+/// What is neither said nor seen in a single number: posts of 0 in a model of 100 m, and grey values of more than 8 bits.
+#[test]
+fn undeclared_no_data_and_grey_values_are_no_ground() {
+    let folder = Folder::with_scene("kinds-posts");
+    let grey = |index: usize| (index * 7919 % 251) as u8;
+    let picture = Picture { cols: SIDE, rows: SIDE, pixels: (0..SIDE * SIDE).map(grey).collect() };
+    folder.write("picture.tif", grey_geotiff_bytes(&picture, &GEO, UTM, None).expect("a picture"));
+    folder.write("grey.tif", model(|index| f32::from(grey(index))));
+    let is_hole = |index: usize| (20..25).contains(&(index / SIDE)) && (30..40).contains(&(index % SIDE));
+    folder.write("zero.tif", model(|index| if is_hole(index) { 0.0 } else { 100.0 }));
+    let plan = |dem: &str| {
+        format!(
+            "plan --dem {dem} --area 599600,5200000,599700,5200100 --camera camera.toml --height-m 300 --overlap 60/30 --out out"
+        )
+    };
+    // The raster writer declares NaN, so that a second number takes another line.
+    let zero =
+        ["50 posts of exactly 0", "x 599800, y 5200", "gdal_calc.py -A zero.tif --calc='numpy.where(A==0,-9999,A)'"];
+    let picture = ["is this a picture?", "gdal_edit.py -units m grey.tif"];
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(&plan("zero.tif"), &zero);
+    refusals.expect(&plan("grey.tif"), &picture);
+    for verb in
+        ["tiles --ortho picture.tif --resolution-m 20 --out tiles.bin", "fly --ground picture.tif --frames 1 --out out"]
+    {
+        refusals.expect(&format!("{verb} --dem zero.tif"), &zero);
+        refusals.expect(&format!("{verb} --dem grey.tif"), &picture);
+    }
+    refusals.done();
+}

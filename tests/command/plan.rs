@@ -187,6 +187,10 @@ fn a_flight_too_near_the_ground_fails_unless_it_is_forced() {
         let run = folder.run(&format!("{PLAN}{options}"));
         assert_eq!(run.code, Some(code), "{options}: {run:?}");
         assert!(run.stderr.contains("7.7 m above the terrain") == (code == 1), "{options}: {run:?}");
+        let place = "on strip 1 near x -350, y 0, where the ground is at ";
+        assert!(run.stderr.contains(place) == (code == 1), "{options}: {run:?}");
+        let page = folder.text("out/report.html");
+        assert!(page.contains(r#"<g id="nearest""#) && page.contains("m on strip 1 at x "), "{options}");
         assert!(written(&folder).contains("plan.json"), "{options}");
         assert!(
             folder.text("out/report.html").contains(">too low<") == (code == 1 || options == " --force"),

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::crs::System;
 use crate::error::InputError;
 use crate::io::input::{open, unreadable};
-use crate::io::raster::{GeoTransform, Georeference, Posts, Scaling, check_elevation, is_known};
+use crate::io::raster::{GeoTransform, Georeference, NOT_IN_METRES, Posts, Scaling, check_elevation, is_known, quoted};
 use crate::io::tiff::{Part, SAMPLES_MAX, TiffFile, is_tiff};
 
 use super::ascii::{Header, is_ascii_grid};
@@ -68,7 +68,7 @@ impl DemFile {
         let (model, bands, is_of_8_bits) = if is_tiff(&start) {
             let tiff = open_tiff(path)?;
             let Georeference { geo, crs: system, nodata, height_unit_m, scaling, has_heights, is_ellipsoidal } =
-                Georeference::read(&tiff.geo).map_err(refuse)?;
+                Georeference::read(&tiff.geo).map_err(|why| not_read(path, &why))?;
             let kind = Kind::GeoTiff { nodata };
             let model = Self {
                 path: path.into(),
@@ -120,6 +120,12 @@ impl DemFile {
     #[must_use]
     pub fn is_ellipsoidal(&self) -> bool {
         self.is_ellipsoidal
+    }
+
+    /// From its columns and rows to its x and y.
+    #[must_use]
+    pub fn geo(&self) -> &GeoTransform {
+        &self.geo
     }
 
     /// Its outermost posts (centres of pixels): x0, y0, x1, y1 in its own x and y.
@@ -281,6 +287,21 @@ fn posts(first: f64, last: f64, count: usize) -> Option<Range<usize>> {
 
 fn refusal(path: &Path, why: &str) -> InputError {
     InputError::new(format!("cannot use elevation model {}: {why}", path.display()))
+}
+
+/// Why the georeference of a GeoTIFF is not read, with the command that makes one that is where another unit is to blame.
+fn not_read(path: &Path, why: &str) -> InputError {
+    if !why.contains(NOT_IN_METRES) {
+        return refusal(path, why);
+    }
+    let made = format!("{}_metres.tif", path.with_extension("").display());
+    let (name, made) = (quoted(&path.display().to_string()), quoted(&made));
+    refusal(
+        path,
+        &format!(
+            "{why}: gdalwarp -t_srs EPSG:CODE -r bilinear {name} {made} puts it onto a grid in metres, EPSG:326ZZ of UTM zone ZZ north"
+        ),
+    )
 }
 
 fn open_tiff(path: &Path) -> Result<TiffFile<impl Read + Seek>, InputError> {

@@ -23,9 +23,10 @@ use crate::io::tiff::{GeoTags, Samples, is_tiff, read_tiff};
 pub use geo_transform::GeoTransform;
 pub use kind::{check_elevation, check_picture, for_people};
 pub use metadata::Scaling;
-pub use metric::{check_metres, check_metric, check_square, quoted, utm_zone};
+pub use metric::{check_metres, check_metric, check_square, is_web_mercator, quoted, utm_zone};
 pub use placed::Placed;
 pub use posts::Posts;
+pub(crate) use system::NOT_IN_METRES;
 pub use write::{Band, geotiff_bytes, grey_geotiff_bytes};
 
 /// The sample type a raster had in its file.

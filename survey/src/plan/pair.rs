@@ -65,11 +65,13 @@ impl View {
 
     fn reached(&self, reference_m: f64, above_m: f64) -> InputError {
         InputError::new(format!(
-            "the terrain rises to {:.1} m within sight of a strip, above the flying height of {:.1} m ({:.1} m over the base plane at {:.1} m)",
+            "the terrain rises to {:.1} m within sight of a strip, above the flying height of {:.1} m ({:.1} m over the base plane at {:.1} m): it takes more than \
+             --height-m {:.0}, with --min-clearance-m added to that",
             reference_m + above_m,
             reference_m + self.height_m,
             self.height_m,
-            self.base_height_m
+            self.base_height_m,
+            above_m.ceil()
         ))
     }
 

@@ -70,7 +70,8 @@ impl Place {
         let [x, y] = metres;
         if !(x.abs() <= LOCAL_MAX_M && y.abs() <= LOCAL_MAX_M) {
             return Err(InputError::new(format!(
-                "x {x}, y {y} is farther from the local grid's origin than {LOCAL_MAX_M} m, so its position on Earth is not known"
+                "x {x}, y {y} is farther from the local grid's origin than {LOCAL_MAX_M} m, so its position on Earth is not known: where these are \
+                 coordinates of a grid with a name, gdal_translate -a_srs EPSG:CODE MODEL OUT.tif names it, and --origin is not needed"
             )));
         }
         let [meridian_m, prime_vertical_m] = radii_m(lat_deg);

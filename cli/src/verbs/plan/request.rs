@@ -8,7 +8,7 @@ use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::crs::System;
 use plumbline_survey::dem::{Dem, DemFile, Frame};
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::{for_people, quoted};
+use plumbline_survey::io::raster::{check_metres, for_people, is_web_mercator, quoted};
 use plumbline_survey::plan::Request;
 use plumbline_survey::plan::area::{Area, bounds, read_corners};
 use plumbline_survey::plan::checks::Turns;
@@ -57,6 +57,9 @@ impl Prepared {
         let camera = CameraFile::read(&args.camera)?;
         let height_m = height_m(args, &camera)?;
         let file = DemFile::open(&args.dem)?;
+        if let Some(system) = file.system() {
+            in_ground_metres(&file, system)?;
+        }
         has_code(&file)?;
         above_the_sea(&file)?;
         let (corners, world) = area_on(&file, &args.area)?;
@@ -194,6 +197,11 @@ fn above_the_sea(file: &DemFile) -> Result<(), InputError> {
         quoted(&path.display().to_string()),
         quoted(&made)
     )))
+}
+
+/// Web Mercator's metres are not those of the ground. Degrees are worked on in metres.
+fn in_ground_metres(file: &DemFile, system: System) -> Result<(), InputError> {
+    if is_web_mercator(system) { check_metres(file.path(), file.geo(), system, file.size()) } else { Ok(()) }
 }
 
 /// A plan names its reference system by the EPSG code.

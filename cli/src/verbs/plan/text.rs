@@ -7,12 +7,12 @@ use std::path::Path;
 pub fn text_of(plan: &PlanFile, out: &Path) -> String {
     let checks = &plan.checks;
     let mut text = format!(
-        "{} photos on {} lines, heading {} degrees, {}, {:.3} m a pixel\n{}",
+        "{} photos on {} lines, heading {} degrees, {}, {} a pixel\n{}",
         plan.photo_count,
         plan.lines(),
         (100.0 * plan.strip_heading_deg).round() / 100.0,
         height(plan),
-        plan.gsd_m,
+        gsd(plan),
         overlaps(plan)
     );
     if let Some(accuracy) = &plan.accuracy {
@@ -79,6 +79,14 @@ fn height(plan: &PlanFile) -> String {
         follow.above_ground_min_m,
         follow.above_ground_max_m
     )
+}
+
+/// A pixel on the ground straight below: on the base plane, or from the least to the greatest height above the ground that is followed.
+fn gsd(plan: &PlanFile) -> String {
+    match plan.gsd_range_m() {
+        Some([least, most]) => format!("{least:.3} to {most:.3} m"),
+        None => format!("{:.3} m", plan.gsd_m),
+    }
 }
 
 /// What was wanted, and the least of each kind with what it is of.

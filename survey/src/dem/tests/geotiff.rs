@@ -3,7 +3,7 @@
 use std::io::{Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::synthetic::{Layout, PLAIN, geotiff};
+use super::synthetic::{Layout, PLAIN, geotiff, geotiff_with};
 use super::*;
 use crate::io::output::tests::scratch;
 use crate::io::tiff::{Part, TiffFile};
@@ -36,14 +36,15 @@ fn strips_and_tiles_of_every_compression_are_read() {
 #[test]
 fn every_sample_type_is_read() {
     let path = scratch("dem-types").join("a.tif");
-    let value = |col: usize, row: usize| 3 * col as i32 - 5 * row as i32;
+    // No more than a byte holds.
+    let value = |col: usize, row: usize| 3 * col as i32 + 5 * row as i32;
     for compression in [1, 8] {
         let cases: [(_, &dyn Fn(i32) -> Vec<u8>); 7] = [
             ((1, 1), &|v| vec![v as u8]),
             ((1, 2), &|v| (v.unsigned_abs() as u16).to_ne_bytes().to_vec()),
-            ((2, 2), &|v| (v as i16).to_ne_bytes().to_vec()),
+            ((2, 2), &|v| (v as i16 - 120).to_ne_bytes().to_vec()),
             ((1, 4), &|v| v.unsigned_abs().to_ne_bytes().to_vec()),
-            ((2, 4), &|v| v.to_ne_bytes().to_vec()),
+            ((2, 4), &|v| (v - 120).to_ne_bytes().to_vec()),
             ((3, 4), &|v| (v as f32 / 8.0).to_ne_bytes().to_vec()),
             ((3, 8), &|v| (f64::from(v) / 3.0).to_ne_bytes().to_vec()),
         ];
@@ -73,6 +74,28 @@ fn heights_in_feet_become_metres() {
         let (found, feet) = (dem.at(5, 27), f64::from(height(5, 1, 0)));
         assert!((found - 0.3048 * feet).abs() < 1e-9, "{found} m are not {feet} ft");
     }
+}
+
+#[test]
+fn samples_with_a_scale_and_an_offset_become_heights() {
+    let path = scratch("dem-scaled").join("a.tif");
+    let item = |role: &str, value: &str| format!("<Item name=\"X\" sample=\"0\" role=\"{role}\">{value}</Item>");
+    let metadata = format!("<GDALMetadata>{}{}</GDALMetadata>", item("offset", "100"), item("scale", "0.1"));
+    for compression in [1, 8] {
+        let layout = Layout { compression, nodata: Some("300.25"), height_unit: Some(9002), ..PLAIN };
+        std::fs::write(&path, geotiff_with(&layout, Some(&metadata), float)).expect("written");
+        let file = DemFile::open(&path).expect("a model");
+        let dem = file.window(&frame_of(&file), file.bounds(), &mut |_, _| {}).expect("a window");
+        assert!(dem.at(0, 28).is_nan(), "no-data is a sample");
+        let (found, sample) = (dem.at(5, 27), f64::from(height(5, 1, 0)));
+        assert!((found - 0.3048 * (0.1 * sample + 100.0)).abs() < 1e-9, "{found} m of the sample {sample}");
+        let raster = Raster::read(&path).expect("a raster");
+        assert_eq!(raster.scalings, [crate::io::raster::Scaling { scale: 0.1, offset: 100.0 }]);
+    }
+    let zero = metadata.replace("0.1", "0");
+    std::fs::write(&path, geotiff_with(&PLAIN, Some(&zero), float)).expect("written");
+    let error = DemFile::open(&path).expect_err("no heights").to_string();
+    assert!(error.contains("scale of its band 1 is 0"), "{error}");
 }
 
 #[test]

@@ -41,6 +41,15 @@ pub(super) const PLAIN: Layout = Layout {
 /// A GeoTIFF whose north-western post is at (1000, 2000), posts every 2 m east and 3 m north. `sample` gives the bytes of
 /// (column, row, band).
 pub(super) fn geotiff(layout: &Layout, sample: impl Fn(usize, usize, usize) -> Vec<u8>) -> Vec<u8> {
+    geotiff_with(layout, None, sample)
+}
+
+/// [`geotiff`] with a text of GDAL's metadata.
+pub(super) fn geotiff_with(
+    layout: &Layout,
+    metadata: Option<&str>,
+    sample: impl Fn(usize, usize, usize) -> Vec<u8>,
+) -> Vec<u8> {
     let Layout { cols, rows, bands, .. } = *layout;
     let tiled = layout.chunk.0 > 0;
     let (width, height) = if tiled { layout.chunk } else { (cols, layout.chunk.1) };
@@ -89,6 +98,9 @@ pub(super) fn geotiff(layout: &Layout, sample: impl Fn(usize, usize, usize) -> V
     directory.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, 1000.0, 2000.0, 0.0][..]).expect("tie");
     if let Some(text) = layout.nodata {
         directory.write_tag(Tag::GdalNodata, text).expect("nodata");
+    }
+    if let Some(text) = metadata {
+        directory.write_tag(Tag::Unknown(42112), text).expect("metadata");
     }
     directory.finish().expect("directory");
     file.into_inner()

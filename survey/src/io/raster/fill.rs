@@ -13,9 +13,11 @@ const BELOW_M: f64 = 50.0;
 const SLOPE: f64 = 1.732;
 /// Share of the border that may be lower: where the resampling has blended number and ground, or the ground is as low.
 const LOWER_SHARE: f64 = 0.25;
-/// Pairs of posts across the border, as a share of the root of a block's posts, at least. Of a square it is 4, of a square in the model's corner
-/// 2; of the sea around a rock or of a plain around a mast, which are no fill, next to nothing.
+/// Pairs of posts across the border, as a share of the root of the posts on the side that has fewer, at least. Of a square hole or a square
+/// island it is 4, of a square in the model's corner 2.
 const BORDER_SHARE: f64 = 1.0;
+/// Fewest posts that the model has beside a block: a mast on a plain of 0 is no model with a hole.
+const REST_MIN: usize = 100;
 /// Fewest posts of a block of another number than 0: a single one may be a well or an error.
 const POSTS_MIN: usize = 9;
 
@@ -45,13 +47,14 @@ pub(super) fn find(posts: &Posts<'_>) -> Option<Fill> {
 /// All blocks of a sample of at least so many posts that are fill, as one.
 fn of_sample(posts: &Posts<'_>, sample: f64, least: usize) -> Option<Fill> {
     let mut seen = vec![false; if posts.samples.contains(&sample) { posts.samples.len() } else { 0 }];
+    let known = posts.samples.iter().filter(|sample| !sample.is_nan()).count();
     let mut all: Option<Fill> = None;
     for first in 0..seen.len() {
         if seen[first] || posts.samples[first] != sample {
             continue;
         }
         let block = Block::from(posts, first, &mut seen);
-        let Some(below_m) = block.below_m().filter(|_| block.count >= least) else { continue };
+        let Some(below_m) = block.below_m(known).filter(|_| block.count >= least) else { continue };
         let before = all.take().unwrap_or(Fill { sample, count: 0, first, below_m });
         all = Some(Fill { count: before.count + block.count, below_m: before.below_m.min(below_m), ..before });
     }
@@ -88,10 +91,10 @@ impl Block {
         block
     }
 
-    /// How far it is below the ground around it, where that is too far for a shore.
-    fn below_m(&self) -> Option<f64> {
-        let pairs = self.border_m.len();
-        if pairs == 0 || (pairs as f64) < BORDER_SHARE * (self.count as f64).sqrt() {
+    /// How far it is below the ground around it, where that is too far for a shore. The model has `known` posts.
+    fn below_m(&self, known: usize) -> Option<f64> {
+        let (pairs, rest) = (self.border_m.len(), known - self.count);
+        if rest < REST_MIN || (pairs as f64) < BORDER_SHARE * (self.count.min(rest) as f64).sqrt() {
             return None;
         }
         let lower = self.border_m.iter().filter(|[above_m, shore_m]| above_m <= shore_m).count();

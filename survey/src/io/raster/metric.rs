@@ -47,7 +47,7 @@ pub fn check_metres(
     system: System,
     (cols, rows): (usize, usize),
 ) -> Result<(), InputError> {
-    let is_web = WEB_MERCATOR.map(System::Epsg).contains(&system);
+    let is_web = is_web_mercator(system);
     if !is_web && !Crs::new(system).is_ok_and(|crs| crs.is_geographic()) {
         return Ok(());
     }
@@ -76,6 +76,12 @@ pub fn check_metres(
         two_digits(sides_m[1]),
         line(path, &format!("-t_srs EPSG:{utm} -tr {side_m} {side_m} -r cubic"), &format!("utm{zone}"))
     )))
+}
+
+/// Whether a system is Web Mercator, whose metres are not those of the ground.
+#[must_use]
+pub fn is_web_mercator(system: System) -> bool {
+    WEB_MERCATOR.map(System::Epsg).contains(&system)
 }
 
 fn steps(geo: &GeoTransform) -> String {

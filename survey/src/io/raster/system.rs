@@ -10,6 +10,9 @@ use super::metadata::item;
 use super::user_defined;
 use std::ops::RangeInclusive;
 
+/// Begins the sentence about coordinates in another unit of length.
+pub(crate) const NOT_IN_METRES: &str = "its coordinates are not in metres";
+
 /// Units of length by their EPSG codes, in metres: metre, international foot, US survey foot.
 const UNITS_M: [(u16, f64); 3] = [(METRE, 1.0), (9002, 0.3048), (9003, 1200.0 / 3937.0)];
 /// Systems of heights in feet by their EPSG codes: NGVD29, NAVD88 and mean sea level in US survey feet; the three of the Cayman
@@ -84,6 +87,7 @@ pub(super) fn horizontal(keys: &GeoKeys) -> Result<Option<System>, String> {
 
 fn unit_is(keys: &GeoKeys, key: u16, wanted: u16, unit: &str) -> Result<(), String> {
     match keys.short(key) {
+        Some(code) if code != wanted && unit == "metres" => Err(format!("{NOT_IN_METRES} (EPSG unit {code})")),
         Some(code) if code != wanted => Err(format!("its coordinates are not in {unit} (EPSG unit {code})")),
         _ => Ok(()),
     }

@@ -7,6 +7,13 @@ use crate::io::table::text_of;
 use std::path::Path;
 
 impl PlanFile {
+    /// Least and greatest ground sample distance straight below the strips where the ground is followed; `None` where one height is flown.
+    #[must_use]
+    pub fn gsd_range_m(&self) -> Option<[f64; 2]> {
+        let follow = self.follow?;
+        Some([follow.above_ground_min_m, follow.above_ground_max_m].map(|above_m| self.gsd_m * above_m / self.height_m))
+    }
+
     /// Reads and checks a plan.
     ///
     /// # Errors
