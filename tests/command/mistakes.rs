@@ -192,9 +192,11 @@ fn overlaps_as_shares_and_fields_of_view_in_radians() {
     // 60 degrees in radians.
     let camera = folder.text("camera.toml").replace("60.0", "1.0472");
     folder.write("camera.toml", camera);
+    let mut refusals = Refusals::new(&folder);
     for arguments in [format!("{plan} 70/40"), format!("{MAP} -- 1,2")] {
         refusals.expect(&arguments, &["camera.toml", "as radians they are usual: write fov_h_deg = 60.0001"]);
     }
+    refusals.done();
 }
 
 #[test]

@@ -110,9 +110,9 @@ fn water_masts_and_plains_are_ground() {
     assert!(said_of("dem.tif", false, false, 10.0, fjord).is_some(), "a wall of 85 degrees all along");
 }
 
-/// What jumps from post to post: a scrambled number below `most`.
+/// What jumps from post to post: a scrambled number from 1 to `most`.
 fn noise(col: usize, row: usize, most: usize) -> f64 {
-    ((col * 7919 + row * 104_729) * 2_654_435_761 % 65_521 % most) as f64
+    ((col * 7919 + row * 104_729) * 2_654_435_761 % 65_521 % most + 1) as f64
 }
 
 #[test]
