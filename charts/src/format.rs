@@ -37,6 +37,17 @@ pub fn minus(text: &str) -> String {
     text.chars().map(&mut turned).collect()
 }
 
+/// A number as it was given: with six digits that count at most, and none that says nothing.
+pub fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return number(value, 0, "");
+    }
+    let digits = 5 - value.abs().log10().floor() as i32;
+    let text = format!("{value:.*}", digits.clamp(0, 15) as usize);
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    text.replace('-', "−")
+}
+
 /// A number that may be missing; [`NONE`] where it is.
 pub fn maybe(value: Option<f64>, digits: usize, unit: &str) -> String {
     value.map_or_else(|| NONE.to_owned(), |value| number(value, digits, unit))
@@ -105,6 +116,8 @@ mod tests {
             "phi is −0.13 (−2 m), 3-4 of a north-east 2e-4"
         );
         assert_eq!(number(f64::NAN, 2, "m"), NONE);
+        let shown = [46.826_448_892_741_08, 7.300_000_000_000_001, 100.0 * 0.07, -0.000_012_5, 1e6, 0.0, 99.999_999].map(short);
+        assert_eq!(shown, ["46.8264", "7.3", "7", "−0.0000125", "1000000", "0", "100"]);
         assert_eq!(maybe(None, 1, "px"), NONE);
         assert_eq!(percent(0.5), "50.0\u{202f}%");
     }

@@ -21,5 +21,10 @@ pub fn page(title: &str, body: &Markup) -> String {
 
 /// A figure of the strip below the verdict: its value, and what it is.
 pub fn key(value: &str, name: &str) -> Markup {
-    html! { div { b { (value) } span { (name) } } }
+    key_as("", value, name)
+}
+
+/// As [`key`], in the colour of a verdict: `good`, `warn`, `bad`, or none.
+pub fn key_as(class: &str, value: &str, name: &str) -> Markup {
+    html! { div class=[(!class.is_empty()).then_some(class)] { b { (value) } span { (name) } } }
 }

@@ -40,7 +40,7 @@ impl Observer for Print {
 fn main() -> Result<(), Box<dyn Error>> {
     let setup = Setup::prepare(Scenario::parse(SCENARIO, "the example", Path::new(""), None)?)?;
     let mut link = InProcess::new(&setup.flash)?;
-    let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut Print).map_err(|aborted| aborted.why)?;
+    let flight = fly(&setup, &mut link, Keep::default(), &mut Print).map_err(|aborted| aborted.why)?;
     println!("{} frames, {} messages received by the firmware", flight.frames.len(), flight.health.messages);
     Ok(())
 }

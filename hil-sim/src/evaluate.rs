@@ -106,7 +106,7 @@ impl Evaluation {
 /// [`LinkError`]: a picture that has gone, an interrupt.
 pub fn flown(setup: &Setup, observer: &mut dyn Observer) -> Result<Flight, LinkError> {
     let mut link = InProcess::new(&setup.flash)?;
-    Ok(fly(setup, &mut link, Keep { first: 0, every: 0 }, observer)?)
+    Ok(fly(setup, &mut link, Keep::default(), observer)?)
 }
 
 /// `report.json` of an evaluation.

@@ -122,17 +122,28 @@ pub trait Observer {
 impl Observer for () {}
 
 /// What is to be kept of the pictures.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Keep {
     /// Frames from the first whose pictures are kept.
     pub first: u32,
     /// And every so many after that; 0 for none.
     pub every: u32,
+    /// And of frames without a fix, so many from the first.
+    pub refused: u32,
 }
 
 impl Keep {
-    pub(crate) fn keeps(&self, frame: u32) -> bool {
-        frame < self.first || (self.every > 0 && frame.is_multiple_of(self.every))
+    /// Drops the pictures of a frame that is closed and that nobody wants.
+    pub(crate) fn tidy(&mut self, record: &mut FrameRecord) {
+        let frame = record.exposure.frame;
+        if frame < self.first || self.every > 0 && frame.is_multiple_of(self.every) {
+            return;
+        }
+        if self.refused > 0 && record.frame.is_some() && record.report.is_none_or(|report| report.fix.is_none()) {
+            self.refused -= 1;
+            return;
+        }
+        (record.frame, record.patch) = (None, None);
     }
 }
 
@@ -248,9 +259,7 @@ impl Frames<'_> {
         let Some(record) = self.frames.get_mut(self.closed) else { return };
         self.cockpit.report(record);
         self.observer.finished(self.cockpit.setup, record);
-        if !self.keep.keeps(record.exposure.frame) {
-            (record.frame, record.patch) = (None, None);
-        }
+        self.keep.tidy(record);
         self.closed += 1;
     }
 }

@@ -19,6 +19,7 @@ pub mod signing;
 pub mod stamps;
 mod statistics;
 pub mod unrectified;
+pub mod wrong;
 
 use crate::link::{Account, LinkTrouble, WorkCost};
 use crate::live::report::Live;
@@ -41,11 +42,6 @@ use shifted::Shifted;
 use statistics::{mean, percentile};
 use std::collections::BTreeMap;
 use unrectified::Unrectified;
-
-/// A fix is wrong beyond the first, or beyond the second and so many of its own sigmas, pixels of the reference.
-const WRONG_PX: f64 = 3.0;
-const DOUBTFUL_PX: f64 = 1.5;
-const WRONG_SIGMAS: f64 = 5.0;
 
 /// A frame against the truth, pixels of the reference and metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -306,7 +302,7 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
         matching_error_px: matching_error(scored, &accepted),
         ground_error_m: Spread { mean: mean(&ground), p95: percentile(&ground, 0.95) },
         nees_mean: mean(&accepted.iter().filter_map(|s| s.nees).collect::<Vec<_>>()),
-        wrong_fixes: accepted.iter().filter(|scored| is_wrong(scored, setup.scenario.vehicle.resolution_m)).count(),
+        wrong_fixes: accepted.iter().filter(|scored| scored.is_wrong(setup.scenario.vehicle.resolution_m)).count(),
         shifted: shifted::shifted(setup, flight, scored),
         stamps: stamps::stamps(&flight.frames),
         poses: pose::poses(&flight.frames),
@@ -340,12 +336,6 @@ pub fn summarise(setup: &Setup, flight: &Flight, scored: &[Scored], linked: &Lin
         faults: faults::faults(setup, flight, scored),
         aborted: None,
     }
-}
-
-/// Whether a fix misleads: it is off by more than an error of matching can be, or by more than it says and a pixel and a half.
-fn is_wrong(scored: &Scored, resolution_m: f64) -> bool {
-    let Some(off_px) = scored.error_m.map(|error| length(error) / resolution_m) else { return false };
-    off_px > WRONG_PX || off_px > DOUBTFUL_PX && scored.nees.is_none_or(|nees| nees > WRONG_SIGMAS * WRONG_SIGMAS)
 }
 
 /// How many frames have no fix, by the reason.

@@ -61,7 +61,7 @@ pub fn flown(frames: u32, progress: &mut dyn FnMut(u32)) -> Result<Flown, LinkEr
     let mut observer = Watch { progress, unrectified: Unrectified::default() };
     let setup = Setup::prepare(Scenario::of_frames(frames))?;
     let mut link = InProcess::new(&setup.flash)?;
-    let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut observer)?;
+    let flight = fly(&setup, &mut link, Keep::default(), &mut observer)?;
     let scored = score::score(&setup, &flight, &observer.unrectified);
     let linked = Linked { name: "inproc".to_owned(), firmware_sha256: None, account: Account::default() };
     let summary = score::summarise(&setup, &flight, &scored, &linked);

@@ -8,7 +8,7 @@ use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{fixes_csv, score};
 use plumbline_sim::setup::Setup;
 
-const KEEP: Keep = Keep { first: 0, every: 0 };
+const KEEP: Keep = Keep { first: 0, every: 0, refused: 0 };
 
 fn setup() -> Setup {
     let mut scenario = Scenario::of_frames(12);

@@ -22,7 +22,7 @@ fn flown(scenario: Scenario) -> Flight {
     scenario.check().expect("a scenario");
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let mut link = InProcess::new(&setup.flash).expect("it boots");
-    fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut Unrectified::default()).expect("it flies")
+    fly(&setup, &mut link, Keep::default(), &mut Unrectified::default()).expect("it flies")
 }
 
 trait Told {

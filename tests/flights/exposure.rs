@@ -39,7 +39,7 @@ fn scenario(light: Light, is_on: bool) -> Scenario {
 fn flown(name: &str, scenario: Scenario) -> Flown {
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let mut link = InProcess::new(&setup.flash).expect("it boots");
-    let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+    let flight = fly(&setup, &mut link, Keep::default(), &mut ()).expect("it flies");
     let scored = score(&setup, &flight, &Unrectified::default());
     let linked = Linked { name: "inproc".into(), firmware_sha256: None, account: Default::default() };
     let summary = summarise(&setup, &flight, &scored, &linked);
@@ -119,7 +119,7 @@ fn links_agree_on_the_exposures() {
     (scenario.run.frames, scenario.vehicle.shutter.edges) = (30, EdgeSource::One);
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let flight_over = |link: &mut dyn Link| {
-        let flight = fly(&setup, link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+        let flight = fly(&setup, link, Keep::default(), &mut ()).expect("it flies");
         let exposures: Vec<u32> = flight.frames.iter().map(|frame| frame.exposure.set_us).collect();
         (fixes_csv(&setup, &flight, &score(&setup, &flight, &Unrectified::default())), exposures)
     };

@@ -42,7 +42,7 @@ fn flown(fault: Option<&str>, keys: &str) -> Flown {
     }
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let (mut link, mut unrectified) = (InProcess::new(&setup.flash).expect("it boots"), Unrectified::default());
-    let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut unrectified).expect("it flies");
+    let flight = fly(&setup, &mut link, Keep::default(), &mut unrectified).expect("it flies");
     let scored = score(&setup, &flight, &unrectified);
     let linked = Linked { name: "inproc".into(), firmware_sha256: None, account: link.account() };
     let summary = summarise(&setup, &flight, &scored, &linked);

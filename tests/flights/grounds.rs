@@ -24,7 +24,7 @@ fn setup(name: &str) -> Setup {
 
 fn flown(setup: &Setup) -> (String, Summary) {
     let mut link = InProcess::new(&setup.flash).expect("it boots");
-    let flight = fly(setup, &mut link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+    let flight = fly(setup, &mut link, Keep::default(), &mut ()).expect("it flies");
     let scored = score(setup, &flight, &Unrectified::default());
     let linked = Linked { name: "inproc".into(), firmware_sha256: None, account: Default::default() };
     (fixes_csv(setup, &flight, &scored), summarise(setup, &flight, &scored, &linked))

@@ -65,7 +65,7 @@ impl Flown {
 
 fn fly_over(setup: &Setup, link: &mut dyn Link) -> Flown {
     let mut unrectified = Unrectified::default();
-    let flight = fly(setup, link, Keep { first: 0, every: 0 }, &mut unrectified).expect("it flies");
+    let flight = fly(setup, link, Keep::default(), &mut unrectified).expect("it flies");
     let scored = score(setup, &flight, &unrectified);
     let linked = Linked { name: "inproc".into(), firmware_sha256: None, account: link.account() };
     let summary = summarise(setup, &flight, &scored, &linked);

@@ -59,7 +59,7 @@ fn flown(vehicle: &Vehicle, frames: u32) -> (Flown, Summary) {
     let mut setup = Setup::live(scenario, &start).expect("a ground");
     let mut link = InProcess::new(&setup.flash).expect("a firmware");
     let place = Place { crs: setup.crs.clone(), home_alt_m: start.home_alt_m };
-    let wanted = Wanted { frames: Some(frames), keep: Keep { first: 0, every: 0 }, reconnects: 0 };
+    let wanted = Wanted { frames: Some(frames), keep: Keep::default(), reconnects: 0 };
     let mut unrectified = Unrectified::default();
     let flown = fly(&setup, &place, &mut link, approach, &wanted, &mut (), &mut unrectified).expect("a flight");
     let flown = flown.expect("an armed vehicle");

@@ -117,7 +117,7 @@ fn setup(plan: &Path, scenario: &str) -> Setup {
 
 /// A flight over a link, what came of its plan, and its fixes.csv.
 fn fly_over(setup: &Setup, link: &mut dyn Link) -> (Flight, Flown, String) {
-    let flight = fly(setup, link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+    let flight = fly(setup, link, Keep::default(), &mut ()).expect("it flies");
     let scored = score(setup, &flight, &Unrectified::default());
     let csv = fixes_csv(setup, &flight, &scored);
     let flown = flown(setup, &flight).expect("it had a plan");

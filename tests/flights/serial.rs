@@ -46,7 +46,7 @@ fn setup(scenario: Scenario) -> Setup {
 }
 
 fn flown(setup: &Setup, link: &mut dyn Link) -> Flown {
-    let flight = fly(setup, link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies to the end");
+    let flight = fly(setup, link, Keep::default(), &mut ()).expect("it flies to the end");
     let scored = score(setup, &flight, &Unrectified::default());
     let csv = fixes_csv(setup, &flight, &scored);
     Flown { flight, scored, csv, account: link.account() }

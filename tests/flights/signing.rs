@@ -31,7 +31,7 @@ pub fn signed(mut scenario: Scenario, name: &str) -> Scenario {
 
 fn flown(setup: &Setup) -> (Flight, Vec<u8>) {
     let mut link = InProcess::logged(&setup.flash).expect("it boots");
-    let flight = fly(setup, &mut link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+    let flight = fly(setup, &mut link, Keep::default(), &mut ()).expect("it flies");
     (flight, link.close_log())
 }
 
@@ -82,7 +82,7 @@ fn an_intruder_changes_nothing_is_counted_and_a_replay_refuses_him_too() {
     let setup = Setup::prepare(signed(scenario(2, 20), "intruder")).expect("it can be flown");
     let (alone, _) = flown(&setup);
     let mut link = Intruder { link: InProcess::logged(&setup.flash).expect("it boots"), recorded: Vec::new() };
-    let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+    let flight = fly(&setup, &mut link, Keep::default(), &mut ()).expect("it flies");
     assert_eq!(csv(&setup, &flight), csv(&setup, &alone));
     let (report, _) = flight.signing.expect("it was signed");
     assert!(report.replayed > 1000 && report.unsigned > 1000, "{report:?}");
@@ -149,7 +149,7 @@ fn every_link_flies_with_a_key() {
     scenario.faults.link_faults.bit_error_percent = 0.01;
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let flight_over = |link: &mut dyn Link| {
-        let flight = fly(&setup, link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+        let flight = fly(&setup, link, Keep::default(), &mut ()).expect("it flies");
         (csv(&setup, &flight), flight.signing, flight.messages)
     };
     let expected = flight_over(&mut InProcess::new(&setup.flash).expect("it boots"));

@@ -89,7 +89,7 @@ pub fn flown(scenario: Scenario) -> Vec<Scored> {
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let mut link = InProcess::new(&setup.flash).expect("it boots");
     let mut unrectified = Unrectified::default();
-    let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut unrectified).expect("it flies");
+    let flight = fly(&setup, &mut link, Keep::default(), &mut unrectified).expect("it flies");
     score(&setup, &flight, &unrectified)
 }
 

@@ -31,7 +31,7 @@ fn scenario(seed: u64, frames: u32) -> Scenario {
 fn flown(scenario: Scenario) -> Vec<FrameRecord> {
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let mut link = InProcess::new(&setup.flash).expect("it boots");
-    let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+    let flight = fly(&setup, &mut link, Keep::default(), &mut ()).expect("it flies");
     println!("{:?}", flight.health.stamps);
     flight.frames
 }

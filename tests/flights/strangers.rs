@@ -46,7 +46,7 @@ pub fn sealed(mut message: Vec<u8>) -> Vec<u8> {
 
 fn flown(setup: &Setup, forge: impl FnMut(&[u8]) -> Option<Vec<u8>>) -> Flight {
     let mut link = Stranger { link: InProcess::new(&setup.flash).expect("it boots"), forge };
-    fly(setup, &mut link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies")
+    fly(setup, &mut link, Keep::default(), &mut ()).expect("it flies")
 }
 
 fn wrong(setup: &Setup, flight: &Flight) -> usize {

@@ -37,7 +37,7 @@ fn flown_told(scenario: Scenario, told: impl FnOnce(&mut Configuration)) -> Flow
     told(&mut setup.flash.configuration);
     let mut link = InProcess::new(&setup.flash).expect("it boots");
     let mut unrectified = Unrectified::default();
-    let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut unrectified).expect("it flies");
+    let flight = fly(&setup, &mut link, Keep::default(), &mut unrectified).expect("it flies");
     let scored = score(&setup, &flight, &unrectified);
     let resolution_m = setup.scenario.vehicle.resolution_m;
     Flown { frames: flight.frames, scored, health: flight.health, resolution_m }

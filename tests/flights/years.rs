@@ -58,7 +58,7 @@ fn the_emulated_board_adds_up_the_same() {
     let land = Land::new("emulated");
     let setup = Setup::prepare(in_another_state(&land, 61, 90)).expect("it can be flown");
     let csv = |link: &mut dyn Link| {
-        let flight = fly(&setup, link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+        let flight = fly(&setup, link, Keep::default(), &mut ()).expect("it flies");
         let scored = score(&setup, &flight, &Unrectified::default());
         let accepted = scored.iter().filter(|scored| scored.accepted).count();
         (fixes_csv(&setup, &flight, &scored), accepted)

@@ -25,11 +25,13 @@ mod verdict;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub use strip::REFUSED_MAX;
+
 use maud::html;
 use plumbline_charts::page::page;
 use plumbline_charts::plot::PlotError;
 use plumbline_sim::run::Flight;
-use plumbline_sim::score::{Scored, Summary, length};
+use plumbline_sim::score::{Scored, Summary};
 use plumbline_sim::setup::Setup;
 
 /// Distance from the truth at which a match counts as right, pixels: that of `match_rate`.
@@ -49,9 +51,9 @@ pub struct Report<'a> {
 }
 
 impl Report<'_> {
-    /// Whether a frame became a fix that is wrong.
-    fn is_wrong(scored: &Scored) -> bool {
-        scored.accepted && scored.error_px.is_none_or(|error| length(error) > RIGHT_PX)
+    /// Whether a frame became a fix that is wrong, as `wrong_fixes` of `report.json` counts them.
+    fn is_wrong(&self, scored: &Scored) -> bool {
+        scored.accepted && scored.is_wrong(self.setup.scenario.vehicle.resolution_m)
     }
 
     /// The page.

@@ -7,7 +7,7 @@ mod text;
 
 use crate::interrupt;
 use crate::outcome::{self, Failure, Outcome};
-use crate::pages::flight::Report;
+use crate::pages::flight::{REFUSED_MAX, Report};
 use crate::progress;
 use indicatif::ProgressBar;
 use output::Output;
@@ -31,7 +31,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Frames shown in the report, spread over the flight.
+/// Frames whose pictures are kept for the report, spread over the flight.
 const PICTURED: u32 = 12;
 
 #[derive(Debug, clap::Args)]
@@ -134,7 +134,7 @@ pub struct Args {
     log: Option<PathBuf>,
     /// Write the flight for Foxglove and other viewers of MCAP: true pose, fixes and their ellipses, map, pictures
     ///
-    /// The pictures are those of a few frames spread over the flight, and with --dump N of the first N.
+    /// The pictures are those of a few frames spread over the flight and of those without a fix, up to 36, and with --dump N of the first N.
     #[arg(long, value_name = "MCAP")]
     export: Option<PathBuf>,
     /// Write frame, patch, mask and reference of the first N frames as PNG
@@ -211,7 +211,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         outcome::note(note);
     }
     let (mut link, mut linked) = watched(args, &setup, link(args, &setup)?)?;
-    let keep = Keep { first: args.dump.unwrap_or(0), every: frames.div_ceil(PICTURED).max(1) };
+    let keep = keep(args, frames.div_ceil(PICTURED).max(1));
     let mut watch = Watch::new(progress::bar(frames.into(), "frame"))?;
     let (flight, aborted) = match fly(&setup, link.as_mut(), keep, &mut watch) {
         Ok(flight) => (flight, None),
@@ -237,6 +237,11 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     output.write(&report)?;
     let failure = failure.or_else(|| too_few(args, summary.accepted, summary.frames));
     Ok(Outcome::new(args.json, &summary, || text::table(&summary, args.out.as_deref()))?.failed(failure))
+}
+
+/// The pictures that are kept: those of a dump, of one frame of `every`, and of frames without a fix.
+fn keep(args: &Args, every: u32) -> Keep {
+    Keep { first: args.dump.unwrap_or(0), every, refused: REFUSED_MAX as u32 }
 }
 
 /// Why too few frames have a fix, if they are.

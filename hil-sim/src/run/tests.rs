@@ -54,7 +54,7 @@ fn recorded(word: Option<&str>, navigation: Option<Navigation>, watches: bool) -
     let inner = InProcess::new(&setup.flash).expect("a firmware");
     let start_ticks = setup.scenario.world.timer.start_ticks;
     let mut link = Recorder { inner, start_ticks, events: Vec::new(), shown: watches.then(Vec::new) };
-    fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut ()).expect("a flight");
+    fly(&setup, &mut link, Keep::default(), &mut ()).expect("a flight");
     (link.events, link.shown.unwrap_or_default())
 }
 

@@ -1,6 +1,6 @@
 //! What each timed fault did to the fixes: `faults` of `report.json`.
 
-use super::{Scored, is_wrong};
+use super::Scored;
 use crate::run::Flight;
 use crate::scenario::Fault;
 use crate::setup::Setup;
@@ -48,7 +48,7 @@ fn of_frames(fault: &Fault, frames: &[(u64, &Scored)], resolution_m: f64) -> Fau
     };
     let [during, after] = [(from_us, to_us), (to_us, to_us.saturating_add(AFTER_US))].map(|(begin_us, end_us)| {
         let fixes = count(begin_us, end_us, &|scored| scored.accepted);
-        let wrong = count(begin_us, end_us, &|scored| scored.accepted && is_wrong(scored, resolution_m));
+        let wrong = count(begin_us, end_us, &|scored| scored.accepted && scored.is_wrong(resolution_m));
         (count(begin_us, end_us, &|_| true), fixes, wrong)
     });
     let first = frames.iter().find(|(at_us, scored)| *at_us >= to_us && scored.accepted);

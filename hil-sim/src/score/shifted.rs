@@ -2,7 +2,7 @@
 //! shift, and counts as wrong where that is more than a fix may be off. What the matching did is seen against the map as it lies.
 
 use super::statistics::mean;
-use super::{Scored, is_wrong, squared_sigmas};
+use super::{Scored, squared_sigmas};
 use crate::run::{Flight, FrameRecord};
 use crate::setup::Setup;
 use serde::Serialize;
@@ -34,7 +34,7 @@ pub(super) fn shifted(setup: &Setup, flight: &Flight, scored: &[Scored]) -> Opti
     let resolution_m = setup.scenario.vehicle.resolution_m;
     Some(Shifted {
         bias_m,
-        wrong_fixes: beside.iter().filter(|scored| is_wrong(scored, resolution_m)).count(),
+        wrong_fixes: beside.iter().filter(|scored| scored.is_wrong(resolution_m)).count(),
         nees_mean: mean(&beside.iter().filter_map(|scored| scored.nees).collect::<Vec<_>>()),
     })
 }

@@ -27,7 +27,7 @@ pub fn csv(setup: &Setup, flight: &Flight) -> String {
 pub fn flown(scenario: Scenario) -> (String, Vec<u8>) {
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let mut link = InProcess::logged(&setup.flash).expect("it boots");
-    let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+    let flight = fly(&setup, &mut link, Keep::default(), &mut ()).expect("it flies");
     (csv(&setup, &flight), link.close_log())
 }
 

@@ -39,7 +39,7 @@ fn an_untidy_board_replays_as_it_flew() {
         if seed > 0 {
             late.link.untidy(seed);
         }
-        let flight = fly(&setup, &mut late, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+        let flight = fly(&setup, &mut late, Keep::default(), &mut ()).expect("it flies");
         let fixes = csv(&setup, &flight);
         if seed == 0 {
             tidy = fixes.clone();

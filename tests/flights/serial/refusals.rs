@@ -129,7 +129,7 @@ fn a_configuration_that_the_firmware_refuses() {
     flash.configuration.search_px = 0;
     assert!(matches!(Serial::open(&flash, device.path(), hurried()), Err(LinkError::Input(_))));
     let mut link = Serial::open(&setup.flash, device.path(), hurried()).expect("a link");
-    let flight = fly(&setup, &mut link, Keep { first: 0, every: 0 }, &mut ()).expect("it flies");
+    let flight = fly(&setup, &mut link, Keep::default(), &mut ()).expect("it flies");
     assert_eq!(flight.frames.len(), 2);
 }
 

@@ -2,7 +2,7 @@
 
 use super::Page;
 use maud::{Markup, html};
-use plumbline_charts::format::{maybe, minus, percent};
+use plumbline_charts::format::{maybe, minus, percent, short};
 use plumbline_charts::page::key;
 use plumbline_sim::evaluate::judge::{Figures, RIGHT_PX};
 
@@ -14,7 +14,7 @@ impl Page<'_> {
                 p class="kicker" { "Plumbline " (env!("CARGO_PKG_VERSION")) " · evaluation of real frames" }
                 h1 { (figures.frames) " frames through the board’s own chain" }
                 p class="note" {
-                    (self.table.name) " · EPSG:" (self.summary.epsg) " · " (self.summary.resolution_m) " m a pixel · search ±"
+                    (self.table.name) " · EPSG:" (self.summary.epsg) " · " (short(self.summary.resolution_m)) " m a pixel · search ±"
                     (self.setup.scenario.vehicle.search_px) " px"
                 }
                 @let (class, words) = verdict(figures);

@@ -1,18 +1,19 @@
 //! Title, verdict and the four figures that matter.
 
 use super::verdict::{sigmas, verdict};
-use super::{RIGHT_PX, Report};
+use super::Report;
 use maud::{Markup, html};
 use plumbline_charts::format::{maybe, percent};
-use plumbline_charts::page::key;
+use plumbline_charts::page::{key, key_as};
 use plumbline_sim::scenario::Ground;
+use plumbline_sim::score::wrong;
 
 impl Report<'_> {
     pub(super) fn head(&self) -> Markup {
         let summary = self.summary;
-        let wrong = self.scored.iter().filter(|scored| Self::is_wrong(scored)).count();
+        let count = self.scored.iter().filter(|scored| self.is_wrong(scored)).count();
         let share = summary.accepted as f64 / summary.frames.max(1) as f64;
-        let nees = key(&maybe(summary.nees_mean, 2, ""), "NEES (2 expected)");
+        let class = sigmas(summary).map_or("", |(class, _)| class);
         html! {
             header {
                 p class="kicker" { "Plumbline " (env!("CARGO_PKG_VERSION")) " · flight report" }
@@ -22,14 +23,14 @@ impl Report<'_> {
                 @if let Some(why) = &summary.aborted {
                     p class="verdict bad" { "The flight ended early: " (why) "." }
                 }
-                @if wrong > 0 {
-                    p class="verdict bad" { "Wrong fixes: " (wrong) ", more than " (RIGHT_PX) " px from the truth." }
+                @if count > 0 {
+                    p class="verdict bad" { "Wrong fixes: " (count) ", off by " (wrong::meaning()) "." }
                 }
                 div class="keys" {
                     (key(&format!("{} of {}", summary.accepted, summary.frames), &format!("frames fixed ({})", percent(share))))
                     (key(&maybe(summary.matching_error_px.rectified_mean, 2, "px"), "mean matching error, rectified"))
                     (key(&maybe(summary.ground_error_m.mean, 2, "m"), "mean ground error"))
-                    @if let Some((class, _)) = sigmas(summary) { div class=(class) { (nees) } } @else { (nees) }
+                    (key_as(class, &maybe(summary.nees_mean, 2, ""), "NEES (2 expected)"))
                 }
             }
         }

@@ -4,7 +4,7 @@ use super::Report;
 use maud::{Markup, html};
 use plotters::element::{Circle, PathElement};
 use plotters::style::Color;
-use plumbline_charts::format::number;
+use plumbline_charts::format::{NONE, maybe, number};
 use plumbline_charts::map::Map;
 use plumbline_charts::page::key;
 use plumbline_charts::plot::{PlotError, RECTIFIED, REFUSED, UNRECTIFIED};
@@ -28,14 +28,16 @@ impl Report<'_> {
                     "The firmware decided when each photo was due. Achieved figures are those of the poses at which photos were really taken, reported ones those of its own poses at their stamps; overlap, intersection and noise are the planner’s."
                 }
                 (exposed(flown))
-                (figures(flown))
-                figure { (map) figcaption {
-                    b { "Photos. " }
-                    span class="key line k-raw" {} "area, "
-                    span class="key ring k-bad" {} "planned, "
-                    span class="key dot k-ours" {} "taken, where they truly were. "
-                    "Metres from the reference tile’s centre, grid north up, equal axes."
-                } }
+                div class="two" {
+                    figure { (map) figcaption {
+                        b { "Photos. " }
+                        span class="key line k-raw" {} "area, "
+                        span class="key ring k-bad" {} "planned, "
+                        span class="key dot k-ours" {} "taken, where they truly were. "
+                        "Metres from the reference tile’s centre, grid north up, equal axes."
+                    } }
+                    div { (figures(flown)) }
+                }
                 @for note in &planned.notes { p class="note" { (note) } }
             }
         })
@@ -66,7 +68,7 @@ fn exposed(flown: &Flown) -> Markup {
     let missed = &flown.missed;
     let off = |axis: usize| {
         let error = flown.position_error_m.map(|error| error[axis]);
-        error.map_or("-".to_owned(), |e| format!("{}, at most {}", number(e.mean, 2, "m"), number(e.max, 2, "m")))
+        error.map_or_else(|| NONE.to_owned(), |e| format!("{}, at most {}", number(e.mean, 2, "m"), number(e.max, 2, "m")))
     };
     html! {
         div class="keys" {
@@ -101,13 +103,13 @@ fn figures(flown: &Flown) -> Markup {
     ];
     html! {
         table {
-            thead { tr { th { "" } th { "planned" } th { "achieved" } th { "reported" } } }
+            thead { tr { th {} th class="r" { "planned" } th class="r" { "achieved" } th class="r" { "reported" } } }
             tbody {
                 @for (name, unit, values, digits) in rows {
                     tr {
-                        td { (name) }
+                        th { (name) }
                         @for value in values {
-                            td { @match value { Some(value) => { (number(value, digits, unit)) }, None => { "-" } } }
+                            td class="n" { (maybe(value, digits, unit)) }
                         }
                     }
                 }

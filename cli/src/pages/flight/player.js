@@ -5,7 +5,7 @@
   const rows = JSON.parse(find("#rows").textContent), count = rows.frame.length;
   if (!count) return;
   const player = find("#player"), slider = player.querySelector("input"), output = player.querySelector("output");
-  const cards = [...document.querySelectorAll("#pictures .card")], tip = find("#tip"), box = find("#table");
+  const cards = [...document.querySelectorAll("#pictures .card")], pictures = find("#pictures"), missing = find("#missing"), tip = find("#tip"), box = find("#table");
   const metres = (value) => value === null ? "–" : value.toFixed(2);
   const outcome = (i) => rows.why[i] ? rows.why[i].replaceAll("_", " ") : rows.is_wrong[i] ? "wrong" : "fix";
   const words = (i) => `Frame ${rows.frame[i]}, ${rows.s[i].toFixed(2)} s: ` + (rows.why[i]
@@ -58,11 +58,11 @@
   ].filter(Boolean);
 
   const table = document.createElement("table");
-  table.innerHTML = "<thead><tr><th>Frame<th class=r>Time (s)<th>Outcome<th class=r>Off (m)<th class=r>σ (m)<th class=r>Correlation</tr></thead>";
+  table.innerHTML = "<thead><tr><th class=r>Frame<th class=r>Time (s)<th>Outcome<th class=r>Off (m)<th class=r>σ (m)<th class=r>Correlation</tr></thead>";
   const body = table.createTBody();
   for (let i = 0; i < count; i++) {
     const row = body.insertRow(), bad = rows.why[i] || rows.is_wrong[i];
-    const cells = [rows.frame[i], rows.s[i].toFixed(2), outcome(i), metres(rows.off[i]), metres(rows.sigma[i]), rows.score[i] ?? "–"];
+    const cells = [rows.frame[i], rows.s[i].toFixed(2), outcome(i), metres(rows.off[i]), metres(rows.sigma[i]), rows.score[i] === null ? "–" : rows.score[i].toFixed(3)];
     cells.forEach((text, k) => {
       const cell = row.insertCell();
       cell.textContent = text;
@@ -90,8 +90,11 @@
     const far = (card) => Math.abs(card.dataset.frame - rows.frame[i]);
     const nearest = cards.reduce((best, card) => best && far(best) <= far(card) ? best : card, null);
     for (const card of cards) card.classList.toggle("shown", card === nearest);
-    const told = nearest && far(nearest) ? `; pictures of frame ${nearest.dataset.frame}, the nearest that has them` : "";
-    output.textContent = words(i) + told;
+    const isOther = nearest && far(nearest);
+    pictures.classList.toggle("other", isOther);
+    missing.hidden = !isOther;
+    missing.textContent = isOther ? `No pictures of frame ${rows.frame[i]} were kept. Those below are of frame ${nearest.dataset.frame}.` : "";
+    output.textContent = words(i);
     const [before, row] = [body.rows[chosen], body.rows[i]];
     before.removeAttribute("aria-current");
     before.tabIndex = -1;

@@ -44,6 +44,7 @@ impl Report<'_> {
                     datalist id="pictured" { @for index in pictured { @if let Ok(place) = rows.frame.binary_search(&self.scored[*index].frame) { option value=(place) {} } } }
                     output {}
                 }
+                p id="missing" class="warn" hidden {}
             }
             script id="rows" type="application/json" { (PreEscaped(data)) }
         }
@@ -78,7 +79,7 @@ impl Report<'_> {
             rows.sigma.push(sigma.filter(|sigma| sigma.is_finite()).map(cm));
             let score = record.report.and_then(|report| report.matched).map(|matched| f64::from(matched.correlation));
             rows.score.push(score.map(|score| (1000.0 * score).round() / 1000.0));
-            rows.is_wrong.push(Self::is_wrong(scored));
+            rows.is_wrong.push(self.is_wrong(scored));
             rows.why.push(reason(record).unwrap_or_default());
         }
         rows

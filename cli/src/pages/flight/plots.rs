@@ -23,7 +23,7 @@ impl Report<'_> {
             section {
                 h2 { "The flight" }
                 div class="flight" {
-                    div { (track) (self.player(&pictured)) }
+                    div { (track) }
                     div class="beside" {
                     figure { div id="timeline" class="dots" { (timeline) } figcaption {
                         b { "Ground error. " }
@@ -46,6 +46,7 @@ impl Report<'_> {
                     }
                     }
                 }
+                (self.player(&pictured))
                 (self.strip(&pictured))
                 (self.table())
                 @if step > 1 {

@@ -4,19 +4,25 @@ use super::surface::Surface;
 use super::{Report, overlay};
 use crate::dump::{Rectified, Views, views};
 use maud::{Markup, html};
-use plumbline_charts::format::number;
+use plumbline_charts::format::{number, short};
 use plumbline_sim::run::FrameRecord;
 use plumbline_sim::score::{Scored, length, reason};
 
-/// Frames shown: 24 of some 60 KB each keep the page below two megabytes.
+/// Frames with a fix that are shown, and frames without one: 60 of some 60 KB each keep the page below four megabytes.
 const FRAMES_MAX: usize = 24;
+pub const REFUSED_MAX: usize = 36;
 
 impl Report<'_> {
     /// The frames that are shown, by their places in the flight.
     pub(super) fn pictured(&self) -> Vec<usize> {
-        let kept: Vec<usize> =
-            (0..self.flight.frames.len()).filter(|&index| self.flight.frames[index].frame.is_some()).collect();
-        spread(kept.len()).filter_map(|place| kept.get(place).copied()).collect()
+        let kept = (0..self.flight.frames.len()).filter(|&index| self.flight.frames[index].frame.is_some());
+        let (fixed, refused): (Vec<usize>, Vec<usize>) = kept.partition(|&index| self.scored[index].accepted);
+        let mut shown: Vec<usize> = [(fixed, FRAMES_MAX), (refused, REFUSED_MAX)]
+            .iter()
+            .flat_map(|(kept, most)| spread(kept.len(), *most).filter_map(|place| kept.get(place).copied()))
+            .collect();
+        shown.sort_unstable();
+        shown
     }
 
     /// A card for each of them; a script shows one at a time.
@@ -26,11 +32,28 @@ impl Report<'_> {
             Some((record, &self.scored[index], views(self.setup, record)?))
         });
         html! {
+            (self.pictures_kept(pictured))
             div id="pictures" class="cards" { @for (record, scored, views) in shown { (self.card(record, scored, &views)) } }
             p class="note" {
-                "Frame: row 0 forward. Patch: rectified on board, grid north up, " (self.setup.scenario.vehicle.resolution_m)
+                "Frame: row 0 forward. Patch: rectified on board, grid north up, " (short(self.setup.scenario.vehicle.resolution_m))
                 " m a pixel. Reference: where the patch was matched, to the nearest whole pixel. Overlay: patch red, reference cyan, both brought to one contrast; where they agree it is grey. "
                 "Scores: correlation of patch and reference for each shift of a pixel, from dark to bright; a ring where it was matched, a cross where the vehicle truly was."
+            }
+        }
+    }
+
+    /// Of which frames there are pictures.
+    fn pictures_kept(&self, pictured: &[usize]) -> Markup {
+        let refused = self.scored.iter().filter(|scored| !scored.accepted).count();
+        let shown = pictured.iter().filter(|index| !self.scored[**index].accepted).count();
+        html! {
+            p class="note" {
+                "Pictures: of " (pictured.len()) " of the " (self.scored.len()) " frames, "
+                @match (refused, shown) {
+                    (0, _) => { "spread over the flight." }
+                    (refused, shown) if refused == shown => { (pictured.len() - shown) " spread over the flight and all " (refused) " without a fix." }
+                    (refused, shown) => { (pictured.len() - shown) " spread over the flight and " (shown) " of the " (refused) " without a fix." }
+                }
             }
         }
     }
@@ -57,7 +80,7 @@ impl Report<'_> {
                     (picture("overlay", rectified.zip(reference).map(|(r, reference)| overlay::overlay(r, reference))))
                     (self.scores(record, scored, rectified))
                 }
-                figcaption { b { "Frame " (frame) } " · " (self.attitude(record)) " · " (outcome(record, scored)) }
+                figcaption { b { "Frame " (frame) } " · " (self.attitude(record)) " · " (self.outcome(record, scored)) }
             }
         }
     }
@@ -92,27 +115,27 @@ impl Report<'_> {
             number(truth.up_m - self.setup.ground.height(truth.east_m, truth.north_m), 0, "m"),
         )
     }
-}
 
-/// What became of the frame.
-fn outcome(record: &FrameRecord, scored: &Scored) -> Markup {
-    let error = scored.error_px.map(|px| number(length(px), 2, "px"));
-    match (reason(record), scored.error_m) {
-        (None, Some(error_m)) => html! {
-            @if Report::is_wrong(scored) { span class="bad" { "accepted, but wrong" } }
-            @else { span class="good" { "accepted" } }
-            ", " (error.unwrap_or_default()) " or " (number(length(error_m), 2, "m")) " off"
-        },
-        (reason, _) => html! {
-            span class="bad" { "refused: " (reason.unwrap_or("no fix").replace('_', " ")) }
-            @if let Some(error) = error { ", the match would have been " (error) " off" }
-        },
+    /// What became of the frame.
+    fn outcome(&self, record: &FrameRecord, scored: &Scored) -> Markup {
+        let error = scored.error_px.map(|px| number(length(px), 2, "px"));
+        match (reason(record), scored.error_m) {
+            (None, Some(error_m)) => html! {
+                @if self.is_wrong(scored) { span class="bad" { "accepted, but wrong" } }
+                @else { span class="good" { "accepted" } }
+                ", " (error.unwrap_or_default()) " or " (number(length(error_m), 2, "m")) " off"
+            },
+            (reason, _) => html! {
+                span class="bad" { "refused: " (reason.unwrap_or("no fix").replace('_', " ")) }
+                @if let Some(error) = error { ", the match would have been " (error) " off" }
+            },
+        }
     }
 }
 
-/// Up to [`FRAMES_MAX`] of `count` places, evenly from the first to the last.
-fn spread(count: usize) -> impl Iterator<Item = usize> {
-    let shown = count.min(FRAMES_MAX);
+/// Up to `most` of `count` places, evenly from the first to the last.
+fn spread(count: usize, most: usize) -> impl Iterator<Item = usize> {
+    let shown = count.min(most);
     (0..shown).map(move |place| place * count.saturating_sub(1) / shown.saturating_sub(1).max(1))
 }
 
@@ -122,7 +145,7 @@ mod tests {
 
     #[test]
     fn the_frames_shown_reach_from_first_to_last() {
-        let of = |count| spread(count).collect::<Vec<_>>();
+        let of = |count| spread(count, FRAMES_MAX).collect::<Vec<_>>();
         assert!(of(0).is_empty());
         assert_eq!((of(1), of(3)), (vec![0], vec![0, 1, 2]));
         assert_eq!(of(FRAMES_MAX), (0..FRAMES_MAX).collect::<Vec<_>>());

@@ -24,7 +24,7 @@ impl Flown {
         let setup = Setup::prepare(scenario).expect("the default scene");
         let mut link = InProcess::new(&setup.flash).expect("a firmware");
         let mut unrectified = Unrectified::default();
-        let flight = fly(&setup, &mut link, Keep { first: 6, every: 0 }, &mut unrectified).expect("a flight");
+        let flight = fly(&setup, &mut link, Keep { first: 6, ..Keep::default() }, &mut unrectified).expect("a flight");
         let scored = score::score(&setup, &flight, &unrectified);
         let linked = Linked { name: "inproc".to_owned(), firmware_sha256: None, account: Account::default() };
         let summary = score::summarise(&setup, &flight, &scored, &linked);
@@ -139,9 +139,14 @@ fn a_wrong_fix_is_called_one() {
         (page.contains("Wrong fixes: 1,"), page.contains("accepted, but wrong"))
     };
     assert_eq!(called(&scored), (false, false));
-    let accepted = scored.iter_mut().find(|scored| scored.accepted).expect("an accepted frame");
-    accepted.error_px = Some([0.0, -1.6]);
-    assert_eq!(called(&scored), (true, true));
+    let place = scored.iter().position(|scored| scored.accepted).expect("an accepted frame");
+    let resolution_m = flown.setup.scenario.vehicle.resolution_m;
+    // Two pixels are wrong of a fix that claims to be better, as `wrong_fixes` counts them.
+    for (sigmas, is_wrong) in [(4.0, false), (6.0, true)] {
+        let (error_m, nees) = (Some([0.0, -2.0 * resolution_m]), Some(sigmas * sigmas));
+        scored[place] = Scored { error_px: Some([0.0, 2.0]), error_m, nees, ..scored[place] };
+        assert_eq!(called(&scored), (is_wrong, is_wrong), "{sigmas} sigmas");
+    }
 }
 
 #[test]

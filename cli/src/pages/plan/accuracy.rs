@@ -1,6 +1,7 @@
 //! Overlap and accuracy of each cell, over the map.
 
 use super::Page;
+use super::relief::TINTS;
 use maud::{Markup, html};
 use plumbline_charts::format::{number, whole};
 use plumbline_charts::png::{Colour, encode, uri};
@@ -22,11 +23,11 @@ struct Classes {
 }
 
 impl Classes {
-    /// Of counts from 2 on.
-    fn counts(most: u32) -> Self {
-        let most = most.max(2);
-        let width = (most - 1).div_ceil(COLOURS.len() as u32);
-        let lows: Vec<u32> = (2..=most).step_by(width as usize).collect();
+    /// Of counts from the least that there is.
+    fn counts(least: u32, most: u32) -> Self {
+        let most = most.max(least);
+        let width = (most - least + 1).div_ceil(COLOURS.len() as u32);
+        let lows: Vec<u32> = (least..=most).step_by(width as usize).collect();
         let name = |low: u32| {
             let high = (low + width - 1).min(most);
             if high == low {
@@ -73,7 +74,10 @@ impl Classes {
 
     /// A bar of the classes' colours with their names, and the colour of what has none.
     fn legend(&self, gap: &str) -> Markup {
-        let style = |[r, g, b]: [u8; 3]| format!("--c:#{r:02x}{g:02x}{b:02x}");
+        let style = |colour: [u8; 3]| {
+            let [r, g, b] = on_ground(colour);
+            format!("--c:#{r:02x}{g:02x}{b:02x}")
+        };
         html! {
             span class="steps" {
                 @for (class, name) in self.names.iter().enumerate() { span style=(style(self.colour(class))) { (name) } }
@@ -83,11 +87,17 @@ impl Classes {
     }
 }
 
+/// A colour as it is seen on the map, over level ground of middle height.
+fn on_ground(colour: [u8; 3]) -> [u8; 3] {
+    let hides = f64::from(OPACITY) / 255.0;
+    std::array::from_fn(|k| (hides * f64::from(colour[k]) + (1.0 - hides) * TINTS[1][k]).round() as u8)
+}
+
 impl Page<'_> {
     pub(super) fn coverage(&self) -> Markup {
         let known = &self.outputs.planned.known;
-        let most = known.iter().map(|cell| cell.photos).max().unwrap_or(0);
-        let counts = Classes::counts(most);
+        let seen = || known.iter().filter(|cell| !cell.is_gap()).map(|cell| cell.photos);
+        let counts = Classes::counts(seen().min().unwrap_or(2), seen().max().unwrap_or(2));
         let sd = |axis: usize| Classes::lengths(known.iter().filter_map(move |cell| cell.sd_m.map(|sd| sd[axis])));
         let [plan, height] = [sd(0), sd(1)];
         let of_sd = |classes: &Classes, axis: usize| {
@@ -147,10 +157,15 @@ mod tests {
 
     #[test]
     fn counts_fall_into_classes_of_equal_width() {
-        let few = Classes::counts(4);
+        let few = Classes::counts(2, 4);
         assert_eq!(few.names, ["2", "3", "4"]);
         assert_eq!([few.of(2.0), few.of(3.0), few.of(4.0)], [COLOURS[0], COLOURS[2], COLOURS[4]]);
-        let many = Classes::counts(14);
+        // No class below the least count.
+        let high = Classes::counts(10, 18);
+        assert_eq!(high.names, ["10 to 11", "12 to 13", "14 to 15", "16 to 17", "18"]);
+        assert_eq!([high.of(10.0), high.of(18.0)], [COLOURS[0], COLOURS[4]]);
+        assert_eq!(Classes::counts(7, 7).names, ["7"]);
+        let many = Classes::counts(2, 14);
         assert_eq!(many.names, ["2 to 4", "5 to 7", "8 to 10", "11 to 13", "14"]);
         assert_eq!([many.of(4.0), many.of(5.0), many.of(14.0)], [COLOURS[0], COLOURS[1], COLOURS[4]]);
     }

@@ -19,7 +19,7 @@ impl Page<'_> {
             section {
                 h2 { "The choice" }
                 div class="scroll" {
-                    table {
+                    table class="cells" {
                         thead {
                             tr {
                                 th { "Side ↓ forward →" }

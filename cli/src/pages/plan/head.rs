@@ -2,7 +2,7 @@
 
 use super::Page;
 use maud::{Markup, html};
-use plumbline_charts::format::{NONE, maybe, number, whole};
+use plumbline_charts::format::{NONE, maybe, number, short, whole};
 use plumbline_charts::page::key;
 
 impl Page<'_> {
@@ -72,7 +72,7 @@ impl Page<'_> {
         let wanted =
             format!("{}/{}", share(file.overlap_wanted.forward), number(100.0 * file.overlap_wanted.side, 0, "%"));
         let tilt =
-            if file.tilt_deg > 0.0 { format!(" and at a tilt of up to {}°", file.tilt_deg) } else { String::new() };
+            if file.tilt_deg > 0.0 { format!(" and at a tilt of up to {}°", short(file.tilt_deg)) } else { String::new() };
         let chosen = if file.combinations.is_empty() { "asked for" } else { "chosen" };
         let of = if file.follow.is_some() { "constant bases at one height" } else { "constant bases" };
         let saved = match file.constant_base.map_or(0, |constant| constant.photos_saved) {

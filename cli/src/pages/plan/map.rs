@@ -26,6 +26,8 @@ const ASIDE: f64 = 110.0;
 const FOOT: f64 = 64.0;
 /// Coordinates along an edge, about.
 const TICKS: f64 = 5.0;
+/// Width of a digit of a coordinate, drawing units.
+const DIGIT: f64 = 11.0;
 /// Length of the scale bar as a share of the width.
 const BAR: f64 = 0.25;
 
@@ -137,26 +139,43 @@ impl Map {
         }
     }
 
+    /// From tick to tick: about as many as are wished for, and so far apart that their numbers keep apart.
+    fn tick_step_m(&self) -> f64 {
+        let apart = |step_m: f64| {
+            let text = |x: f64| number(x, decimals(step_m), "").chars().count();
+            let longest = text(self.west_m).max(text(self.west_m + WIDTH / self.units_per_m));
+            self.units(step_m) >= 2.0 * DIGIT * longest as f64
+        };
+        let mut step_m = nice(WIDTH / self.units_per_m / TICKS);
+        while !apart(step_m) && self.units(step_m) < WIDTH {
+            // The next one of 1, 2, 5.
+            step_m = nice(2.6 * step_m);
+        }
+        step_m
+    }
+
     /// Coordinates beside the left and below the lower edge of the whole map, with their ticks.
     fn coordinates(&self) -> Markup {
-        let step_m = nice(WIDTH / self.units_per_m / TICKS);
+        let step_m = self.tick_step_m();
         let digits = decimals(step_m);
+        // Of every other one the number is left out where the page is narrow.
         let ticks = |from_m: f64, to_m: f64| {
             let first = (from_m / step_m).ceil() as i64;
-            (first..=(to_m / step_m).floor() as i64).map(move |k| k as f64 * step_m)
+            (first..=(to_m / step_m).floor() as i64).map(move |k| (k as f64 * step_m, (k % 2 != 0).then_some("odd")))
         };
-        let columns = ticks(self.west_m, self.west_m + WIDTH / self.units_per_m).map(|x| (x, self.at([x, 0.0])[0]));
-        let rows =
-            ticks(self.north_m - self.height / self.units_per_m, self.north_m).map(|y| (y, self.at([0.0, y])[1]));
+        let columns = ticks(self.west_m, self.west_m + WIDTH / self.units_per_m)
+            .map(|(x, class)| (x, class, self.at([x, 0.0])[0]));
+        let rows = ticks(self.north_m - self.height / self.units_per_m, self.north_m)
+            .map(|(y, class)| (y, class, self.at([0.0, y])[1]));
         html! {
             g font-size="18" class="soft" {
-                @for (x, at) in columns {
+                @for (x, class, at) in columns {
                     path d=(format!("M{at:.1} {:.1}v8", self.height)) stroke="currentColor" stroke-width="2" {}
-                    text x=(format!("{:.1}", at.clamp(30.0, WIDTH - 40.0))) y=(format!("{:.1}", self.height + 28.0)) text-anchor="middle" { (number(x, digits, "")) }
+                    text class=[class] x=(format!("{:.1}", at.clamp(30.0, WIDTH - 40.0))) y=(format!("{:.1}", self.height + 28.0)) text-anchor="middle" { (number(x, digits, "")) }
                 }
-                @for (y, at) in rows {
+                @for (y, class, at) in rows {
                     path d=(format!("M0 {at:.1}h-8")) stroke="currentColor" stroke-width="2" {}
-                    text x="-12" y=(format!("{:.1}", at.clamp(14.0, self.height - 2.0) + 6.0)) text-anchor="end" { (number(y, digits, "")) }
+                    text class=[class] x="-12" y=(format!("{:.1}", at.clamp(14.0, self.height - 2.0) + 6.0)) text-anchor="end" { (number(y, digits, "")) }
                 }
                 text x=(0.5 * WIDTH) y=(format!("{:.1}", self.height + 56.0)) text-anchor="middle" { "x (m)" }
                 text transform=(format!("translate({:.1} {:.1}) rotate(-90)", -ASIDE + 18.0, 0.5 * self.height)) text-anchor="middle" { "y (m)" }

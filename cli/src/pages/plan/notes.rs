@@ -43,7 +43,7 @@ impl Page<'_> {
                 h2 { "Assumptions" }
                 ul {
                     li { "Photos are "
-                        @if file.tilt_deg > 0.0 { "tilted by " (file.tilt_deg) "° at most to any side (predicted errors are those of level ones)" } @else { "level" }
+                        @if file.tilt_deg > 0.0 { "tilted by " (plumbline_charts::format::short(file.tilt_deg)) "° at most to any side (predicted errors are those of level ones)" } @else { "level" }
                         ", turned into the strip’s heading, and taken where they are planned. There is no wind. What "
                         @if file.tilt_deg == 0.0 { "tilt (--tilt-deg), " } "drift and navigation take off the overlap has to be asked for beforehand." }
                     li { "Heights are those of the elevation model, bilinear between its posts. Trees, houses and masts are in it or not; what stands "

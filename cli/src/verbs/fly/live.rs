@@ -13,7 +13,7 @@ use plumbline_sim::live::approach::{Approach, Limits};
 use plumbline_sim::live::connection::{Door, End, Waiting};
 use plumbline_sim::live::flight::{Flown, Wanted, fly};
 use plumbline_sim::live::truth::Place;
-use plumbline_sim::run::{Keep, Observer};
+use plumbline_sim::run::Observer;
 use plumbline_sim::scenario::{FRAMES_MAX, Scenario};
 use plumbline_sim::score::kept::Navigated;
 use plumbline_sim::score::{self, Linked};
@@ -126,8 +126,7 @@ fn attempt(
     let mut link = if args.log.is_some() { InProcess::logged(&setup.flash)? } else { InProcess::new(&setup.flash)? };
     let place = Place { crs: setup.crs.clone(), home_alt_m: start.home_alt_m };
     let every = args.frames.map_or(PICTURE_EVERY, |frames| frames.div_ceil(super::PICTURED).max(1));
-    let keep = Keep { first: args.dump.unwrap_or(0), every };
-    let wanted = Wanted { frames: args.frames, keep, reconnects };
+    let wanted = Wanted { frames: args.frames, keep: super::keep(args, every), reconnects };
     let flown = fly(&setup, &place, &mut link, approach, &wanted, &mut lookout, &mut watch.unrectified)?;
     Ok(flown.map(|flown| (setup, flown, link)))
 }

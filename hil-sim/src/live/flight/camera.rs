@@ -138,9 +138,7 @@ impl Flying<'_> {
             record.take_reports(&mut self.station);
             // A judge that has gone judges no more.
             let _ = self.to_judge.send(FrameRecord { patch: None, ..record.clone() });
-            if !self.wanted.keep.keeps(record.exposure.frame) {
-                (record.frame, record.patch) = (None, None);
-            }
+            self.wanted.keep.tidy(record);
             self.closed += 1;
         }
     }

@@ -55,7 +55,9 @@ pub fn resolution_m(camera: &CameraFile, height_m: f64, extent_m: [f64; 2]) -> f
     while !fits(r) && r < 1000.0 {
         r += digit;
     }
-    (r / digit).round() * digit
+    // Divided, since tenths as products are not the shortest numbers.
+    let steps = (r / digit).round();
+    if digit < 1.0 { steps / (1.0 / digit).round() } else { steps * digit }
 }
 
 #[cfg(test)]
@@ -67,7 +69,12 @@ mod tests {
     fn the_resolution_is_the_finest_that_fits() {
         let camera = Frame { fov_h_deg: 60.0, fov_v_deg: 40.0, ..Frame::default() }.file();
         // 2 * 500 * tan 30 / 64 = 9.02 m.
-        assert!((resolution_m(&camera, 500.0, [1000.0, 1000.0]) - 9.1).abs() < 1e-9);
+        assert_eq!(resolution_m(&camera, 500.0, [1000.0, 1000.0]), 9.1);
+        // As it is told: no 7.300000000000001.
+        for height_m in 1..1000 {
+            let r = resolution_m(&camera, f64::from(height_m), [1000.0, 1000.0]).to_string();
+            assert!(r.len() <= 5, "{height_m} m: {r}");
+        }
         // 393,088 cells: 20 km by 10 km at r are (20000 / r + 192) (10000 / r + 192), first within them at 30 m.
         let r = resolution_m(&camera, 500.0, [20_000.0, 10_000.0]);
         let cells = |r: f64| (20_000.0 / r + 192.0) * (10_000.0 / r + 192.0);
