@@ -140,7 +140,7 @@ pub fn run(cli: Cli) -> Result<Outcome, Failure> {
 pub fn one_sentence(error: &clap::Error) -> String {
     let text = error.render().to_string();
     let lines = text.lines().map(str::trim).take_while(|line| !line.is_empty() && !line.starts_with("Usage"));
-    let sentence = lines.collect::<Vec<_>>().join(" ");
+    let sentence = whole_word(error, lines.collect::<Vec<_>>().join(" "));
     // What was likely meant stands apart: one, or several.
     let tip = |line: &str| {
         let tip = line.trim().strip_prefix("tip: ")?;
@@ -181,6 +181,17 @@ fn letters_swapped(error: &clap::Error) -> Option<String> {
     let command = Cli::command();
     let verb = command.get_subcommands().find(|verb| sorted(verb.get_name()) == sorted(typed))?;
     Some(format!("; a similar subcommand exists: '{}'", verb.get_name()))
+}
+
+/// A word that begins with a minus is taken for letters of options, and the first alone is complained of: the word as it was typed.
+fn whole_word(error: &clap::Error, sentence: String) -> String {
+    let Some(ContextValue::String(letter)) = error.get(ContextKind::InvalidArg) else { return sentence };
+    if error.kind() != ErrorKind::UnknownArgument || letter.starts_with("--") || letter.chars().count() != 2 {
+        return sentence;
+    }
+    let mut typed = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let word = typed.find(|word| word.starts_with(letter.as_str()));
+    word.map_or(sentence.clone(), |word| sentence.replace(&format!("'{letter}'"), &format!("'{word}'")))
 }
 
 /// What to type where a plan stands without its option.

@@ -19,8 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut link = InProcess::new(&setup.flash)?;
         // It watches the flight, and matches every frame as it comes from the camera.
         let mut unrectified = Unrectified::default();
-        let flight =
-            fly(&setup, &mut link, Keep::default(), &mut unrectified).map_err(|aborted| aborted.why)?;
+        let flight = fly(&setup, &mut link, Keep::default(), &mut unrectified).map_err(|aborted| aborted.why)?;
         let scored = score(&setup, &flight, &unrectified);
         let mean = |lengths: Vec<f64>| lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
         let fixes: Vec<f64> = scored.iter().filter_map(|frame| frame.error_m).map(length).collect();

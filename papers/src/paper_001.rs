@@ -71,7 +71,7 @@ fn sigma_rows(all: &[(f64, Judged)]) -> Result<Vec<Row>, plumbline_survey::smoot
         all.iter().map(|(period_s, judged)| format!("{:.3} at {period_s} s", judged.d2.plain_m)).collect();
     for (period_s, judged) in all.iter().filter(|(period_s, _)| *period_s == PERIOD_S) {
         rows.push(Row {
-            table: SECTION_3,
+decimals: None,            table: SECTION_3,
             quantity: format!("sigma0 = sqrt(V'V / (n - tr H)), T = {period_s} s, D2 by GCV, m"),
             paper: Some(PAPER_SIGMA_M),
             ours: Some(judged.d2.sigma0),
@@ -92,6 +92,7 @@ fn sigma_rows(all: &[(f64, Judged)]) -> Result<Vec<Row>, plumbline_survey::smoot
         edf += fit.edf / count;
     }
     rows.push(Row {
+        decimals: None,
         table: SECTION_3,
         quantity: format!("sqrt(V'V / n), T = {PERIOD_S} s, D2 with alpha = {ALPHA_OF_011} ({edf:.1} parameters), m"),
         paper: Some(PAPER_SIGMA_M),
@@ -107,6 +108,7 @@ fn gains(all: &[(f64, Judged)]) -> Vec<Row> {
         let factors = || all.iter().map(|(_, judged)| judged.linear / of(judged));
         [("least", factors().fold(f64::INFINITY, f64::min)), ("most", factors().fold(0.0, f64::max))].map(
             |(which, factor)| Row {
+                decimals: None,
                 table: SECTION_3,
                 quantity: format!("rms of linear interpolation / rms of {name}, {which} of all periods"),
                 paper: None,
@@ -122,6 +124,7 @@ fn gains(all: &[(f64, Judged)]) -> Vec<Row> {
 /// The rows of one simulation; rms between samples in `unit`, which is `scale` times the simulation's.
 fn interpolants(of: &str, unit: &str, scale: f64, judged: &Judged) -> Vec<Row> {
     let row = |quantity: String, ours: f64| Row {
+        decimals: None,
         table: INTERPOLANTS,
         quantity,
         paper: None,

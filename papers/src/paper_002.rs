@@ -95,7 +95,7 @@ const VIRTUAL_IMAGE: &str = "Virtual image, four heads beside one camera";
 const TABLE_5: &str = "Table 5";
 
 fn row(table: &'static str, quantity: String, paper: Option<f64>, ours: f64, difference: Option<&str>) -> Row {
-    Row { table, quantity, paper, ours: Some(ours), difference: difference.map(str::to_owned) }
+    Row { decimals: None, table, quantity, paper, ours: Some(ours), difference: difference.map(str::to_owned) }
 }
 
 /// Angles and seams of a method.

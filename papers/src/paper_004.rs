@@ -191,10 +191,17 @@ fn windows(hills: &plumbline_survey::dem::Dem) -> Result<Row, InputError> {
 }
 
 fn row(table: &'static str, quantity: String, paper: f64, ours: f64, difference: Option<&str>) -> Row {
-    Row { table, quantity, paper: Some(paper), ours: Some(ours), difference: difference.map(str::to_owned) }
+    Row {
+        decimals: None,
+        table,
+        quantity,
+        paper: Some(paper),
+        ours: Some(ours),
+        difference: difference.map(str::to_owned),
+    }
 }
 
 /// A row of which the paper says nothing.
 fn own(table: &'static str, quantity: String, ours: f64) -> Row {
-    Row { table, quantity, paper: None, ours: Some(ours), difference: None }
+    Row { decimals: None, table, quantity, paper: None, ours: Some(ours), difference: None }
 }

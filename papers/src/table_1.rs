@@ -73,6 +73,7 @@ pub fn rows() -> Result<Vec<Row>, CameraError> {
             met += i32::from(same_digit(paper, ours));
             farthest = farthest.max((ours - paper).abs());
             rows.push(Row {
+                decimals: None,
                 table: TABLE,
                 quantity: format!("offset {name} at {height_m} m, px"),
                 paper: Some(paper),
@@ -82,7 +83,7 @@ pub fn rows() -> Result<Vec<Row>, CameraError> {
         }
     }
     rows.push(Row {
-        table: TABLE,
+decimals: None,        table: TABLE,
         quantity: "figures met to the printed digit, of 8".to_owned(),
         paper: Some(8.0),
         ours: Some(f64::from(met)),
@@ -93,6 +94,7 @@ pub fn rows() -> Result<Vec<Row>, CameraError> {
     let Some(text) = centre_offset(150.0, roll_deg, pitch_deg, RESOLUTION_M)? else { return Ok(rows) };
     for (axis, name) in ["across", "along"].into_iter().enumerate() {
         rows.push(Row {
+            decimals: None,
             table: TABLE,
             quantity: format!("the same {name} at 150 m with the text's angles, px"),
             paper: Some(PAPER[0].1[axis]),

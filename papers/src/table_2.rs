@@ -108,7 +108,7 @@ pub fn rows(seed: u64) -> Result<Vec<Row>, CameraError> {
     }
     for kernel in Kernel::ALL {
         rows.push(Row {
-            table: TABLE,
+decimals: None,            table: TABLE,
             quantity: format!("time, {}, ms", kernel.name()),
             paper: Some(kernel.paper().0),
             ours: None,
@@ -142,6 +142,7 @@ fn error_row(kernel: Kernel, cells: bool, rms: Rms) -> Row {
     };
     let cells = if cells { "with 5 m cells" } else { "without cells" };
     Row {
+        decimals: None,
         table: TABLE,
         quantity: format!("error, {}, {cells}, m RMS (+- {:.3})", kernel.name(), rms.standard_error_m),
         paper: Some(paper),
@@ -159,7 +160,7 @@ fn memory_rows(kernel: Kernel) -> [Row; 2] {
     };
     [
         Row {
-            table: TABLE,
+decimals: None,            table: TABLE,
             quantity: format!("memory, {}, KB", kernel.name()),
             paper: Some(paper),
             ours: Some(memory::working_set(kernel) as f64 / 1024.0),
@@ -170,7 +171,7 @@ fn memory_rows(kernel: Kernel) -> [Row; 2] {
             ),
         },
         Row {
-            table: TABLE,
+decimals: None,            table: TABLE,
             quantity: format!("code and constants, {}, KB", kernel.name()),
             paper: None,
             ours: None,
@@ -186,6 +187,7 @@ fn time_rows() -> Result<Vec<Row>, CameraError> {
         let ratios = timing::ratios(side)?;
         for (kernel, ours) in [Kernel::Polynomial, Kernel::Collinearity].into_iter().zip(ratios) {
             rows.push(Row {
+                decimals: None,
                 table: TABLE,
                 quantity: format!("time, {} / automatic, {side} x {side} cells", kernel.name()),
                 paper: Some(kernel.paper().0 / automatic_ms),

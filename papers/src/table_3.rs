@@ -84,6 +84,7 @@ pub fn rows(flown: &Flown) -> Vec<Row> {
     let errors = &flown.summary.matching_error_px;
     let rates = &flown.summary.match_rate;
     let row = |quantity: &str, paper: Option<f64>, ours: Option<f64>, difference: Option<String>| Row {
+        decimals: None,
         table: TABLE,
         quantity: quantity.to_owned(),
         paper,

@@ -41,7 +41,7 @@ pub fn rows_into(text: &mut String, rows: &[Row], decimals: usize) {
             table = row.table;
             let _ = writeln!(text, "\n{table:<quantity_width$}      {:>width$}  {:>width$}", "paper", "ours");
         }
-        let [paper, ours] = [row.paper, row.ours].map(|value| number(value, decimals));
+        let [paper, ours] = row.shown(decimals);
         let _ = writeln!(text, "  {:<quantity_width$}    {paper:>width$}  {ours:>width$}", row.quantity);
         if let Some(difference) = &row.difference {
             wrap(text, if above == Some(difference) { "as above" } else { difference });
@@ -86,6 +86,7 @@ mod tests {
     #[test]
     fn columns_are_aligned_and_reasons_stand_below() {
         let row = |quantity: &str, ours: Option<f64>, difference: Option<&str>| Row {
+            decimals: None,
             table: "Table 9",
             quantity: quantity.to_owned(),
             paper: Some(1.25),

@@ -5,7 +5,6 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 use plumbline_charts::format::minus;
 use plumbline_papers::Row;
-use plumbline_papers::text::number;
 
 /// A picture by the name of its file, and the file.
 pub type Figure = (&'static str, Vec<u8>);
@@ -48,8 +47,7 @@ fn section(rows: &[Row], decimals: usize) -> Markup {
                         th { (row.quantity) @if let Some(why) = &row.difference {
                             small { b class="warn" { "differs: " } @if above(index) == Some(why) { "as above" } @else { (minus(why)) } }
                         } }
-                        td class="n" { (minus(&number(row.paper, decimals))) }
-                        td class="n" { (minus(&number(row.ours, decimals))) }
+                        @for shown in row.shown(decimals) { td class="n" { (minus(&shown)) } }
                     }
                 } }
             }
@@ -74,6 +72,7 @@ mod tests {
     #[test]
     fn what_differs_says_why_once() {
         let row = |quantity: &str, difference: Option<&str>| Row {
+            decimals: None,
             table: "Table 9",
             quantity: quantity.to_owned(),
             paper: Some(1.5),

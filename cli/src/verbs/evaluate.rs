@@ -8,7 +8,6 @@ use crate::interrupt;
 use crate::outcome::{Failure, Outcome, note};
 use crate::pages::evaluation::Page;
 use crate::progress;
-use indicatif::ProgressBar;
 use plumbline_sim::evaluate::heights::Meant;
 use plumbline_sim::evaluate::judge::{Verdict, judge};
 use plumbline_sim::evaluate::refined::refined;
@@ -165,7 +164,7 @@ fn write(args: &Args, page: &Page<'_>) -> Result<(), Failure> {
 
 /// Shows how far it is, and ends it at an interrupt.
 struct Watch {
-    bar: ProgressBar,
+    bar: progress::Bar,
     interrupted: Arc<AtomicBool>,
 }
 

@@ -9,11 +9,10 @@ use crate::interrupt;
 use crate::outcome::{self, Failure, Outcome};
 use crate::pages::flight::{REFUSED_MAX, Report};
 use crate::progress;
-use indicatif::ProgressBar;
 use output::Output;
 use plumbline_charts::plot::PlotError;
 use plumbline_sim::link::inproc::InProcess;
-use plumbline_sim::link::mirror::{Mirror, Station};
+use plumbline_sim::link::mirror::{Mirror, Opened, Station};
 use plumbline_sim::link::pace::Patience;
 use plumbline_sim::link::qemu::{Qemu, default_image};
 use plumbline_sim::link::serial::Serial;
@@ -201,6 +200,11 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     if let (Some(autopilot), Some(truth)) = (&args.autopilot, &args.truth) {
         return live::run(args, [autopilot, truth], &output);
     }
+    // Who watches may come while the ground is made.
+    let opened = args.mavlink.as_ref().map(Opened::new).transpose()?;
+    if let Some((station, at)) = args.mavlink.as_ref().zip(opened.as_ref().and_then(Opened::listens_at)) {
+        outcome::note(&format!("plumbline: --mavlink {station}: listening on {at}"));
+    }
     let setup = setting::setup(args)?;
     let has_power_faults = setup.scenario.faults.timed.of(What::PowerOff).next().is_some();
     if has_power_faults && (args.link != Reach::InProcess || args.log.is_some()) {
@@ -210,7 +214,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     for note in setup.plan.iter().flat_map(|plan| &plan.notes).chain(&setup.notes) {
         outcome::note(note);
     }
-    let (mut link, mut linked) = watched(args, &setup, link(args, &setup)?)?;
+    let (mut link, mut linked) = watched(args, opened, &setup, link(args, &setup)?);
     let keep = keep(args, frames.div_ceil(PICTURED).max(1));
     let mut watch = Watch::new(progress::bar(frames.into(), "frame"))?;
     let (flight, aborted) = match fly(&setup, link.as_mut(), keep, &mut watch) {
@@ -254,24 +258,25 @@ fn too_few(args: &Args, accepted: usize, frames: usize) -> Option<String> {
 /// The link, with a ground station beside it where one watches.
 fn watched(
     args: &Args,
+    opened: Option<Opened>,
     setup: &Setup,
     (link, linked): (Box<dyn Link>, Linked),
-) -> Result<(Box<dyn Link>, Linked), Failure> {
-    Ok(match &args.mavlink {
-        Some(station) => (Box::new(Mirror::new(link, station, args.speed, &setup.knowledge())?), linked),
+) -> (Box<dyn Link>, Linked) {
+    match opened {
+        Some(opened) => (Box::new(Mirror::new(link, opened, args.speed, &setup.knowledge())), linked),
         None => (link, linked),
-    })
+    }
 }
 
 /// Shows how far the flight is, matches its raw frames, and ends it at an interrupt.
 struct Watch {
-    bar: ProgressBar,
+    bar: progress::Bar,
     unrectified: Unrectified,
     interrupted: Arc<AtomicBool>,
 }
 
 impl Watch {
-    fn new(bar: ProgressBar) -> Result<Self, Failure> {
+    fn new(bar: progress::Bar) -> Result<Self, Failure> {
         Ok(Watch { bar, unrectified: Unrectified::default(), interrupted: interrupt::listen()? })
     }
 }

@@ -137,6 +137,27 @@ fn heard(stream: &mut TcpStream) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
+/// The way to a ground station, open before there is a flight to tell of.
+#[derive(Debug)]
+pub struct Opened(Way);
+
+impl Opened {
+    /// Connects, or listens where nobody does.
+    ///
+    /// # Errors
+    /// The address is none, or cannot be listened at.
+    pub fn new(station: &Station) -> Result<Self, InputError> {
+        let way = Way::open(station).map_err(|error| InputError::new(format!("--mavlink {station}: {error}")))?;
+        Ok(Opened(way))
+    }
+
+    /// Where it listens; `None` where it goes to somebody itself.
+    pub fn listens_at(&self) -> Option<SocketAddr> {
+        let Way::Listening(listener, _) = &self.0 else { return None };
+        listener.local_addr().ok()
+    }
+}
+
 /// A link, and a ground station beside it.
 pub struct Mirror {
     link: Box<dyn Link>,
@@ -162,13 +183,9 @@ impl fmt::Debug for Mirror {
 
 impl Mirror {
     /// Of a link, `speed` simulated seconds in a second; who asks is told what is known of the flight.
-    ///
-    /// # Errors
-    /// The address is none, or cannot be listened at.
-    pub fn new(link: Box<dyn Link>, station: &Station, speed: f64, knowledge: &Knowledge) -> Result<Self, InputError> {
-        let way = Way::open(station).map_err(|error| InputError::new(format!("--mavlink {station}: {error}")))?;
+    pub fn new(link: Box<dyn Link>, Opened(way): Opened, speed: f64, knowledge: &Knowledge) -> Self {
         let answers = Answers::new(knowledge);
-        Ok(Mirror { link, way, answers, speed, start: None, told: None, moving: None, mission: None })
+        Mirror { link, way, answers, speed, start: None, told: None, moving: None, mission: None }
     }
 
     /// Waits until it is time for a step.

@@ -42,7 +42,10 @@ mod tests {
             };
             scored.is_wrong(2.0)
         };
-        assert_eq!([is_wrong(3.1, 1.0), is_wrong(2.9, 4.9), is_wrong(1.6, 5.1), is_wrong(1.4, 9.0)], [true, false, true, false]);
+        assert_eq!(
+            [is_wrong(3.1, 1.0), is_wrong(2.9, 4.9), is_wrong(1.6, 5.1), is_wrong(1.4, 9.0)],
+            [true, false, true, false]
+        );
         assert_eq!(meaning(), "more than 3 px, or more than 5 of its own sigmas and 1.5 px");
     }
 }

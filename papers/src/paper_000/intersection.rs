@@ -123,8 +123,8 @@ pub fn sweep() -> Vec<Sweep> {
 /// A case of figures 4 and 5, three rows.
 struct Case {
     what: &'static str,
-    /// Printed, in `unit`.
-    paper: [f64; 3],
+    /// Printed, in `unit`, with the decimals.
+    paper: [(f64, usize); 3],
     stamps_ms: [f64; 2],
     image: Image,
     /// `mm` or `m`.
@@ -132,9 +132,9 @@ struct Case {
     difference: &'static str,
 }
 
-/// Printed of the stamp at mid-exposure, mm, and of the worst stamp, m.
-const BEST_MM: [f64; 3] = [0.009, 0.01, 0.12];
-const WORST_M: [f64; 3] = [0.715, 0.951, 8.742];
+/// Printed of the stamp at mid-exposure, mm, and of the worst stamp, m, each with its decimals.
+const BEST_MM: [(f64, usize); 3] = [(0.009, 3), (0.01, 2), (0.12, 2)];
+const WORST_M: [(f64, usize); 3] = [(0.715, 3), (0.951, 3), (8.742, 3)];
 
 /// What the paper prints of figures 4 and 5, and controls.
 const CASES: [Case; 8] = [
@@ -214,14 +214,16 @@ pub fn rows() -> Vec<Row> {
     let mut rows = Vec::new();
     for Case { what, paper, stamps_ms, image, unit, difference } in CASES {
         let rms = scene.rms_m(stamps_ms, image).map(|m| if unit == "mm" { 1e3 * m } else { m });
-        for ((axis, paper), ours) in ["X", "Y", "Z"].into_iter().zip(paper).zip(rms) {
-            rows.push(Row {
+        for ((axis, (paper, decimals)), ours) in ["X", "Y", "Z"].into_iter().zip(paper).zip(rms) {
+            let row = Row {
                 table: TABLE,
                 quantity: format!("{what}, RMS {axis}, {unit}"),
                 paper: Some(paper),
                 ours: Some(ours),
                 difference: Some(difference.to_owned()),
-            });
+                decimals: Some(decimals),
+            };
+            rows.push(row.met());
         }
     }
     rows

@@ -70,14 +70,17 @@ pub fn rows() -> Vec<Row> {
     rows
 }
 
-fn row(quantity: &str, paper: f64, ours: f64, difference: Option<&str>) -> Row {
-    Row {
+/// `paper` is printed with so many decimals.
+fn row(quantity: &str, (paper, decimals): (f64, usize), ours: f64, difference: Option<&str>) -> Row {
+    let row = Row {
         table: TABLE,
         quantity: quantity.to_owned(),
         paper: Some(paper),
         ours: Some(ours),
         difference: difference.map(str::to_owned),
-    }
+        decimals: Some(decimals),
+    };
+    row.met()
 }
 
 /// How far the points move.
@@ -98,12 +101,12 @@ fn motions(seeds: &[Seed]) -> Vec<Row> {
     );
     let ratio = Some("the conclusion calls y an order of magnitude larger than x; its own 1.421 / 0.444 is 3.2");
     vec![
-        row("x, largest in size, px", -0.4440, x_most, lattice),
-        row("x, smallest in size, px", -0.2991, x_least, lattice),
-        row("y, largest in size, px", 1.42103, y_most, sign),
-        row("y, smallest in size, px", -1.3136, y_least, lattice),
-        row("longest motion (figure 3), px", 1.475, longest, None),
-        row("y over x, largest in size", 10.0, y_most / x_most, ratio),
+        row("x, largest in size, px", (-0.4440, 4), x_most, lattice),
+        row("x, smallest in size, px", (-0.2991, 4), x_least, lattice),
+        row("y, largest in size, px", (1.42103, 5), y_most, sign),
+        row("y, smallest in size, px", (-1.3136, 4), y_least, lattice),
+        row("longest motion (figure 3), px", (1.475, 3), longest, None),
+        row("y over x, largest in size", (10.0, 0), y_most / x_most, ratio),
     ]
 }
 
@@ -118,12 +121,12 @@ fn remainders(seeds: &[Seed]) -> Vec<Row> {
     let alike = "all points are off alike in y, so mean and RMS are one figure; the paper's RMS stays unexplained";
     let control = Some("a control: what the misprinted (1,1) of eq. 24 costs on this lattice");
     vec![
-        row("exact minus eq. 21, x, mean, px", -0.0032, mean_x, Some(printed)),
-        row("exact minus eq. 21, x, RMS, px", 0.0031, rms_x, Some(below)),
-        row("exact minus eq. 21, y, mean, px", 0.0002, mean_y, None),
-        row("exact minus eq. 21, y, RMS, px", 0.0004, rms_y, Some(alike)),
-        row("the same with eq. 24 as printed, x, mean, px", -0.0032, printed_mean_x, control),
-        row("the same with eq. 24 as printed, x, RMS, px", 0.0031, printed_rms_x, control),
+        row("exact minus eq. 21, x, mean, px", (-0.0032, 4), mean_x, Some(printed)),
+        row("exact minus eq. 21, x, RMS, px", (0.0031, 4), rms_x, Some(below)),
+        row("exact minus eq. 21, y, mean, px", (0.0002, 4), mean_y, None),
+        row("exact minus eq. 21, y, RMS, px", (0.0004, 4), rms_y, Some(alike)),
+        row("the same with eq. 24 as printed, x, mean, px", (-0.0032, 4), printed_mean_x, control),
+        row("the same with eq. 24 as printed, x, RMS, px", (0.0031, 4), printed_rms_x, control),
     ]
 }
 

@@ -70,6 +70,7 @@ const SLIPS: [Slip; 10] = [
 #[must_use]
 pub fn rows() -> Vec<Row> {
     let row = |slip: &Slip| Row {
+        decimals: None,
         table: TABLE,
         quantity: slip.quantity.to_owned(),
         paper: slip.paper,

@@ -26,7 +26,14 @@ pub fn rows() -> Vec<Row> {
 }
 
 fn row(table: &'static str, quantity: &str, paper: Option<f64>, ours: f64, difference: Option<&str>) -> Row {
-    Row { table, quantity: quantity.to_owned(), paper, ours: Some(ours), difference: difference.map(str::to_owned) }
+    Row {
+        decimals: None,
+        table,
+        quantity: quantity.to_owned(),
+        paper,
+        ours: Some(ours),
+        difference: difference.map(str::to_owned),
+    }
 }
 
 /// Section 2.2.

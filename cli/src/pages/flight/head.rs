@@ -1,7 +1,7 @@
 //! Title, verdict and the four figures that matter.
 
-use super::verdict::{sigmas, verdict};
 use super::Report;
+use super::verdict::{sigmas, verdict};
 use maud::{Markup, html};
 use plumbline_charts::format::{maybe, percent};
 use plumbline_charts::page::{key, key_as};

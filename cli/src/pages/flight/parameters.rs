@@ -52,7 +52,10 @@ fn flight(report: &Report<'_>) -> Group {
         ]),
         Some(replay) => rows.extend([
             ("Attitude log", replay.att.display().to_string()),
-            ("Flown from", replay.start_s.map_or_else(|| "its first row".to_owned(), |start| format!("{} s", short(start)))),
+            (
+                "Flown from",
+                replay.start_s.map_or_else(|| "its first row".to_owned(), |start| format!("{} s", short(start))),
+            ),
             ("Time scale", short(replay.time_scale)),
         ]),
     }
@@ -150,7 +153,10 @@ fn reference(report: &Report<'_>) -> Group {
         ("Pixel", format!("{} m", short(vehicle.resolution_m))),
         ("Tile", format!("{} × {} px, EPSG:{}", head.size.0, head.size.1, head.georeference.epsg)),
         ("Search", format!("±{} px", vehicle.search_px)),
-        ("Gamma, gain, offset", format!("{}, {}, {} DN", short(reference.gamma), short(reference.gain), short(reference.offset))),
+        (
+            "Gamma, gain, offset",
+            format!("{}, {}, {} DN", short(reference.gamma), short(reference.gain), short(reference.offset)),
+        ),
         ("Noise", format!("{} DN, 1 σ", short(reference.noise_dn))),
         ("Changed since", format!("{} % of the area", short(100.0 * reference.changed_fraction))),
     ];

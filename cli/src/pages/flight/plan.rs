@@ -68,7 +68,10 @@ fn exposed(flown: &Flown) -> Markup {
     let missed = &flown.missed;
     let off = |axis: usize| {
         let error = flown.position_error_m.map(|error| error[axis]);
-        error.map_or_else(|| NONE.to_owned(), |e| format!("{}, at most {}", number(e.mean, 2, "m"), number(e.max, 2, "m")))
+        error.map_or_else(
+            || NONE.to_owned(),
+            |e| format!("{}, at most {}", number(e.mean, 2, "m"), number(e.max, 2, "m")),
+        )
     };
     html! {
         div class="keys" {

@@ -71,8 +71,11 @@ impl Page<'_> {
         let share = |share: f64| number(100.0 * share, 0, "");
         let wanted =
             format!("{}/{}", share(file.overlap_wanted.forward), number(100.0 * file.overlap_wanted.side, 0, "%"));
-        let tilt =
-            if file.tilt_deg > 0.0 { format!(" and at a tilt of up to {}°", short(file.tilt_deg)) } else { String::new() };
+        let tilt = if file.tilt_deg > 0.0 {
+            format!(" and at a tilt of up to {}°", short(file.tilt_deg))
+        } else {
+            String::new()
+        };
         let chosen = if file.combinations.is_empty() { "asked for" } else { "chosen" };
         let of = if file.follow.is_some() { "constant bases at one height" } else { "constant bases" };
         let saved = match file.constant_base.map_or(0, |constant| constant.photos_saved) {

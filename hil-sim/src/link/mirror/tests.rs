@@ -22,7 +22,7 @@ fn both_directions_are_heard_and_nothing_changes() {
     let heard = UdpSocket::bind("127.0.0.1:0").expect("a port");
     heard.set_read_timeout(Some(Duration::from_secs(5))).expect("set");
     let station: Station = format!("udp:{}", heard.local_addr().expect("bound")).parse().expect("a station");
-    let mut mirror = Mirror::new(Box::new(Echo), &station, 1e3, &Knowledge::default()).expect("open");
+    let mut mirror = Mirror::new(Box::new(Echo), Opened::new(&station).expect("open"), 1e3, &Knowledge::default());
     assert_eq!(mirror.step(0, Event::Bytes(b"abc")).expect("a step"), b"abc");
     assert_eq!(mirror.step(50_000, Event::Nothing).expect("a step"), [0xEE]);
     for wanted in [&b"abc"[..], b"abc", &[0xEE]] {
@@ -65,7 +65,7 @@ fn a_gimbals_attitude_is_told_as_a_ground_station_shows_it() {
 fn a_ground_station_comes_and_goes() {
     let free = TcpListener::bind("127.0.0.1:0").expect("a port").local_addr().expect("bound");
     let station: Station = format!("tcp:{free}").parse().expect("a station");
-    let mut mirror = Mirror::new(Box::new(Echo), &station, 1e3, &Knowledge::default()).expect("listens");
+    let mut mirror = Mirror::new(Box::new(Echo), Opened::new(&station).expect("listens"), 1e3, &Knowledge::default());
     mirror.step(0, Event::Nothing).expect("alone");
     let mut stream = TcpStream::connect(free).expect("connected");
     (1..5).for_each(|step| assert_eq!(mirror.step(step, Event::Bytes(b"x")).expect("a step"), b"x"));
@@ -79,7 +79,7 @@ fn a_ground_station_comes_and_goes() {
 #[test]
 fn it_takes_as_long_as_it_says() {
     let station: Station = "udp:127.0.0.1:9".parse().expect("a station");
-    let mut mirror = Mirror::new(Box::new(Echo), &station, 4.0, &Knowledge::default()).expect("open");
+    let mut mirror = Mirror::new(Box::new(Echo), Opened::new(&station).expect("open"), 4.0, &Knowledge::default());
     let began = Instant::now();
     (0..=4).for_each(|step| drop(mirror.step(50_000 * step, Event::Nothing)));
     assert!(began.elapsed() >= Duration::from_millis(50), "{:?}", began.elapsed());
@@ -178,7 +178,7 @@ fn the_item_that_is_flown_to_is_told_when_it_changes_and_once_a_second() {
     heard.set_read_timeout(Some(Duration::from_millis(200))).expect("set");
     let station: Station = format!("udp:{}", heard.local_addr().expect("bound")).parse().expect("a station");
     let fly = |knowledge: &Knowledge| {
-        let mut mirror = Mirror::new(Box::new(Echo), &station, 1e3, knowledge).expect("open");
+        let mut mirror = Mirror::new(Box::new(Echo), Opened::new(&station).expect("open"), 1e3, knowledge);
         // Ten times a second for four seconds; the second waypoint from 1.5 s on.
         for step in 0..40u32 {
             mirror.show(&|| Moving { rates_rad_s: [0.0; 3], waypoint: Some(usize::from(step >= 15)) });
