@@ -74,6 +74,8 @@ fn with_own_orthophotos_and_logs() {
     let count = |key: &str| report[key].as_u64().expect("a count");
     assert_eq!(count("frames"), 24, "{report}");
     assert!(count("right") >= 20 && count("wrong") == 0, "{report}");
+    let fault = &json(&folder, "flight/report.json")["faults"][0];
+    assert_eq!([&fault["frames"], &fault["accepted"], &fault["accepted_after"]], [20, 20, 12], "{fault}");
     assert_eq!(folder.text("smooth.csv").lines().count(), 602);
     assert!(json(&folder, "replayed/report.json")["accepted"].as_u64() >= Some(20));
 }

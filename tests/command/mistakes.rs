@@ -17,7 +17,7 @@ fn a_gimbals_pitch_and_points_without_dashes() {
     refusals.expect(&format!("{RECTIFY} --pitch-deg -90"), &["gimbal's pitch of -90", "write --pitch-deg 0"]);
     refusals.expect(&format!("{RECTIFY} --pitch-deg -83.25"), &["write --pitch-deg 6.75"]);
     refusals.expect(&format!("{MAP} 10,20 -3,4.5"), &["points come last and after --: -- 10,20 -3,4.5"]);
-    refusals.expect(&format!("{MAP} -10,20"), &["-- -10,20"]);
+    refusals.expect(&format!("{MAP} -10,20"), &["unexpected argument '-10,20' found", "-- -10,20"]);
     let gimbal = MAP.replace("--pitch-deg 5", "--pitch-deg -89");
     refusals.expect(&format!("{gimbal} -- 10,20"), &["gimbal's pitch of -89", "write --pitch-deg 1"]);
     refusals.expect(

@@ -4,7 +4,7 @@ mod head;
 mod map;
 mod offsets;
 
-use super::refusals::{FEW, explained};
+use super::refusals::{FEW, every, explained};
 use maud::{Markup, html};
 use plumbline_charts::page::page;
 use plumbline_charts::plot::PlotError;
@@ -95,7 +95,7 @@ impl Page<'_> {
                             tr { th { (why) small { (explained(why)) } } td class="n" { (count) } }
                         } }
                     }
-                    p class="note" { "docs/refusals.md has every reason with what to look at." }
+                    (every())
                 }
             }
         }

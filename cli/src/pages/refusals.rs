@@ -1,5 +1,7 @@
 //! Why frames have no fix, for people: what each reason means and what helps.
 
+use maud::{Markup, html};
+
 /// Below this share of fixes a page says first why frames have none. Chosen: a flight of good sensors over land has nine of ten.
 pub const FEW: f64 = 0.75;
 
@@ -80,15 +82,32 @@ pub fn explained(why: &str) -> &'static str {
     REASONS.iter().find(|(name, _)| *name == why).map_or("", |(_, text)| text)
 }
 
+/// Every reason with what helps, closed until somebody opens it: a page has no other file to point to.
+pub fn every() -> Markup {
+    html! {
+        details class="every" {
+            summary { "Every reason for no fix, and what helps" }
+            table { tbody { @for (name, text) in REASONS { tr { th { (name.replace('_', " ")) } td { (text) } } } } }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::explained;
+    use super::{REASONS, every, explained};
     use plumbline_core::pipeline::Refusal;
 
     #[test]
     fn every_reason_is_explained() {
         let known = (1..=u8::MAX).filter_map(Refusal::from_code);
         assert_eq!(known.filter(|refusal| explained(refusal.name()).is_empty()).collect::<Vec<_>>(), []);
+    }
+
+    #[test]
+    fn a_page_has_all_of_them() {
+        let page = every().into_string();
+        assert_eq!(page.matches("<tr>").count(), REASONS.len());
+        assert!(page.contains("<th>no follow up</th>"), "{page}");
     }
 
     /// The page of refusals has a row for each code of the firmware, and for what the simulator says of a frame that is lost.

@@ -89,7 +89,9 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     write_file(&args.out, text.as_bytes())?;
     let summary = summary(&block, &observations, &adjusted, file.assumed);
     summary.notes.iter().for_each(|line| note(line));
-    Outcome::new(args.json, &summary, || text_of(&summary))
+    let report = args.report.as_ref().map(|folder| format!(", report {}", folder.join(REPORT).display()));
+    let written = format!("camera file {}{}\n", args.out.display(), report.unwrap_or_default());
+    Outcome::new(args.json, &summary, || text_of(&summary) + &written)
 }
 
 fn summary(block: &Block, observations: &Observations, calibration: &Calibration, notes: Vec<String>) -> Summary {

@@ -105,7 +105,7 @@ fn motions(seeds: &[Seed]) -> Vec<Row> {
         row("x, smallest in size, px", (-0.2991, 4), x_least, lattice),
         row("y, largest in size, px", (1.42103, 5), y_most, sign),
         row("y, smallest in size, px", (-1.3136, 4), y_least, lattice),
-        row("longest motion (figure 3), px", (1.475, 3), longest, None),
+        row("longest motion (figure 3), px", (1.475, 3), longest, lattice),
         row("y over x, largest in size", (10.0, 0), y_most / x_most, ratio),
     ]
 }

@@ -1,7 +1,7 @@
 //! What the board spent, refused and counted.
 
 use super::Report;
-use crate::pages::refusals::explained;
+use crate::pages::refusals::{every, explained};
 use maud::{Markup, html};
 use plumbline_charts::format::{NOT_MEASURED, bytes, number, percent, whole};
 use plumbline_firmware::wire::telemetry::STAGES;
@@ -88,7 +88,7 @@ impl Report<'_> {
                     @if summary.refused.is_empty() { tr { th { "none" } td class="n" { "0" } td class="n" { (percent(0.0)) } } }
                 }
             }
-            @if !summary.refused.is_empty() { p class="note" { "docs/refusals.md has every reason with what to look at." } }
+            @if !summary.refused.is_empty() { (every()) }
         }
     }
 

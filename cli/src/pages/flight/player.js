@@ -5,7 +5,7 @@
   const rows = JSON.parse(find("#rows").textContent), count = rows.frame.length;
   if (!count) return;
   const player = find("#player"), slider = player.querySelector("input"), output = player.querySelector("output");
-  const cards = [...document.querySelectorAll("#pictures .card")], pictures = find("#pictures"), missing = find("#missing"), tip = find("#tip"), box = find("#table");
+  const cards = [...document.querySelectorAll("#pictures .card")], pictures = find("#pictures"), missing = document.createElement("span"), tip = find("#tip"), box = find("#table");
   const metres = (value) => value === null ? "–" : value.toFixed(2);
   const outcome = (i) => rows.why[i] ? rows.why[i].replaceAll("_", " ") : rows.is_wrong[i] ? "wrong" : "fix";
   const words = (i) => `Frame ${rows.frame[i]}, ${rows.s[i].toFixed(2)} s: ` + (rows.why[i]
@@ -82,6 +82,7 @@
   });
 
   let chosen = 0;
+  missing.className = "warn";
   const choose = (wanted) => {
     const i = Math.max(0, Math.min(count - 1, wanted));
     slider.value = i;
@@ -92,9 +93,9 @@
     for (const card of cards) card.classList.toggle("shown", card === nearest);
     const isOther = nearest && far(nearest);
     pictures.classList.toggle("other", isOther);
-    missing.hidden = !isOther;
-    missing.textContent = isOther ? `No pictures of frame ${rows.frame[i]} were kept. Those below are of frame ${nearest.dataset.frame}.` : "";
-    output.textContent = words(i);
+    output.textContent = words(i) + (isOther ? ". " : "");
+    missing.textContent = isOther ? `No pictures of it were kept: those below are of frame ${nearest.dataset.frame}.` : "";
+    output.append(missing);
     const [before, row] = [body.rows[chosen], body.rows[i]];
     before.removeAttribute("aria-current");
     before.tabIndex = -1;

@@ -44,7 +44,6 @@ impl Report<'_> {
                     datalist id="pictured" { @for index in pictured { @if let Ok(place) = rows.frame.binary_search(&self.scored[*index].frame) { option value=(place) {} } } }
                     output {}
                 }
-                p id="missing" class="warn" hidden {}
             }
             script id="rows" type="application/json" { (PreEscaped(data)) }
         }

@@ -51,7 +51,7 @@ impl Report<'_> {
                 "Pictures: of " (pictured.len()) " of the " (self.scored.len()) " frames, "
                 @match (refused, shown) {
                     (0, _) => { "spread over the flight." }
-                    (refused, shown) if refused == shown => { (pictured.len() - shown) " spread over the flight and all " (refused) " without a fix." }
+                    (refused, shown) if refused == shown => { (pictured.len() - shown) " spread over the flight and every one without a fix (" (refused) ")." }
                     (refused, shown) => { (pictured.len() - shown) " spread over the flight and " (shown) " of the " (refused) " without a fix." }
                 }
             }

@@ -171,14 +171,14 @@ impl Map {
             g font-size="18" class="soft" {
                 @for (x, class, at) in columns {
                     path d=(format!("M{at:.1} {:.1}v8", self.height)) stroke="currentColor" stroke-width="2" {}
-                    text class=[class] x=(format!("{:.1}", at.clamp(30.0, WIDTH - 40.0))) y=(format!("{:.1}", self.height + 28.0)) text-anchor="middle" { (number(x, digits, "")) }
+                    text class=[class] x=(format!("{:.1}", at.clamp(30.0, WIDTH - 48.0))) y=(format!("{:.1}", self.height + 28.0)) text-anchor="middle" { (number(x, digits, "")) }
                 }
                 @for (y, class, at) in rows {
                     path d=(format!("M0 {at:.1}h-8")) stroke="currentColor" stroke-width="2" {}
                     text class=[class] x="-12" y=(format!("{:.1}", at.clamp(14.0, self.height - 2.0) + 6.0)) text-anchor="end" { (number(y, digits, "")) }
                 }
                 text x=(0.5 * WIDTH) y=(format!("{:.1}", self.height + 56.0)) text-anchor="middle" { "x (m)" }
-                text transform=(format!("translate({:.1} {:.1}) rotate(-90)", -ASIDE + 18.0, 0.5 * self.height)) text-anchor="middle" { "y (m)" }
+                text class="title" transform=(format!("translate({:.1} {:.1}) rotate(-90)", -ASIDE + 18.0, 0.5 * self.height)) text-anchor="middle" { "y (m)" }
             }
         }
     }
