@@ -11,7 +11,8 @@ pub type Figure = (&'static str, Vec<u8>);
 
 /// The page. `head` says what of, with a full stop; `decimals` are those of the numbers at most.
 pub fn page(paper: &str, head: &str, rows: &[Row], decimals: usize, figures: &[Figure]) -> String {
-    let differ = rows.iter().filter(|row| row.difference.is_some()).count();
+    let controls = rows.iter().filter(|row| is_control(row)).count();
+    let differ = rows.iter().filter(|row| row.difference.is_some()).count() - controls;
     let body = html! {
         header {
             p class="kicker" { "Plumbline " (env!("CARGO_PKG_VERSION")) " · reproduction" }
@@ -21,6 +22,7 @@ pub fn page(paper: &str, head: &str, rows: &[Row], decimals: usize, figures: &[F
                 (rows.len()) " figures by this project’s own code beside the paper’s: "
                 @if differ == 0 { span class="good" { "none differs." } }
                 @else { span class="warn" { (differ) @if differ == 1 { " differs" } @else { " differ" } } ", with the reason below." }
+                @if controls > 0 { " " (controls) @if controls == 1 { " is a control," } @else { " are controls," } " computed otherwise on purpose." }
             }
         }
         @for table in rows.chunk_by(|a, b| a.table == b.table) { (section(table, decimals)) }
@@ -45,7 +47,7 @@ fn section(rows: &[Row], decimals: usize) -> Markup {
                 tbody { @for (index, row) in rows.iter().enumerate() {
                     tr {
                         th { (row.quantity) @if let Some(why) = &row.difference {
-                            small { b class="warn" { "differs: " } @if above(index) == Some(why) { "as above" } @else { (minus(why)) } }
+                            small { @if !is_control(row) { b class="warn" { "differs: " } } @if above(index) == Some(why) { "as above" } @else { (minus(why)) } }
                         } }
                         @for shown in row.shown(decimals) { td class="n" { (minus(&shown)) } }
                     }
@@ -53,6 +55,11 @@ fn section(rows: &[Row], decimals: usize) -> Markup {
             }
         }
     }
+}
+
+/// Whether a figure is computed otherwise on purpose, to show what that does.
+fn is_control(row: &Row) -> bool {
+    row.difference.as_ref().is_some_and(|why| why.starts_with("a control"))
 }
 
 fn picture((name, bytes): &Figure) -> Markup {
@@ -79,9 +86,19 @@ mod tests {
             ours: None,
             difference: difference.map(str::to_owned),
         };
-        let rows = [row("a, m", None), row("b, m", Some("another wind")), row("c, m", Some("another wind"))];
+        let rows = [
+            row("a, m", None),
+            row("b, m", Some("another wind")),
+            row("c, m", Some("another wind")),
+            row("d, m", Some("a control: no wind")),
+        ];
         let page = page("009", "Of nothing.", &rows, 3, &[("figure_1.svg", b"<svg/>".to_vec())]);
         assert_eq!((page.matches("another wind").count(), page.matches("as above").count()), (1, 1));
-        assert!(page.contains("3 figures") && page.contains("2 differ") && page.contains("data:image/svg+xml;base64,"));
+        assert!(
+            page.contains("4 figures")
+                && page.contains("2 differ<")
+                && page.contains("1 is a control")
+                && page.contains("data:image/svg+xml;base64,")
+        );
     }
 }

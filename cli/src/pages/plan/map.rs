@@ -22,7 +22,7 @@ const NARROW: f64 = 0.4;
 /// Most lines that are drawn: more would cover the ground.
 const LINES_MAX: usize = 40;
 /// Room for coordinates beside and below the map, drawing units.
-const ASIDE: f64 = 110.0;
+const ASIDE: f64 = 130.0;
 const FOOT: f64 = 64.0;
 /// Coordinates along an edge, about.
 const TICKS: f64 = 5.0;
