@@ -1,6 +1,5 @@
 //! A row of every reproduced table.
 
-use super::text::number;
 use serde::Serialize;
 
 /// One figure of the paper beside ours.
@@ -42,6 +41,17 @@ impl Row {
         };
         [of(self.paper), of(self.ours)]
     }
+}
+
+/// So many decimals at most, none that says nothing; a dash where there is no number.
+fn number(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(
+        || "-".to_owned(),
+        |value| {
+            let text = format!("{value:.decimals$}");
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        },
+    )
 }
 
 /// Whether a number has two digits that count, or is none, with so many decimals.

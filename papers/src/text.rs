@@ -50,17 +50,6 @@ pub fn rows_into(text: &mut String, rows: &[Row], decimals: usize) {
     }
 }
 
-/// So many decimals at most, none that says nothing; a dash where there is no number.
-pub fn number(value: Option<f64>, decimals: usize) -> String {
-    value.map_or_else(
-        || "-".to_owned(),
-        |value| {
-            let text = format!("{value:.decimals$}");
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        },
-    )
-}
-
 fn wrap(text: &mut String, words: &str) {
     let mut line = format!("{INDENT}{LABEL}");
     let mut started = false;

@@ -15,7 +15,7 @@ impl Scored {
     }
 }
 
-/// The same in words, after "off by".
+/// What makes a fix wrong in words, after "off by".
 pub fn meaning() -> String {
     format!("more than {WRONG_PX} px, or more than {WRONG_SIGMAS} of its own sigmas and {DOUBTFUL_PX} px")
 }
