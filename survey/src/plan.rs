@@ -5,7 +5,7 @@ pub mod axes;
 pub mod base_height;
 pub mod cells;
 pub mod checks;
-pub mod clearance;
+mod clearance;
 pub mod combinations;
 pub mod constant;
 pub mod course;

@@ -196,6 +196,8 @@ fn overlaps_as_shares_and_fields_of_view_in_radians() {
     for arguments in [format!("{plan} 70/40"), format!("{MAP} -- 1,2")] {
         refusals.expect(&arguments, &["camera.toml", "as radians they are usual: write fov_h_deg = 60.0001"]);
     }
+    let fly = "fly --frames 1 --set camera.fov_h_deg=1.0472 --set camera.fov_v_deg=1.0472 --out out";
+    refusals.expect(fly, &["camera.fov_h_deg = 1.0472", "write 60.0001 and 60.0001"]);
     refusals.done();
 }
 

@@ -6,7 +6,7 @@ use super::{
     AutoExposure, Camera, Changes, EdgeSource, FollowUpMode, Ground, Land, Payload, Run, Scenario, Vehicle, What,
 };
 use plumbline_core::camera::SQUARE_MAX;
-use plumbline_survey::camera_file::{CameraFile, SIDE_MAX_PX};
+use plumbline_survey::camera_file::{CameraFile, SIDE_MAX_PX, as_radians};
 use plumbline_survey::error::InputError;
 
 /// Least time between a frame's first row and the next frame's opening. Chosen: a millisecond, less the default arrival of
@@ -65,6 +65,12 @@ impl Vehicle {
             ("camera.offset_m_px", camera.offset_m_px, -side, side),
             ("camera.offset_n_px", camera.offset_n_px, -side, side),
         ])?;
+        if let Some([h, v]) = as_radians([camera.fov_h_deg, camera.fov_v_deg]) {
+            return Err(format!(
+                "camera.fov_h_deg = {} and camera.fov_v_deg = {} are degrees; as radians they are usual: write {h} and {v}",
+                camera.fov_h_deg, camera.fov_v_deg
+            ));
+        }
         if let Some(d) = &camera.distortion {
             let keys = ["k1", "k2", "k3", "p1", "p2"].into_iter().zip([d.k1, d.k2, d.k3, d.p1, d.p2]);
             if let Some((key, value)) = keys.into_iter().find(|(_, k)| !(-10.0..=10.0).contains(k)) {

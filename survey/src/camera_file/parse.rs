@@ -107,14 +107,19 @@ pub(super) fn camera_file(text: &str, name: &str) -> Result<CameraFile, InputErr
     Ok(camera)
 }
 
-/// Refuses fields of view that are usual ones in radians: as degrees they are a telescope's, from which nothing is surveyed.
+/// The degrees of fields of view that are usual ones in radians: as degrees they are a telescope's, from which nothing is surveyed. `None` for
+/// others.
+#[must_use]
+pub fn as_radians(fields: [f64; 2]) -> Option<[f64; 2]> {
+    let [least, most] = RADIANS;
+    let are_radians = fields.iter().all(|field| (least..=most).contains(field));
+    are_radians.then(|| fields.map(|field| (1e4 * field.to_degrees()).round() / 1e4))
+}
+
+/// Refuses fields of view in radians.
 fn in_degrees(camera: &CameraFile, file: &Keys<'_>) -> Result<(), InputError> {
     let fields = [camera.fov_h_deg, camera.fov_v_deg];
-    let [least, most] = RADIANS;
-    if fields.iter().any(|field| !(least..=most).contains(field)) {
-        return Ok(());
-    }
-    let [h, v] = fields.map(|field| (1e4 * field.to_degrees()).round() / 1e4);
+    let Some([h, v]) = as_radians(fields) else { return Ok(()) };
     Err(InputError::new(format!(
         "camera file {}: fov_h_deg = {} and fov_v_deg = {} are degrees, and no lens of a survey has so small ones; as radians they are usual: write \
          fov_h_deg = {h} and fov_v_deg = {v}",

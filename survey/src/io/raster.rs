@@ -3,6 +3,7 @@
 mod fill;
 mod geo_keys;
 mod geo_transform;
+mod heights;
 mod kind;
 mod metadata;
 mod metric;

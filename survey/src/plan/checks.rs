@@ -1,6 +1,6 @@
 //! What a plan asks of aircraft and camera: height over the terrain, sharpness, time.
 
-use super::clearance::nearest;
+use super::clearance::{Part, nearest};
 use super::file::Checks;
 use super::flown::{Leg, flown};
 use super::lines::{Layout, Strip};
@@ -141,7 +141,7 @@ impl Checks {
         let passes_unknown = unknown
             .as_ref()
             .is_some_and(|unknown| way.parts.iter().any(|part| unknown.highest_in(&layout.axes, &part.zone).is_some()));
-        let nearest = nearest(layout, &way);
+        let nearest = nearest(layout, &way.parts);
         let nearest_m = nearest_m(layout, strips, request.min_clearance_m)?;
         let px_per_s = request.limits.speed_m_s / (request.tangent_per_px[0] * nearest_m);
         Ok(Checks {
@@ -174,20 +174,9 @@ fn around(strip: &Strip, beyond_m: f64, aside_m: f64) -> Zone {
     }
 }
 
-/// A part of the way.
-pub(super) struct Part {
-    /// Where the aircraft may be.
-    pub zone: Zone,
-    /// How low at least.
-    pub up_m: f64,
-    /// The strip in the order of flight, from 0; of a turn the one before it.
-    pub leg: usize,
-    pub is_turn: bool,
-}
-
 /// Where the aircraft may be, and how low at least; how steeply it climbs or descends.
-pub(super) struct Way {
-    pub parts: Vec<Part>,
+struct Way {
+    parts: Vec<Part>,
     climb: f64,
 }
 

@@ -1,43 +1,24 @@
 //! Where a flight comes nearest to the terrain.
 
-use super::checks::Way;
+use super::file::Nearest;
 use super::lines::Layout;
 use super::terrain::Zone;
-use serde::{Deserialize, Serialize};
 
-/// The post of the elevation model that a flight passes with the least clearance, and from where.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Nearest {
-    /// East of the post, or its longitude.
-    pub x: f64,
-    /// North of the post, or its latitude.
-    pub y: f64,
-    /// Its height.
-    pub ground_m: f64,
-    /// The least height that is flown there.
-    pub flown_m: f64,
-    /// The strip, from 1 in the order of flight; of a turn the one before it.
-    pub strip: usize,
-    /// Whether it is on the turn behind that strip.
+/// A part of the way.
+pub(super) struct Part {
+    /// Where the aircraft may be.
+    pub zone: Zone,
+    /// How low at least.
+    pub up_m: f64,
+    /// The strip in the order of flight, from 0; of a turn the one before it.
+    pub leg: usize,
+    /// Whether it is a turn.
     pub is_turn: bool,
 }
 
-impl Nearest {
-    /// On which part of the flight: `strip 3`, `the turn from strip 3 to strip 4`.
-    #[must_use]
-    pub fn part(&self) -> String {
-        let strip = self.strip;
-        if self.is_turn {
-            format!("the turn from strip {strip} to strip {}", strip + 1)
-        } else {
-            format!("strip {strip}")
-        }
-    }
-}
-
 /// Of all parts of a flight; `None` where nothing is known below any of them. Working metres.
-pub(super) fn nearest(layout: &Layout<'_>, way: &Way) -> Option<Nearest> {
-    let above = way.parts.iter().filter_map(|part| {
+pub(super) fn nearest(layout: &Layout<'_>, parts: &[Part]) -> Option<Nearest> {
+    let above = parts.iter().filter_map(|part| {
         let highest_m = layout.terrain.highest_in(&layout.axes, &part.zone)?;
         Some((part.up_m - highest_m, highest_m, part))
     });

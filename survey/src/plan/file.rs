@@ -6,7 +6,6 @@
 mod check;
 mod numbers;
 
-use super::clearance::Nearest;
 use crate::camera_file::{CameraFile, Distortion};
 use serde::{Deserialize, Serialize};
 
@@ -263,6 +262,36 @@ pub struct Checks {
     /// Where the flight comes nearest to the ground; `None` where no ground is known, and in files of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nearest: Option<Nearest>,
+}
+
+/// The post of the elevation model that a flight passes with the least clearance, and from where.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Nearest {
+    /// East of the post, or its longitude.
+    pub x: f64,
+    /// North of the post, or its latitude.
+    pub y: f64,
+    /// Its height.
+    pub ground_m: f64,
+    /// The least height that is flown there.
+    pub flown_m: f64,
+    /// The strip, from 1 in the order of flight; of a turn the one before it.
+    pub strip: usize,
+    /// Whether it is on the turn behind that strip.
+    pub is_turn: bool,
+}
+
+impl Nearest {
+    /// On which part of the flight: `strip 3`, `the turn from strip 3 to strip 4`.
+    #[must_use]
+    pub fn part(&self) -> String {
+        let strip = self.strip;
+        if self.is_turn {
+            format!("the turn from strip {strip} to strip {}", strip + 1)
+        } else {
+            format!("strip {strip}")
+        }
+    }
 }
 
 /// How flying heights follow the ground.

@@ -1,11 +1,10 @@
 //! What was planned, as `plan.json` has it.
 
-use super::clearance::Nearest;
 use super::combinations::Limits;
 use super::course::Follow;
 use super::file::{
-    Accuracy, Checks, ConstantBase, FollowFile, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile, SwathMin,
-    VERSION,
+    Accuracy, Checks, ConstantBase, FollowFile, Nearest, Noise, Overlap, OverlapMin, Photo, PlanFile, StripFile,
+    SwathMin, VERSION,
 };
 use super::flown::{Leg, flown};
 use super::lines::{Strip, line_count, photo_count};

@@ -57,10 +57,7 @@ impl Prepared {
         let camera = CameraFile::read(&args.camera)?;
         let height_m = height_m(args, &camera)?;
         let file = DemFile::open(&args.dem)?;
-        if let Some(system) = file.system() {
-            in_ground_metres(&file, system)?;
-        }
-        has_code(&file)?;
+        in_ground_metres(&file).and_then(|()| has_code(&file))?;
         above_the_sea(&file)?;
         let (corners, world) = area_on(&file, &args.area)?;
         let half_tangent =
@@ -200,8 +197,9 @@ fn above_the_sea(file: &DemFile) -> Result<(), InputError> {
 }
 
 /// Web Mercator's metres are not those of the ground. Degrees are worked on in metres.
-fn in_ground_metres(file: &DemFile, system: System) -> Result<(), InputError> {
-    if is_web_mercator(system) { check_metres(file.path(), file.geo(), system, file.size()) } else { Ok(()) }
+fn in_ground_metres(file: &DemFile) -> Result<(), InputError> {
+    let system = file.system().filter(|system| is_web_mercator(*system));
+    system.map_or(Ok(()), |system| check_metres(file.path(), file.geo(), system, file.size()))
 }
 
 /// A plan names its reference system by the EPSG code.

@@ -9,7 +9,7 @@ use super::posts::Posts;
 /// Least height of the ground beside a block over it, metres. Chosen: no dock, quarry pond or sea cliff rises by so much from the water within a
 /// step of the model along three quarters of its shore.
 const BELOW_M: f64 = 50.0;
-/// The same for coarse models, as a slope: 60 degrees, steeper than the shores of fjords along three quarters of their length.
+/// Slope that is too steep for a shore, where posts are so far apart that it rises by more: 60 degrees, steeper than the shores of fjords along three quarters of their length.
 const SLOPE: f64 = 1.732;
 /// Share of the border that may be lower: where the resampling has blended number and ground, or the ground is as low.
 const LOWER_SHARE: f64 = 0.25;

@@ -1,6 +1,8 @@
 //! Made-up posts that are heights, and such as are none.
 
 use super::*;
+use crate::io::raster::Scaling;
+use std::path::Path;
 
 const SIDE: usize = 40;
 
