@@ -47,7 +47,7 @@ impl Bar {
                     let (what, of) = (shown.message(), shown.length());
                     // Other work, since the last line at the earliest.
                     if of.is_some() && what != began.0 {
-                        began = (what.clone(), Instant::now() - EVERY);
+                        began = (what.clone(), Instant::now().checked_sub(EVERY).unwrap_or(began.1));
                     }
                     note(&line(&what, shown.position(), of, began.1.elapsed()));
                 }
