@@ -102,7 +102,7 @@ pub struct Args {
     /// Put every photo into the autopilot's mission as a camera trigger, beside the waypoints
     #[arg(long)]
     trigger_items: bool,
-    /// Least height above the terrain along strips and turns; a plan below it, or of which strips or turns leave the elevation model, is written, but the command fails
+    /// Least height above the terrain along strips and turns; a plan below it, or of which a strip leaves the elevation model, is written, but the command fails
     #[arg(long, default_value_t = 50.0, value_parser = request::not_negative, allow_negative_numbers = true)]
     min_clearance_m: f64,
     /// Accept a plan that keeps less clearance, or of which it is not known

@@ -105,12 +105,12 @@ impl Checks {
                 self.strips_off_dem
             ));
         }
-        if self.leaves_model && self.strips_off_dem == 0 {
-            dangers.push(
-                "the ends of strips or the turns reach beyond the elevation model, so the clearance there is not known: it takes a larger \
-                 elevation model, a smaller area or, for narrower turns, a lower --speed-m-s"
-                    .to_owned(),
-            );
+        if let Some(beyond_m) = self.beyond_m.filter(|beyond_m| self.strips_off_dem == 0 && *beyond_m < wanted_m) {
+            dangers.push(format!(
+                "the ends of strips or the turns reach beyond the elevation model, where the ground is not known: as high as the model's highest it \
+                 leaves {beyond_m:.1} m, less than --min-clearance-m {wanted_m}; it takes a larger elevation model, a smaller area or, for narrower \
+                 turns, a lower --speed-m-s"
+            ));
         }
         if self.passes_unknown {
             dangers.push(
@@ -158,6 +158,7 @@ impl Checks {
             clearance_wanted_m: request.min_clearance_m,
             passes_unknown,
             leaves_model: way.parts.iter().any(|part| is_outside(layout, &part.zone)),
+            beyond_m: way.beyond_m(layout),
             strips_off_dem: strips.iter().filter(|strip| is_off_dem(layout, strip)).count(),
             climb_percent: 100.0 * way.climb,
             climb_wanted_percent: request.follow.map_or(0.0, |follow| 100.0 * follow.climb),
@@ -207,6 +208,13 @@ impl Way {
             way.climb = way.climb.max((left_m - entered_m).abs() / turns.between_m(&pair[0], &pair[1]));
         }
         way
+    }
+
+    /// Least height beyond the model above its highest ground.
+    fn beyond_m(&self, layout: &Layout<'_>) -> Option<f64> {
+        let beyond = self.parts.iter().filter(|part| is_outside(layout, &part.zone));
+        let lowest_m = beyond.map(|part| part.up_m).reduce(f64::min)?;
+        Some(lowest_m - layout.terrain.highest()?)
     }
 
     /// Height over the base plane, where nothing is known of the ground.

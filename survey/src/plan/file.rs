@@ -262,6 +262,10 @@ pub struct Checks {
     /// Where the flight comes nearest to the ground; `None` where no ground is known, and in files of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nearest: Option<Nearest>,
+    /// Least height of what is flown beyond the elevation model above the highest ground of the model, metres: what is beyond is not known,
+    /// and may be as high. `None` where nothing is flown there, and in files of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beyond_m: Option<f64>,
 }
 
 /// The post of the elevation model that a flight passes with the least clearance, and from where.

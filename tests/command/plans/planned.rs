@@ -41,8 +41,7 @@ pub struct Plan {
 pub fn plan(folder: &Path, terrain: &Terrain, options: &str) -> Plan {
     let (dem, camera) = (terrain.file.display(), camera(folder));
     let arguments = format!(
-        // Turns that leave the model are none of what is measured.
-        "plan --dem {dem} --camera {} {options} --force --json --out {}",
+        "plan --dem {dem} --camera {} {options} --json --out {}",
         camera.display(),
         folder.join("out").display()
     );

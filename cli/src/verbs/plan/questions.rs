@@ -1,4 +1,4 @@
-//! What a plan may be and nobody means: told on stderr and on the page, whatever is planned.
+//! What a plan may be and nobody means, and what it rests on unseen: told on stderr and on the page, whatever is planned.
 
 use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::plan::PlanFile;
@@ -17,6 +17,13 @@ pub fn questions(camera: &CameraFile, plan: &PlanFile) -> Vec<String> {
             plan.height_m,
             if plan.follow.is_some() { "ground" } else { "base plane" }
         ));
+    }
+    if plan.checks.leaves_model && plan.checks.strips_off_dem == 0 {
+        questions.push(
+            "the ends of strips or the turns reach beyond the elevation model: the clearance there is not known; a larger elevation model, a \
+             smaller area or, for narrower turns, a lower --speed-m-s tells it"
+                .to_owned(),
+        );
     }
     if plan.gsd_m < GSD_M[0] || plan.gsd_m > GSD_M[1] {
         questions.push(format!(

@@ -28,7 +28,7 @@ use Range::{Above0, Any, Count, From0, Heading, Seed, Share, To1, Whole};
 
 /// Every number by its keys, ascending, with whether it may be `null`. What else belongs together is in `check.rs`.
 #[rustfmt::skip]
-const NUMBERS: [(&str, Range, bool); 85] = [
+const NUMBERS: [(&str, Range, bool); 86] = [
     ("accuracy.cells", Count, false),
     ("accuracy.gaps", Count, false),
     ("accuracy.height_m", From0, false),
@@ -49,6 +49,7 @@ const NUMBERS: [(&str, Range, bool); 85] = [
     ("camera.offset_n_px", Any, false),
     ("camera.pixel_mm", Above0, true),
     ("camera.rows", Count, false),
+    ("checks.beyond_m", Any, false),
     ("checks.clearance_min_m", Any, false),
     ("checks.clearance_wanted_m", From0, false),
     ("checks.climb_percent", From0, false),
