@@ -49,7 +49,8 @@ fn relief(name: &str, dem: &str, area: &str, height_m: u32, within: f64) {
     let folder = Folder::new(name);
     folder.write("camera.toml", CAMERA);
     let arguments = format!(
-        "plan --area={area} --height-m {height_m} --overlap 60/30 --camera camera.toml --out plan --dem {}",
+        // Turns may leave the model: they are not flown here.
+        "plan --area={area} --height-m {height_m} --overlap 60/30 --force --camera camera.toml --out plan --dem {}",
         dem.display()
     );
     let planned = plumbline(&folder.path(""), &arguments).output().expect("it runs");
