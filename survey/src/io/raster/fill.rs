@@ -5,6 +5,7 @@
 //! the same number lies level with its shores.
 
 use super::posts::Posts;
+use std::collections::BTreeSet;
 
 /// Least height of the ground beside a block over it, metres. Chosen: no dock, quarry pond or sea cliff rises by so much from the water within a
 /// step of the model along three quarters of its shore.
@@ -16,6 +17,9 @@ const LOWER_SHARE: f64 = 0.25;
 /// Pairs of posts across the border, as a share of the root of the posts on the side that has fewer, at least. Of a square hole or a square
 /// island it is 4, of a square in the model's corner 2.
 const BORDER_SHARE: f64 = 1.0;
+/// Heights that the ground beside a block has at least, or half as many as there are pairs: real ground has many. A step, a wall or a block of
+/// one height is made.
+const HEIGHTS_MIN: usize = 8;
 /// Fewest posts that the model has beside a block: a mast on a plain of 0 is no model with a hole.
 const REST_MIN: usize = 100;
 /// Fewest posts of a block of another number than 0: a single one may be a well or an error.
@@ -95,6 +99,10 @@ impl Block {
     fn below_m(&self, known: usize) -> Option<f64> {
         let (pairs, rest) = (self.border_m.len(), known - self.count);
         if rest < REST_MIN || (pairs as f64) < BORDER_SHARE * (self.count.min(rest) as f64).sqrt() {
+            return None;
+        }
+        let heights: BTreeSet<u64> = self.border_m.iter().map(|[above_m, _]| above_m.to_bits()).collect();
+        if heights.len() < HEIGHTS_MIN.min(pairs.div_ceil(2)) {
             return None;
         }
         let lower = self.border_m.iter().filter(|[above_m, shore_m]| above_m <= shore_m).count();

@@ -86,7 +86,7 @@ fn posts_of_0_far_below_what_surrounds_them_are_no_ground() {
 #[test]
 fn water_masts_and_plains_are_ground() {
     type Shape = fn(usize, usize) -> f64;
-    let shapes: [(&str, Shape); 6] = [
+    let shapes: [(&str, Shape); 9] = [
         ("a sea with a shore", |col, _| (4.0 * (col as f64 - 15.0)).max(0.0)),
         // Of 84 degrees, on half of the shore.
         ("a sea under a cliff", |col, row| {
@@ -101,6 +101,10 @@ fn water_masts_and_plains_are_ground() {
         ("a lake", |col, row| 800.0 + 4.0 * ((col as f64 - 15.0).hypot(row as f64 - 20.0) - 6.0).max(0.0)),
         ("a mast on a plain", |col, row| if (col, row) == (20, 20) { 290.0 } else { 0.0 }),
         ("a plain", |_, _| 0.0),
+        // Made, not measured.
+        ("a step", |col, _| if col < 15 { 0.0 } else { 100.0 }),
+        ("a wall", |col, _| if col == 15 { 560.0 } else { 500.0 }),
+        ("a block", |col, row| if (10..20).contains(&col) && (5..25).contains(&row) { 360.0 } else { 100.0 }),
         ("a roof", |col, row| if (10..20).contains(&col) && (5..9).contains(&row) { 1200.0 } else { hills(col, row) }),
     ];
     for (name, shape) in shapes {
@@ -109,7 +113,8 @@ fn water_masts_and_plains_are_ground() {
     // A fjord in a model of posts 90 m apart: shores of 50 degrees.
     let fjord = |col: usize, _: usize| if col < 15 { 0.0 } else { 107.0 * (col as f64 - 14.0) };
     assert_eq!(said_of("dem.tif", false, false, 90.0, fjord), None);
-    assert!(said_of("dem.tif", false, false, 10.0, fjord).is_some(), "a wall of 85 degrees all along");
+    let wall = |col: usize, row: usize| if col < 15 { 0.0 } else { fjord(col, row) + row as f64 };
+    assert!(said_of("dem.tif", false, false, 10.0, wall).is_some(), "a wall of 85 degrees all along");
 }
 
 /// What jumps from post to post: a scrambled number from 1 to `most`.
