@@ -56,7 +56,10 @@ fn undeclared_no_data_and_grey_values_are_no_ground() {
     folder.write("picture.tif", grey_geotiff_bytes(&picture, &GEO, UTM, None).expect("a picture"));
     folder.write("grey.tif", model(|index| f32::from(grey(index))));
     let is_hole = |index: usize| (20..25).contains(&(index / SIDE)) && (30..40).contains(&(index % SIDE));
-    folder.write("zero.tif", model(|index| if is_hole(index) { 0.0 } else { 100.0 + (index % 37) as f32 }));
+    folder.write(
+        "zero.tif",
+        model(|index| if is_hole(index) { 0.0 } else { 100.0 + 0.1 * (index % SIDE + index / SIDE) as f32 }),
+    );
     let plan = |dem: &str| {
         format!(
             "plan --dem {dem} --area 599600,5200000,599700,5200100 --camera camera.toml --height-m 300 --overlap 60/30 --out out"
