@@ -158,12 +158,6 @@ impl CameraFile {
         (per_px(self.fov_h_deg, self.cols), per_px(self.fov_v_deg, self.rows))
     }
 
-    /// What else the file may mean: a principal point far off the middle.
-    #[must_use]
-    pub fn doubt(&self) -> Option<String> {
-        self.far_off_middle()
-    }
-
     /// Whether the principal point is farther off the middle than lenses are centred.
     #[must_use]
     pub fn is_off_centre(&self) -> bool {
@@ -171,7 +165,9 @@ impl CameraFile {
         is_far(self.offset_m_px, self.cols) || is_far(self.offset_n_px, self.rows)
     }
 
-    fn far_off_middle(&self) -> Option<String> {
+    /// What else the file may mean: a principal point far off the middle.
+    #[must_use]
+    pub fn doubt(&self) -> Option<String> {
         let [cols, rows] = [self.cols, self.rows].map(f64::from);
         if !self.is_off_centre() {
             return None;

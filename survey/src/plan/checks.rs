@@ -75,6 +75,12 @@ impl Checks {
         !self.leaves_model && self.strips_off_dem == 0 && !self.passes_unknown
     }
 
+    /// How much the model's highest ground would leave beyond the model, metres, where that is less than is wanted.
+    #[must_use]
+    pub fn near_beyond_m(&self) -> Option<f64> {
+        self.beyond_m.filter(|beyond_m| *beyond_m < self.clearance_wanted_m)
+    }
+
     /// What is not safe, the worst first: the clearance that was asked for is not there, or nobody knows it, or the vehicle does not climb to
     /// it in time.
     #[must_use]
@@ -105,7 +111,7 @@ impl Checks {
                 self.strips_off_dem
             ));
         }
-        if let Some(beyond_m) = self.beyond_m.filter(|beyond_m| self.strips_off_dem == 0 && *beyond_m < wanted_m) {
+        if let Some(beyond_m) = self.near_beyond_m().filter(|_| self.strips_off_dem == 0) {
             dangers.push(format!(
                 "the ends of strips or the turns reach beyond the elevation model, where the ground is not known: as high as the model's highest it \
                  leaves {beyond_m:.1} m, less than --min-clearance-m {wanted_m}; it takes a larger elevation model, a smaller area or, for narrower \

@@ -19,8 +19,7 @@ pub fn questions(camera: &CameraFile, plan: &PlanFile) -> Vec<String> {
         ));
     }
     // Where the ground there may be too near, it is a danger.
-    let is_far = plan.checks.beyond_m.is_none_or(|beyond_m| beyond_m >= plan.checks.clearance_wanted_m);
-    if plan.checks.leaves_model && plan.checks.strips_off_dem == 0 && is_far {
+    if plan.checks.leaves_model && plan.checks.strips_off_dem == 0 && plan.checks.near_beyond_m().is_none() {
         questions.push(
             "the ends of strips or the turns reach beyond the elevation model: the clearance there is not known; a larger elevation model, a \
              smaller area or, for narrower turns, a lower --speed-m-s tells it"
