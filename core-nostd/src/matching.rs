@@ -33,7 +33,7 @@ use crate::image::{Run, View};
 pub use acceptance::AcceptRule;
 pub use grey_correlation::grey_correlation;
 use nalgebra::Matrix2;
-use refine::SubPixel;
+use refine::{Curvature, SubPixel};
 
 /// The matcher that flies.
 pub type OnBoard = correlation::Correlation;
@@ -57,6 +57,15 @@ pub struct Request<'a> {
     pub prior: Prior,
     /// What an accepted match must reach.
     pub rule: &'a AcceptRule,
+}
+
+impl<'a> Request<'a> {
+    /// The part of the tile that is searched; `None` if it does not lie wholly in it.
+    fn window(&self) -> Option<View<'a>> {
+        let ((cols, rows), radius) = (self.patch.size(), self.radius);
+        let corner = (self.predicted.0 - radius as i32, self.predicted.1 - radius as i32);
+        self.tile.window(corner.0, corner.1, (cols + 2 * radius, rows + 2 * radius))
+    }
 }
 
 /// What is known of the picture's turn and scale before matching, one sigma each.
@@ -132,6 +141,10 @@ pub trait Matcher {
     /// # Errors
     /// [`MatchError`] where nothing could be tried; whether what was found is good enough, [`Match::accepted`] says.
     fn locate(&mut self, request: &Request<'_>, memory: &mut [u8]) -> Result<Match, MatchError>;
+
+    /// The curvature of the displacements over a picture that [`Matcher::locate`] has found with the same request, which shows the
+    /// camera's tilt; `None` if the picture does not determine it. `memory`: as there.
+    fn curvature(&mut self, request: &Request<'_>, found: &Match, memory: &mut [u8]) -> Option<Curvature>;
 }
 
 /// Why no match could be tried.

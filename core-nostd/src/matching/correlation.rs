@@ -2,7 +2,7 @@
 
 use super::acceptance::AcceptRule;
 use super::reacquire::{self, reacquire};
-use super::refine::{RefineError, SubPixel, refine};
+use super::refine::{Curvature, RefineError, SubPixel, curvature, refine};
 use super::search::{self, Peak, search};
 use super::{Match, MatchError, Matcher, Prior, Rejection, Request, grey_correlation, valid};
 use crate::budget::{PATCH_MAX_PX, REACQUIRE_PX, SCORES_MAX, SEARCH_MAX_PX};
@@ -46,13 +46,16 @@ impl Matcher for Correlation {
         let located = if *radius as usize > SEARCH_MAX_PX {
             locate_far(patch, runs, (tile, *predicted), *radius, (*prior, rule), memory)?
         } else {
-            let (cols, rows) = patch.size();
-            let corner = (predicted.0 - *radius as i32, predicted.1 - *radius as i32);
-            let window = tile.window(corner.0, corner.1, (cols + 2 * radius, rows + 2 * radius));
-            let window = window.ok_or(MatchError::OutsideReference)?;
+            let window = request.window().ok_or(MatchError::OutsideReference)?;
             locate(patch, runs, &window, *radius, (*prior, rule), (memory, &mut self.scores))?
         };
         Ok(located.at(*nadir, *prior))
+    }
+
+    fn curvature(&mut self, request: &Request<'_>, found: &Match, memory: &mut [u8]) -> Option<Curvature> {
+        let Request { patch, runs, nadir, radius, prior, .. } = request;
+        let refined = found.refined.filter(|_| *radius as usize <= SEARCH_MAX_PX)?;
+        curvature((patch, runs), (&request.window()?, *radius), (found.peak, &refined), *nadir, *prior, memory)
     }
 }
 

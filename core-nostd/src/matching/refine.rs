@@ -15,6 +15,7 @@ mod smooth;
 mod segment;
 mod estimate;
 mod normal_equations;
+mod perspective;
 
 use super::histogram::Histogram;
 use super::search::Peak;
@@ -27,6 +28,7 @@ use estimate::Estimate;
 use heapless::Vec;
 use nalgebra::{Matrix2, Matrix4, Matrix6};
 use normal_equations::{Sums, prior_px};
+pub use perspective::{Curvature, curvature};
 use segment::{Radiometry, Segment};
 use smooth::{inner, smooth_into};
 
@@ -161,7 +163,9 @@ pub fn refine(
     bytes: &mut [u8],
 ) -> Result<SubPixel, RefineError> {
     let mut sizes = Histogram::new();
-    let mut estimate = Estimate::new(patch, runs, reference, radius, peak, &mut sizes).ok_or(RefineError::TooLittle)?;
+    let start = ((peak.d_col, peak.d_row), peak.vertex);
+    let mut estimate =
+        Estimate::new(patch, runs, reference, radius, start, &mut sizes).ok_or(RefineError::TooLittle)?;
     let smooth = smooth_into(patch, runs, bytes).ok_or(RefineError::TooLittle)?;
     let pixels = valid(runs);
     let mut stride = (pixels / COARSE_PX).clamp(2, COARSE_STRIDE);
@@ -194,7 +198,7 @@ pub fn refine(
     }
     let (normal, sums) = last.ok_or(RefineError::Diverged)?;
     let covariance = normal.inverse();
-    let inflation = EFFICIENCY * sums.inflation();
+    let inflation = EFFICIENCY * sums.residuals.inflation();
     let floor = Matrix2::identity() * (SYSTEMATIC_PX * SYSTEMATIC_PX);
     // Rotation and scale are displacements at the patch's edge here.
     let per_px = Matrix4::from_diagonal(&[1.0, 1.0, 1.0 / estimate.half, 1.0 / estimate.half].into());

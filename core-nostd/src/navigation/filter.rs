@@ -24,6 +24,7 @@ mod jumps;
 mod misalignment;
 mod settle;
 mod satellites;
+mod shown_tilt;
 
 use super::reckoning::{Moment, displacement_m};
 use crate::math::{combined_sigma, hypot, sqrt, squared};
@@ -39,6 +40,8 @@ use misalignment::Misalignment;
 use nalgebra::{Matrix2, Vector2};
 pub use satellites::SatellitePosition;
 use satellites::{Moved, Satellites};
+pub use shown_tilt::ShownTilt;
+use shown_tilt::ShownTilts;
 
 /// Time constant by which a transient tilt that matches have shown decays, seconds. Chosen: half of the period of 20 s
 /// with which a vehicle rocks slowly, within which the swing of a late or scaled attitude has changed its sign.
@@ -88,6 +91,8 @@ pub struct Filter {
     /// The sigma before that.
     before_swing_rad: f32,
     jumps: Jumps,
+    /// What pictures show of the tilt while the attitude is in doubt.
+    shown: ShownTilts,
     misalignment: Misalignment,
     /// Satellite navigation beside the matches, and its correction of pitch and roll at the newest frame, radians.
     satellites: Satellites,
@@ -111,6 +116,7 @@ impl Filter {
             swing_at: moment.at,
             before_swing_rad: 0.0,
             jumps: Jumps::new(),
+            shown: ShownTilts::new(),
             misalignment: Misalignment::new(),
             satellites: Satellites::new(),
             satellite_tilt_rad: None,
@@ -241,6 +247,7 @@ impl Filter {
         (self.settled, self.newest, self.prediction) = (None, None, None);
         self.pending.clear();
         (self.transient_rad, self.jumps, self.satellite_tilt_rad) = (0.0, Jumps::new(), None);
+        self.shown = ShownTilts::new();
         self.misalignment = Misalignment::new();
         self.satellites.stop();
     }

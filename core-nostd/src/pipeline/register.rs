@@ -6,7 +6,7 @@ use crate::budget::REACQUIRE_PX;
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::Placement;
 use crate::image::View;
-use crate::matching::{Match, Matcher, Prior, Rejection, Request, Shift};
+use crate::matching::{Match, Matcher, OnBoard, Prior, Rejection, Request, Shift};
 use crate::math::{hypot, sqrt, squared};
 use crate::navigation::filter::Measurement;
 use crate::navigation::observed::Observed;
@@ -65,7 +65,7 @@ const SEARCH_SIGMAS: f32 = 2.0;
 
 /// Largest unexplained displacement by tilt with which frames have fixes, one sigma, pixels. Chosen: a fifth of a wrong
 /// fix's error.
-const UNEXPLAINED_MAX_PX: f32 = 0.6;
+pub(super) const UNEXPLAINED_MAX_PX: f32 = 0.6;
 
 /// Largest velocity error from matches that widens their gate, m/s: no larger one was seen of an autopilot.
 const VELOCITY_ERROR_MAX_M_PER_S: f32 = 5.0;
@@ -119,12 +119,14 @@ impl Pipeline<'_> {
         if !self.search_state.has_unconfirmed() {
             self.navigation.candidate = self.navigation.candidate.wrapping_add(1);
         }
-        let unexplained_rad = match (&tried, sighting, counts) {
-            (Ok(Matched { found: Match { accepted: Ok(shift), .. }, .. }), Ok(sighting), Ok(())) => {
-                self.update_navigation(situation, shift, &sighting)
-            }
-            _ => 0.0,
-        };
+        let mut unexplained_rad = 0.0;
+        if let (Ok(matched), Ok(sighting), Ok(())) = (&tried, sighting, counts)
+            && let Ok(shift) = matched.found.accepted
+        {
+            let measurement = self.measurement(situation, &shift, &sighting);
+            unexplained_rad = self.update_navigation(situation, &shift, &measurement);
+            self.check_attitude(situation, unexplained_rad, matched, &measurement);
+        }
         let is_elsewhere = tried.as_ref().is_ok_and(|matched| matched.is_elsewhere);
         // A match that is implausible in heading or height has not been compared with the tracks.
         let counts =
@@ -152,6 +154,13 @@ impl Pipeline<'_> {
         }
     }
 
+    /// Whether matches have shown a tilt that nothing explains, which may displace fixes. `unexplained_rad`: by the
+    /// newest one.
+    pub(super) fn is_unexplained(&self, situation: &Situation, unexplained_rad: f32) -> bool {
+        let unexplained_rad = hypot(unexplained_rad, self.navigation.filter.unexplained_rad(&self.prior_sigmas()));
+        unexplained_rad * situation.height_m > UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0
+    }
+
     /// `counts`, unless there is a contradiction: a match far off its prediction is no fix, however it was accepted,
     /// since the attitude may be off as much as the position. `unexplained_rad`: unexplained tilt.
     fn without_contradiction(
@@ -161,14 +170,11 @@ impl Pipeline<'_> {
         is_elsewhere: bool,
         counts: Result<(), Refusal>,
     ) -> Result<(), Refusal> {
-        let unexplained_m =
-            hypot(unexplained_rad, self.navigation.filter.unexplained_rad(&self.prior_sigmas())) * situation.height_m;
         let is_calm = self.navigation.tracks.is_calm();
         if is_elsewhere || counts == Err(Refusal::Contradicted) {
             self.navigation.tracks.contradicted();
         }
-        let is_doubted =
-            unexplained_m > UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0 || !is_calm || is_elsewhere;
+        let is_doubted = self.is_unexplained(situation, unexplained_rad) || !is_calm || is_elsewhere;
         if is_doubted { counts.and(Err(Refusal::Contradicted)) } else { counts }
     }
 
@@ -209,13 +215,28 @@ impl Pipeline<'_> {
         shift.alone.turn.is_none_or(turn) & shift.alone.scale.is_none_or(scale)
     }
 
+    /// The filter's measurement by an accepted match.
+    fn measurement(&self, situation: &Situation, shift: &Shift, sighting: &Sighting) -> Measurement {
+        let filter = &self.navigation.filter;
+        let known_rad = filter.tilt_sigma_rad(&self.prior_sigmas());
+        Measurement {
+            nadir: sighting.nadir,
+            covariance: sighting.white,
+            inflation_m2: filter.inflation_m2(shift.map_variance * squared(self.tile.resolution().0)),
+            transient_rad: sqrt((squared(situation.sigma_tilt_drift_rad) - squared(known_rad)).max(0.0)),
+            corrected_tilt_rad: filter.tilt_rad(),
+            height_m: situation.height_m,
+            heading_rad: situation.attitude.heading.0,
+        }
+    }
+
     /// Updates velocity, heading, height and filter by an accepted match.
     ///
     /// Returns the additional sigma of a tilt, radians, if the match was inconsistent.
     #[inline(never)]
-    fn update_navigation(&mut self, situation: &Situation, shift: &Shift, sighting: &Sighting) -> f32 {
-        self.navigation.velocity.matched(situation.moment(), sighting.nadir, self.settings.sigmas.velocity_m_per_s);
-        let ground_m = self.elevation_m(sighting.nadir).unwrap_or_default();
+    fn update_navigation(&mut self, situation: &Situation, shift: &Shift, measurement: &Measurement) -> f32 {
+        self.navigation.velocity.matched(situation.moment(), measurement.nadir, self.settings.sigmas.velocity_m_per_s);
+        let ground_m = self.elevation_m(measurement.nadir).unwrap_or_default();
         let (at, height, altitude_prior) = (situation.mid_exposure_at, situation.height(), self.altitude_prior());
         let prior = self.prior_sigmas();
         let navigation = &mut *self.navigation;
@@ -227,18 +248,8 @@ impl Pipeline<'_> {
         if let Some((off, variance)) = shift.alone.scale {
             navigation.heights.update_scale(at, height, Observed { off, variance }, ground_m, &altitude_prior);
         }
-        let known_rad = navigation.filter.tilt_sigma_rad(&prior);
-        let measurement = Measurement {
-            nadir: sighting.nadir,
-            covariance: sighting.white,
-            inflation_m2: navigation.filter.inflation_m2(shift.map_variance * squared(self.tile.resolution().0)),
-            transient_rad: sqrt((squared(situation.sigma_tilt_drift_rad) - squared(known_rad)).max(0.0)),
-            corrected_tilt_rad: navigation.filter.tilt_rad(),
-            height_m: situation.height_m,
-            heading_rad: situation.attitude.heading.0,
-        };
         let overruled = navigation.tracks.overruled();
-        navigation.filter.matched(&measurement, overruled.map(|aside| aside.turned_to(measurement.heading_rad)), &prior)
+        navigation.filter.matched(measurement, overruled.map(|aside| aside.turned_to(measurement.heading_rad)), &prior)
     }
 
     /// The nadir by a match, with covariance.
@@ -282,11 +293,25 @@ impl Pipeline<'_> {
         Some(Place { local: place.local.moved(situation.camera_offset_m.map(|offset| -offset)), ..place })
     }
 
-    fn locate(&mut self, situation: &Situation, search: Search) -> Result<Matched, Refusal> {
-        let radius = if search.is_far { REACQUIRE_PX as u16 } else { self.settings.search_px };
+    /// What the matcher is asked, with what it works with; `None` without a patch. `corner`: of the patch in the tile at
+    /// the centre of the search.
+    pub(super) fn request(
+        &mut self,
+        corner: (i32, i32),
+        radius: u16,
+        prior: Prior,
+    ) -> Option<(Request<'_>, &mut OnBoard, &mut [u8])> {
         let Buffers { patch, runs, matcher, .. } = &mut *self.buffers;
         let Placement { size, aside } = self.placement;
-        let patch = View::new(patch, size).ok_or(Refusal::NoFootprint)?;
+        let nadir = (aside.0.saturating_neg(), aside.1);
+        let (patch, tile, rule) = (View::new(patch, size)?, *self.tile.view(), &self.settings.accept);
+        let request = Request { patch, runs, tile, predicted: corner, nadir, radius, prior, rule };
+        Some((request, matcher, &mut *self.frame_memory))
+    }
+
+    fn locate(&mut self, situation: &Situation, search: Search) -> Result<Matched, Refusal> {
+        let radius = if search.is_far { REACQUIRE_PX as u16 } else { self.settings.search_px };
+        let Placement { size, aside } = self.placement;
         let looked_for = self.tile.pixel(search.at);
         // The whole pixel at which the upper left one of a patch around the nadir is nearest to that.
         let half = |side: u16| 0.5 * (side as f32 - 1.0);
@@ -299,11 +324,9 @@ impl Pipeline<'_> {
         let prior =
             Prior { turn_rad: situation.sigma_heading_rad, scale: situation.sigma_height_m / situation.height_m };
         let predicted = (corner.0 as i32 + aside.0 as i32, corner.1 as i32 - aside.1 as i32);
-        let nadir = (aside.0.saturating_neg(), aside.1);
-        let (tile, rule) = (*self.tile.view(), &self.settings.accept);
-        let request = Request { patch, runs, tile, predicted, nadir, radius, prior, rule };
-        let found = matcher.locate(&request, self.frame_memory)?;
         let (corner, search_px) = (predicted, radius);
+        let (request, matcher, memory) = self.request(corner, search_px, prior).ok_or(Refusal::NoFootprint)?;
+        let found = matcher.locate(&request, memory)?;
         Ok(Matched {
             found,
             centre,

@@ -3,7 +3,6 @@ use super::segment::{self, MID_GREY};
 use crate::arch::{add_bytes, difference, dot};
 use crate::image::{Run, View};
 use crate::matching::histogram::Histogram;
-use crate::matching::search::Peak;
 use crate::math;
 use crate::packed::bytes;
 use nalgebra::SVector;
@@ -52,14 +51,14 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// The initial value at the whole-pixel peak. The gain is that of the differences along the rows, which changed
+    /// The initial value at the whole-pixel peak and the vertex beside it. The gain is that of the differences along the rows, which changed
     /// ground hardly affects, the offset the median difference with that gain.
     pub(super) fn new(
         patch: &View<'_>,
         runs: &[Run],
         reference: &View<'_>,
         radius: u16,
-        peak: &Peak,
+        (peak, vertex): ((i16, i16), (f32, f32)),
         histogram: &mut Histogram,
     ) -> Option<Self> {
         let (cols, rows) = patch.size();
@@ -69,7 +68,7 @@ impl Estimate {
             runs.iter().step_by(START_STRIDE).map(|run| {
                 let length = run.end.checked_sub(run.start)? as usize;
                 let own = patch.run(run.row as usize, run.start as usize, length)?;
-                Some((own, reference.run(shifted(run.row, peak.d_row)?, shifted(run.start, peak.d_col)?, length)?))
+                Some((own, reference.run(shifted(run.row, peak.1)?, shifted(run.start, peak.0)?, length)?))
             })
         };
         for pair in pairs() {
@@ -89,7 +88,7 @@ impl Estimate {
         }
         let quartile = |part| histogram.quantile(part) * (1 << BIN_SHIFT) as f32;
         Some(Estimate {
-            shift: (peak.d_col as f32 + peak.vertex.0, peak.d_row as f32 + peak.vertex.1),
+            shift: (peak.0 as f32 + vertex.0, peak.1 as f32 + vertex.1),
             turn: 0.0,
             scale: 0.0,
             gain,
@@ -149,6 +148,21 @@ impl Estimate {
         self.offset += step[5];
         self.sigma = sigma(median_size * self.outlier());
         (self.shift.0 - before.0).abs().max((self.shift.1 - before.1).abs())
+    }
+
+    /// Applies gain and offset, the last two of a step; returns its displacements divided by the new gain. `median_size`:
+    /// of the residuals, over the outlier's, if it was determined.
+    pub(super) fn radiometric<const N: usize>(
+        &mut self,
+        step: &SVector<f32, N>,
+        median_size: Option<f32>,
+    ) -> SVector<f32, N> {
+        let gain = self.gain + step[N - 2];
+        let ratio = self.gain / gain;
+        self.gain = gain;
+        self.offset += step[N - 1];
+        self.sigma = median_size.map_or(self.sigma, |median| sigma(median * self.outlier()));
+        step * ratio
     }
 }
 

@@ -7,9 +7,6 @@ use nalgebra::SMatrix;
 
 /// Smallest Σ w: four pixels of full weight for each unknown. Chosen; [`crate::matching::acceptance`] requires more.
 const WEIGHT_MIN: f32 = 4.0 * UNKNOWNS as f32;
-/// Largest correlation of neighbours that is used. Chosen: for white noise the spline makes 0.44 at whole pixels to
-/// 0.54 at halves.
-const CORRELATION_MAX: f32 = 0.6;
 
 pub(super) type Normal = SMatrix<f32, UNKNOWNS, UNKNOWNS>;
 
@@ -100,14 +97,6 @@ impl Sums {
         right[2] -= estimate.turn / (turn * turn);
         right[3] -= estimate.scale / (scale * scale);
         right
-    }
-
-    /// Inflation of the variance by correlated residuals: (1 + 2 ρ)² for a correlation ρ to each neighbour along both
-    /// axes. Never below 1.
-    pub(super) fn inflation(&self) -> f32 {
-        let Autocorrelation { own, neighbour } = self.residuals;
-        let rho = if own > 0 { (neighbour as f32 / own as f32).clamp(0.0, CORRELATION_MAX) } else { 0.0 };
-        (1.0 + 2.0 * rho) * (1.0 + 2.0 * rho)
     }
 }
 

@@ -26,7 +26,7 @@ const BACK_ODDS: f32 = 10.0;
 /// microseconds. Chosen: half of the period of 20 s with which a vehicle rocks slowly.
 pub(super) const CALM_US: i32 = 10_000_000;
 /// That period, microseconds: without a swing for so long a tilt is not swinging.
-const PERIOD_US: i32 = 2 * CALM_US;
+pub(super) const PERIOD_US: i32 = 2 * CALM_US;
 /// Time for which a return of a possibly swinging tilt, or a jump of the position, has to hold before frames have fixes
 /// again if a single match has shown it, microseconds. What was matched until then, and returns from one frame to the
 /// next, does not swing. Chosen: a quarter of that period; where the swing of a scaled attitude turns round, it stays
@@ -135,6 +135,16 @@ impl Jumps {
             last.is_resolved = false;
             self.mean_rad = estimate.tilt_rad();
         }
+    }
+
+    /// The tilt before all jumps, pitch and roll, radians.
+    pub(super) fn before_rad(&self) -> [f32; 2] {
+        self.mean_rad
+    }
+
+    /// Ends all jumps: the tilt is this one again, pitch and roll, radians.
+    pub(super) fn end(&mut self, mean_rad: [f32; 2]) {
+        *self = Jumps { mean_rad, ..Jumps::new() };
     }
 
     /// Sets the mean to which the tilt decays, pitch and roll, radians, without a jump.
@@ -262,7 +272,7 @@ impl Jumps {
     }
 
     /// Tilts to return to: that before the jumps, and none.
-    fn means(&self) -> impl Iterator<Item = Vector2<f32>> + use<> {
+    pub(super) fn means(&self) -> impl Iterator<Item = Vector2<f32>> + use<> {
         [Vector2::from(self.mean_rad), Vector2::zeros()].into_iter()
     }
 }
