@@ -15,24 +15,26 @@ use nalgebra::{Matrix2, Vector2};
 const SLOPE_SIGMA: f32 = 0.005;
 
 impl Pipeline<'_> {
-    /// Tells the filter which tilt the picture of an accepted match shows, if the attitude is in doubt.
-    /// `unexplained_rad`: by this match.
+    /// Whether the attitude of an accepted match's frame is in doubt. If it is, or was a moment ago, the filter is told
+    /// which tilt the picture shows, for the next frames. `unexplained_rad`: by this match.
     #[inline(never)]
-    pub(super) fn check_attitude(
+    pub(super) fn is_attitude_doubted(
         &mut self,
         situation: &Situation,
         unexplained_rad: f32,
         matched: &Matched,
         measurement: &Measurement,
-    ) {
+    ) -> bool {
         let is_in_doubt = self.is_unexplained(situation, unexplained_rad);
         if !is_in_doubt && !self.navigation.filter.was_in_doubt() {
-            return self.navigation.filter.attitude_is_known();
+            self.navigation.filter.attitude_is_known();
+            return false;
         }
-        let Some(shown) = self.shown_tilt(situation, matched) else { return };
+        let Some(shown) = self.shown_tilt(situation, matched) else { return true };
         let known_rad = UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0 / situation.height_m;
         let prior = self.prior_sigmas();
         self.navigation.filter.attitude_shown(&shown, (is_in_doubt, known_rad), measurement, &prior);
+        is_in_doubt || self.is_unexplained(situation, unexplained_rad)
     }
 
     /// The tilt that the picture of a match shows beyond the one that it was corrected for.

@@ -119,18 +119,18 @@ impl Pipeline<'_> {
         if !self.search_state.has_unconfirmed() {
             self.navigation.candidate = self.navigation.candidate.wrapping_add(1);
         }
-        let mut unexplained_rad = 0.0;
+        let (mut unexplained_rad, mut is_doubted) = (0.0, false);
         if let (Ok(matched), Ok(sighting), Ok(())) = (&tried, sighting, counts)
             && let Ok(shift) = matched.found.accepted
         {
             let measurement = self.measurement(situation, &shift, &sighting);
             unexplained_rad = self.update_navigation(situation, &shift, &measurement);
-            self.check_attitude(situation, unexplained_rad, matched, &measurement);
+            is_doubted = self.is_attitude_doubted(situation, unexplained_rad, matched, &measurement);
         }
         let is_elsewhere = tried.as_ref().is_ok_and(|matched| matched.is_elsewhere);
         // A match that is implausible in heading or height has not been compared with the tracks.
         let counts =
-            self.without_contradiction(situation, unexplained_rad, is_elsewhere, sighting.map(|_| ()).and(counts));
+            self.without_contradiction(situation, is_doubted, is_elsewhere, sighting.map(|_| ()).and(counts));
         tried.map(|matched| Matched { counts, unexplained_rad, ..matched })
     }
 
@@ -162,11 +162,11 @@ impl Pipeline<'_> {
     }
 
     /// `counts`, unless there is a contradiction: a match far off its prediction is no fix, however it was accepted,
-    /// since the attitude may be off as much as the position. `unexplained_rad`: unexplained tilt.
+    /// since the attitude may be off as much as the position. `is_doubted`: the attitude.
     fn without_contradiction(
         &mut self,
         situation: &Situation,
-        unexplained_rad: f32,
+        is_doubted: bool,
         is_elsewhere: bool,
         counts: Result<(), Refusal>,
     ) -> Result<(), Refusal> {
@@ -174,7 +174,7 @@ impl Pipeline<'_> {
         if is_elsewhere || counts == Err(Refusal::Contradicted) {
             self.navigation.tracks.contradicted();
         }
-        let is_doubted = self.is_unexplained(situation, unexplained_rad) || !is_calm || is_elsewhere;
+        let is_doubted = is_doubted || self.is_unexplained(situation, 0.0) || !is_calm || is_elsewhere;
         if is_doubted { counts.and(Err(Refusal::Contradicted)) } else { counts }
     }
 

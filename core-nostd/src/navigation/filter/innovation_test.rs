@@ -9,7 +9,7 @@ use crate::units::Micros;
 use nalgebra::{Matrix2, Vector2};
 
 /// Gate of a repeated transient: normal errors exceed it once in ten.
-pub(super) const REPEAT_GATE: f32 = 4.6;
+const REPEAT_GATE: f32 = 4.6;
 /// Largest transient tilt, radians; more is a jump. Chosen: that of an attitude 0.3 s late of a vehicle that rocks by
 /// 20 degrees a second.
 pub(super) const TRANSIENT_MAX_RAD: f32 = 0.1;
