@@ -5,7 +5,7 @@
 //!
 //! [`mod@correlation`] is the matcher that flies: [`mod@search`], correlation of high-pass images over whole-pixel shifts;
 //! [`mod@refine`], least squares around the peak; [`acceptance`], what both must reach to become a fix. Far from the
-//! predicted position [`mod@reacquire`] replaces the search.
+//! predicted position [`mod@reacquire`] replaces the search. [`mod@perspective`] shows the tilt where the attitude is in doubt.
 //!
 //! [`mod@directions`] is the matcher for maps of another year, which states the risk of each match. In flight it judges what the one above finds.
 //!
@@ -24,6 +24,7 @@ mod grey_correlation;
 mod coarse_ranking;
 pub mod search;
 pub mod refine;
+pub mod perspective;
 pub mod acceptance;
 pub mod reacquire;
 pub mod correlation;
@@ -33,7 +34,8 @@ use crate::image::{Run, View};
 pub use acceptance::AcceptRule;
 pub use grey_correlation::grey_correlation;
 use nalgebra::Matrix2;
-use refine::{Curvature, SubPixel};
+use perspective::Curvature;
+use refine::SubPixel;
 
 /// The matcher that flies.
 pub type OnBoard = correlation::Correlation;

@@ -4,6 +4,7 @@
 //! rounding.
 
 pub mod refusals;
+mod tilt;
 use plumbline_core::image::{Run, View};
 use plumbline_core::matching::refine::{RefineError, SubPixel, refine};
 use plumbline_core::matching::search::{Peak, search, working_bytes};

@@ -75,6 +75,14 @@ impl Ground {
         greys
     }
 
+    /// The exact grey of a pixel, upright and of the ground's scale, around a point of the ground.
+    pub fn at(&self, (x, y): (f64, f64)) -> f64 {
+        let sinc = |t: f64| if t == 0.0 { 1.0 } else { (0.5 * TAU * t).sin() / (0.5 * TAU * t) };
+        let wave =
+            |&[u, v, phase, height]: &[f64; 4]| height * sinc(u) * sinc(v) * (TAU * (phase + u * x + v * y)).sin();
+        128.0 + self.waves.iter().map(wave).sum::<f64>()
+    }
+
     /// The picture that a camera takes of it: noise of `noise` grey levels, rounded.
     pub fn picture(&self, size: (u16, u16), placement: Placement, noise: f64, random: &mut Random) -> Picture {
         let seen = self.exact(size, placement).into_iter().map(|grey| grey + noise * random.normal());

@@ -1,8 +1,9 @@
 //! The matcher that flies: correlation over whole pixels, then least squares around the peak, then the acceptance test.
 
 use super::acceptance::AcceptRule;
+use super::perspective::{Curvature, curvature};
 use super::reacquire::{self, reacquire};
-use super::refine::{Curvature, RefineError, SubPixel, curvature, refine};
+use super::refine::{RefineError, SubPixel, refine};
 use super::search::{self, Peak, search};
 use super::{Match, MatchError, Matcher, Prior, Rejection, Request, grey_correlation, valid};
 use crate::budget::{PATCH_MAX_PX, REACQUIRE_PX, SCORES_MAX, SEARCH_MAX_PX};

@@ -11,11 +11,10 @@
 //! `smooth`). A parabola through correlation scores leaves 0.12 px on the default scene, this 0.04 px, and a parabola
 //! has no covariance.
 
-mod smooth;
-mod segment;
-mod estimate;
-mod normal_equations;
-mod perspective;
+pub(super) mod smooth;
+pub(super) mod segment;
+pub(super) mod estimate;
+pub(super) mod normal_equations;
 
 use super::histogram::Histogram;
 use super::search::Peak;
@@ -28,7 +27,6 @@ use estimate::Estimate;
 use heapless::Vec;
 use nalgebra::{Matrix2, Matrix4, Matrix6};
 use normal_equations::{Sums, prior_px};
-pub use perspective::{Curvature, curvature};
 use segment::{Radiometry, Segment};
 use smooth::{inner, smooth_into};
 
@@ -130,17 +128,17 @@ const LARGE_PX: usize = 600;
 /// Overrelaxation: reweighting alone makes each step too short, the more so the more the weights depend on the
 /// residuals. For normal ones it is E[ψ']/E[w] = 0.67 of the step (by quadrature), which passes over every row
 /// compensate; passes over part of them, farther from the solution, are lengthened by less.
-const OVERRELAXATION: f32 = 1.5;
+pub(super) const OVERRELAXATION: f32 = 1.5;
 const COARSE_OVERRELAXATION: f32 = 1.3;
 /// Ratio of the variance of a shift under these weights to that of the weighted sums alone, for normal residuals (by
 /// simulation): E[w² e²]/E[ψ']² over E[w e²]/E[w]².
-const EFFICIENCY: f32 = 1.39;
+pub(super) const EFFICIENCY: f32 = 1.39;
 /// Systematic error that residuals do not show, one sigma, pixels along each axis: positions rounded to 1/256 pixel,
 /// and incomplete convergence.
 const SYSTEMATIC_PX: f32 = 0.005;
 /// Largest distance of the solution from the whole-pixel peak, pixels: the peak is off by a half, and by one more where
 /// neighbouring shifts correlate alike.
-const REACH_PX: f32 = 1.5;
+pub(super) const REACH_PX: f32 = 1.5;
 /// Smallest share of rotation or scale by the picture with which it is returned without its prior. Single precision
 /// holds a hundredth of it.
 const SHARE_MIN: f32 = 1e-3;
@@ -228,19 +226,19 @@ fn alone(covariance: &Matrix6<f32>, prior: Prior, estimate: &Estimate, inflation
 }
 
 /// The pixels of each run whose surroundings are valid, computed once for patches of the size in flight.
-struct Inner {
+pub(super) struct Inner {
     kept: Vec<Option<Run>, RUNS_MAX>,
 }
 
 impl Inner {
-    fn new(runs: &[Run]) -> Self {
+    pub(super) fn new(runs: &[Run]) -> Self {
         let mut kept = Vec::new();
         // Those beyond its capacity are computed each time.
         (0..runs.len()).map(|index| Inner::at(runs, index)).try_for_each(|run| kept.push(run)).unwrap_or(());
         Inner { kept }
     }
 
-    fn of(&self, runs: &[Run], index: usize) -> Option<Run> {
+    pub(super) fn of(&self, runs: &[Run], index: usize) -> Option<Run> {
         self.kept.get(index).copied().unwrap_or_else(|| Inner::at(runs, index))
     }
 

@@ -91,8 +91,8 @@ pub struct Filter {
     /// The sigma before that.
     before_swing_rad: f32,
     jumps: Jumps,
-    /// A tilt that the newest frame is corrected for instead of the estimated one, pitch and roll, radians.
-    tried_rad: Option<[f32; 2]>,
+    /// Whether the newest frame is corrected for the tilt before the jumps instead of the estimated one.
+    is_tilt_before_tried: bool,
     /// What pictures show of the tilt while the attitude is in doubt.
     shown: ShownTilts,
     misalignment: Misalignment,
@@ -118,7 +118,7 @@ impl Filter {
             swing_at: moment.at,
             before_swing_rad: 0.0,
             jumps: Jumps::new(),
-            tried_rad: None,
+            is_tilt_before_tried: false,
             shown: ShownTilts::new(),
             misalignment: Misalignment::new(),
             satellites: Satellites::new(),
@@ -129,7 +129,7 @@ impl Filter {
     /// Error of pitch and roll to correct the newest frame for, reported less true, radians: the estimated one, or the
     /// one before ([`Filter::try_tilt_before`]).
     pub fn tilt_rad(&self) -> [f32; 2] {
-        let [pitch, roll] = self.tried_rad.unwrap_or(self.matched_tilt_rad());
+        let [pitch, roll] = if self.is_tilt_before_tried { self.jumps.before_rad() } else { self.matched_tilt_rad() };
         self.satellite_tilt_rad.map_or([pitch, roll], |[more, aside]| [pitch + more, roll + aside])
     }
 
@@ -277,12 +277,11 @@ impl Filter {
         self.propagate_to(at, prior);
     }
 
-    /// Has the newest frame corrected for a tilt before the estimated one, if that was learnt and is far off it: where no
-    /// match is found, the learnt error may have ended.
+    /// Has the newest frame corrected for the tilt before the jumps, if the estimated one was learnt and is far off it:
+    /// where no match is found, the learnt error may have ended.
     pub fn try_tilt_before(&mut self, is_tried: bool, prior: &PriorSigmas) {
-        let learnt_rad = Vector2::from(self.matched_tilt_rad());
-        let is_far = |before: &Vector2<f32>| (learnt_rad - before).norm() > LEARNT_SIGMAS * prior.tilt_rad;
-        self.tried_rad = self.jumps.means().find(is_far).filter(|_| is_tried).map(Into::into);
+        let learnt_rad = Vector2::from(self.matched_tilt_rad()) - Vector2::from(self.jumps.before_rad());
+        self.is_tilt_before_tried = is_tried && learnt_rad.norm() > LEARNT_SIGMAS * prior.tilt_rad;
     }
 
     fn propagate_to(&mut self, at: Micros, prior: &PriorSigmas) {

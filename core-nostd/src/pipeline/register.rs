@@ -119,18 +119,13 @@ impl Pipeline<'_> {
         if !self.search_state.has_unconfirmed() {
             self.navigation.candidate = self.navigation.candidate.wrapping_add(1);
         }
-        let (mut unexplained_rad, mut is_doubted) = (0.0, false);
-        if let (Ok(matched), Ok(sighting), Ok(())) = (&tried, sighting, counts)
-            && let Ok(shift) = matched.found.accepted
-        {
-            let measurement = self.measurement(situation, &shift, &sighting);
-            unexplained_rad = self.update_navigation(situation, &shift, &measurement);
-            is_doubted = self.is_attitude_doubted(situation, unexplained_rad, matched, &measurement);
-        }
+        let (unexplained_rad, is_doubted) = match (&tried, sighting, counts) {
+            (Ok(matched), Ok(sighting), Ok(())) => self.update_navigation(situation, matched, &sighting),
+            _ => (0.0, false),
+        };
         let is_elsewhere = tried.as_ref().is_ok_and(|matched| matched.is_elsewhere);
         // A match that is implausible in heading or height has not been compared with the tracks.
-        let counts =
-            self.without_contradiction(situation, is_doubted, is_elsewhere, sighting.map(|_| ()).and(counts));
+        let counts = self.without_contradiction(situation, is_doubted, is_elsewhere, sighting.map(|_| ()).and(counts));
         tried.map(|matched| Matched { counts, unexplained_rad, ..matched })
     }
 
@@ -232,11 +227,15 @@ impl Pipeline<'_> {
 
     /// Updates velocity, heading, height and filter by an accepted match.
     ///
-    /// Returns the additional sigma of a tilt, radians, if the match was inconsistent.
+    /// Returns the additional sigma of a tilt, radians, if the match was inconsistent, and whether the attitude is in
+    /// doubt.
     #[inline(never)]
-    fn update_navigation(&mut self, situation: &Situation, shift: &Shift, measurement: &Measurement) -> f32 {
-        self.navigation.velocity.matched(situation.moment(), measurement.nadir, self.settings.sigmas.velocity_m_per_s);
-        let ground_m = self.elevation_m(measurement.nadir).unwrap_or_default();
+    fn update_navigation(&mut self, situation: &Situation, matched: &Matched, sighting: &Sighting) -> (f32, bool) {
+        let Ok(shift) = &matched.found.accepted else { return (0.0, false) };
+        let measurement = self.measurement(situation, shift, sighting);
+        let nadir = measurement.nadir;
+        self.navigation.velocity.matched(situation.moment(), nadir, self.settings.sigmas.velocity_m_per_s);
+        let ground_m = self.elevation_m(nadir).unwrap_or_default();
         let (at, height, altitude_prior) = (situation.mid_exposure_at, situation.height(), self.altitude_prior());
         let prior = self.prior_sigmas();
         let navigation = &mut *self.navigation;
@@ -248,8 +247,9 @@ impl Pipeline<'_> {
         if let Some((off, variance)) = shift.alone.scale {
             navigation.heights.update_scale(at, height, Observed { off, variance }, ground_m, &altitude_prior);
         }
-        let overruled = navigation.tracks.overruled();
-        navigation.filter.matched(measurement, overruled.map(|aside| aside.turned_to(measurement.heading_rad)), &prior)
+        let overruled = navigation.tracks.overruled().map(|aside| aside.turned_to(measurement.heading_rad));
+        let unexplained_rad = navigation.filter.matched(&measurement, overruled, &prior);
+        (unexplained_rad, self.is_attitude_doubted(situation, unexplained_rad, matched, &measurement))
     }
 
     /// The nadir by a match, with covariance.
@@ -295,6 +295,8 @@ impl Pipeline<'_> {
 
     /// What the matcher is asked, with what it works with; `None` without a patch. `corner`: of the patch in the tile at
     /// the centre of the search.
+    // Returned by a call, the request would be on the stack twice below a match.
+    #[inline(always)]
     pub(super) fn request(
         &mut self,
         corner: (i32, i32),

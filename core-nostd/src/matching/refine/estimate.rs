@@ -8,11 +8,11 @@ use crate::packed::bytes;
 use nalgebra::SVector;
 
 /// Shift along columns and rows, rotation, scale, gain and offset.
-pub(super) const UNKNOWNS: usize = 6;
-pub(super) type Vector = SVector<f32, UNKNOWNS>;
+pub(in crate::matching) const UNKNOWNS: usize = 6;
+pub(in crate::matching) type Vector = SVector<f32, UNKNOWNS>;
 
 /// Smallest sigma of the residuals, grey levels: half a level is that of quantisation alone in both pictures.
-pub(super) const SIGMA_MIN: f32 = 0.5;
+pub(in crate::matching) const SIGMA_MIN: f32 = 0.5;
 /// Residual, in sigmas, at which a pixel's weight has fallen to a quarter. Chosen: at 2.5, one in eighty normal
 /// residuals lies beyond. [`super::EFFICIENCY`] and [`super::OVERRELAXATION`] hold for this one only.
 const OUTLIER: f32 = 2.5;
@@ -34,26 +34,28 @@ const BIN_SHIFT: i32 = 1;
 const BEND_PX: f32 = 0.1;
 
 /// The current estimate.
-pub(super) struct Estimate {
-    pub(super) shift: (f32, f32),
+pub(in crate::matching) struct Estimate {
+    pub(in crate::matching) shift: (f32, f32),
     /// Displacement by rotation and scale at the patch's edge, pixels.
-    pub(super) turn: f32,
-    pub(super) scale: f32,
-    pub(super) gain: f32,
-    pub(super) offset: f32,
+    pub(in crate::matching) turn: f32,
+    pub(in crate::matching) scale: f32,
+    pub(in crate::matching) gain: f32,
+    pub(in crate::matching) offset: f32,
     /// Robust sigma of the residuals of the pass before.
-    pub(super) sigma: f32,
-    pub(super) centre: (f32, f32),
+    pub(in crate::matching) sigma: f32,
+    pub(in crate::matching) centre: (f32, f32),
     /// Half the patch's longer side: with it rotation and scale are in pixels too, which keeps the normal matrix well
     /// scaled.
-    pub(super) half: f32,
-    pub(super) radius: f32,
+    pub(in crate::matching) half: f32,
+    pub(in crate::matching) radius: f32,
 }
 
 impl Estimate {
     /// The initial value at the whole-pixel peak and the vertex beside it. The gain is that of the differences along the rows, which changed
     /// ground hardly affects, the offset the median difference with that gain.
-    pub(super) fn new(
+    // Called, it would lie on the stack below the deepest function.
+    #[inline(always)]
+    pub(in crate::matching) fn new(
         patch: &View<'_>,
         runs: &[Run],
         reference: &View<'_>,
@@ -101,12 +103,12 @@ impl Estimate {
     }
 
     /// Residual at which a pixel's weight has fallen to a quarter, grey levels.
-    pub(super) fn outlier(&self) -> f32 {
+    pub(in crate::matching) fn outlier(&self) -> f32 {
         OUTLIER * self.sigma
     }
 
     /// Whether gain and offset are possible between two pictures of the same ground.
-    pub(super) fn is_radiometry(&self) -> bool {
+    pub(in crate::matching) fn is_radiometry(&self) -> bool {
         self.gain > 0.0 && self.gain <= GAIN_MAX && self.offset.abs() <= OFFSET_MAX
     }
 
@@ -152,7 +154,7 @@ impl Estimate {
 
     /// Applies gain and offset, the last two of a step; returns its displacements divided by the new gain. `median_size`:
     /// of the residuals, over the outlier's, if it was determined.
-    pub(super) fn radiometric<const N: usize>(
+    pub(in crate::matching) fn radiometric<const N: usize>(
         &mut self,
         step: &SVector<f32, N>,
         median_size: Option<f32>,

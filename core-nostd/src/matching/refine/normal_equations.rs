@@ -101,6 +101,6 @@ impl Sums {
 }
 
 /// Prior sigmas as displacements at the patch's edge, with a floor that keeps the division finite.
-pub(super) fn prior_px(prior: Prior, half: f32) -> (f32, f32) {
+pub(in crate::matching) fn prior_px(prior: Prior, half: f32) -> (f32, f32) {
     ((prior.turn_rad * half).max(1e-3), (prior.scale * half).max(1e-3))
 }

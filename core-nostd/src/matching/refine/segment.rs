@@ -26,9 +26,9 @@ pub(super) const MID_GREY: i32 = 128;
 const MID_GREYS: u32 = 0x0080_0080;
 
 /// Steps of a residual per grey level.
-pub(super) const RESIDUAL_STEPS: i32 = 16;
+pub(in crate::matching) const RESIDUAL_STEPS: i32 = 16;
 /// Steps of a weight.
-pub(super) const WEIGHT_STEPS: i32 = 64;
+pub(in crate::matching) const WEIGHT_STEPS: i32 = 64;
 /// Largest correlation of neighbours that is used. Chosen: for white noise the spline makes 0.44 at whole pixels to
 /// 0.54 at halves.
 const CORRELATION_MAX: f32 = 0.6;
@@ -53,7 +53,7 @@ static WEIGHTS: [u8; 2 * BINS] = {
 
 /// Gain and offset from the patch's greys to the reference's, in fixed point.
 #[derive(Clone, Copy)]
-pub(super) struct Radiometry {
+pub(in crate::matching) struct Radiometry {
     gain: i32,
     offset: i32,
     /// Bins of the weight function per step of a residual, Q16.
@@ -63,7 +63,7 @@ pub(super) struct Radiometry {
 impl Radiometry {
     /// reference = `gain` x (patch - [`MID_GREY`]) + `offset`; a residual of `outlier` grey levels has a quarter of the
     /// weight. Products of weight and residual fit 16 bits for outliers up to 98 grey levels.
-    pub(super) fn new(gain: f32, offset: f32, outlier: f32) -> Self {
+    pub(in crate::matching) fn new(gain: f32, offset: f32, outlier: f32) -> Self {
         let q16 = |value: f32| (65536.0 * value) as i32;
         let bins = (65536 * BINS_PER_UNIT / RESIDUAL_STEPS as usize) as f32 / outlier;
         Radiometry { gain: q16(gain), offset: q16(offset - MID_GREY as f32), bins: bins as i32 }
@@ -76,7 +76,7 @@ impl Radiometry {
     }
 
     /// Median size of the residuals over the outlier's.
-    pub(super) fn median(sizes: &Histogram) -> f32 {
+    pub(in crate::matching) fn median(sizes: &Histogram) -> f32 {
         sizes.folded_median() / BINS_PER_UNIT as f32
     }
 }
@@ -84,37 +84,37 @@ impl Radiometry {
 /// Σ over the pixels of a segment of products of: w, the weight, in steps; x and y, the patch's grey difference between
 /// the two neighbours along columns and rows; p, its grey less [`MID_GREY`]; e, the residual, in steps.
 #[derive(Default)]
-pub(super) struct Sums {
-    pub(super) xx: i32,
-    pub(super) xy: i32,
-    pub(super) yy: i32,
-    pub(super) xp: i32,
-    pub(super) yp: i32,
-    pub(super) pp: i32,
-    pub(super) x: i32,
-    pub(super) y: i32,
-    pub(super) p: i32,
-    pub(super) w: i32,
-    pub(super) xe: i32,
-    pub(super) ye: i32,
-    pub(super) pe: i32,
-    pub(super) e: i32,
+pub(in crate::matching) struct Sums {
+    pub(in crate::matching) xx: i32,
+    pub(in crate::matching) xy: i32,
+    pub(in crate::matching) yy: i32,
+    pub(in crate::matching) xp: i32,
+    pub(in crate::matching) yp: i32,
+    pub(in crate::matching) pp: i32,
+    pub(in crate::matching) x: i32,
+    pub(in crate::matching) y: i32,
+    pub(in crate::matching) p: i32,
+    pub(in crate::matching) w: i32,
+    pub(in crate::matching) xe: i32,
+    pub(in crate::matching) ye: i32,
+    pub(in crate::matching) pe: i32,
+    pub(in crate::matching) e: i32,
     /// Σ w e².
-    pub(super) ee: i32,
+    pub(in crate::matching) ee: i32,
 }
 
 /// Autocorrelation of the residuals along a row, by the influence s = w e (x, y) of each pixel on both shifts: Σ s²
 /// over every other pixel, and Σ s s(right neighbour) over those.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Autocorrelation {
-    pub(super) own: i64,
-    pub(super) neighbour: i64,
+pub(in crate::matching) struct Autocorrelation {
+    pub(in crate::matching) own: i64,
+    pub(in crate::matching) neighbour: i64,
 }
 
 impl Autocorrelation {
     /// Inflation of the variance by correlated residuals: (1 + 2 ρ)² for a correlation ρ to each neighbour along both
     /// axes. Never below 1.
-    pub(super) fn inflation(&self) -> f32 {
+    pub(in crate::matching) fn inflation(&self) -> f32 {
         let rho =
             if self.own > 0 { (self.neighbour as f32 / self.own as f32).clamp(0.0, CORRELATION_MAX) } else { 0.0 };
         squared(1.0 + 2.0 * rho)
@@ -123,7 +123,7 @@ impl Autocorrelation {
 
 /// Working space of a segment.
 #[derive(Default)]
-pub(super) struct Segment {
+pub(in crate::matching) struct Segment {
     /// Pixels 0 and 2 of each four, then 1 and 3.
     pairs: [[Pair; 2]; FOURS],
     /// The reference interpolated along the columns, less [`MID_GREY`], in Q8: two columns a word.
@@ -135,7 +135,7 @@ pub(super) struct Segment {
 impl Segment {
     /// Loads the pixels of `patch` from (`col`, `row`) on, the first of which lies at (`u`, `v`) of the reference;
     /// `false` if that or the patch's neighbours leave their pictures.
-    pub(super) fn load(
+    pub(in crate::matching) fn load(
         &mut self,
         patch: &View<'_>,
         (col, row, length): (usize, usize, usize),
@@ -217,7 +217,7 @@ impl Segment {
 
     /// Counts the bins of every other residual, which is enough for the median.
     #[inline(never)]
-    pub(super) fn count(&self, radiometry: &Radiometry, sizes: &mut Histogram) {
+    pub(in crate::matching) fn count(&self, radiometry: &Radiometry, sizes: &mut Histogram) {
         for (index, [even, _]) in self.pairs.iter().take(self.fours()).enumerate() {
             sizes.add(radiometry.bin(low(even.e)));
             if self.length > 4 * index + 2 {
@@ -228,7 +228,7 @@ impl Segment {
 
     /// The sums.
     #[inline(never)]
-    pub(super) fn sums(&self) -> Sums {
+    pub(in crate::matching) fn sums(&self) -> Sums {
         let pairs = self.pairs.get(..self.fours()).unwrap_or(&[]).as_flattened();
         let [xx, xy, xp, yy, yp, pp] = weighed_products(pairs);
         let [x, y, p, w, xe, ye, pe, e, ee] = weighed_sums(pairs);
@@ -237,7 +237,7 @@ impl Segment {
 
     /// Adds to the autocorrelation of the residuals.
     #[inline(never)]
-    pub(super) fn correlate(&self, sums: &mut Autocorrelation) {
+    pub(in crate::matching) fn correlate(&self, sums: &mut Autocorrelation) {
         for [even, odd] in self.pairs.iter().take(self.fours()) {
             let own = [low(even.we), high(even.we)];
             let other = [low(odd.we), high(odd.we)];

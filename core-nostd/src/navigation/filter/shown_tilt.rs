@@ -5,10 +5,10 @@
 //! tilt before the doubt, it is the attitude that is right again: the filter restarts with it.
 
 use super::Filter;
-use super::measurement::{Measurement, PriorSigmas, tilt_jacobian};
-use super::{HIDDEN_M_PER_S, TRANSIENT_GATE};
 use super::innovation_test::TRANSIENT_MAX_RAD;
 use super::jumps::PERIOD_US;
+use super::measurement::{Measurement, PriorSigmas, tilt_jacobian};
+use super::{HIDDEN_M_PER_S, TRANSIENT_GATE};
 use crate::math::{combined_sigma, sqrt, squared};
 use crate::navigation::reckoning::{JUMP_ONSET_US, Moment, displacement_m};
 use crate::tile::Local;
@@ -64,16 +64,7 @@ impl MeanTilt {
     fn new(picture: Picture) -> Self {
         let Picture { moment, nadir, nadir_variance, rad, variance } = picture;
         let (since, from_at) = (moment.at, moment.at);
-        MeanTilt {
-            since,
-            moment,
-            from_at,
-            from: nadir,
-            from_variance: nadir_variance,
-            rad,
-            variance,
-            single: variance,
-        }
+        MeanTilt { since, moment, from_at, from: nadir, from_variance: nadir_variance, rad, variance, single: variance }
     }
 
     /// Propagated to another picture; `None` after too long a gap.
@@ -190,13 +181,7 @@ impl Filter {
 
     /// Restarts from a match with the tilt before the doubt, if that is the one that pictures show; otherwise with the
     /// shown one, if the estimated one is not: the next frames are corrected for it.
-    fn restart_as_shown(
-        &mut self,
-        mean: &MeanTilt,
-        known_rad: f32,
-        measurement: &Measurement,
-        prior: &PriorSigmas,
-    ) {
+    fn restart_as_shown(&mut self, mean: &MeanTilt, known_rad: f32, measurement: &Measurement, prior: &PriorSigmas) {
         let sigma_rad = sqrt(mean.variance);
         let right = self.jumps.means().find(|right| mean.is(right, TRANSIENT_GATE));
         if let Some(right_rad) = right.filter(|_| sigma_rad <= known_rad) {

@@ -6,14 +6,14 @@
 //! least-squares matching, from its solution on. Only a slope of the ground that the plane of rectification does not
 //! have looks the same.
 
-use super::estimate::{Estimate, SIGMA_MIN};
-use super::normal_equations::prior_px;
-use super::segment::{Autocorrelation, RESIDUAL_STEPS, Radiometry, Segment, Sums as SegmentSums, WEIGHT_STEPS};
-use super::smooth::smooth_into;
-use super::{EFFICIENCY, Inner, OVERRELAXATION, REACH_PX, SubPixel};
+use super::Prior;
+use super::histogram::Histogram;
+use super::refine::estimate::{Estimate, SIGMA_MIN};
+use super::refine::normal_equations::prior_px;
+use super::refine::segment::{Autocorrelation, RESIDUAL_STEPS, Radiometry, Segment, Sums as SegmentSums, WEIGHT_STEPS};
+use super::refine::smooth::smooth_into;
+use super::refine::{EFFICIENCY, Inner, OVERRELAXATION, REACH_PX, SubPixel};
 use crate::image::{Run, View};
-use crate::matching::Prior;
-use crate::matching::histogram::Histogram;
 use crate::math::squared;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
@@ -31,6 +31,10 @@ const SEGMENT: usize = 4;
 const WEIGHT_MIN: f32 = 4.0 * UNKNOWNS as f32;
 /// Largest last step of a displacement at the patch's edge, pixels: a solution that moves on has not converged. Chosen.
 const CONVERGED_PX: f32 = 0.3;
+
+/// Error of the first order, one sigma, as a share of the tilt: pictures of 34 and 64 pixels, rotated exactly by two to six
+/// degrees, show up to a fifth too little.
+const FIRST_ORDER_SHARE: f32 = 0.1;
 
 type Vector = SVector<f32, UNKNOWNS>;
 
@@ -108,7 +112,12 @@ impl Sums {
 
     /// Normal matrix and right-hand side in units of the inverse variance, with the priors of rotation and scale; `None`
     /// with too few pixels.
-    fn normal(&self, gain: f32, prior_px: (f32, f32), at: &Vector) -> Option<(SMatrix<f32, UNKNOWNS, UNKNOWNS>, Vector)> {
+    fn normal(
+        &self,
+        gain: f32,
+        prior_px: (f32, f32),
+        at: &Vector,
+    ) -> Option<(SMatrix<f32, UNKNOWNS, UNKNOWNS>, Vector)> {
         let weight = self.products[(UNKNOWNS - 1, UNKNOWNS - 1)] / WEIGHT_STEPS as f32;
         if weight < WEIGHT_MIN {
             return None;
@@ -193,8 +202,7 @@ pub fn curvature(
     let (covariance, inflation) = last?;
     let own = covariance.fixed_view::<2, 2>(DISPLACEMENTS - 2, DISPLACEMENTS - 2);
     let per_px = 1.0 / squared(half);
-    Some(Curvature {
-        per_px: Vector2::new(at[DISPLACEMENTS - 2], at[DISPLACEMENTS - 1]) * per_px,
-        covariance: own * (EFFICIENCY * inflation * squared(per_px)),
-    })
+    let found = Vector2::new(at[DISPLACEMENTS - 2], at[DISPLACEMENTS - 1]) * per_px;
+    let left_out = Matrix2::identity() * squared(FIRST_ORDER_SHARE * found.norm());
+    Some(Curvature { per_px: found, covariance: own * (EFFICIENCY * inflation * squared(per_px)) + left_out })
 }
