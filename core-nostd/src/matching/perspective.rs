@@ -24,12 +24,12 @@ const UNKNOWNS: usize = DISPLACEMENTS + 2;
 /// Passes. Over 290 frames of the default scene five leave the same errors as three within a tenth; with one, tilts of
 /// three degrees come out a third as large, since their residuals pass for changed ground.
 const PASSES: usize = 3;
-/// Pixels of a segment, within which the displacements are taken as constant: a square of a curved field is not to be
-/// averaged over a row.
-const SEGMENT: usize = 4;
+/// Pixels of a segment, within which the displacements are taken as constant. Over those frames segments of four leave
+/// errors a tenth smaller, at half as much cost again; whole rows would not show the curvature along columns.
+const SEGMENT: usize = 8;
 /// Smallest Σ w: four pixels of full weight for each unknown. Chosen, as in least-squares matching.
 const WEIGHT_MIN: f32 = 4.0 * UNKNOWNS as f32;
-/// Largest last step of a displacement at the patch's edge, pixels: a solution that moves on has not converged. Chosen.
+/// Largest last step of a displacement, pixels at the patch's edge: a solution that moves on has not converged. Chosen.
 const CONVERGED_PX: f32 = 0.3;
 
 /// Error of the first order, one sigma, as a share of the tilt: pictures of 34 and 64 pixels, rotated exactly by two to six
@@ -49,8 +49,8 @@ pub struct Curvature {
     pub covariance: Matrix2<f32>,
 }
 
-/// The displacements of a point, each for one unknown: shift, rotation and scale about the patch's centre in pixels at
-/// its edge, curvature about the nadir, likewise.
+/// The displacements of a point, each for one unknown, pixels: shift of the patch's centre, rotation and scale about it,
+/// curvature about the nadir less that of the centre; the last four in units of half the patch's longer side.
 struct Field {
     by: [(f32, f32); DISPLACEMENTS],
 }
@@ -58,9 +58,11 @@ struct Field {
 impl Field {
     /// At (`c`, `r`) from the patch's centre. `nadir`: from there as well. `half`: half the patch's longer side.
     fn at((c, r): (f32, f32), nadir: (f32, f32), half: f32) -> Self {
-        let (x, y) = ((c - nadir.0) / half, (r - nadir.1) / half);
         let (u, v) = (c / half, r / half);
-        Field { by: [(1.0, 0.0), (0.0, 1.0), (-v, u), (u, v), (x * x, x * y), (x * y, y * y)] }
+        let (x0, y0) = (-nadir.0 / half, -nadir.1 / half);
+        let (x, y) = (u + x0, v + y0);
+        let product = x * y - x0 * y0;
+        Field { by: [(1.0, 0.0), (0.0, 1.0), (-v, u), (u, v), (x * x - x0 * x0, product), (product, y * y - y0 * y0)] }
     }
 
     /// The displacement by these unknowns.
@@ -138,6 +140,49 @@ impl Sums {
     }
 }
 
+/// One pass over the pixels whose surroundings are valid.
+struct Pass<'a> {
+    smooth: &'a View<'a>,
+    runs: &'a [Run],
+    inner: &'a Inner,
+    reference: &'a View<'a>,
+    estimate: &'a Estimate,
+    nadir: (f32, f32),
+    /// Whether the correlation of residuals is computed, instead of their sizes for the next pass.
+    is_last: bool,
+}
+
+impl Pass<'_> {
+    fn sums(&self, at: &Vector, segment: &mut Segment, sizes: &mut Histogram) -> Sums {
+        let estimate = self.estimate;
+        let mut sums = Sums::new();
+        let radiometry = Radiometry::new(estimate.gain, estimate.offset, estimate.outlier());
+        sizes.clear();
+        for index in 0..self.runs.len() {
+            let Some(Run { row, start, end }) = self.inner.of(self.runs, index) else { continue };
+            let (row, end) = (row as usize, end as usize);
+            for start in (start as usize..end).step_by(SEGMENT) {
+                let length = SEGMENT.min(end - start);
+                let aside = 0.5 * (length as f32 - 1.0);
+                let middle = (start as f32 + aside - estimate.centre.0, row as f32 - estimate.centre.1);
+                let field = Field::at(middle, self.nadir, estimate.half);
+                let by = field.displacement(at);
+                let position = (start as f32 + by.0 + estimate.radius, row as f32 + by.1 + estimate.radius);
+                if !segment.load(self.smooth, (start, row, length), self.reference, position, &radiometry) {
+                    continue;
+                }
+                sums.add(&segment.sums(), &field);
+                if self.is_last {
+                    segment.correlate(&mut sums.residuals);
+                } else {
+                    segment.count(&radiometry, sizes);
+                }
+            }
+        }
+        sums
+    }
+}
+
 /// The curvature of the match `found` of the patch's centre, around the whole-pixel `peak` in a reference that exceeds
 /// the patch by `radius`; `None` if the picture does not determine it. `nadir`: from the patch's centre. `bytes`: space
 /// for the smoothed patch.
@@ -161,42 +206,19 @@ pub fn curvature(
     let mut last = None;
     for pass in 0..PASSES {
         let is_last = pass + 1 == PASSES;
-        let mut sums = Sums::new();
-        let radiometry = Radiometry::new(estimate.gain, estimate.offset, estimate.outlier());
-        sizes.clear();
-        for index in 0..runs.len() {
-            let Some(Run { row, start, end }) = inner.of(runs, index) else { continue };
-            let (row, end) = (row as usize, end as usize);
-            for start in (start as usize..end).step_by(SEGMENT) {
-                let length = SEGMENT.min(end - start);
-                let aside = 0.5 * (length as f32 - 1.0);
-                let middle = (start as f32 + aside - estimate.centre.0, row as f32 - estimate.centre.1);
-                let field = Field::at(middle, nadir, half);
-                let by = field.displacement(&at);
-                let u = start as f32 + by.0 + estimate.radius;
-                let v = row as f32 + by.1 + estimate.radius;
-                if !segment.load(&smooth, (start, row, length), reference, (u, v), &radiometry) {
-                    continue;
-                }
-                sums.add(&segment.sums(), &field);
-                if is_last {
-                    segment.correlate(&mut sums.residuals);
-                } else {
-                    segment.count(&radiometry, &mut sizes);
-                }
-            }
-        }
+        let pass = Pass { smooth: &smooth, runs, inner: &inner, reference, estimate: &estimate, nadir, is_last };
+        let sums = pass.sums(&at, &mut segment, &mut sizes);
         let (normal, right) = sums.normal(estimate.gain, prior_px(prior, half), &at)?;
         let normal = normal.cholesky()?;
         let step = normal.solve(&right) * OVERRELAXATION;
-        at += estimate.radiometric(&step, (!is_last).then(|| Radiometry::median(&sizes)));
+        let step = estimate.radiometric(&step, (!is_last).then(|| Radiometry::median(&sizes)));
+        at += step;
         let off = (at[0] - found.d_col).abs().max((at[1] - found.d_row).abs());
         if off.is_nan() || off > REACH_PX || !estimate.is_radiometry() {
             return None;
         }
-        if is_last {
-            let longest = step.fixed_rows::<DISPLACEMENTS>(0).amax();
-            last = (longest < CONVERGED_PX).then(|| (normal.inverse(), sums.residuals.inflation()));
+        if is_last && step.fixed_rows::<DISPLACEMENTS>(0).amax() < CONVERGED_PX {
+            last = Some((normal.inverse(), sums.residuals.inflation()));
         }
     }
     let (covariance, inflation) = last?;

@@ -93,7 +93,7 @@ pub struct Filter {
     jumps: Jumps,
     /// Whether the newest frame is corrected for the tilt before the jumps instead of the estimated one.
     is_tilt_before_tried: bool,
-    /// What pictures show of the tilt while the attitude is in doubt.
+    /// What pictures show of the tilt while the attitude is in doubt or checked.
     shown: ShownTilts,
     misalignment: Misalignment,
     /// Satellite navigation beside the matches, and its correction of pitch and roll at the newest frame, radians.
@@ -251,7 +251,7 @@ impl Filter {
         (self.settled, self.newest, self.prediction) = (None, None, None);
         self.pending.clear();
         (self.transient_rad, self.jumps, self.satellite_tilt_rad) = (0.0, Jumps::new(), None);
-        self.shown = ShownTilts::new();
+        (self.shown, self.is_tilt_before_tried) = (ShownTilts::new(), false);
         self.misalignment = Misalignment::new();
         self.satellites.stop();
     }
@@ -280,8 +280,18 @@ impl Filter {
     /// Has the newest frame corrected for the tilt before the jumps, if the estimated one was learnt and is far off it:
     /// where no match is found, the learnt error may have ended.
     pub fn try_tilt_before(&mut self, is_tried: bool, prior: &PriorSigmas) {
+        self.is_tilt_before_tried = is_tried && self.is_tilt_learnt(prior);
+    }
+
+    /// Whether the newest frame is corrected for that one.
+    pub fn is_tilt_before_tried(&self) -> bool {
+        self.is_tilt_before_tried
+    }
+
+    /// Whether the estimated tilt is far off the one before the jumps.
+    fn is_tilt_learnt(&self, prior: &PriorSigmas) -> bool {
         let learnt_rad = Vector2::from(self.matched_tilt_rad()) - Vector2::from(self.jumps.before_rad());
-        self.is_tilt_before_tried = is_tried && learnt_rad.norm() > LEARNT_SIGMAS * prior.tilt_rad;
+        learnt_rad.norm() > LEARNT_SIGMAS * prior.tilt_rad
     }
 
     fn propagate_to(&mut self, at: Micros, prior: &PriorSigmas) {

@@ -6,52 +6,66 @@
 use super::register::{Matched, UNEXPLAINED_MAX_PX};
 use super::{Pipeline, Situation};
 use crate::matching::Matcher;
-use crate::math::squared;
+use crate::math::{hypot, squared};
 use crate::navigation::filter::{Measurement, ShownTilt};
 use nalgebra::{Matrix2, Vector2};
 
 /// One sigma of the ground's slope beyond the plane of rectification, along each axis. Chosen: half a metre over a
 /// footprint of 100 m, as by an elevation model of 30 m posts, or over ground that is stated to be level.
 const SLOPE_SIGMA: f32 = 0.005;
+/// Slope that relief about that plane passes for, as a share of relief over half of the patch's shorter side: the
+/// curvature of displacements by random relief, of which a match has a share of 0.15 ([`crate::fix`]), is 1.8 times that.
+const RELIEF_SHARE: f32 = 0.27;
 
 impl Pipeline<'_> {
-    /// Whether the attitude of an accepted match's frame is in doubt. If it is, or was a moment ago, the filter is told
-    /// which tilt the picture shows, for the next frames. `unexplained_rad`: by this match.
+    /// Checks the attitude of an accepted match's frame. If it is in doubt, or has to be checked all the same, the filter
+    /// is told which tilt the picture shows, for this frame and the next. `unexplained_rad`: by this match. Returns the
+    /// sigma of a tilt beyond the situation's, radians, and whether the attitude is in doubt.
     #[inline(never)]
-    pub(super) fn is_attitude_doubted(
+    pub(super) fn check_attitude(
         &mut self,
         situation: &Situation,
         unexplained_rad: f32,
         matched: &Matched,
         measurement: &Measurement,
-    ) -> bool {
-        let is_in_doubt = self.is_unexplained(situation, unexplained_rad);
-        if !is_in_doubt && !self.navigation.filter.was_in_doubt() {
-            self.navigation.filter.attitude_is_known();
-            return false;
-        }
-        let Some(shown) = self.shown_tilt(situation, matched) else { return true };
-        let known_rad = UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0 / situation.height_m;
+    ) -> (f32, bool) {
         let prior = self.prior_sigmas();
-        self.navigation.filter.attitude_shown(&shown, (is_in_doubt, known_rad), measurement, &prior);
-        is_in_doubt || self.is_unexplained(situation, unexplained_rad)
+        let filter = &self.navigation.filter;
+        // A frame that was corrected for another tilt than the estimated one has no fix.
+        let is_in_doubt = self.is_unexplained(situation, unexplained_rad) || filter.is_tilt_before_tried();
+        if !is_in_doubt && !filter.is_attitude_checked(&prior) {
+            self.navigation.filter.clear_shown_tilt();
+            return (unexplained_rad, false);
+        }
+        let Some(shown) = self.shown_tilt(situation, matched) else {
+            return (unexplained_rad, is_in_doubt || self.navigation.filter.was_attitude_in_doubt());
+        };
+        let known_rad = UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0 / situation.height_m;
+        let filter = &mut self.navigation.filter;
+        let shown_rad = filter.tilt_shown(&shown, (is_in_doubt, known_rad), measurement, &prior);
+        let unexplained_rad = hypot(unexplained_rad, shown_rad);
+        (unexplained_rad, is_in_doubt || self.is_unexplained(situation, unexplained_rad))
     }
 
-    /// The tilt that the picture of a match shows beyond the one that it was corrected for.
+    /// The tilt that the picture of a match shows beyond the one that it was corrected for; `None` if it is not determined,
+    /// or the map is of another year: changed ground makes a curvature of three times its sigma.
     fn shown_tilt(&mut self, situation: &Situation, matched: &Matched) -> Option<ShownTilt> {
-        if matched.by_decision {
+        if matched.by_decision || self.navigation.surface.is_another_year() {
             return None;
         }
-        let height_px = situation.height_m / self.tile.ground_resolution().0;
+        let px_m = self.tile.ground_resolution().0;
+        let (height_px, size) = (situation.height_m / px_m, self.placement.size);
         let (request, matcher, memory) = self.request(matched.corner, matched.search_px, matched.prior)?;
         let curvature = matcher.curvature(&request, &matched.found, memory)?;
         // Rows run south.
         let [east, north] = [curvature.per_px.x, -curvature.per_px.y].map(|per_px| per_px * height_px);
         let c = curvature.covariance;
         let covariance = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * squared(height_px);
+        let relief = RELIEF_SHARE * situation.relief_m / (0.5 * size.0.min(size.1) as f32 * px_m);
         Some(ShownTilt {
-            along: Vector2::new(east, north),
-            covariance: covariance + Matrix2::identity() * squared(SLOPE_SIGMA),
+            nadir_per_height: Vector2::new(east, north),
+            covariance,
+            common_variance: squared(SLOPE_SIGMA) + squared(relief),
         })
     }
 }

@@ -249,7 +249,7 @@ impl Pipeline<'_> {
         }
         let overruled = navigation.tracks.overruled().map(|aside| aside.turned_to(measurement.heading_rad));
         let unexplained_rad = navigation.filter.matched(&measurement, overruled, &prior);
-        (unexplained_rad, self.is_attitude_doubted(situation, unexplained_rad, matched, &measurement))
+        self.check_attitude(situation, unexplained_rad, matched, &measurement)
     }
 
     /// The nadir by a match, with covariance.

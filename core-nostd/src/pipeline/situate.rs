@@ -69,9 +69,9 @@ const SWING_FACTOR: f32 = 1.5;
 /// that leans, which does not swing.
 const SWING_MAX_RAD: f32 = 0.009;
 
-/// Frames without a match after which every other one is corrected for a tilt before the learnt one. Chosen: two are
-/// missed by chance.
-const MISSED_MIN: u8 = 2;
+/// Least number of the candidate, which counts the frames without a match, from which on every other frame is corrected
+/// for the tilt before the learnt one. Chosen: two are missed by chance.
+const CANDIDATE_MIN: u8 = 3;
 
 /// The result of a stream; `Ok(None)` if it is not yet there and may be waited for.
 fn awaited<T>(result: Result<T, PoseError>, wait: Wait) -> Result<Option<T>, PoseError> {
@@ -106,8 +106,8 @@ impl Pipeline<'_> {
         let sigma_s = sigma_us * 1e-6;
         let prior_sigmas = self.prior_sigmas();
         self.navigation.filter.propagate(mid_exposure_at, &prior_sigmas);
-        let missed = self.navigation.candidate;
-        self.navigation.filter.try_tilt_before(missed >= MISSED_MIN && missed % 2 == 1, &prior_sigmas);
+        let number = self.navigation.candidate;
+        self.navigation.filter.try_tilt_before(number >= CANDIDATE_MIN && number % 2 == 1, &prior_sigmas);
         let sigmas = self.uncertainty(&attitude, &follow_up, sigma_s);
         let range = slant.map(|slant| self.range(&slant, attitude.value, prediction.local, sigmas.tilt_rad));
         let azimuth = self.navigation.azimuth.at(mid_exposure_at, attitude.value.heading, sigmas.heading_drift_rad);

@@ -103,14 +103,14 @@ impl<'t> Pipeline<'t> {
         {
             let nadir = self.tile.local(matched.centre.0 + shift.d_col, matched.centre.1 + shift.d_row);
             self.held(nadir, decided, sought.px_m);
-            self.navigation.surface.count_least_squares(true);
+            self.count_least_squares(situation, true);
             let believed = decided.filter(Decision::is_believed);
             matched.is_decided = believed.is_some();
             matched.is_elsewhere = believed.is_some_and(|decided| !sought.is_near(nadir, &decided));
             (matched.found.accepted, matched.risk) = (Ok(self.with_map_error(shift)), CONFIRMED_RISK);
             return;
         }
-        self.navigation.surface.count_least_squares(false);
+        self.count_least_squares(situation, false);
         let Ok((decided, own)) = self.frame_match(matched, accepted.is_err(), &sought) else { return };
         let Some(decided) = decided else {
             self.navigation.surface.agreement.gap();
@@ -179,6 +179,13 @@ impl<'t> Pipeline<'t> {
         let by_place = squared(MAP_SIGMA_PX);
         let covariance = shift.covariance + Matrix2::identity() * by_place;
         Shift { covariance, map_variance: shift.map_variance + by_place, ..shift }
+    }
+
+    /// Counts a frame with or without a valid least-squares match; one whose attitude is in doubt says nothing of the map.
+    fn count_least_squares(&mut self, situation: &Situation, holds: bool) {
+        if !self.is_unexplained(situation, 0.0) {
+            self.navigation.surface.count_least_squares(holds);
+        }
     }
 
     /// The surface's decision, if its risk is at most [`RISK_MAX`].

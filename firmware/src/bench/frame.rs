@@ -10,6 +10,7 @@ use plumbline_core::matching::acceptance::AcceptRule;
 use plumbline_core::math::tan;
 use plumbline_core::mount::Mount;
 use plumbline_core::navigation::Navigation;
+use plumbline_core::navigation::filter::{Filter, Measurement, PriorSigmas};
 use plumbline_core::navigation::reckoning::Moment;
 use plumbline_core::navigation::surface::Surface;
 use plumbline_core::pipeline::{
@@ -33,20 +34,31 @@ pub struct Case {
     pub doubt_px: f32,
     /// The ground is in another state than the map has it, and frames before have decided where the vehicle is.
     pub is_changed: bool,
+    /// The frame before was matched elsewhere: its attitude is in doubt, and checked against the picture's perspective.
+    pub is_doubted: bool,
     /// Whether every stage is measured, or the matching alone, as the rest is the same for both.
     pub has_stages: bool,
 }
 
 /// A frame as most are. The prediction is off by what is not whole, and not where a search begins.
-pub const FRAME: Case =
-    Case { name: "frame", tile_px: 192, off_px: (4.3, -5.6), doubt_px: 0.0, is_changed: false, has_stages: true };
+pub const FRAME: Case = Case {
+    name: "frame",
+    tile_px: 192,
+    off_px: (4.3, -5.6),
+    doubt_px: 0.0,
+    is_changed: false,
+    is_doubted: false,
+    has_stages: true,
+};
 /// One over a map of another year: the greys do not match, and the directions have to.
 pub const ANOTHER_YEAR: Case = Case { name: "frame, another year", is_changed: true, has_stages: false, ..FRAME };
+/// One whose match is far off where the one before was.
+pub const DOUBTED: Case = Case { name: "frame, attitude in doubt", is_doubted: true, has_stages: false, ..FRAME };
 /// A frame whose prediction has drifted. The tile holds the whole search around it.
 pub const REACQUISITION: Case =
     Case { name: "re-acquisition", tile_px: 272, off_px: (50.0, -41.0), doubt_px: 32.0, has_stages: false, ..FRAME };
 /// All of them.
-pub const CASES: [Case; 3] = [FRAME, ANOTHER_YEAR, REACQUISITION];
+pub const CASES: [Case; 4] = [FRAME, ANOTHER_YEAR, DOUBTED, REACQUISITION];
 /// Side of a patch, pixels, and how long ago the frame before was, microseconds.
 const PATCH_PX: f32 = 35.0;
 const BEFORE_US: u64 = 4_000_000;
@@ -81,9 +93,10 @@ pub struct Flown {
 }
 
 impl Flown {
-    /// Whether it was found where it is. What a far search finds another frame has to confirm.
+    /// Whether it was found where it is. What a far search finds another frame has to confirm, and what contradicts the one
+    /// before is no fix.
     pub fn is_found(&self) -> bool {
-        matches!(self.outcome.fix, Ok(_) | Err(Refusal::Unconfirmed)) && self.error_px < 0.5
+        matches!(self.outcome.fix, Ok(_) | Err(Refusal::Unconfirmed | Refusal::Contradicted)) && self.error_px < 0.5
     }
 }
 
@@ -117,6 +130,9 @@ pub fn run(
     let mut navigation = Navigation::new();
     if case.is_changed {
         decide(&mut navigation.surface);
+    }
+    if case.is_doubted {
+        contradict(&mut navigation.filter);
     }
     let memory = Memory { buffers, navigation: &mut navigation, frame: frame_memory };
     let mut pipeline = Pipeline::new(settings(camera, pose), reference, memory).map_err(|_| Refusal::NoFootprint)?;
@@ -164,6 +180,24 @@ fn decide(surface: &mut Surface) {
     surface.add_least_squares(before, RESOLUTION_M);
     surface.add_least_squares(before, RESOLUTION_M);
     (0..FRAMES_BEFORE).for_each(|_| surface.agreement.frame(Some((0.0, 0.0)), 1.0));
+}
+
+/// A match of a moment ago, off by as much as an attitude of fourteen degrees.
+fn contradict(filter: &mut Filter) {
+    let prior = PriorSigmas { velocity_m_per_s: 0.1, tilt_rad: 0.002, extra_wander_rad: 0.0 };
+    let before = |us: u64| Micros(MID_EXPOSURE.0 - us);
+    filter.reported(Moment { at: before(400_000), velocity_m_per_s: [0.0; 2] }, &prior);
+    filter.propagate(before(250_000), &prior);
+    let measurement = Measurement {
+        nadir: Local { east_m: 0.25 * HEIGHT_M, north_m: 0.0 },
+        covariance: Default::default(),
+        inflation_m2: 0.0,
+        transient_rad: 0.0,
+        corrected_tilt_rad: [0.0; 2],
+        height_m: HEIGHT_M,
+        heading_rad: 0.0,
+    };
+    filter.matched(&measurement, None, &prior);
 }
 
 fn georeference() -> Georeference {

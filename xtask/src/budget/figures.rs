@@ -54,7 +54,7 @@ const TO_35: &str = "rectify 512x512 to 35x35";
 const TO_256: &str = "rectify 512x512 to 256x256";
 
 /// What may not be passed.
-const LIMITS: [(&str, &str, f64); 12] = [
+const LIMITS: [(&str, &str, f64); 13] = [
     (TO_64, PER_SOURCE_PIXEL, 3.5),
     (TO_64, SERIAL_480, 4.5),
     (TO_35, SERIAL_480, 4.0),
@@ -62,6 +62,7 @@ const LIMITS: [(&str, &str, f64); 12] = [
     ("frame", SERIAL_480, 6.0),
     (LAST_ROW_TO_FIX, SERIAL_480, 4.5),
     ("frame, another year", SERIAL_480, 7.0),
+    ("frame, attitude in doubt", SERIAL_480, 7.0),
     ("re-acquisition", SERIAL_480, 25.0),
     (APPLICATION, RAM, 32.0 * 1024.0),
     (APPLICATION, RAM_WITHOUT_NAVIGATION, 25.0 * 1024.0),

@@ -8,8 +8,8 @@ use crate::packed::bytes;
 use nalgebra::SVector;
 
 /// Shift along columns and rows, rotation, scale, gain and offset.
-pub(in crate::matching) const UNKNOWNS: usize = 6;
-pub(in crate::matching) type Vector = SVector<f32, UNKNOWNS>;
+pub(super) const UNKNOWNS: usize = 6;
+pub(super) type Vector = SVector<f32, UNKNOWNS>;
 
 /// Smallest sigma of the residuals, grey levels: half a level is that of quantisation alone in both pictures.
 pub(in crate::matching) const SIGMA_MIN: f32 = 0.5;
@@ -35,14 +35,14 @@ const BEND_PX: f32 = 0.1;
 
 /// The current estimate.
 pub(in crate::matching) struct Estimate {
-    pub(in crate::matching) shift: (f32, f32),
+    pub(super) shift: (f32, f32),
     /// Displacement by rotation and scale at the patch's edge, pixels.
-    pub(in crate::matching) turn: f32,
-    pub(in crate::matching) scale: f32,
+    pub(super) turn: f32,
+    pub(super) scale: f32,
     pub(in crate::matching) gain: f32,
     pub(in crate::matching) offset: f32,
     /// Robust sigma of the residuals of the pass before.
-    pub(in crate::matching) sigma: f32,
+    pub(super) sigma: f32,
     pub(in crate::matching) centre: (f32, f32),
     /// Half the patch's longer side: with it rotation and scale are in pixels too, which keeps the normal matrix well
     /// scaled.
@@ -53,7 +53,7 @@ pub(in crate::matching) struct Estimate {
 impl Estimate {
     /// The initial value at the whole-pixel peak and the vertex beside it. The gain is that of the differences along the rows, which changed
     /// ground hardly affects, the offset the median difference with that gain.
-    // Called, it would lie on the stack below the deepest function.
+    // Inlined, so that least-squares matching, the deepest of all, needs no other stack frame below its own.
     #[inline(always)]
     pub(in crate::matching) fn new(
         patch: &View<'_>,

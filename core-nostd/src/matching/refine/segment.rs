@@ -107,8 +107,8 @@ pub(in crate::matching) struct Sums {
 /// over every other pixel, and Σ s s(right neighbour) over those.
 #[derive(Clone, Copy, Default)]
 pub(in crate::matching) struct Autocorrelation {
-    pub(in crate::matching) own: i64,
-    pub(in crate::matching) neighbour: i64,
+    own: i64,
+    neighbour: i64,
 }
 
 impl Autocorrelation {

@@ -10,7 +10,7 @@ use core::ops::Range;
 
 /// The patch smoothed, into `pixels`, at pixels whose 3 x 3 is valid; the others are left unchanged. `None` if it does
 /// not fit.
-// As Estimate::new.
+// Inlined, as [`super::estimate::Estimate::new`].
 #[inline(always)]
 pub(in crate::matching) fn smooth_into<'b>(patch: &View<'_>, runs: &[Run], pixels: &'b mut [u8]) -> Option<View<'b>> {
     let (cols, rows) = patch.size();

@@ -1,5 +1,6 @@
 mod correlated;
 mod misalignment;
+mod shown_tilt;
 
 use super::{Filter, Measurement, PriorSigmas};
 use crate::navigation::reckoning::Moment;

@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use super::{ANOTHER_YEAR, Case, FRAME, FRAME_PX, REACQUISITION, run};
+use super::{ANOTHER_YEAR, Case, DOUBTED, FRAME, FRAME_PX, REACQUISITION, Refusal, run};
 use crate::bench::poses::Pose;
 use crate::bench::region::Stand;
 use crate::bench::texture;
@@ -40,6 +40,7 @@ fn flown(case: &Case) -> (Vec<String>, usize) {
         let flown = run(case, &pose, &mut listener, pictures, buffers_and_memory).expect("no stage refuses");
         assert!(flown.is_found(), "{pose}: {:?}", flown.outcome);
         assert_eq!(flown.outcome.search_px, if case.doubt_px > 0.0 { 64 } else { 10 });
+        assert_eq!(flown.outcome.fix == Err(Refusal::Contradicted), case.is_doubted, "{pose}: {:?}", flown.outcome.fix);
         let off_px = if case.is_changed { 0.5 } else { 0.25 };
         assert!(flown.error_px < off_px, "{pose}: {} px off", flown.error_px);
         frames += 1;
@@ -58,6 +59,13 @@ fn frames_of_the_bench_are_matched_where_they_were_taken() {
 fn frames_of_another_year_are_matched_by_their_directions() {
     let (lines, frames) = flown(&ANOTHER_YEAR);
     assert_eq!(lines[0], "region: frame, another year | register | heading 0 pitch 8 roll 10 beta followed");
+    assert_eq!(lines.len(), frames);
+}
+
+#[test]
+fn frames_with_a_doubted_attitude_are_matched_and_have_no_fix() {
+    let (lines, frames) = flown(&DOUBTED);
+    assert_eq!(lines[0], "region: frame, attitude in doubt | register | heading 0 pitch 8 roll 10 beta followed");
     assert_eq!(lines.len(), frames);
 }
 

@@ -1,0 +1,144 @@
+//! A doubted attitude, and pictures that show the tilt.
+
+use super::{CONSUMER, HEIGHT_M, NOISE_M, noise};
+use crate::navigation::filter::{Filter, Measurement, ShownTilt};
+use crate::navigation::reckoning::Moment;
+use crate::tile::Local;
+use crate::units::Micros;
+use nalgebra::{Matrix2, Vector2};
+use std::vec::Vec;
+
+/// Sigma of the tilt that a picture shows, and with which frames have fixes, radians.
+const SHOWN_RAD: f32 = 0.015;
+const KNOWN_RAD: f32 = 0.025;
+/// A tilt of three degrees, which begins at this time and ends at that, seconds.
+const JUMP_RAD: f32 = 0.052;
+const JUMPS_S: (f32, f32) = (10.0, 20.0);
+
+/// Whether frames of a flight on one heading have fixes, four a second, with their times and by how much the tilt moves them.
+/// `tilt`: the error of the pitch at a time. `shows`: whether pictures show it. `slope`: of the ground, which they show as
+/// well.
+fn flown_over(slope: f32, tilt: impl Fn(f32) -> f32, shows: bool) -> Vec<(f32, bool, f32)> {
+    let (mut filter, mut state) = (Filter::new(), 7u32);
+    let at = |ms: u64| Micros(1_000_000 + 1000 * ms);
+    let speed = 20.0;
+    let mut frames = Vec::new();
+    for ms in (0..40_000u64).step_by(50) {
+        let at_s = 1e-3 * ms as f32;
+        if ms % 200 == 0 {
+            filter.reported(Moment { at: at(ms), velocity_m_per_s: [0.0, speed] }, &CONSUMER);
+        }
+        if ms % 250 != 0 || ms < 500 {
+            continue;
+        }
+        filter.propagate(at(ms), &CONSUMER);
+        let corrected = filter.tilt_rad();
+        // With a nose taken too high the nadir is found behind.
+        let left_rad = tilt(at_s) - corrected[0];
+        let measurement = Measurement {
+            nadir: Local { east_m: noise(&mut state), north_m: speed * at_s - HEIGHT_M * left_rad + noise(&mut state) },
+            covariance: Matrix2::identity() * (NOISE_M * NOISE_M),
+            inflation_m2: 0.0,
+            transient_rad: 0.0,
+            corrected_tilt_rad: corrected,
+            height_m: HEIGHT_M,
+            heading_rad: 0.0,
+        };
+        let unexplained_rad = filter.matched(&measurement, None, &CONSUMER);
+        let is_doubted = |filter: &Filter| filter.unexplained_rad(&CONSUMER).max(unexplained_rad) > KNOWN_RAD;
+        let doubted = is_doubted(&filter);
+        if shows && (doubted || filter.is_attitude_checked(&CONSUMER)) {
+            let off = |state: &mut u32| noise(state) * (SHOWN_RAD / NOISE_M);
+            let nadir_per_height = Vector2::new(off(&mut state), slope - left_rad + off(&mut state));
+            let covariance = Matrix2::identity() * (SHOWN_RAD * SHOWN_RAD);
+            let shown = ShownTilt { nadir_per_height, covariance, common_variance: 0.0 };
+            filter.tilt_shown(&shown, (doubted, KNOWN_RAD), &measurement, &CONSUMER);
+        }
+        frames.push((at_s, !doubted && !is_doubted(&filter), HEIGHT_M * left_rad.abs()));
+    }
+    frames
+}
+
+fn flown(tilt: impl Fn(f32) -> f32, shows: bool) -> Vec<(f32, bool, f32)> {
+    flown_over(0.0, tilt, shows)
+}
+
+/// The first frame with a fix from a time on, after it.
+fn again_s(frames: &[(f32, bool, f32)], from_s: f32) -> f32 {
+    frames.iter().find(|(at_s, is_fixed, _)| *at_s >= from_s && *is_fixed).map_or(f32::MAX, |frame| frame.0 - from_s)
+}
+
+#[test]
+fn pictures_show_when_an_attitude_is_right_again() {
+    // It goes up at once, and down slowly: no match shows where it ends.
+    let fades = |at_s: f32| if at_s < JUMPS_S.0 { 0.0 } else { JUMP_RAD * ((25.0 - at_s) / 5.0).clamp(0.0, 1.0) };
+    let end = |frames: &[(f32, bool, f32)]| {
+        let fixed = frames.iter().filter(|(at_s, is_fixed, _)| *at_s > 27.0 && *is_fixed);
+        fixed.map(|(_, _, off_m)| *off_m).fold(0.0, f32::max)
+    };
+    let frames = flown(fades, true);
+    assert!(again_s(&frames, 25.0) < 2.0, "{}", again_s(&frames, 25.0));
+    assert!(end(&frames) < 0.5, "{}", end(&frames));
+    // As many sigmas of their mean as it takes to be noticed.
+    assert!(frames.iter().all(|(_, is_fixed, off_m)| !is_fixed || *off_m < 4.5), "{frames:?}");
+    let without = flown(fades, false);
+    assert!(again_s(&without, 25.0) > 2.0 || end(&without) > 2.0, "{} {}", again_s(&without, 25.0), end(&without));
+}
+
+#[test]
+fn a_tilt_that_lasts_is_not_taken_for_the_one_before() {
+    let frames = flown(|at_s| if at_s < JUMPS_S.0 { 0.0 } else { JUMP_RAD }, true);
+    let lasting = &frames[38..];
+    assert!(lasting.iter().all(|(_, is_fixed, _)| !is_fixed), "{lasting:?}");
+    // Frames are corrected for it as pictures show it, to a sigma of theirs.
+    assert!(lasting[10..].iter().all(|(_, _, off_m)| *off_m < HEIGHT_M * SHOWN_RAD), "{lasting:?}");
+}
+
+/// Ground that is taken to be level shows a tilt that is none: it moves fixes by less than as much.
+#[test]
+fn a_slope_that_is_not_known_moves_fixes_by_less_than_its_tilt() {
+    let jumps = |at_s: f32| if (JUMPS_S.0..JUMPS_S.1).contains(&at_s) { JUMP_RAD } else { 0.0 };
+    for slope in [-0.04f32, -0.02, 0.02, 0.04] {
+        let frames = flown_over(slope, jumps, true);
+        let behind = frames.iter().filter(|(at_s, is_fixed, _)| *at_s > JUMPS_S.1 + 0.5 && *is_fixed);
+        let largest_m = behind.map(|(_, _, off_m)| *off_m).fold(0.0, f32::max);
+        assert!(largest_m < HEIGHT_M * slope.abs(), "{slope}: {largest_m}");
+    }
+}
+
+#[test]
+fn a_swing_is_not_correct_as_it_passes_zero() {
+    // Five degrees every six seconds; each crossing lasts half a second within the sigma of a picture.
+    let swings = |at_s: f32| {
+        let is_late = (JUMPS_S.0..JUMPS_S.1).contains(&at_s);
+        if is_late { 0.087 * libm::cosf(core::f32::consts::TAU * (at_s - JUMPS_S.0) / 6.0) } else { 0.0 }
+    };
+    let frames = flown(swings, true);
+    assert!(frames.iter().all(|(_, is_fixed, off_m)| !is_fixed || *off_m < 3.0), "{frames:?}");
+    assert!(again_s(&frames, JUMPS_S.1) < 2.0, "{}", again_s(&frames, JUMPS_S.1));
+}
+
+#[test]
+fn a_picture_that_shows_nothing_changes_nothing() {
+    let mut filter = Filter::new();
+    let at = Micros(1_000_000);
+    filter.reported(Moment { at, velocity_m_per_s: [0.0; 2] }, &CONSUMER);
+    let measurement = Measurement {
+        nadir: Local { east_m: 0.0, north_m: 0.0 },
+        covariance: Matrix2::identity(),
+        inflation_m2: 0.0,
+        transient_rad: 0.0,
+        corrected_tilt_rad: [0.0; 2],
+        height_m: HEIGHT_M,
+        heading_rad: 0.0,
+    };
+    filter.propagate(at, &CONSUMER);
+    filter.matched(&measurement, None, &CONSUMER);
+    let before = (filter.tilt_rad(), filter.tilt_sigma_rad(&CONSUMER));
+    for (along, variance) in [(f32::NAN, 1e-4), (0.1, f32::NAN), (0.1, 0.0), (0.1, -1.0), (0.1, f32::INFINITY)] {
+        let nadir_per_height = Vector2::new(along, 0.0);
+        let shown = ShownTilt { nadir_per_height, covariance: Matrix2::identity() * variance, common_variance: 0.0 };
+        filter.tilt_shown(&shown, (true, KNOWN_RAD), &measurement, &CONSUMER);
+        assert_eq!((filter.tilt_rad(), filter.tilt_sigma_rad(&CONSUMER)), before, "{along} {variance}");
+    }
+}
