@@ -83,6 +83,9 @@ const CONFIRMED_FRAMES: u8 = 250;
 const CONFIRMED_SHARE_PRIOR: f32 = 0.2;
 const PRIOR_FRAMES: u8 = 15;
 const SAME_YEAR_SHARE_MIN: f32 = 0.4;
+/// Least share of such frames with which the map is of the ground's own year with little doubt. Chosen: nine of ten have
+/// one over such a map.
+const OWN_YEAR_SHARE_MIN: f32 = 0.75;
 /// No position on any tile is as far from its centre, metres: a quarter of the Earth's circumference.
 const FAR_M: f32 = 1e7;
 /// Evidence of a valid least-squares match, and the radius in shifts within which it holds: one of 23,000 wrong peaks had such a match, so
@@ -317,6 +320,11 @@ impl Surface {
     /// Whether the map seems to be of another year than the ground: few frames have a valid least-squares match.
     pub fn is_another_year(&self) -> bool {
         self.confirmed_share < SAME_YEAR_SHARE_MIN
+    }
+
+    /// Whether the map is of the ground's own year with little doubt: most frames have one.
+    pub fn is_own_year(&self) -> bool {
+        self.confirmed_share >= OWN_YEAR_SHARE_MIN
     }
 
     /// Adds a valid least-squares match at `nadir`: evidence against every cell further away than a wrong match. If the peak is there, the

@@ -48,9 +48,9 @@ impl Pipeline<'_> {
     }
 
     /// The tilt that the picture of a match shows beyond the one that it was corrected for; `None` if it is not determined,
-    /// or the map is of another year: changed ground makes a curvature of three times its sigma.
+    /// or the map may be of another year: changed ground makes a curvature of three times its sigma.
     fn shown_tilt(&mut self, situation: &Situation, matched: &Matched) -> Option<ShownTilt> {
-        if matched.by_decision || self.navigation.surface.is_another_year() {
+        if matched.by_decision || !self.navigation.surface.is_own_year() {
             return None;
         }
         let px_m = self.tile.ground_resolution().0;

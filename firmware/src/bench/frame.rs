@@ -10,7 +10,7 @@ use plumbline_core::matching::acceptance::AcceptRule;
 use plumbline_core::math::tan;
 use plumbline_core::mount::Mount;
 use plumbline_core::navigation::Navigation;
-use plumbline_core::navigation::filter::{Filter, Measurement, PriorSigmas};
+use plumbline_core::navigation::filter::{Measurement, PriorSigmas};
 use plumbline_core::navigation::reckoning::Moment;
 use plumbline_core::navigation::surface::Surface;
 use plumbline_core::pipeline::{
@@ -132,7 +132,7 @@ pub fn run(
         decide(&mut navigation.surface);
     }
     if case.is_doubted {
-        contradict(&mut navigation.filter);
+        contradict(&mut navigation);
     }
     let memory = Memory { buffers, navigation: &mut navigation, frame: frame_memory };
     let mut pipeline = Pipeline::new(settings(camera, pose), reference, memory).map_err(|_| Refusal::NoFootprint)?;
@@ -168,6 +168,9 @@ fn changed(grey: u8) -> u8 {
 /// Frames whose own peaks agreed with the decision. Chosen: more than it takes.
 const FRAMES_BEFORE: usize = 8;
 
+/// Frames with valid least squares after which the map is of its own year. Chosen: more than it takes.
+const SAME_YEAR_BEFORE: usize = 200;
+
 /// Least squares have held twice where the vehicle is, a footprint before it, and the frames before were there by themselves.
 fn decide(surface: &mut Surface) {
     let (truth, side_m) = (Local { east_m: 0.0, north_m: 0.0 }, PATCH_PX * RESOLUTION_M);
@@ -182,8 +185,10 @@ fn decide(surface: &mut Surface) {
     (0..FRAMES_BEFORE).for_each(|_| surface.agreement.frame(Some((0.0, 0.0)), 1.0));
 }
 
-/// A match of a moment ago, off by as much as an attitude of fourteen degrees.
-fn contradict(filter: &mut Filter) {
+/// Frames of the map's own year, and a match of a moment ago that is off by as much as an attitude of fourteen degrees.
+fn contradict(navigation: &mut Navigation) {
+    let Navigation { filter, surface, .. } = navigation;
+    (0..SAME_YEAR_BEFORE).for_each(|_| surface.count_least_squares(true));
     let prior = PriorSigmas { velocity_m_per_s: 0.1, tilt_rad: 0.002, extra_wander_rad: 0.0 };
     let before = |us: u64| Micros(MID_EXPOSURE.0 - us);
     filter.reported(Moment { at: before(400_000), velocity_m_per_s: [0.0; 2] }, &prior);
