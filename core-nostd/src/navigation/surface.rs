@@ -83,9 +83,6 @@ const CONFIRMED_FRAMES: u8 = 250;
 const CONFIRMED_SHARE_PRIOR: f32 = 0.2;
 const PRIOR_FRAMES: u8 = 15;
 const SAME_YEAR_SHARE_MIN: f32 = 0.4;
-/// Least share of such frames with which the map is of the ground's own year with little doubt. Chosen: nine of ten have
-/// one over such a map.
-const OWN_YEAR_SHARE_MIN: f32 = 0.75;
 /// No position on any tile is as far from its centre, metres: a quarter of the Earth's circumference.
 const FAR_M: f32 = 1e7;
 /// Evidence of a valid least-squares match, and the radius in shifts within which it holds: one of 23,000 wrong peaks had such a match, so
@@ -141,7 +138,7 @@ pub struct Surface {
     /// Whether single frames agree with the decision.
     pub agreement: Agreement,
     /// Share of frames with a valid least-squares match, and the number of frames in it, the prior's included.
-    confirmed_share: f32,
+    pub(crate) confirmed_share: f32,
     averaged_frames: u8,
 }
 
@@ -320,11 +317,6 @@ impl Surface {
     /// Whether the map seems to be of another year than the ground: few frames have a valid least-squares match.
     pub fn is_another_year(&self) -> bool {
         self.confirmed_share < SAME_YEAR_SHARE_MIN
-    }
-
-    /// Whether the map is of the ground's own year with little doubt: most frames have one.
-    pub fn is_own_year(&self) -> bool {
-        self.confirmed_share >= OWN_YEAR_SHARE_MIN
     }
 
     /// Adds a valid least-squares match at `nadir`: evidence against every cell further away than a wrong match. If the peak is there, the

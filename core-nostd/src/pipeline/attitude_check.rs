@@ -17,6 +17,10 @@ const SLOPE_SIGMA: f32 = 0.005;
 /// curvature of displacements by random relief, of which a match has a share of 0.15 ([`crate::fix`]), is 1.8 times that.
 const RELIEF_SHARE: f32 = 0.27;
 
+/// Least share of frames with a valid least-squares match with which the map is of the ground's own year with little
+/// doubt. Chosen: over such a map six to nine of ten have one, over one of another year up to two.
+const OWN_YEAR_SHARE_MIN: f32 = 0.75;
+
 impl Pipeline<'_> {
     /// Checks the attitude of an accepted match's frame. If it is in doubt, or has to be checked all the same, the filter
     /// is told which tilt the picture shows, for this frame and the next. `unexplained_rad`: by this match. Returns the
@@ -47,10 +51,15 @@ impl Pipeline<'_> {
         (unexplained_rad, is_in_doubt || self.is_unexplained(situation, unexplained_rad))
     }
 
+    /// Whether the map is of the ground's own year with little doubt.
+    pub(super) fn is_own_year(&self) -> bool {
+        self.navigation.surface.confirmed_share >= OWN_YEAR_SHARE_MIN
+    }
+
     /// The tilt that the picture of a match shows beyond the one that it was corrected for; `None` if it is not determined,
     /// or the map may be of another year: changed ground makes a curvature of three times its sigma.
     fn shown_tilt(&mut self, situation: &Situation, matched: &Matched) -> Option<ShownTilt> {
-        if matched.by_decision || !self.navigation.surface.is_own_year() {
+        if matched.by_decision || !self.is_own_year() {
             return None;
         }
         let px_m = self.tile.ground_resolution().0;

@@ -247,9 +247,10 @@ impl Filter {
         if let Some(correct_rad) = correct.filter(|correct| left_rad(correct) <= known_rad) {
             let left_rad = left_rad(&correct_rad);
             self.jumps.end(correct_rad.into());
-            (self.transient_rad, self.before_swing_rad) = (left_rad, left_rad);
+            (self.transient_rad, self.before_swing_rad) = (0.0, 0.0);
             self.shown.correct_at = Some(mean.moment.at);
-            self.start(&measurement.with_tilt(correct_rad.into()), prior);
+            let prior = PriorSigmas { tilt_rad: combined_sigma(prior.tilt_rad, left_rad), ..*prior };
+            self.start(&measurement.with_tilt(correct_rad.into()), &prior);
             return;
         }
         let estimated_rad = Vector2::from(self.matched_tilt_rad());
