@@ -143,9 +143,9 @@ impl MeanTilt {
         self.variance + self.common_variance
     }
 
-    /// Whether a tilt may be the one shown.
-    fn is_near(&self, rad: &Vector2<f32>) -> bool {
-        (self.rad - rad).norm_squared() <= TRANSIENT_GATE * self.total_variance()
+    /// Whether a tilt of this sigma may be the one shown, radians.
+    fn is_near(&self, rad: &Vector2<f32>, sigma_rad: f32) -> bool {
+        (self.rad - rad).norm_squared() <= TRANSIENT_GATE * (self.total_variance() + squared(sigma_rad))
     }
 }
 
@@ -228,10 +228,11 @@ impl Filter {
         let estimated_rad = Vector2::from(self.matched_tilt_rad());
         let shown_rad = if is_swinging && self.was_attitude_in_doubt() {
             TRANSIENT_MAX_RAD
-        } else if mean.is_near(&estimated_rad) {
+        } else if mean.is_near(&estimated_rad, self.newest.map_or(0.0, |newest| newest.tilt_sigma_rad())) {
             0.0
         } else {
-            (mean.rad - estimated_rad).norm()
+            // Of each axis.
+            sqrt(0.5 * (mean.rad - estimated_rad).norm_squared())
         };
         let before_rad = self.transient_rad;
         self.transient_rad = before_rad.max(shown_rad);
@@ -241,7 +242,7 @@ impl Filter {
     /// Restarts from a match with the tilt before the doubt, if pictures show that one well enough for fixes. Otherwise, if
     /// they do not show the estimated one, with what they show, as uncertain as after a jump there.
     fn restart_as_shown(&mut self, mean: &MeanTilt, known_rad: f32, measurement: &Measurement, prior: &PriorSigmas) {
-        let correct = self.jumps.means().find(|correct| mean.is_near(correct));
+        let correct = self.jumps.means().find(|correct| mean.is_near(correct, 0.0));
         // What is shown beyond it may be noise or not, so it counts as uncertainty of each axis.
         let left_rad = |correct: &Vector2<f32>| sqrt(mean.total_variance() + 0.5 * (mean.rad - correct).norm_squared());
         if let Some(correct_rad) = correct.filter(|correct| left_rad(correct) <= known_rad) {
@@ -254,7 +255,7 @@ impl Filter {
             return;
         }
         let estimated_rad = Vector2::from(self.matched_tilt_rad());
-        if mean.is_near(&estimated_rad) {
+        if mean.is_near(&estimated_rad, 0.0) {
             return;
         }
         let shown_rad = correct.unwrap_or(mean.rad);
