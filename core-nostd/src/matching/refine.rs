@@ -161,9 +161,8 @@ pub fn refine(
     bytes: &mut [u8],
 ) -> Result<SubPixel, RefineError> {
     let mut sizes = Histogram::new();
-    let start = ((peak.d_col, peak.d_row), peak.vertex);
-    let mut estimate =
-        Estimate::new(patch, runs, reference, radius, start, &mut sizes).ok_or(RefineError::TooLittle)?;
+    let estimate = Estimate::new(patch, runs, reference, radius, (peak.at(), peak.vertex), &mut sizes);
+    let mut estimate = estimate.ok_or(RefineError::TooLittle)?;
     let smooth = smooth_into(patch, runs, bytes).ok_or(RefineError::TooLittle)?;
     let pixels = valid(runs);
     let mut stride = (pixels / COARSE_PX).clamp(2, COARSE_STRIDE);

@@ -39,6 +39,13 @@ pub struct Peak {
     pub on_border: bool,
 }
 
+impl Peak {
+    /// Its shift, (columns to the right, rows downwards).
+    pub(crate) fn at(&self) -> (i16, i16) {
+        (self.d_col, self.d_row)
+    }
+}
+
 /// Most local maxima of the coarse ranking that the whole patch decides between: with six of them and a ranking over
 /// [`images::RANKING_PX`] no frame of the default scene is lost that a search of every shift over the whole patch
 /// finds. Over the weak one of the four series the peak is wrong 291 times of 1,500 with one, 84 with three, 38 with

@@ -277,23 +277,6 @@ impl Filter {
         self.propagate_to(at, prior);
     }
 
-    /// Has the newest frame corrected for the tilt before the jumps, if the estimated one was learnt and is far off it:
-    /// where no match is found, the learnt error may have ended.
-    pub fn try_tilt_before(&mut self, is_tried: bool, prior: &PriorSigmas) {
-        self.is_tilt_before_tried = is_tried && self.is_tilt_learnt(prior);
-    }
-
-    /// Whether the newest frame is corrected for that one.
-    pub fn is_tilt_before_tried(&self) -> bool {
-        self.is_tilt_before_tried
-    }
-
-    /// Whether the estimated tilt is far off the one before the jumps.
-    fn is_tilt_learnt(&self, prior: &PriorSigmas) -> bool {
-        let learnt_rad = Vector2::from(self.matched_tilt_rad()) - Vector2::from(self.jumps.before_rad());
-        learnt_rad.norm() > LEARNT_SIGMAS * prior.tilt_rad
-    }
-
     fn propagate_to(&mut self, at: Micros, prior: &PriorSigmas) {
         let moment = self.extrapolated(at);
         let before = core::mem::replace(&mut self.moment, moment);

@@ -7,7 +7,7 @@
 //! corrected for that tilt, and the doubt remains.
 
 use super::innovation_test::TRANSIENT_MAX_RAD;
-use super::jumps::PERIOD_US;
+use super::jumps::{LEARNT_SIGMAS, PERIOD_US};
 use super::measurement::{Measurement, PriorSigmas, tilt_jacobian};
 use super::{Filter, HIDDEN_M_PER_S, TRANSIENT_GATE};
 use crate::math::{combined_sigma, sqrt, squared};
@@ -165,6 +165,23 @@ impl ShownTilts {
 }
 
 impl Filter {
+    /// Has the newest frame corrected for the tilt before the jumps, if the estimated one was learnt and is far off it:
+    /// where no match is found, the learnt error may have ended.
+    pub fn try_tilt_before(&mut self, is_tried: bool, prior: &PriorSigmas) {
+        self.is_tilt_before_tried = is_tried && self.is_tilt_learnt(prior);
+    }
+
+    /// Whether the newest frame is corrected for that one.
+    pub fn is_tilt_before_tried(&self) -> bool {
+        self.is_tilt_before_tried
+    }
+
+    /// Whether the estimated tilt is far off the one before the jumps.
+    fn is_tilt_learnt(&self, prior: &PriorSigmas) -> bool {
+        let learnt_rad = Vector2::from(self.matched_tilt_rad()) - Vector2::from(self.jumps.before_rad());
+        learnt_rad.norm() > LEARNT_SIGMAS * prior.tilt_rad
+    }
+
     /// Whether pictures have shown a moment ago that the attitude is correct again: what swings would be off again within
     /// that time.
     pub fn was_attitude_in_doubt(&self) -> bool {
