@@ -55,12 +55,12 @@ fn off(
 ) -> Option<([f64; 2], [[f64; 2]; 2])> {
     let (size, height) = camera;
     let ground = Ground::new(100 + number, 40.0, 5.0);
-    let nadir = if number % 3 == 0 { (0, 0) } else { (random.between(-12.0, 12.0) as i16, 9) };
+    let nadir = if number.is_multiple_of(3) { (0, 0) } else { (random.between(-12.0, 12.0) as i16, 9) };
     // The search reaches the match: the tilt moves the nadir by up to six pixels.
     let at = (random.between(-2.0, 2.0), random.between(-2.0, 2.0));
     let patch = tilted(camera, &ground, nadir, (at, tilt_rad, 3.0), random);
     let reference = ground.picture(reference_size(size), Placement::default(), 3.0, random);
-    let runs = if number % 2 == 0 { all_valid(size) } else { footprint(size) };
+    let runs = if number.is_multiple_of(2) { all_valid(size) } else { footprint(size) };
     let found = shown(&patch, &runs, &reference, nadir, PRIOR)?;
     // The displacement of the nadir over the height is the tangent of the tilt.
     let off = [0, 1].map(|axis| f64::from(found.per_px[axis]) * height - tilt_rad[axis].tan());
