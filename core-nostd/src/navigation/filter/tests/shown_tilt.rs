@@ -135,10 +135,12 @@ fn a_picture_that_shows_nothing_changes_nothing() {
     filter.propagate(at, &CONSUMER);
     filter.matched(&measurement, None, &CONSUMER);
     let before = (filter.tilt_rad(), filter.tilt_sigma_rad(&CONSUMER));
+    let shown_before = std::format!("{:?}", filter.shown);
     for (along, variance) in [(f32::NAN, 1e-4), (0.1, f32::NAN), (0.1, 0.0), (0.1, -1.0), (0.1, f32::INFINITY)] {
         let nadir_per_height = Vector2::new(along, 0.0);
         let shown = ShownTilt { nadir_per_height, covariance: Matrix2::identity() * variance, common_variance: 0.0 };
         filter.tilt_shown(&shown, (true, KNOWN_RAD), &measurement, &CONSUMER);
+        assert_eq!(std::format!("{:?}", filter.shown), shown_before);
         assert_eq!((filter.tilt_rad(), filter.tilt_sigma_rad(&CONSUMER)), before, "{along} {variance}");
     }
 }
