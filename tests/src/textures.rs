@@ -55,7 +55,6 @@ impl Ground {
         let half = |count: u16| 0.5 * (f64::from(count) - 1.0);
         let (s, c) = placement.turn_rad.sin_cos();
         let stretch = 1.0 + placement.scale;
-        let sinc = |t: f64| if t == 0.0 { 1.0 } else { (0.5 * TAU * t).sin() / (0.5 * TAU * t) };
         let mut greys = vec![128.0; usize::from(size.0) * usize::from(size.1)];
         for &[u, v, phase, height] in &self.waves {
             let height = height * sinc(u * stretch) * sinc(v * stretch);
@@ -77,7 +76,6 @@ impl Ground {
 
     /// The exact grey of a pixel, upright and of the ground's scale, around a point of the ground.
     pub fn at(&self, (x, y): (f64, f64)) -> f64 {
-        let sinc = |t: f64| if t == 0.0 { 1.0 } else { (0.5 * TAU * t).sin() / (0.5 * TAU * t) };
         let wave =
             |&[u, v, phase, height]: &[f64; 4]| height * sinc(u) * sinc(v) * (TAU * (phase + u * x + v * y)).sin();
         128.0 + self.waves.iter().map(wave).sum::<f64>()
@@ -88,6 +86,11 @@ impl Ground {
         let seen = self.exact(size, placement).into_iter().map(|grey| grey + noise * random.normal());
         Picture { pixels: seen.map(|grey| grey.round().clamp(0.0, 255.0) as u8).collect(), size }
     }
+}
+
+/// Mean of a wave of so many turns a pixel over a pixel, over its value in the middle.
+fn sinc(turns: f64) -> f64 {
+    if turns == 0.0 { 1.0 } else { (0.5 * TAU * turns).sin() / (0.5 * TAU * turns) }
 }
 
 /// The whole picture valid.

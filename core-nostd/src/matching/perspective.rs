@@ -31,7 +31,6 @@ const SEGMENT: usize = 8;
 const WEIGHT_MIN: f32 = 4.0 * UNKNOWNS as f32;
 /// Largest last step of a displacement, pixels at the patch's edge: a solution that moves on has not converged. Chosen.
 const CONVERGED_PX: f32 = 0.3;
-
 /// Error of the first order, one sigma, as a share of the tilt: pictures of 34 and 64 pixels, rotated exactly by two to six
 /// degrees, show up to a fifth too little.
 const FIRST_ORDER_SHARE: f32 = 0.1;

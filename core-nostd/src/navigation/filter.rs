@@ -9,7 +9,8 @@
 //!
 //! Frames are rectified with the attitude corrected by the estimated tilt, and the covariance of a fix contains what is
 //! left of it. A match beyond the gate is unexplained: if it is accepted all the same, position and attitude may both
-//! have jumped. Both get that uncertainty until a turn separates them or the attitude has jumped back.
+//! have jumped. Both get that uncertainty until a turn separates them, the attitude has jumped back, or pictures show the
+//! tilt.
 //!
 //! A velocity arrives a few tenths of a second after its instant, and in a turn it has changed by then. So a match
 //! waits for the velocities around it; until they come the position is extrapolated with the last acceleration.

@@ -140,15 +140,11 @@ impl Estimate {
     /// residuals, over the outlier's. The equations are solved for gain x displacement, and the new gain is the better
     /// one to divide by.
     pub(super) fn step(&mut self, step: &Vector, median_size: f32) -> f32 {
-        let gain = self.gain + step[4];
-        let ratio = self.gain / gain;
         let (before, read) = (self.shift, self.read_shift());
-        self.shift = (read.0 + ratio * step[0], read.1 + ratio * step[1]);
-        self.turn += ratio * step[2];
-        self.scale += ratio * step[3];
-        self.gain = gain;
-        self.offset += step[5];
-        self.sigma = sigma(median_size * self.outlier());
+        let step = self.radiometric(step, Some(median_size));
+        self.shift = (read.0 + step[0], read.1 + step[1]);
+        self.turn += step[2];
+        self.scale += step[3];
         (self.shift.0 - before.0).abs().max((self.shift.1 - before.1).abs())
     }
 
