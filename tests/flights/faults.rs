@@ -80,6 +80,16 @@ fn an_attitude_that_fails_makes_no_wrong_fix() {
     holds("attitude.scale=1.1", "", 0.7);
 }
 
+/// No turn tells: the perspective of the pictures does.
+#[test]
+fn pictures_show_within_two_seconds_that_an_attitude_is_right_again() {
+    let rocking = "flight.tilt_max_deg = 20";
+    for fault in ["attitude.bias=3", "attitude.bias=9", "attitude.scale=1.3", "attitude.delayed=300", "heading.bias=20"]
+    {
+        holds(fault, rocking, 0.0);
+    }
+}
+
 #[test]
 fn a_heading_that_fails_makes_no_wrong_fix() {
     let fixed = "[follow_up]\nmode = \"fixed\"";

@@ -15,7 +15,7 @@ use super::refine::smooth::smooth_into;
 use super::refine::{EFFICIENCY, Inner, OVERRELAXATION, REACH_PX, SubPixel};
 use crate::image::{Run, View};
 use crate::math::squared;
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use nalgebra::{Matrix2, Matrix2x4, Matrix4, SMatrix, SVector, Vector2};
 
 /// Shift along columns and rows, rotation, scale, and curvature along columns and rows: the displacements.
 const DISPLACEMENTS: usize = 6;
@@ -44,8 +44,25 @@ type Vector = SVector<f32, UNKNOWNS>;
 pub struct Curvature {
     /// k and l.
     pub per_px: Vector2<f32>,
-    /// Their covariance.
-    pub covariance: Matrix2<f32>,
+    /// Displacement of the nadir with them, columns to the right and rows down, less that of the match without them, pixels.
+    pub nadir: Vector2<f32>,
+    /// Covariance of the nadir's displacement and of `per_px`.
+    together: Matrix4<f32>,
+}
+
+impl Curvature {
+    /// Covariance of `per_px`.
+    pub fn covariance(&self) -> Matrix2<f32> {
+        self.together.fixed_view::<2, 2>(2, 2).into_owned()
+    }
+
+    /// Displacement of the nadir less what the tilt displaces it by and less that of the match without it, for a camera so
+    /// high, columns to the right and rows down, pixels, with its covariance.
+    pub fn resected(&self, height_px: f32) -> (Vector2<f32>, Matrix2<f32>) {
+        let less = -squared(height_px);
+        let by = Matrix2x4::new(1.0, 0.0, less, 0.0, 0.0, 1.0, 0.0, less);
+        (self.nadir + self.per_px * less, by * self.together * by.transpose())
+    }
 }
 
 /// The displacements of a point, each for one unknown, pixels: shift of the patch's centre, rotation and scale about it,
@@ -201,6 +218,7 @@ pub fn curvature(
     let mut at = Vector::zeros();
     (at[0], at[1]) = (found.d_col, found.d_row);
     (at[2], at[3]) = (found.turn_and_scale.0 * half, found.turn_and_scale.1 * half);
+    let begun = at;
     let mut segment = Segment::default();
     let mut last = None;
     for pass in 0..PASSES {
@@ -221,9 +239,19 @@ pub fn curvature(
         }
     }
     let (covariance, inflation) = last?;
-    let own = covariance.fixed_view::<2, 2>(DISPLACEMENTS - 2, DISPLACEMENTS - 2);
     let per_px = 1.0 / squared(half);
+    // Columns: what the unknowns displace the nadir by, and the curvature.
+    let there = Field::at(nadir, nadir, half);
+    let mut by = SMatrix::<f32, UNKNOWNS, 4>::zeros();
+    for (index, (col, row)) in there.by.into_iter().enumerate() {
+        (by[(index, 0)], by[(index, 1)]) = (col, row);
+    }
+    (by[(DISPLACEMENTS - 2, 2)], by[(DISPLACEMENTS - 1, 3)]) = (per_px, per_px);
     let found = Vector2::new(at[DISPLACEMENTS - 2], at[DISPLACEMENTS - 1]) * per_px;
-    let left_out = Matrix2::identity() * squared(FIRST_ORDER_SHARE * found.norm());
-    Some(Curvature { per_px: found, covariance: own * (EFFICIENCY * inflation * squared(per_px)) + left_out })
+    let moved = by.fixed_columns::<2>(0).transpose() * (at - begun);
+    let mut together = by.transpose() * covariance * by * (EFFICIENCY * inflation);
+    for axis in 2..4 {
+        together[(axis, axis)] += squared(FIRST_ORDER_SHARE * found.norm());
+    }
+    Some(Curvature { per_px: found, nadir: moved, together })
 }

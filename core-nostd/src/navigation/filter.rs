@@ -25,7 +25,7 @@ mod jumps;
 mod misalignment;
 mod settle;
 mod satellites;
-mod shown_tilt;
+mod resection;
 
 use super::reckoning::{Moment, displacement_m};
 use crate::math::{combined_sigma, hypot, sqrt, squared};
@@ -39,10 +39,10 @@ use measurement::white;
 pub use measurement::{Measurement, PriorSigmas};
 use misalignment::Misalignment;
 use nalgebra::{Matrix2, Vector2};
+pub use resection::Resected;
+use resection::Resections;
 pub use satellites::SatellitePosition;
 use satellites::{Moved, Satellites};
-pub use shown_tilt::ShownTilt;
-use shown_tilt::ShownTilts;
 
 /// Time constant by which a transient tilt that matches have shown decays, seconds. Chosen: half of the period of 20 s
 /// with which a vehicle rocks slowly, within which the swing of a late or scaled attitude has changed its sign.
@@ -92,10 +92,10 @@ pub struct Filter {
     /// The sigma before that.
     before_swing_rad: f32,
     jumps: Jumps,
-    /// Whether the newest frame is corrected for the tilt before the jumps instead of the estimated one.
-    is_tilt_before_tried: bool,
+    /// Another tilt than the estimated one that the newest frame is corrected for, pitch and roll, radians.
+    tried_rad: Option<[f32; 2]>,
     /// What pictures show of the tilt while the attitude is in doubt or checked.
-    shown: ShownTilts,
+    resections: Resections,
     misalignment: Misalignment,
     /// Satellite navigation beside the matches, and its correction of pitch and roll at the newest frame, radians.
     satellites: Satellites,
@@ -119,8 +119,8 @@ impl Filter {
             swing_at: moment.at,
             before_swing_rad: 0.0,
             jumps: Jumps::new(),
-            is_tilt_before_tried: false,
-            shown: ShownTilts::new(),
+            tried_rad: None,
+            resections: Resections::new(),
             misalignment: Misalignment::new(),
             satellites: Satellites::new(),
             satellite_tilt_rad: None,
@@ -128,9 +128,9 @@ impl Filter {
     }
 
     /// Error of pitch and roll to correct the newest frame for, reported less true, radians: the estimated one, or the
-    /// one before ([`Filter::try_tilt_before`]).
+    /// another ([`Filter::try_other_tilt`]).
     pub fn tilt_rad(&self) -> [f32; 2] {
-        let [pitch, roll] = if self.is_tilt_before_tried { self.jumps.before_rad() } else { self.matched_tilt_rad() };
+        let [pitch, roll] = self.tried_rad.unwrap_or(self.matched_tilt_rad());
         self.satellite_tilt_rad.map_or([pitch, roll], |[more, aside]| [pitch + more, roll + aside])
     }
 
@@ -252,7 +252,7 @@ impl Filter {
         (self.settled, self.newest, self.prediction) = (None, None, None);
         self.pending.clear();
         (self.transient_rad, self.jumps, self.satellite_tilt_rad) = (0.0, Jumps::new(), None);
-        (self.shown, self.is_tilt_before_tried) = (ShownTilts::new(), false);
+        (self.resections, self.tried_rad) = (Resections::new(), None);
         self.misalignment = Misalignment::new();
         self.satellites.stop();
     }

@@ -5,9 +5,10 @@
 
 use super::register::{Matched, UNEXPLAINED_MAX_PX};
 use super::{Pipeline, Situation};
-use crate::matching::Matcher;
+use crate::matching::{Matcher, Prior};
 use crate::math::{hypot, squared};
-use crate::navigation::filter::{Measurement, ShownTilt};
+use crate::navigation::filter::{Measurement, Resected};
+use crate::navigation::tracks::Sighting;
 use nalgebra::{Matrix2, Vector2};
 
 /// One sigma of the ground's slope beyond the plane of rectification, along each axis. Chosen: half a metre over a
@@ -16,39 +17,59 @@ const SLOPE_SIGMA: f32 = 0.005;
 /// Slope that relief about that plane passes for, as a share of relief over half of the patch's shorter side: the
 /// curvature of displacements by random relief, of which a match has a share of 0.15 ([`crate::fix`]), is 1.8 times that.
 const RELIEF_SHARE: f32 = 0.27;
+/// One sigma of the tilt in doubt, radians, for what it turns and scales the picture by: a roll about the axis of a vehicle that is pitched
+/// turns it, and the height by a slant range is as much off. Chosen: that of an attitude 0.3 s late of a vehicle that rocks by 20 degrees
+/// a second. With the priors of a correct attitude pictures showed two thirds of such tilts.
+const DOUBTED_RAD: f32 = 0.1;
 
 /// Least share of frames with a valid least-squares match with which the map is of the ground's own year with little
 /// doubt. Chosen: over such a map six to nine of ten have one, over one of another year up to two.
-const OWN_YEAR_SHARE_MIN: f32 = 0.75;
+const OWN_YEAR_SHARE_MIN: f32 = 0.6;
 
 impl Pipeline<'_> {
-    /// Checks the attitude of an accepted match's frame. If it is in doubt, or has to be checked all the same, the filter
-    /// is told which tilt the picture shows, for this frame and the next. `unexplained_rad`: by this match. Returns the
-    /// sigma of a tilt beyond the situation's, radians, and whether the attitude is in doubt.
+    /// Tells the filter which tilt the picture of an accepted match shows, before it takes the match, if the frame's attitude is in doubt
+    /// or has to be checked. Whether it did.
+    #[inline(never)]
+    pub(super) fn resect(&mut self, situation: &Situation, matched: &Matched, sighting: &Sighting) -> Option<Sighting> {
+        let shift = matched.found.accepted.ok()?;
+        let measurement = &self.measurement(situation, &shift, sighting);
+        let prior = self.prior_sigmas();
+        let filter = &self.navigation.filter;
+        let is_in_doubt =
+            filter.is_jump(measurement) || filter.is_other_tilt_tried() || self.is_unexplained(situation, 0.0);
+        if !is_in_doubt && !filter.is_attitude_checked(&prior) {
+            self.navigation.filter.clear_resections();
+            return None;
+        }
+        let resected = self.resected(situation, matched);
+        let (nadir, covariance) =
+            self.navigation.filter.resect(resected.as_ref(), !is_in_doubt, measurement, &prior)?;
+        Some(if is_in_doubt { Sighting { nadir, covariance, white: covariance, ..*sighting } } else { *sighting })
+    }
+
+    /// Checks the attitude of an accepted match's frame once the filter has taken the match. `unexplained_rad`: sigma of a tilt beyond the
+    /// situation's by this match. `is_resected`: the filter was told what its picture shows. Returns that sigma with what this adds, and
+    /// whether the attitude is in doubt.
     #[inline(never)]
     pub(super) fn check_attitude(
         &mut self,
         situation: &Situation,
-        unexplained_rad: f32,
-        matched: &Matched,
+        (unexplained_rad, is_resected): (f32, bool),
         measurement: &Measurement,
     ) -> (f32, bool) {
         let prior = self.prior_sigmas();
         let filter = &self.navigation.filter;
         // A frame that was corrected for another tilt than the estimated one has no fix.
-        let is_in_doubt = self.is_unexplained(situation, unexplained_rad) || filter.is_tilt_before_tried();
-        if !is_in_doubt && !filter.is_attitude_checked(&prior) {
-            self.navigation.filter.clear_shown_tilt();
-            return (unexplained_rad, false);
-        }
-        let Some(shown) = self.shown_tilt(situation, matched) else {
-            return (unexplained_rad, is_in_doubt || self.navigation.filter.was_attitude_in_doubt());
-        };
+        let is_in_doubt = self.is_unexplained(situation, unexplained_rad) || filter.is_other_tilt_tried();
         let known_rad = UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0 / situation.height_m;
-        let filter = &mut self.navigation.filter;
-        let shown_rad = filter.tilt_shown(&shown, (is_in_doubt, known_rad), measurement, &prior);
+        if !is_resected {
+            return (unexplained_rad, is_in_doubt || filter.was_attitude_in_doubt());
+        }
+        let Some(shown_rad) = self.navigation.filter.conclude((is_in_doubt, known_rad), measurement, &prior) else {
+            return (unexplained_rad, true);
+        };
         let unexplained_rad = hypot(unexplained_rad, shown_rad);
-        (unexplained_rad, is_in_doubt || self.is_unexplained(situation, unexplained_rad))
+        (unexplained_rad, self.is_unexplained(situation, unexplained_rad))
     }
 
     /// Whether the map is of the ground's own year with little doubt.
@@ -56,25 +77,27 @@ impl Pipeline<'_> {
         self.navigation.surface.confirmed_share >= OWN_YEAR_SHARE_MIN
     }
 
-    /// The tilt that the picture of a match shows beyond the one that it was corrected for; `None` if it is not determined,
-    /// or the map may be of another year: changed ground makes a curvature of three times its sigma.
-    fn shown_tilt(&mut self, situation: &Situation, matched: &Matched) -> Option<ShownTilt> {
+    /// A match corrected for the tilt that its picture shows; `None` if it does not determine it, or the map may be of another year:
+    /// changed ground makes a curvature of three times its sigma.
+    fn resected(&mut self, situation: &Situation, matched: &Matched) -> Option<Resected> {
         if matched.by_decision || !self.is_own_year() {
             return None;
         }
         let px_m = self.tile.ground_resolution().0;
         let (height_px, size) = (situation.height_m / px_m, self.placement.size);
-        let (request, matcher, memory) = self.request(matched.corner, matched.search_px, matched.prior)?;
+        let coupled = DOUBTED_RAD * hypot(situation.attitude.pitch.0, situation.attitude.roll.0);
+        let Prior { turn_rad, scale } = matched.prior;
+        let prior = Prior { turn_rad: hypot(turn_rad, coupled), scale: hypot(scale, coupled) };
+        let (request, matcher, memory) = self.request(matched.corner, matched.search_px, prior)?;
         let curvature = matcher.curvature(&request, &matched.found, memory)?;
         // Rows run south.
-        let [east, north] = [curvature.per_px.x, -curvature.per_px.y].map(|per_px| per_px * height_px);
-        let c = curvature.covariance;
-        let covariance = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * squared(height_px);
+        let (by_px, c) = curvature.resected(height_px);
+        let covariance = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * squared(px_m);
         let relief = RELIEF_SHARE * situation.relief_m / (0.5 * size.0.min(size.1) as f32 * px_m);
-        Some(ShownTilt {
-            nadir_per_height: Vector2::new(east, north),
+        Some(Resected {
+            by_m: Vector2::new(by_px.x, -by_px.y) * px_m,
             covariance,
-            common_variance: squared(SLOPE_SIGMA) + squared(relief),
+            common_variance: (squared(SLOPE_SIGMA) + squared(relief)) * squared(situation.height_m),
         })
     }
 }

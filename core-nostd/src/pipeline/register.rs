@@ -108,7 +108,11 @@ impl Pipeline<'_> {
             sighting = self.plausible_sighting(situation, &tried);
         }
         let by_decision = tried.as_ref().is_ok_and(|matched| matched.by_decision);
-        let ended = (sighting, by_decision);
+        let resected = match (&tried, &sighting) {
+            (Ok(matched), Ok(sighting)) if !search.is_far => self.resect(situation, matched, sighting),
+            _ => None,
+        };
+        let ended = (sighting.map(|sighting| resected.unwrap_or(sighting)), by_decision);
         let counts = self.search_state.finish(&mut self.navigation.tracks, search, situation, &parameters, ended);
         if let Ok(Matched { found: Match { accepted: Err(Rejection::OnBorder), shift, .. }, centre, .. }) = &tried
             && !search.is_far
@@ -120,7 +124,9 @@ impl Pipeline<'_> {
             self.navigation.candidate = self.navigation.candidate.wrapping_add(1);
         }
         let (unexplained_rad, is_doubted) = match (&tried, sighting, counts) {
-            (Ok(matched), Ok(sighting), Ok(())) => self.update_navigation(situation, matched, &sighting),
+            (Ok(matched), Ok(sighting), Ok(())) => {
+                self.update_navigation(situation, matched, &sighting, resected.is_some())
+            }
             _ => (0.0, false),
         };
         let is_elsewhere = tried.as_ref().is_ok_and(|matched| matched.is_elsewhere);
@@ -211,7 +217,7 @@ impl Pipeline<'_> {
     }
 
     /// The filter's measurement by an accepted match.
-    fn measurement(&self, situation: &Situation, shift: &Shift, sighting: &Sighting) -> Measurement {
+    pub(super) fn measurement(&self, situation: &Situation, shift: &Shift, sighting: &Sighting) -> Measurement {
         let filter = &self.navigation.filter;
         let known_rad = filter.tilt_sigma_rad(&self.prior_sigmas());
         Measurement {
@@ -230,7 +236,13 @@ impl Pipeline<'_> {
     /// Returns the additional sigma of a tilt, radians, if the match was inconsistent, and whether the attitude is in
     /// doubt.
     #[inline(never)]
-    fn update_navigation(&mut self, situation: &Situation, matched: &Matched, sighting: &Sighting) -> (f32, bool) {
+    fn update_navigation(
+        &mut self,
+        situation: &Situation,
+        matched: &Matched,
+        sighting: &Sighting,
+        is_resected: bool,
+    ) -> (f32, bool) {
         let Ok(shift) = &matched.found.accepted else { return (0.0, false) };
         let measurement = self.measurement(situation, shift, sighting);
         let nadir = measurement.nadir;
@@ -248,8 +260,8 @@ impl Pipeline<'_> {
             navigation.heights.update_scale(at, height, Observed { off, variance }, ground_m, &altitude_prior);
         }
         let overruled = navigation.tracks.overruled().map(|aside| aside.turned_to(measurement.heading_rad));
-        let unexplained_rad = navigation.filter.matched(&measurement, overruled, &prior);
-        self.check_attitude(situation, unexplained_rad, matched, &measurement)
+        let unexplained_rad = self.navigation.filter.matched(&measurement, overruled, &prior);
+        self.check_attitude(situation, (unexplained_rad, is_resected), &measurement)
     }
 
     /// The nadir by a match, with covariance.

@@ -108,8 +108,8 @@ impl Pipeline<'_> {
         self.navigation.filter.propagate(mid_exposure_at, &prior_sigmas);
         let number = self.navigation.candidate;
         // Over a map of another year a frame is evidence for the surface although it is not matched alone.
-        let is_tried = self.is_own_year() && number >= CANDIDATE_MIN && number % 2 == 1;
-        self.navigation.filter.try_tilt_before(is_tried, &prior_sigmas);
+        let is_lost = self.is_own_year() && number >= CANDIDATE_MIN && number % 2 == 1;
+        self.navigation.filter.try_other_tilt(is_lost, &prior_sigmas);
         let sigmas = self.uncertainty(&attitude, &follow_up, sigma_s);
         let range = slant.map(|slant| self.range(&slant, attitude.value, prediction.local, sigmas.tilt_rad));
         let azimuth = self.navigation.azimuth.at(mid_exposure_at, attitude.value.heading, sigmas.heading_drift_rad);

@@ -268,6 +268,14 @@ impl Estimate {
         other
     }
 
+    /// With the variance of a change of tilt added, sigma in radians.
+    pub(super) fn with_tilt_noise(mut self, by_rad: f32) -> Estimate {
+        for axis in TILT..TILT + 2 {
+            self.covariance[(axis, axis)] += squared(by_rad);
+        }
+        self
+    }
+
     /// Innovation of a match. `white`: its covariance without the constant tilt.
     pub(super) fn innovation(&self, measurement: &Measurement, white: Matrix2<f32>) -> Innovation {
         let jacobian = tilt_jacobian(measurement);
@@ -285,6 +293,16 @@ impl Estimate {
         // Negative only by rounding in the covariance.
         let nis = if nis >= 0.0 { nis } else { f32::INFINITY };
         Innovation { off, nis, excess_tilt_rad, cross_covariance, inverse: inverse.unwrap_or_default() }
+    }
+
+    /// Innovation of a position measured without the attitude.
+    pub(super) fn position_innovation(&self, position: Local, covariance: Matrix2<f32>) -> Innovation {
+        let off = Vector2::new(position.east_m - self.state[0], position.north_m - self.state[1]);
+        let cross_covariance = self.covariance.fixed_view::<STATES, 2>(0, 0).into_owned();
+        let inverse = (cross_covariance.fixed_view::<2, 2>(0, 0) + covariance).try_inverse();
+        let nis = inverse.map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
+        let nis = if nis >= 0.0 { nis } else { f32::INFINITY };
+        Innovation { off, nis, excess_tilt_rad: 0.0, cross_covariance, inverse: inverse.unwrap_or_default() }
     }
 
     /// Updated by a match.

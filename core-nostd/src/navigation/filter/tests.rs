@@ -1,6 +1,6 @@
 mod correlated;
 mod misalignment;
-mod shown_tilt;
+mod resection;
 
 use super::{Filter, Measurement, PriorSigmas};
 use crate::navigation::reckoning::Moment;

@@ -1,7 +1,7 @@
 //! A doubted attitude, and pictures that show the tilt.
 
 use super::{CONSUMER, HEIGHT_M, NOISE_M, noise};
-use crate::navigation::filter::{Filter, Measurement, ShownTilt};
+use crate::navigation::filter::{Filter, Measurement, Resected};
 use crate::navigation::reckoning::Moment;
 use crate::tile::Local;
 use crate::units::Micros;
@@ -32,6 +32,7 @@ fn flown_over(slope: f32, tilt: impl Fn(f32) -> f32, shows: bool) -> Vec<(f32, b
             continue;
         }
         filter.propagate(at(ms), &CONSUMER);
+        filter.try_other_tilt(false, &CONSUMER);
         let corrected = filter.tilt_rad();
         // With a nose taken too high the nadir is found behind.
         let left_rad = tilt(at_s) - corrected[0];
@@ -44,17 +45,24 @@ fn flown_over(slope: f32, tilt: impl Fn(f32) -> f32, shows: bool) -> Vec<(f32, b
             height_m: HEIGHT_M,
             heading_rad: 0.0,
         };
+        let in_doubt = filter.is_jump(&measurement)
+            || filter.is_other_tilt_tried()
+            || filter.unexplained_rad(&CONSUMER) > KNOWN_RAD;
+        if shows && (in_doubt || filter.is_attitude_checked(&CONSUMER)) {
+            let off = |state: &mut u32| noise(state) * (SHOWN_RAD / NOISE_M);
+            let by_m = Vector2::new(off(&mut state), left_rad - slope + off(&mut state)) * HEIGHT_M;
+            let covariance = Matrix2::identity() * (SHOWN_RAD * SHOWN_RAD * HEIGHT_M * HEIGHT_M);
+            let resected = Resected { by_m, covariance, common_variance: 0.0 };
+            filter.resect(Some(&resected), !in_doubt, &measurement, &CONSUMER);
+        } else {
+            filter.clear_resections();
+        }
         let unexplained_rad = filter.matched(&measurement, None, &CONSUMER);
         let is_doubted = |filter: &Filter| filter.unexplained_rad(&CONSUMER).max(unexplained_rad) > KNOWN_RAD;
-        let doubted = is_doubted(&filter);
-        if shows && (doubted || filter.is_attitude_checked(&CONSUMER)) {
-            let off = |state: &mut u32| noise(state) * (SHOWN_RAD / NOISE_M);
-            let nadir_per_height = Vector2::new(off(&mut state), slope - left_rad + off(&mut state));
-            let covariance = Matrix2::identity() * (SHOWN_RAD * SHOWN_RAD);
-            let shown = ShownTilt { nadir_per_height, covariance, common_variance: 0.0 };
-            filter.tilt_shown(&shown, (doubted, KNOWN_RAD), &measurement, &CONSUMER);
-        }
-        frames.push((at_s, !doubted && !is_doubted(&filter), HEIGHT_M * left_rad.abs()));
+        let doubted = is_doubted(&filter) || filter.is_other_tilt_tried();
+        let shown_rad = filter.conclude((doubted, KNOWN_RAD), &measurement, &CONSUMER);
+        let remains_doubted = shows && filter.was_attitude_in_doubt() && shown_rad.is_none();
+        frames.push((at_s, !doubted && !remains_doubted && !is_doubted(&filter), HEIGHT_M * left_rad.abs()));
     }
     frames
 }
@@ -135,12 +143,11 @@ fn a_picture_that_shows_nothing_changes_nothing() {
     filter.propagate(at, &CONSUMER);
     filter.matched(&measurement, None, &CONSUMER);
     let before = (filter.tilt_rad(), filter.tilt_sigma_rad(&CONSUMER));
-    let shown_before = std::format!("{:?}", filter.shown);
-    for (along, variance) in [(f32::NAN, 1e-4), (0.1, f32::NAN), (0.1, 0.0), (0.1, -1.0), (0.1, f32::INFINITY)] {
-        let nadir_per_height = Vector2::new(along, 0.0);
-        let shown = ShownTilt { nadir_per_height, covariance: Matrix2::identity() * variance, common_variance: 0.0 };
-        filter.tilt_shown(&shown, (true, KNOWN_RAD), &measurement, &CONSUMER);
-        assert_eq!(std::format!("{:?}", filter.shown), shown_before);
+    for (along, variance) in [(f32::NAN, 1.0), (1.0, f32::NAN), (1.0, 0.0), (1.0, -1.0), (1.0, f32::INFINITY)] {
+        let (by_m, covariance) = (Vector2::new(along, 0.0), Matrix2::identity() * variance);
+        let resected = Resected { by_m, covariance, common_variance: 0.0 };
+        assert_eq!(filter.resect(Some(&resected), true, &measurement, &CONSUMER), None, "{along} {variance}");
+        filter.conclude((true, KNOWN_RAD), &measurement, &CONSUMER);
         assert_eq!((filter.tilt_rad(), filter.tilt_sigma_rad(&CONSUMER)), before, "{along} {variance}");
     }
 }
