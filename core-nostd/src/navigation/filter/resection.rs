@@ -23,9 +23,9 @@ const INDEPENDENT_US: f32 = 0.9e6;
 /// Longest interval between two pictures after which the tilt is known, microseconds. Chosen: beyond it an attitude may have swung there and
 /// back.
 const GAP_US: i32 = 1_000_000;
-/// Longest time without a picture for which matches alone update the position, microseconds. Chosen: dead reckoning is off by less than a
+/// Longest time without a picture for which matches alone update the position, microseconds. Chosen: dead reckoning is off by as much as a
 /// picture then.
-const PICTURED_US: i32 = 2_000_000;
+const PICTURED_US: i32 = 5_000_000;
 /// Sigma of the tilt after a jump, each axis, radians. Chosen: half of the largest jump that is one of the tilt.
 const JUMPED_RAD: f32 = 0.15;
 /// Largest sigma of the resected tilt for frames to be corrected for it, radians. Chosen: a pixel 120 m up over pixels of 5 m.
