@@ -31,6 +31,8 @@ pub struct Geoid {
     heights: Dem,
     /// How it was named.
     name: String,
+    /// Least and greatest height over the area.
+    range_m: [f64; 2],
 }
 
 /// Where the posts of a file lie, and how they are stored.
@@ -81,13 +83,28 @@ impl Geoid {
                 "it has {height} m there, and no geoid is more than {HEIGHT_MAX_M} m from the ellipsoid: is it an elevation model?"
             )));
         }
-        let geoid = Geoid { heights, name: path.display().to_string() };
-        let [west, south, east, north] = area_deg;
-        let corners = [[south, west], [south, east], [north, west], [north, east]];
-        if corners.iter().any(|[lat, lon]| geoid.height_m(*lat, *lon).is_none()) {
-            return Err(outside(path));
-        }
+        let mut geoid = Geoid { heights, name: path.display().to_string(), range_m: [0.0; 2] };
+        geoid.range_m = geoid.range_over(area_deg).ok_or_else(|| outside(path))?;
         Ok(geoid)
+    }
+
+    /// Least and greatest height over an area, of its corners and of the posts in it; `None` where it is not covered.
+    fn range_over(&self, [west, south, east, north]: [f64; 4]) -> Option<[f64; 2]> {
+        let corners = [[south, west], [south, east], [north, west], [north, east]];
+        let mut all = corners.map(|[lat, lon]| self.height_m(lat, lon)).into_iter().collect::<Option<Vec<f64>>>()?;
+        let Dem { cols, west_m, south_m, step_m: [dx, dy], ref heights, .. } = self.heights;
+        for (index, height) in heights.iter().enumerate() {
+            let (lon, lat) = (west_m + dx * (index % cols) as f64, south_m + dy * (index / cols) as f64);
+            if (south..=north).contains(&lat)
+                && [0.0, 360.0, -360.0].iter().any(|turn| (west..=east).contains(&(lon + turn)))
+            {
+                all.push(*height);
+            }
+        }
+        Some(
+            all.into_iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| [low.min(height), high.max(height)]),
+        )
     }
 
     /// Its height above the ellipsoid, bilinear between posts; `None` outside the part that was read.
@@ -96,10 +113,10 @@ impl Geoid {
         [0.0, 360.0, -360.0].into_iter().find_map(|turn| self.heights.height(lon_deg + turn, lat_deg))
     }
 
-    /// Its least and greatest height in the part that was read.
+    /// Its least and greatest height over the area that it was read for.
     #[must_use]
     pub fn range_m(&self) -> [f64; 2] {
-        self.heights.range_m().unwrap_or_default()
+        self.range_m
     }
 
     /// How it was named.

@@ -60,6 +60,11 @@ fn all_formats_have_the_same_heights() {
             assert!((found - height(lat, lon)).abs() < 1e-5, "{}: {found} {}", path.display(), height(lat, lon));
         }
         assert_eq!(geoid.height_m(44.0, 11.2), None);
+        let [least, most] = geoid.range_m();
+        assert!(
+            (least - height(47.9, 11.3)).abs() < 1e-5 && (most - height(48.2, 11.1)).abs() < 1e-5,
+            "{least} {most}"
+        );
     }
     // West of Greenwich, where GeographicLib's grid begins, and on both sides of it.
     for area in [[-70.4, -30.2, -70.1, -30.0], [-0.3, 51.0, 0.4, 51.2]] {
