@@ -180,7 +180,8 @@ fn overlaps_as_shares_and_fields_of_view_in_radians() {
         "plan --dem dem.asc --area 600100,5340100,600900,5340600 --camera camera.toml --gsd-m 1.2 --out out --overlap";
     let mut refusals = Refusals::new(&folder);
     refusals.expect(&format!("{plan} 0.7/0.4"), &["percent", "write 70/40"]);
-    refusals.expect(&format!("{plan} 70/0.4"), &["percent"]);
+    refusals.expect(&format!("{plan} 70/0.4"), &["percent", "write 70/40"]);
+    refusals.expect(&format!("{plan} 0.7/0"), &["percent", "write 70/0"]);
     refusals.expect(&format!("{plan} 70/40 --tilt-deg 30"), &["--tilt-deg 30", "30.0 degrees along"]);
     refusals.done();
     assert_eq!(folder.run(&format!("{plan} 70/40")).done().stderr.matches("is that meant").count(), 0);

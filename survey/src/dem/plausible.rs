@@ -37,8 +37,8 @@ const STEEP_OVER_M: f64 = 30.0;
 const UNEVEN_SHARE: f64 = 0.5;
 /// How many posts away: hills whose kilometres are rounded to two decimals are level from post to post.
 const UNEVEN_POSTS: usize = 10;
-/// Fewest pairs that say anything. Chosen: a mean of them is then good to some percent.
-const PAIRS_MIN: usize = 1000;
+/// Fewest pairs that say anything. Chosen: a mean of them is then good to a fifth or so, and what is measured is twice as far from the limits.
+const PAIRS_MIN: usize = 100;
 
 impl Dem {
     /// What speaks against its heights. `is_unit_stated`: whether its file says in which unit they are.
@@ -49,7 +49,8 @@ impl Dem {
             return Some(Doubt::ZeroThroughout);
         }
         if !is_unit_stated && LAND_KM.contains(&low_m) && LAND_KM.contains(&high_m) {
-            let (near, away) = (self.differences([1; 2]), self.differences([UNEVEN_POSTS; 2]));
+            let away = [self.cols, self.rows].map(|posts| UNEVEN_POSTS.min(posts / 2).max(1));
+            let (near, away) = (self.differences([1; 2]), self.differences(away));
             let is_uneven = away.uneven as f64 >= UNEVEN_SHARE * away.pairs as f64;
             if near.pairs >= PAIRS_MIN && is_uneven && near.mean_slope() <= FLAT {
                 return Some(Doubt::Kilometres);
@@ -148,6 +149,8 @@ mod tests {
             assert_eq!((in_km.doubt(false), in_km.doubt(true)), (Some(Doubt::Kilometres), None), "{step_m}");
             assert_eq!(model(step_m, |x, y| hills(x, y, 0.0)).doubt(false), None, "{step_m}");
         }
+        let small = Dem::from_fn((9, 8), [0.0, 0.0], [90.0; 2], |x, y| 1e-3 * hills(x, y, 0.0));
+        assert_eq!(small.doubt(false), Some(Doubt::Kilometres));
         let rounded = model(25.0, |x, y| (0.1 * hills(x, y, 0.0)).round() / 100.0);
         assert_eq!(rounded.doubt(false), Some(Doubt::Kilometres));
         // A polder of 0 to 3 m with a noise of some centimetres; the same rounded to centimetres; one below the sea; low dunes.

@@ -313,8 +313,8 @@ pub fn overlaps(text: &str) -> Result<Overlaps, String> {
     let overlaps = Overlaps { forward: share(forward)?, side: share(side)? };
     let is_share = |overlap: f64| overlap > 0.0 && overlap < 0.01;
     if is_share(overlaps.forward) || is_share(overlaps.side) {
-        let [forward, side] =
-            [overlaps.forward, overlaps.side].map(|share| (1e6 * 100.0 * 100.0 * share).round() / 1e6);
+        let percent = |overlap: f64| if is_share(overlap) { 1e4 * overlap } else { 100.0 * overlap };
+        let [forward, side] = [overlaps.forward, overlaps.side].map(|overlap| (1e6 * percent(overlap)).round() / 1e6);
         return Err(format!("overlaps are percent; for shares of 1 write {forward}/{side}"));
     }
     Ok(overlaps)
