@@ -219,6 +219,8 @@ impl Grid {
     fn part(&self, file: &mut File, [west, south, east, north]: [f64; 4]) -> std::io::Result<Option<Dem>> {
         let [dx, dy] = self.step_deg;
         let is_around = (self.cols as f64 + 0.5) * dx >= 360.0;
+        // Its last column may be its first once more.
+        let period = if is_around { (360.0 / dx).round() as i64 } else { self.cols };
         let from_deg = (west - self.west_deg).rem_euclid(360.0);
         let (left, right) = ((from_deg / dx).floor() as i64, ((from_deg + east - west) / dx).floor() as i64 + 1);
         let row = |lat: f64| ((lat - self.south_deg) / dy).floor() as i64;
@@ -230,7 +232,7 @@ impl Grid {
         let mut heights = Vec::new();
         for row in bottom..=top {
             for col in left..=right {
-                heights.push(self.post(file, col.rem_euclid(self.cols), row)?);
+                heights.push(self.post(file, col.rem_euclid(period), row)?);
             }
         }
         Ok(Some(Dem {

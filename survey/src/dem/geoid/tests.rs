@@ -77,6 +77,21 @@ fn all_formats_have_the_same_heights() {
 }
 
 #[test]
+fn a_grid_around_the_earth_has_no_seam() {
+    let folder = scratch("geoid-seam");
+    let wave = |lat: f64, lon: f64| 0.1 * lat + 30.0 * lon.to_radians().sin();
+    for (name, cols) in [("open.gtx", 1440), ("closed.gtx", 1441)] {
+        let path = folder.join(name);
+        std::fs::write(&path, gtx([-90.0, -180.0], (cols, 721), wave)).expect("written");
+        let geoid = Geoid::over(&path, [179.6, -20.0, 180.4, -19.5]).expect("a geoid");
+        for lon in [179.75, 180.0, 180.25] {
+            let found = geoid.height_m(-19.75, lon).expect("covered");
+            assert!((found - wave(-19.75, lon)).abs() < 1e-5, "{name} {lon}: {found}");
+        }
+    }
+}
+
+#[test]
 fn what_is_no_geoid_of_the_place_is_refused() {
     let folder = scratch("geoid-refused");
     let munich = [11.1, 47.9, 11.3, 48.2];
