@@ -45,8 +45,15 @@ fn heights_in_kilometres_are_not_flown_over() {
     refusals.expect(STORE, &["out/plan.json", "kilometres", "--force"]);
     refusals.done();
     folder.run(&format!("{PLAN} --force")).done();
-    // Who says that they are metres is believed.
-    folder.run(&format!("{PLAN} --vertical-epsg 5773")).done();
+    // A datum is no unit. A file that says that they are metres is believed.
+    assert_eq!(folder.run(&format!("{PLAN} --vertical-epsg 5773")).code, Some(1));
+    folder.write("dem.asc", grid(|x, y| 1e-3 * hills(x + 1500.0, 2000.0 - y)));
+    let of_grid = with(&with(PLAN, "--dem", "dem.asc"), "--area", "0,0,400,300");
+    folder.write("dem.prj", crate::plan_safety::METRES);
+    assert_eq!(folder.run(&of_grid).code, Some(1));
+    let vertical = r#",VERTCS["EGM96_Geoid",VDATUM["EGM96_Geoid"],UNIT["Meter",1.0]]"#;
+    folder.write("dem.prj", format!("{}{vertical}", crate::plan_safety::METRES));
+    folder.run(&of_grid).done();
     assert!(json(&folder, "out/plan.json")["checks"].get("heights_doubt").is_none());
     folder.write("dem.tif", model(hills));
     folder.run(PLAN).done();

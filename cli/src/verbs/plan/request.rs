@@ -87,7 +87,7 @@ impl Prepared {
         }
         let geoid = vertical::geoid(args, &place, &dem)?;
         let vertical = Vertical::new(file.height_datum(), args.vertical_epsg, geoid.as_ref())?;
-        let heights_doubt = doubt(args, &file, &dem, &place);
+        let heights_doubt = doubt(&file, &dem, &place);
         let vertical = place.is_known().then_some(vertical);
         Ok(Prepared { request, dem, place, camera, noise, heights_doubt, vertical, geoid })
     }
@@ -136,10 +136,10 @@ fn request(
     })
 }
 
-/// What speaks against the model's heights. On a local grid a height of 0 may be anywhere.
-fn doubt(args: &Args, file: &DemFile, dem: &Dem, place: &Place) -> Option<Doubt> {
-    let is_unit_stated = file.is_unit_stated() || args.vertical_epsg.is_some();
-    dem.doubt(is_unit_stated).filter(|doubt| *doubt != Doubt::ZeroThroughout || place.is_known())
+/// What speaks against the model's heights: --vertical-epsg, which is about their zero, answers none of it. On a local grid a height of 0 may be
+/// anywhere.
+fn doubt(file: &DemFile, dem: &Dem, place: &Place) -> Option<Doubt> {
+    dem.doubt(file.is_unit_stated()).filter(|doubt| *doubt != Doubt::ZeroThroughout || place.is_known())
 }
 
 /// Height above the base plane, by whichever option says it.
