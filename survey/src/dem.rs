@@ -6,14 +6,18 @@
 mod ascii;
 mod file;
 mod frame;
+mod geoid;
 mod over;
+mod plausible;
 mod prj;
 mod tokens;
 mod wkt;
 
 pub use file::DemFile;
 pub use frame::Frame;
+pub use geoid::Geoid;
 pub use over::Heights;
+pub use plausible::Doubt;
 
 /// How far (in steps) a place may lie off a post and still be taken as on it: sums of coordinates do not come out
 /// exactly, and beside a post there may be nothing. At 10^7 m an `f64` is good to 2e-9 m.

@@ -42,6 +42,12 @@ impl InputError {
         Self { sentence: format!("{place}: {}", self.sentence), ..self }
     }
 
+    /// With `more` behind the sentence.
+    #[must_use]
+    pub fn with(self, more: impl fmt::Display) -> Self {
+        Self { sentence: format!("{}; {more}", self.sentence), ..self }
+    }
+
     /// Whether work failed; else the input is bad.
     #[must_use]
     pub fn is_failed_work(&self) -> bool {

@@ -32,6 +32,7 @@ mod pictures;
 mod pipes;
 mod plan;
 mod plan_follow;
+mod plan_heights;
 mod plan_safety;
 mod plans;
 mod oriented;

@@ -180,7 +180,8 @@ fn overlaps_as_shares_and_fields_of_view_in_radians() {
         "plan --dem dem.asc --area 600100,5340100,600900,5340600 --camera camera.toml --gsd-m 1.2 --out out --overlap";
     let mut refusals = Refusals::new(&folder);
     refusals.expect(&format!("{plan} 0.7/0.4"), &["percent", "write 70/40"]);
-    refusals.expect(&format!("{plan} 70/0.4"), &["percent"]);
+    refusals.expect(&format!("{plan} 70/0.4"), &["percent", "write 70/40"]);
+    refusals.expect(&format!("{plan} 0.7/0"), &["percent", "write 70/0"]);
     refusals.expect(&format!("{plan} 70/40 --tilt-deg 30"), &["--tilt-deg 30", "30.0 degrees along"]);
     refusals.done();
     assert_eq!(folder.run(&format!("{plan} 70/40")).done().stderr.matches("is that meant").count(), 0);
@@ -189,6 +190,18 @@ fn overlaps_as_shares_and_fields_of_view_in_radians() {
         high.contains("above the base plane: is that meant?") && high.contains("15.0000 m on the ground"),
         "{high}"
     );
+    // Pixels of 2 and of 4 mm, of 9 and of 11 m.
+    folder.write("flat.asc", crate::elevation::grid(|_, _| 100.0));
+    let pixel = |gsd: &str| {
+        let area = if gsd.starts_with('0') { "0,0,2,2" } else { "0,0,400,300" };
+        let run = folder.run(&format!(
+            "plan --dem flat.asc --area {area} --camera camera.toml --gsd-m {gsd} --overlap 60/30 --speed-m-s 1 --force --out out"
+        ));
+        assert_eq!(run.code, Some(0), "{run:?}");
+        run.stderr
+            .contains(&format!("a pixel is {gsd}0 m on the ground: is that meant? --gsd-m and --height-m are metres"))
+    };
+    assert_eq!(["0.002", "0.004", "9.000", "11.000"].map(pixel), [true, false, false, true]);
     // 60 degrees in radians.
     let camera = folder.text("camera.toml").replace("60.0", "1.0472");
     folder.write("camera.toml", camera);

@@ -40,7 +40,11 @@ fn local_metres_leave_two_files_out_and_an_origin_brings_them() {
     assert!(run.stdout.contains("60.00 % forward"), "{run:?}");
     assert_eq!(written(&folder), names(&["coverage.tif", "plan.geojson", "plan.json", "report.html"]));
     let run = folder.run(&format!("{PLAN} --origin 48,11")).done();
-    assert_eq!(run.stderr, "");
+    assert!(
+        run.stderr.lines().count() == 1 && run.stderr.contains("does not say above what its heights are"),
+        "{run:?}"
+    );
+    assert_eq!(folder.run(&format!("{PLAN} --origin 48,11 --vertical-epsg 5773")).done().stderr, "");
     let all = ["coverage.tif", "plan.geojson", "plan.json", "plan.kml", "plan.plan", "report.html"];
     assert_eq!(written(&folder), names(&all));
     let plan: Value = serde_json::from_str(&folder.text("out/plan.json")).expect("JSON");
@@ -71,12 +75,12 @@ fn json_is_the_plans_file_and_the_same_request_gives_the_same_bytes() {
 fn a_mission_longer_than_autopilots_take_is_told() {
     let folder = scene("plan-items");
     let plan = with(&with(PLAN, "--height-m", "150"), "--overlap", "94/80");
-    let run = folder.run(&format!("{plan} --origin 48,11 --trigger-items")).done();
+    let run = folder.run(&format!("{plan} --origin 48,11 --vertical-epsg 5773 --trigger-items")).done();
     assert!(run.stderr.starts_with("plan.plan has ") && run.stderr.ends_with("take 724\n"), "{run:?}");
     let mission: Value = serde_json::from_str(&folder.text("out/plan.plan")).expect("JSON");
     let items = mission["mission"]["items"].as_array().expect("items").len();
     assert!(items > 724 && run.stderr.contains(&items.to_string()), "{items} {run:?}");
-    assert_eq!(folder.run(&format!("{plan} --origin 48,11")).done().stderr, "");
+    assert_eq!(folder.run(&format!("{plan} --origin 48,11 --vertical-epsg 5773")).done().stderr, "");
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod meant;
 mod questions;
 mod request;
 mod text;
+mod vertical;
 
 use crate::files::{Files, create_folder};
 use crate::outcome::{Failure, Outcome, note};
@@ -72,6 +73,17 @@ pub struct Args {
     /// Latitude and longitude of x = 0, y = 0 of a grid without reference system, degrees
     #[arg(long, value_name = "LAT,LON", value_parser = super::exterior::point, allow_hyphen_values = true)]
     origin: Option<[f64; 2]>,
+    /// EPSG code of the elevation model's vertical system, such as 5773 (EGM96 height) or 3855 (EGM2008 height), where its file names none
+    ///
+    /// A mission's altitudes are above mean sea level, and so are the heights of a model that does not say above what they are taken to be.
+    #[arg(long, value_name = "EPSG", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
+    vertical_epsg: Option<u16>,
+    /// Geoid above the WGS 84 ellipsoid (EGM96, EGM2008, a national one), where the elevation model's heights are above the ellipsoid
+    ///
+    /// A grid as GTX, PGM of GeographicLib or GeoTIFF in degrees. Its heights are subtracted in plan.plan and plan.kml; all others stay those
+    /// of the model.
+    #[arg(long, value_name = "FILE")]
+    geoid: Option<PathBuf>,
     /// Length of an exposure, for the smear
     #[arg(long, default_value_t = 2.0, value_parser = super::positive, allow_negative_numbers = true)]
     exposure_ms: f64,
@@ -195,6 +207,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     Files::default()
         .reads("--dem", &args.dem)
         .reads("--camera", &args.camera)
+        .may_read("--geoid", args.geoid.as_ref())
         .writes_into("--out", &args.out, &export::FILES)
         .check()?;
     let bar = progress::bar(0, "");
@@ -206,9 +219,11 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let prepared = Prepared::new(args, &|done, all| stage("reading the terrain", done, all))?;
     let terrain = Terrain::new(&prepared.dem);
     let progress = |done: usize, all: usize| stage("combinations", done as u64, all as u64);
-    let planned = prepared.request.plan(&terrain, &progress)?;
+    let mut planned = prepared.request.plan(&terrain, &progress).map_err(|error| prepared.doubted(error))?;
+    planned.checks.heights_doubt = prepared.heights_doubt;
     let dem = ModelFile::of(&args.dem)?;
-    let file = planned.file(&prepared.request, &prepared.place, &prepared.camera, prepared.noise, &dem)?;
+    let mut file = planned.file(&prepared.request, &prepared.place, &prepared.camera, prepared.noise, &dem)?;
+    file.vertical = prepared.vertical.clone();
     bar.set_message("writing");
     let outputs = export::Outputs {
         planned: &planned,
@@ -216,8 +231,9 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         place: &prepared.place,
         trigger_items: args.trigger_items,
         vehicle: args.vehicle(),
+        geoid: prepared.geoid.as_ref(),
     };
-    let questions = questions::questions(&prepared.camera, &file);
+    let questions = questions::questions(&prepared, &file);
     let mut files = outputs.files()?;
     files.push(("report.html", pages::plan::page(&outputs, &questions).into_bytes()));
     create_folder(&args.out)?;
@@ -236,6 +252,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
             export::ITEMS_MAX
         ));
     }
+    vertical::ask(&file);
     questions.iter().for_each(|question| note(question));
     let outcome = Outcome::new(args.json, &file, || text::text_of(&file, &args.out))?;
     let danger = file.checks.unsafe_because().filter(|_| !args.force);

@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use crate::crs::System;
 use crate::error::InputError;
 use crate::io::input::{open, unreadable};
-use crate::io::raster::{GeoTransform, Georeference, NOT_IN_METRES, Posts, Scaling, check_elevation, is_known, quoted};
+use crate::io::raster::{
+    GeoTransform, Georeference, HeightDatum, Posts, Scaling, Unread, check_elevation, is_known, quoted,
+};
 use crate::io::tiff::{Part, SAMPLES_MAX, TiffFile, is_tiff};
 
 use super::ascii::{Header, is_ascii_grid};
@@ -31,7 +33,8 @@ pub struct DemFile {
     height_unit_m: f64,
     scaling: Scaling,
     has_heights: bool,
-    is_ellipsoidal: bool,
+    is_unit_stated: bool,
+    height_datum: HeightDatum,
     kind: Kind,
 }
 
@@ -67,7 +70,7 @@ impl DemFile {
         let refuse = |why: String| refusal(path, &why);
         let (model, bands, is_of_8_bits) = if is_tiff(&start) {
             let tiff = open_tiff(path)?;
-            let Georeference { geo, crs: system, nodata, height_unit_m, scaling, has_heights, is_ellipsoidal } =
+            let Georeference { geo, crs: system, nodata, height_unit_m, scaling, has_heights, height_datum } =
                 Georeference::read(&tiff.geo).map_err(|why| not_read(path, &why))?;
             let kind = Kind::GeoTiff { nodata };
             let model = Self {
@@ -79,7 +82,8 @@ impl DemFile {
                 height_unit_m,
                 scaling,
                 has_heights,
-                is_ellipsoidal,
+                is_unit_stated: has_heights,
+                height_datum,
                 kind,
             };
             (model, tiff.bands, tiff.colour.bit_depth() == 8)
@@ -87,13 +91,21 @@ impl DemFile {
             let (header, _) = open_ascii(path)?;
             let Header { cols, rows, geo, .. } = header;
             let beside = prj::beside(path)?;
-            let (system, height_unit_m) =
-                (beside.map(|said| said.horizontal), beside.map_or(1.0, |said| said.height_unit_m));
-            // An ASCII grid is no picture's format.
-            let (path, kind, has_heights, is_ellipsoidal) = (path.into(), Kind::Ascii(header), true, false);
-            let scaling = Scaling::NONE;
-            let model =
-                Self { path, cols, rows, geo, system, height_unit_m, scaling, has_heights, is_ellipsoidal, kind };
+            let height_datum = beside.map_or(HeightDatum::Unsaid, |said| said.height_datum);
+            let model = Self {
+                path: path.into(),
+                cols,
+                rows,
+                geo,
+                system: beside.map(|said| said.horizontal),
+                height_unit_m: beside.map_or(1.0, |said| said.height_unit_m),
+                scaling: Scaling::NONE,
+                // An ASCII grid is no picture's format.
+                has_heights: true,
+                is_unit_stated: height_datum != HeightDatum::Unsaid,
+                height_datum,
+                kind: Kind::Ascii(header),
+            };
             (model, 1, false)
         } else {
             return Err(refuse("it is neither a GeoTIFF nor an ESRI ASCII grid".into()));
@@ -116,10 +128,16 @@ impl DemFile {
         (self.cols, self.rows)
     }
 
-    /// Whether it says that its heights are above an ellipsoid, which the sea is not.
+    /// What its heights are above, as far as it says so.
     #[must_use]
-    pub fn is_ellipsoidal(&self) -> bool {
-        self.is_ellipsoidal
+    pub fn height_datum(&self) -> HeightDatum {
+        self.height_datum
+    }
+
+    /// Whether it says in which unit its heights are: by a unit, a vertical system or a scale.
+    #[must_use]
+    pub fn is_unit_stated(&self) -> bool {
+        self.is_unit_stated
     }
 
     /// From its columns and rows to its x and y.
@@ -290,9 +308,9 @@ fn refusal(path: &Path, why: &str) -> InputError {
 }
 
 /// Why the georeference of a GeoTIFF is not read, with the command that makes one that is where another unit is to blame.
-fn not_read(path: &Path, why: &str) -> InputError {
-    if !why.contains(NOT_IN_METRES) {
-        return refusal(path, why);
+fn not_read(path: &Path, why: &Unread) -> InputError {
+    if !matches!(why, Unread::NotInMetres(_)) {
+        return refusal(path, &why.to_string());
     }
     let made = format!("{}_metres.tif", path.with_extension("").display());
     let (name, made) = (quoted(&path.display().to_string()), quoted(&made));

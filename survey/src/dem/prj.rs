@@ -9,6 +9,7 @@ use std::path::Path;
 use crate::crs::System;
 use crate::crs::system::Projection;
 use crate::error::InputError;
+use crate::io::raster::HeightDatum;
 
 use super::wkt::Node;
 
@@ -68,6 +69,8 @@ pub(super) struct Compound {
     pub horizontal: System,
     /// Metres of a unit of height; 1 where it names no vertical system.
     pub height_unit_m: f64,
+    /// What heights are above.
+    pub height_datum: HeightDatum,
 }
 
 /// The system by the `.prj` file beside a grid; `None` where there is no such file.
@@ -101,8 +104,14 @@ fn compound(text: &str) -> Result<Compound, String> {
         .partition(|part| listed(&VERTICAL, part.keyword).is_some());
     match (horizontal.as_slice(), vertical.as_slice()) {
         ([one], _) if listed(&COMPOUND, one.keyword).is_some() => Err("it has a system beside a compound one".into()),
-        ([one], []) => Ok(Compound { horizontal: system_of(one)?, height_unit_m: 1.0 }),
-        ([one], [vertical]) => Ok(Compound { horizontal: system_of(one)?, height_unit_m: height_unit_m(vertical)? }),
+        ([one], []) => {
+            Ok(Compound { horizontal: system_of(one)?, height_unit_m: 1.0, height_datum: HeightDatum::Unsaid })
+        }
+        ([one], [vertical]) => Ok(Compound {
+            horizontal: system_of(one)?,
+            height_unit_m: height_unit_m(vertical)?,
+            height_datum: height_datum(vertical),
+        }),
         _ => Err("it is not one horizontal and at most one vertical system".into()),
     }
 }
@@ -117,6 +126,15 @@ fn height_unit_m(vertical: &Node) -> Result<f64, String> {
     let unit = |node: &Node| ["UNIT", "LENGTHUNIT"].iter().find_map(|unit| node.child(unit)?.number(1));
     let unit_m = unit(vertical).or_else(|| vertical.child("AXIS").and_then(unit));
     unit_m.filter(|unit_m| *unit_m > 0.0 && unit_m.is_finite()).ok_or_else(|| "its vertical system has no unit".into())
+}
+
+/// What heights are above. ESRI's text of heights above an ellipsoid has a DATUM, that of others a VDATUM.
+fn height_datum(vertical: &Node) -> HeightDatum {
+    let is_esris = vertical.keyword.eq_ignore_ascii_case("VERTCS");
+    if is_esris && vertical.child("DATUM").is_some() {
+        return HeightDatum::Ellipsoid;
+    }
+    HeightDatum::System(authority(vertical))
 }
 
 /// A horizontal system, or why there is none.
@@ -245,13 +263,19 @@ mod tests {
             UNIT[\"US survey foot\",0.304800609601219],AXIS[\"Up\",UP],AUTHORITY[\"EPSG\",\"6360\"]]";
         const ESRI: &str = "VERTCS[\"NAVD_1988_Foot_US\",VDATUM[\"North_American_Vertical_Datum_1988\"],\
             PARAMETER[\"Vertical_Shift\",0.0],PARAMETER[\"Direction\",1.0],UNIT[\"Foot_US\",0.3048006096012192]]";
-        let wanted = |height_unit_m| Ok(Compound { horizontal: System::Epsg(32733), height_unit_m });
-        assert_eq!(compound(&utm_33_south()), wanted(1.0));
-        assert_eq!(compound(&format!("{},{ESRI}", utm_33_south())), wanted(0.304_800_609_601_219_2));
+        let wanted =
+            |height_unit_m, height_datum| Ok(Compound { horizontal: System::Epsg(32733), height_unit_m, height_datum });
+        let named = HeightDatum::System(Some(6360));
+        assert_eq!(compound(&utm_33_south()), wanted(1.0, HeightDatum::Unsaid));
+        let esri = wanted(0.304_800_609_601_219_2, HeightDatum::System(None));
+        assert_eq!(compound(&format!("{},{ESRI}", utm_33_south())), esri);
+        let ellipsoid = "VERTCS[\"WGS_1984\",DATUM[\"D_WGS_1984\",SPHEROID[\"WGS_1984\",6378137.0,298.257223563]],\
+            PARAMETER[\"Vertical_Shift\",0.0],PARAMETER[\"Direction\",1.0],UNIT[\"Meter\",1.0]]";
+        assert_eq!(compound(&format!("{},{ellipsoid}", utm_33_south())), wanted(1.0, HeightDatum::Ellipsoid));
         let both = format!("COMPD_CS[\"x\",{},{GDAL},AUTHORITY[\"EPSG\",\"9999\"]]", utm_33_south());
-        assert_eq!(compound(&both), wanted(0.304_800_609_601_219));
+        assert_eq!(compound(&both), wanted(0.304_800_609_601_219, named));
         let metres = both.replace("\"US survey foot\",0.304800609601219", "\"metre\",1");
-        assert_eq!(compound(&metres), wanted(1.0));
+        assert_eq!(compound(&metres), wanted(1.0, named));
         assert!(compound(&both.replace("UNIT[\"US survey foot\",0.304800609601219],", "")).is_err());
         assert!(compound(&format!("{both},{ESRI}")).is_err());
         assert!(compound(&both.replace("\"Up\",UP", "\"Depth\",DOWN")).is_err());

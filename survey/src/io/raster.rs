@@ -27,7 +27,8 @@ pub use metadata::Scaling;
 pub use metric::{check_metres, check_metric, check_square, is_web_mercator, quoted, utm_zone};
 pub use placed::Placed;
 pub use posts::Posts;
-pub(crate) use system::NOT_IN_METRES;
+pub(crate) use system::Unread;
+pub use system::{HeightDatum, vertical_unit_m};
 pub use write::{Band, geotiff_bytes, grey_geotiff_bytes};
 
 /// The sample type a raster had in its file.
@@ -94,7 +95,7 @@ impl Raster {
         let picture = read_tiff(&bytes, path)?;
         drop(bytes);
         let Georeference { geo, crs, nodata, height_unit_m, has_heights, .. } =
-            Georeference::read(&picture.geo).map_err(refuse)?;
+            Georeference::read(&picture.geo).map_err(|why| refuse(why.to_string()))?;
         let scaling = |band: usize| Scaling::of_band(picture.geo.metadata.as_deref(), band);
         let scalings = (0..picture.bands).map(scaling).collect::<Result<_, _>>().map_err(refuse)?;
         let (data, sample_type) = floats(picture.samples);
@@ -153,11 +154,11 @@ pub(crate) struct Georeference {
     pub scaling: Scaling,
     /// Whether anything says that the samples are heights.
     pub has_heights: bool,
-    pub is_ellipsoidal: bool,
+    pub height_datum: HeightDatum,
 }
 
 impl Georeference {
-    pub fn read(tags: &GeoTags) -> Result<Self, String> {
+    pub fn read(tags: &GeoTags) -> Result<Self, Unread> {
         let keys = geo_keys::GeoKeys::read(tags)?;
         let geo = GeoTransform::from_tags(tags, keys.pixel_is_point())?;
         let crs = system::horizontal(&keys)?;
@@ -168,8 +169,8 @@ impl Georeference {
             None => None,
         };
         let has_heights = scaling != Scaling::NONE || system::names_heights(&keys, tags.metadata.as_deref());
-        let is_ellipsoidal = system::is_ellipsoidal(&keys);
-        Ok(Self { geo, crs, nodata, height_unit_m, scaling, has_heights, is_ellipsoidal })
+        let height_datum = system::height_datum(&keys);
+        Ok(Self { geo, crs, nodata, height_unit_m, scaling, has_heights, height_datum })
     }
 }
 

@@ -81,11 +81,11 @@ impl Checks {
         self.beyond_m.filter(|beyond_m| *beyond_m < self.clearance_wanted_m)
     }
 
-    /// What is not safe, the worst first: the clearance that was asked for is not there, or nobody knows it, or the vehicle does not climb to
+    /// What is not safe, the worst first: the heights are probably none, the clearance that was asked for is not there, or nobody knows it, or the vehicle does not climb to
     /// it in time.
     #[must_use]
     pub fn dangers(&self) -> Vec<String> {
-        let mut dangers = Vec::new();
+        let mut dangers: Vec<String> = self.heights_doubt.iter().map(|doubt| doubt.why().to_owned()).collect();
         let (least_m, wanted_m) = (self.clearance_min_m, self.clearance_wanted_m);
         if least_m < wanted_m {
             let least = if least_m > 0.0 {
@@ -168,6 +168,7 @@ impl Checks {
             strips_off_dem: strips.iter().filter(|strip| is_off_dem(layout, strip)).count(),
             climb_percent: 100.0 * way.climb,
             climb_wanted_percent: request.follow.map_or(0.0, |follow| 100.0 * follow.climb),
+            heights_doubt: None,
         })
     }
 }

@@ -1,7 +1,7 @@
 //! A plan as files for other programs: `plan.json`, a mission, GeoJSON, KML, the coverage raster.
 //!
-//! Coordinates come from the working metres in which was planned. Heights are the elevation model's: no file turns its height
-//! datum into another one.
+//! Coordinates come from the working metres in which was planned. Heights are the elevation model's; from those of the mission and of KML,
+//! which are above mean sea level, the geoid's are subtracted where one is given.
 
 mod coverage;
 mod geojson;
@@ -11,6 +11,7 @@ mod mission;
 mod tests;
 pub mod vehicle;
 
+use crate::dem::Geoid;
 use crate::error::InputError;
 use crate::io::output::{check_file, write_files};
 use crate::plan::flown::{Leg, flown};
@@ -37,6 +38,8 @@ pub struct Outputs<'p> {
     pub trigger_items: bool,
     /// Who flies it.
     pub vehicle: Vehicle,
+    /// The geoid above the ellipsoid, where the elevation model's heights are above that.
+    pub geoid: Option<&'p Geoid>,
 }
 
 impl Outputs<'_> {
@@ -68,6 +71,18 @@ impl Outputs<'_> {
     pub fn area(&self) -> Vec<[f64; 2]> {
         let layout = &self.planned.layout;
         counter_clockwise(layout.area.corners().iter().map(|corner| layout.axes.point(*corner)).collect())
+    }
+
+    /// A height of the elevation model above mean sea level, at a place.
+    fn above_sea_m(&self, up_m: f64, [lon, lat]: [f64; 2]) -> Result<f64, InputError> {
+        let Some(geoid) = self.geoid else { return Ok(up_m) };
+        let geoid_m = geoid.height_m(lat, lon).ok_or_else(|| {
+            InputError::new(format!(
+                "cannot use geoid {}: it does not cover latitude {lat}, longitude {lon}",
+                geoid.name()
+            ))
+        })?;
+        Ok(up_m - geoid_m)
     }
 
     /// Longitude and latitude (WGS 84) of working coordinates, to the 1e-7 degrees that MAVLink has; `None` where nobody knows.

@@ -5,9 +5,13 @@
 
 mod check;
 mod numbers;
+mod vertical;
 
 use crate::camera_file::{CameraFile, Distortion};
+use crate::dem::Doubt;
 use serde::{Deserialize, Serialize};
+
+pub use vertical::{Datum, Vertical};
 
 /// Version of the file that is written, and the only one that is read.
 pub const VERSION: u32 = 1;
@@ -79,6 +83,9 @@ pub struct PlanFile {
     #[serde(default)]
     #[expect(missing_docs, reason = "stated with the path")]
     pub dem_sha256: Option<String>,
+    /// What all z are above; `None` where the plan's place on Earth is not known, and in files of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vertical: Option<Vertical>,
 }
 
 /// The camera of a plan.
@@ -266,6 +273,9 @@ pub struct Checks {
     /// and may be as high. `None` where nothing is flown there, and in files of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub beyond_m: Option<f64>,
+    /// Why the heights of the elevation model are probably none of ground in metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heights_doubt: Option<Doubt>,
 }
 
 /// The post of the elevation model that a flight passes with the least clearance, and from where.

@@ -194,7 +194,7 @@ impl Layout<'_> {
         runs.first().zip(runs.last()).map_or([0.0, 0.0], |(first, last)| [first[0], last[1]])
     }
 
-    fn beyond(&self, ranges: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    pub(super) fn beyond(&self, ranges: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         let [nominal_m, _] = self.view.nominal_m(&self.overlaps);
         // The last exposure of a part overshoots its end by up to a base, and the next part starts a base further at least.
         merged(ranges.into_iter().map(|[from, to]| [from - nominal_m, to + nominal_m]).collect(), 2.0 * nominal_m)

@@ -66,6 +66,7 @@ impl Planned<'_> {
             follow: self.follow(),
             dem_path: Some(dem.path.clone()),
             dem_sha256: Some(dem.sha256.clone()),
+            vertical: None,
         })
     }
 

@@ -37,7 +37,7 @@ impl Page<'_> {
                 }
                 div class="keys" {
                     (key(&whole(file.photo_count as u64), "photos"))
-                    (key(&self.gsd(), if file.follow.is_some() { "ground sample distance, straight below the strips" } else { "ground sample distance, base plane" }))
+                    (key(&file.gsd_text("\u{202f}m"), if file.follow.is_some() { "ground sample distance, straight below the strips" } else { "ground sample distance, base plane" }))
                     (key(&format!("{} / {}", least(file.overlap_min.forward), number(100.0 * file.overlap_min.side.unwrap_or(f64::NAN), 1, "%")), "least overlap on commonly seen ground, forward / side"))
                     (key(&maybe(accuracy.map(|accuracy| accuracy.plan_m), 3, "m"), "predicted horizontal error, RMS"))
                     (key(&maybe(accuracy.map(|accuracy| accuracy.height_m), 3, "m"), "predicted height error, RMS"))
@@ -45,15 +45,6 @@ impl Page<'_> {
                 }
             }
         }
-    }
-
-    fn gsd(&self) -> String {
-        let file = self.outputs.file;
-        let range = file.gsd_range_m();
-        range.map_or_else(
-            || number(file.gsd_m, 3, "m"),
-            |[least, most]| format!("{} to {}", number(least, 3, ""), number(most, 3, "m")),
-        )
     }
 
     /// The lowest and the highest of photos and waypoints, above the height datum.

@@ -4,8 +4,36 @@ use super::Page;
 use maud::{Markup, html};
 use plumbline_charts::format::whole;
 use plumbline_survey::plan::export::ITEMS_MAX;
+use plumbline_survey::plan::file::Datum;
 
 impl Page<'_> {
+    /// What that datum is: the end of a sentence, and what becomes of it for an autopilot.
+    fn datum(&self) -> String {
+        let Some(vertical) = &self.outputs.file.vertical else {
+            return ", whatever that is.".to_owned();
+        };
+        match (vertical.datum, vertical.epsg) {
+            (Datum::Stated, Some(epsg)) => {
+                format!(", EPSG:{epsg}. plan.plan and plan.kml take that for mean sea level.")
+            }
+            (Datum::Stated, None) => {
+                ", which it names. plan.plan and plan.kml take that for mean sea level.".to_owned()
+            }
+            (Datum::Assumed, _) => {
+                ", which it does not name. That it is mean sea level is assumed in plan.plan and plan.kml: --vertical-epsg states it, \
+                 --geoid is for heights above the ellipsoid.".to_owned()
+            }
+            (Datum::Ellipsoid, _) => {
+                let [least, most] = vertical.geoid_height_m.unwrap_or_default();
+                format!(
+                    ", the ellipsoid. In plan.plan and plan.kml the heights of the geoid {} are subtracted, {least:.2} to {most:.2} m, so that \
+                     altitudes are above mean sea level.",
+                    vertical.geoid.as_deref().unwrap_or_default()
+                )
+            }
+        }
+    }
+
     pub(super) fn files(&self) -> Markup {
         let outputs = self.outputs;
         let items = outputs.mission_items();
@@ -48,7 +76,7 @@ impl Page<'_> {
                         @if file.tilt_deg == 0.0 { "tilt (--tilt-deg), " } "drift and navigation take off the overlap has to be asked for beforehand." }
                     li { "Heights are those of the elevation model, bilinear between its posts. Trees, houses and masts are in it or not; what stands "
                         "above it lessens overlap and clearance." }
-                    li { "Flying heights are above the elevation model’s height datum. plan.plan and plan.kml take that for mean sea level; a model that says otherwise is refused." }
+                    li { "Flying heights are above the elevation model’s height datum" (self.datum()) }
                     @match file.epsg {
                         None => li { "The grid is local metres, taken at their face value"
                             @if file.origin_deg.is_some() { " and laid on the ellipsoid at the given origin, its north true north" }

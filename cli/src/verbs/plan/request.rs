@@ -1,19 +1,19 @@
 //! From options to what is planned.
 
-use super::{Args, meant};
+use super::{Args, meant, vertical};
 use crate::verbs::exterior::point;
 use crate::verbs::finite;
 use plumbline_core::budget::PAPER_TIME_MS;
 use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::crs::System;
-use plumbline_survey::dem::{Dem, DemFile, Frame};
+use plumbline_survey::dem::{Dem, DemFile, Doubt, Frame, Geoid};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::raster::{check_metres, for_people, is_web_mercator, quoted};
 use plumbline_survey::plan::Request;
 use plumbline_survey::plan::area::{Area, bounds, read_corners};
 use plumbline_survey::plan::checks::Turns;
 use plumbline_survey::plan::combinations::Limits;
-use plumbline_survey::plan::file::Noise;
+use plumbline_survey::plan::file::{Noise, Vertical};
 use plumbline_survey::plan::intersect::Sigmas;
 use plumbline_survey::plan::lines::Overlaps;
 use plumbline_survey::plan::place::Place;
@@ -44,6 +44,11 @@ pub struct Prepared {
     pub place: Place,
     pub camera: CameraFile,
     pub noise: Noise,
+    /// Why the model's heights are probably none of ground in metres.
+    pub heights_doubt: Option<Doubt>,
+    /// What they are above; `None` where nobody knows where on Earth they are.
+    pub vertical: Option<Vertical>,
+    pub geoid: Option<Geoid>,
 }
 
 impl Prepared {
@@ -57,8 +62,9 @@ impl Prepared {
         let camera = CameraFile::read(&args.camera)?;
         let height_m = height_m(args, &camera)?;
         let file = DemFile::open(&args.dem)?;
+        in_metres(&file)?;
         in_ground_metres(&file).and_then(|()| has_code(&file))?;
-        above_the_sea(&file)?;
+        vertical::above_the_sea(&file, args)?;
         let (corners, world) = area_on(&file, &args.area)?;
         let half_tangent =
             half_tangents(&camera).map_err(|error| InputError::new(format!("{}: {error}", args.camera.display())))?;
@@ -66,34 +72,8 @@ impl Prepared {
         let far_m = far_m(half_tangent, height_m, args.speed_m_s());
         let place = Place::new(frame(file.system(), world, far_m)?, args.origin)?;
         let area = Area::in_frame(&corners, place.frame())?;
-        let (across_px, along_px) = camera.tangent_per_px();
         let noise = noise(args, &camera);
-        let request = Request {
-            height_m,
-            half_tangent,
-            tangent_per_px: [along_px, across_px],
-            overlaps: args.overlap,
-            heading_deg: match args.strip_heading_deg {
-                Heading::Given(heading_deg) => Some(heading_deg),
-                Heading::Auto => None,
-            },
-            limits: Limits {
-                speed_m_s: args.speed_m_s(),
-                min_interval_s: args.min_interval_s,
-                accuracy_m: args.limits_m,
-            },
-            sigmas: Sigmas {
-                image: [along_px, across_px].map(|tangent| noise.image_px * tangent),
-                position_m: noise.position_m,
-                attitude_rad: noise.attitude_deg.to_radians(),
-            },
-            exposure_s: 1e-3 * args.exposure_ms,
-            min_clearance_m: args.min_clearance_m,
-            seed: args.seed,
-            tilt_deg: args.tilt_deg,
-            follow: args.follow()?,
-            area,
-        };
+        let request = request(args, &camera, &noise, (height_m, half_tangent), area)?;
         too_fast(&request)?;
         let dem =
             file.window(place.frame(), reach(place.frame(), world, far_m), &mut |done, all| progress(done, all))?;
@@ -105,8 +85,61 @@ impl Prepared {
                 dem.rows
             )));
         }
-        Ok(Prepared { request, dem, place, camera, noise })
+        let geoid = vertical::geoid(args, &place, &dem)?;
+        let vertical = Vertical::new(file.height_datum(), args.vertical_epsg, geoid.as_ref())?;
+        let heights_doubt = doubt(&file, &dem, &place);
+        let vertical = place.is_known().then_some(vertical);
+        Ok(Prepared { request, dem, place, camera, noise, heights_doubt, vertical, geoid })
     }
+}
+
+impl Prepared {
+    /// Why there is no plan, with what may be the reason.
+    pub fn doubted(&self, error: InputError) -> InputError {
+        match self.heights_doubt {
+            Some(doubt) => error.with(doubt.why()),
+            None => error,
+        }
+    }
+}
+
+/// What is planned over an area, from a height with what a photo sees.
+fn request(
+    args: &Args,
+    camera: &CameraFile,
+    noise: &Noise,
+    (height_m, half_tangent): (f64, [f64; 2]),
+    area: Area,
+) -> Result<Request, InputError> {
+    let (across_px, along_px) = camera.tangent_per_px();
+    Ok(Request {
+        height_m,
+        half_tangent,
+        tangent_per_px: [along_px, across_px],
+        overlaps: args.overlap,
+        heading_deg: match args.strip_heading_deg {
+            Heading::Given(heading_deg) => Some(heading_deg),
+            Heading::Auto => None,
+        },
+        limits: Limits { speed_m_s: args.speed_m_s(), min_interval_s: args.min_interval_s, accuracy_m: args.limits_m },
+        sigmas: Sigmas {
+            image: [along_px, across_px].map(|tangent| noise.image_px * tangent),
+            position_m: noise.position_m,
+            attitude_rad: noise.attitude_deg.to_radians(),
+        },
+        exposure_s: 1e-3 * args.exposure_ms,
+        min_clearance_m: args.min_clearance_m,
+        seed: args.seed,
+        tilt_deg: args.tilt_deg,
+        follow: args.follow()?,
+        area,
+    })
+}
+
+/// What speaks against the model's heights: --vertical-epsg, which is about their zero, answers none of it. On a local grid a height of 0 may be
+/// anywhere.
+fn doubt(file: &DemFile, dem: &Dem, place: &Place) -> Option<Doubt> {
+    dem.doubt(file.is_unit_stated()).filter(|doubt| *doubt != Doubt::ZeroThroughout || place.is_known())
 }
 
 /// Height above the base plane, by whichever option says it.
@@ -175,22 +208,23 @@ fn corners(area: &str, system: Option<System>) -> Result<Vec<[f64; 2]>, InputErr
     }
 }
 
-/// An autopilot flies at heights above the sea: over heights above an ellipsoid it would fly too low or too high by the geoid's undulation.
-fn above_the_sea(file: &DemFile) -> Result<(), InputError> {
-    if !file.is_ellipsoidal() {
+/// Posts so near to each other, in coordinates that places on Earth have in degrees, are hardly metres. No grid in degrees has posts farther
+/// apart (30 seconds of arc), and no flight is planned over posts a centimetre apart.
+const STEP_DEG: f64 = 0.01;
+
+/// A grid in degrees that names no reference system would be taken for some decimetres of terrain.
+fn in_metres(file: &DemFile) -> Result<(), InputError> {
+    let (step, [x0, y0, x1, y1]) = (file.geo().step_x, file.bounds());
+    let is_on_earth = x0 >= -360.0 && x1 <= 360.0 && y0 >= -90.0 && y1 <= 90.0;
+    if file.system().is_some() || step > STEP_DEG || !is_on_earth {
         return Ok(());
     }
     let path = file.path();
-    let made = path.with_extension("").display().to_string() + "_sea.tif";
-    let (from, to) = match file.system().map(System::epsg).transpose()? {
-        Some(4326 | 4979) => ("-s_srs EPSG:4979 ".to_owned(), "EPSG:4326+3855".to_owned()),
-        Some(epsg) => (String::new(), format!("EPSG:{epsg}+3855")),
-        None => (String::new(), "EPSG:CODE+3855".to_owned()),
-    };
+    let made = format!("{}_degrees.tif", path.with_extension("").display());
     Err(InputError::new(format!(
-        "{}: its heights are above an ellipsoid, and a mission's are above the sea, up to 107 m apart: with PROJ's grid of the geoid EGM2008 \
-         gdalwarp {from}-t_srs {to} {} {} makes heights above the sea",
+        "{}: its posts are {} apart and it names no reference system: if its coordinates are degrees, gdal_translate -a_srs EPSG:4326 {} {} says so",
         path.display(),
+        for_people(step),
         quoted(&path.display().to_string()),
         quoted(&made)
     )))
@@ -279,8 +313,8 @@ pub fn overlaps(text: &str) -> Result<Overlaps, String> {
     let overlaps = Overlaps { forward: share(forward)?, side: share(side)? };
     let is_share = |overlap: f64| overlap > 0.0 && overlap < 0.01;
     if is_share(overlaps.forward) || is_share(overlaps.side) {
-        let [forward, side] =
-            [overlaps.forward, overlaps.side].map(|share| (1e6 * 100.0 * 100.0 * share).round() / 1e6);
+        let percent = |overlap: f64| if is_share(overlap) { 1e4 * overlap } else { 100.0 * overlap };
+        let [forward, side] = [overlaps.forward, overlaps.side].map(|overlap| (1e6 * percent(overlap)).round() / 1e6);
         return Err(format!("overlaps are percent; for shares of 1 write {forward}/{side}"));
     }
     Ok(overlaps)

@@ -12,7 +12,7 @@ pub fn text_of(plan: &PlanFile, out: &Path) -> String {
         plan.lines(),
         (100.0 * plan.strip_heading_deg).round() / 100.0,
         height(plan),
-        gsd(plan),
+        plan.gsd_text(" m"),
         overlaps(plan)
     );
     if let Some(accuracy) = &plan.accuracy {
@@ -79,14 +79,6 @@ fn height(plan: &PlanFile) -> String {
         follow.above_ground_min_m,
         follow.above_ground_max_m
     )
-}
-
-/// A pixel on the ground straight below: on the base plane, or from the least to the greatest height above the ground that is followed.
-fn gsd(plan: &PlanFile) -> String {
-    match plan.gsd_range_m() {
-        Some([least, most]) => format!("{least:.3} to {most:.3} m"),
-        None => format!("{:.3} m", plan.gsd_m),
-    }
 }
 
 /// What was wanted, and the least of each kind with what it is of.

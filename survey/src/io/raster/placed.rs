@@ -44,7 +44,7 @@ impl Placed {
             return Ok(None);
         }
         let refuse = |why: String| InputError::new(format!("cannot use raster {}: {why}", path.display()));
-        let Georeference { geo, crs, nodata, .. } = Georeference::read(&tags).map_err(refuse)?;
+        let Georeference { geo, crs, nodata, .. } = Georeference::read(&tags).map_err(|why| refuse(why.to_string()))?;
         Ok(Some(Placed { size: (cols as usize, rows as usize), geo, crs, nodata }))
     }
 }

@@ -8,10 +8,49 @@ use super::geo_keys::{
 };
 use super::metadata::item;
 use super::user_defined;
+use std::fmt;
 use std::ops::RangeInclusive;
 
-/// Begins the sentence about coordinates in another unit of length.
-pub(crate) const NOT_IN_METRES: &str = "its coordinates are not in metres";
+/// Why a georeference is not read.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Unread {
+    /// Its coordinates are in another unit of length, which has this EPSG code.
+    NotInMetres(u16),
+    /// Anything else, in words.
+    Other(String),
+}
+
+impl From<String> for Unread {
+    fn from(why: String) -> Self {
+        Unread::Other(why)
+    }
+}
+
+impl From<&str> for Unread {
+    fn from(why: &str) -> Self {
+        Unread::Other(why.to_owned())
+    }
+}
+
+impl fmt::Display for Unread {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Unread::NotInMetres(unit) => write!(f, "its coordinates are not in metres (EPSG unit {unit})"),
+            Unread::Other(why) => f.write_str(why),
+        }
+    }
+}
+
+/// What heights are above, by what a file says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HeightDatum {
+    /// It says nothing of it.
+    Unsaid,
+    /// An ellipsoid, which the sea is not.
+    Ellipsoid,
+    /// The zero of a vertical system, by its EPSG code if it has one.
+    System(Option<u32>),
+}
 
 /// Units of length by their EPSG codes, in metres: metre, international foot, US survey foot.
 const UNITS_M: [(u16, f64); 3] = [(METRE, 1.0), (9002, 0.3048), (9003, 1200.0 / 3937.0)];
@@ -29,6 +68,9 @@ const IN_FEET_M: [(u16, f64); 9] = [
     (8228, 0.3048),
     (5754, 0.304_800_749_1),
 ];
+/// Codes that vertical systems have in the EPSG dataset (v11.022), from the least to the greatest; between them horizontal
+/// ones have codes too.
+const VERTICAL_CODES: RangeInclusive<u16> = 3855..=20036;
 /// Systems of depths, which count downwards.
 #[rustfmt::skip]
 const DEPTHS: [u16; 52] = [
@@ -58,12 +100,12 @@ const NAMES_M: [(&str, f64); 10] = [
 
 /// The horizontal system, `None` where the file names none. Units other than metres and degrees,
 /// and systems that are not certain, are refused.
-pub(super) fn horizontal(keys: &GeoKeys) -> Result<Option<System>, String> {
+pub(super) fn horizontal(keys: &GeoKeys) -> Result<Option<System>, Unread> {
     match keys.short(MODEL_TYPE) {
         Some(MODEL_PROJECTED) => {
             unit_is(keys, LINEAR_UNITS, METRE, "metres")?;
             match keys.short(PROJECTED_CRS) {
-                Some(USER_DEFINED) | None => user_defined::read(keys).map(Some),
+                Some(USER_DEFINED) | None => Ok(Some(user_defined::read(keys)?)),
                 Some(code) => Ok(Some(System::Epsg(u32::from(code)))),
             }
         }
@@ -85,10 +127,10 @@ pub(super) fn horizontal(keys: &GeoKeys) -> Result<Option<System>, String> {
     }
 }
 
-fn unit_is(keys: &GeoKeys, key: u16, wanted: u16, unit: &str) -> Result<(), String> {
+fn unit_is(keys: &GeoKeys, key: u16, wanted: u16, unit: &str) -> Result<(), Unread> {
     match keys.short(key) {
-        Some(code) if code != wanted && unit == "metres" => Err(format!("{NOT_IN_METRES} (EPSG unit {code})")),
-        Some(code) if code != wanted => Err(format!("its coordinates are not in {unit} (EPSG unit {code})")),
+        Some(code) if code != wanted && wanted == METRE => Err(Unread::NotInMetres(code)),
+        Some(code) if code != wanted => Err(format!("its coordinates are not in {unit} (EPSG unit {code})").into()),
         _ => Ok(()),
     }
 }
@@ -121,14 +163,41 @@ pub(super) fn height_unit_m(keys: &GeoKeys, metadata: Option<&str>) -> Result<f6
     }
 }
 
+/// Metres of a unit of heights of a vertical system, by its EPSG code.
+///
+/// # Errors
+/// Why it is none of heights above the sea.
+pub fn vertical_unit_m(epsg: u16) -> Result<f64, String> {
+    if ELLIPSOIDS.iter().any(|codes| codes.contains(&epsg)) {
+        return Err("it is an ellipsoid, of heights above which --geoid FILE makes those above the sea".into());
+    }
+    if DEPTHS.binary_search(&epsg).is_ok() {
+        return Err("its heights are depths".into());
+    }
+    if !VERTICAL_CODES.contains(&epsg) || crs_definitions::from_code(epsg).is_some() {
+        return Err("it is no vertical system; 5773 is that of EGM96 heights, 3855 that of EGM2008 heights".into());
+    }
+    Ok(IN_FEET_M.iter().find(|(known, _)| *known == epsg).map_or(1.0, |(_, metres)| *metres))
+}
+
 /// Whether a unit or a system of heights is named.
 pub(super) fn names_heights(keys: &GeoKeys, metadata: Option<&str>) -> bool {
     [VERTICAL_CRS, VERTICAL_UNITS].iter().any(|key| keys.short(*key).is_some())
         || metadata.is_some_and(|metadata| item(metadata, "unittype", 0).is_some())
 }
 
+/// What heights are above. A system that is user-defined and has no datum is one whose name was lost.
+pub(super) fn height_datum(keys: &GeoKeys) -> HeightDatum {
+    match (keys.short(VERTICAL_CRS), keys.short(VERTICAL_DATUM)) {
+        _ if is_ellipsoidal(keys) => HeightDatum::Ellipsoid,
+        (Some(code), _) if code != USER_DEFINED => HeightDatum::System(Some(u32::from(code))),
+        (_, Some(datum)) if datum != USER_DEFINED => HeightDatum::System(None),
+        _ => HeightDatum::Unsaid,
+    }
+}
+
 /// Whether heights are said to be above an ellipsoid instead of above the sea.
-pub(super) fn is_ellipsoidal(keys: &GeoKeys) -> bool {
+fn is_ellipsoidal(keys: &GeoKeys) -> bool {
     let is_of = |key: u16, codes: &[RangeInclusive<u16>]| {
         keys.short(key).is_some_and(|code| codes.iter().any(|codes| codes.contains(&code)))
     };
@@ -182,11 +251,16 @@ mod tests {
             let [code, unit_m, direction, ..] = row.split(',').collect::<Vec<_>>()[..] else { panic!("{row}") };
             assert!(!is_ellipsoidal(&keys(&[(4096, code.parse().expect("a code"))])), "{row}");
             let found = height_unit_m(&keys(&[(4096, code.parse().expect("a code"))]), None).ok();
+            let given = vertical_unit_m(code.parse().expect("a code")).ok();
+            assert_eq!(given, found, "{row}");
             let wanted = Some(unit_m.parse::<f64>().expect("a unit")).filter(|_| direction == "up");
             assert!(found.zip(wanted).map_or(found == wanted, |(a, b)| (a / b - 1.0).abs() < 1e-9), "{row}: {found:?}");
             count += 1;
         }
         assert_eq!(count, 291);
+        for horizontal in [0, 4326, 25832, 32633, 31287] {
+            assert!(vertical_unit_m(horizontal).is_err_and(|why| why.contains("no vertical system")), "{horizontal}");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! `plan.kml`: area, strips and photos for a virtual globe (KML 2.2).
 //!
-//! Altitudes are absolute, which KML takes to be above mean sea level (EGM96); the plan's are above the elevation model's
-//! height datum.
+//! Altitudes are absolute, which KML takes to be above mean sea level (EGM96); those of the plan are above the elevation model's height
+//! datum, less the geoid's where one is given.
 
 use super::Outputs;
 use crate::error::InputError;
@@ -47,8 +47,9 @@ impl Outputs<'_> {
                 Document {
                     name { "Flight plan over " (self.dem_name()) }
                     description {
-                        (self.file.photo_count) " photos. Altitudes are above the height datum of the elevation model. Strips and "
-                        "photos are numbered as in plan.json."
+                        (self.file.photo_count) " photos. Altitudes are "
+                        @if self.geoid.is_some() { "above mean sea level" } @else { "above the height datum of the elevation model" }
+                        ". Strips and photos are numbered as in plan.json."
                     }
                     Style id="area" { LineStyle { color { "ff1d1d1b" } width { "2" } } PolyStyle { fill { "0" } } }
                     Style id="strip" { LineStyle { color { "ff8c5a1f" } width { "2" } } }
@@ -84,7 +85,8 @@ impl Outputs<'_> {
     fn globe(&self, leg: &Leg<'_>, along_m: f64) -> Result<String, InputError> {
         let layout = &self.planned.layout;
         let [lon, lat] = self.known(layout.axes.point([along_m, leg.strip.across_m]))?;
-        Ok(format!("{lon},{lat},{:.2}", layout.view.up_m(leg.strip.course.rise_m(along_m))))
+        let up_m = self.above_sea_m(layout.view.up_m(leg.strip.course.rise_m(along_m)), [lon, lat])?;
+        Ok(format!("{lon},{lat},{up_m:.2}"))
     }
 
     /// The elevation model without the folders it lies in.

@@ -2,8 +2,8 @@
 //!
 //! Two waypoints a strip, a turn's radius before its first exposure and behind its last, so that the vehicle is level and on
 //! the line when the photos begin, and where the ground is followed those between; the exposures themselves are made on board, at the planned places. Waypoints are
-//! absolute (MAV_FRAME_GLOBAL): the plan's heights, which are above the elevation model's height datum, are taken for heights
-//! above mean sea level. Take-off and return are the pilot's unless they are asked for.
+//! absolute (MAV_FRAME_GLOBAL): the plan's heights, which are above the elevation model's height datum, less the geoid's where one is given,
+//! are taken for heights above mean sea level. Take-off and return are the pilot's unless they are asked for.
 
 use super::Outputs;
 use super::vehicle::RETURN;
@@ -105,7 +105,7 @@ impl Outputs<'_> {
         let at = layout.axes.point([self.led(&leg)[0], leg.strip.across_m]);
         let ground_m = layout.terrain.dem().height(at[0], at[1]).unwrap_or(layout.view.base_height_m);
         let [lon, lat] = self.known(at)?;
-        Ok(json!([lat, lon, centimetres(ground_m)]))
+        Ok(json!([lat, lon, centimetres(self.above_sea_m(ground_m, [lon, lat])?)]))
     }
 
     /// The climb to the first waypoint's height at the planned home.
@@ -114,19 +114,25 @@ impl Outputs<'_> {
         let (command, pitch_deg) = self.vehicle.takeoff();
         let place = [&home[1], &home[0]].map(|degrees| degrees.as_f64().unwrap_or_default());
         let first = self.legs().next().map_or(0.0, |leg| leg.strip.course.rise_m(self.led(&leg)[0]));
-        Ok(self.at(1, (command, pitch_deg), place, first))
+        self.at(1, (command, pitch_deg), place, first)
     }
 
     fn waypoint(&self, number: usize, leg: &Leg<'_>, along_m: f64) -> Result<Value, InputError> {
         let lon_lat = self.known(self.planned.layout.axes.point([along_m, leg.strip.across_m]))?;
         // No hold, the vehicle's own radius of acceptance, through the point, whatever yaw.
-        Ok(self.at(number, (WAYPOINT, 0.0), lon_lat, leg.strip.course.rise_m(along_m)))
+        self.at(number, (WAYPOINT, 0.0), lon_lat, leg.strip.course.rise_m(along_m))
     }
 
     /// A command and its first parameter at a place, so far above the level flying height.
-    fn at(&self, number: usize, (command, first): (u16, f64), [lon, lat]: [f64; 2], rise_m: f64) -> Value {
-        let altitude_m = centimetres(self.planned.layout.view.up_m(rise_m));
-        json!({
+    fn at(
+        &self,
+        number: usize,
+        (command, first): (u16, f64),
+        [lon, lat]: [f64; 2],
+        rise_m: f64,
+    ) -> Result<Value, InputError> {
+        let altitude_m = centimetres(self.above_sea_m(self.planned.layout.view.up_m(rise_m), [lon, lat])?);
+        Ok(json!({
             "AMSLAltAboveTerrain": null,
             "Altitude": altitude_m,
             "AltitudeMode": ABSOLUTE,
@@ -136,7 +142,7 @@ impl Outputs<'_> {
             "frame": GLOBAL,
             "params": [first, 0, 0, null, lat, lon, altitude_m],
             "type": "SimpleItem",
-        })
+        }))
     }
 
     /// A place that is known to lie on Earth.

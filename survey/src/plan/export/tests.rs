@@ -9,7 +9,7 @@ use super::Outputs;
 use super::vehicle::Vehicle;
 use crate::camera_file::CameraFile;
 use crate::crs::System;
-use crate::dem::{Dem, Frame};
+use crate::dem::{Dem, Frame, Geoid};
 use crate::plan::area::Area;
 use crate::plan::combinations::Limits;
 use crate::plan::course::Follow;
@@ -34,6 +34,7 @@ struct Scene {
     is_triangle: bool,
     height: fn(f64, f64) -> f64,
     follow: Option<Follow>,
+    geoid: Option<Geoid>,
 }
 
 fn hills(x: f64, y: f64) -> f64 {
@@ -55,6 +56,7 @@ fn grid() -> Scene {
         is_triangle: false,
         height: hills,
         follow: None,
+        geoid: None,
     }
 }
 
@@ -101,6 +103,7 @@ impl Scene {
             place: &self.place,
             trigger_items: self.trigger_items,
             vehicle: self.vehicle,
+            geoid: self.geoid.as_ref(),
         });
     }
 }

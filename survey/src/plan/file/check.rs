@@ -14,6 +14,15 @@ impl PlanFile {
         Some([follow.above_ground_min_m, follow.above_ground_max_m].map(|above_m| self.gsd_m * above_m / self.height_m))
     }
 
+    /// The ground sample distance for people, in metres with the unit as it is written: from least to greatest where the ground is followed.
+    #[must_use]
+    pub fn gsd_text(&self, unit: &str) -> String {
+        match self.gsd_range_m() {
+            Some([least, most]) => format!("{least:.3} to {most:.3}{unit}"),
+            None => format!("{:.3}{unit}", self.gsd_m),
+        }
+    }
+
     /// Reads and checks a plan.
     ///
     /// # Errors

@@ -28,7 +28,7 @@ use Range::{Above0, Any, Count, From0, Heading, Seed, Share, To1, Whole};
 
 /// Every number by its keys, ascending, with whether it may be `null`. What else belongs together is in `check.rs`.
 #[rustfmt::skip]
-const NUMBERS: [(&str, Range, bool); 86] = [
+const NUMBERS: [(&str, Range, bool); 88] = [
     ("accuracy.cells", Count, false),
     ("accuracy.gaps", Count, false),
     ("accuracy.height_m", From0, false),
@@ -115,6 +115,8 @@ const NUMBERS: [(&str, Range, bool); 86] = [
     ("swath_min.side", To1, true),
     ("tilt_deg", From0, false),
     ("version", Count, false),
+    ("vertical.epsg", Count, true),
+    ("vertical.geoid_height_m[]", Any, false),
 ];
 
 impl Range {

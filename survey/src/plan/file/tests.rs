@@ -85,6 +85,8 @@ fn whole() -> Value {
     json["constant_base"] = json!({ "base_m": 80.0, "spacing_m": 60.0, "lines": 1, "photos": 1, "photos_saved": -1 });
     json["combinations"] = json!([{ "forward": 0.6, "side": 0.3, "lines": 1, "photos": 2, "interval_min_s": 3.0,
         "gaps": 0, "plan_m": 0.1, "height_m": 0.2, "ruled_out": null, "chosen": true }]);
+    json["vertical"] =
+        json!({ "datum": "ellipsoid", "epsg": 5773, "geoid": "egm96.gtx", "geoid_height_m": [46.1, 46.2] });
     let photo = &mut json["strips"][0]["photos"][0];
     (photo["lat"], photo["lon"]) = (json!(48.0), json!(11.0));
     serde_json::to_value(serde_json::from_value::<PlanFile>(json).expect("a plan")).expect("written")

@@ -1,6 +1,8 @@
 //! `plan.plan` against places that another library computes, and the order of flight.
 
-use super::{Scene, grid, json, number};
+use super::{Scene, grid, json, number, text};
+use crate::dem::Geoid;
+use crate::io::output::tests::scratch;
 use crate::plan::PlanFile;
 use crate::plan::file::StripFile;
 use serde_json::Value;
@@ -67,4 +69,37 @@ fn triggers_follow_waypoints_at_the_photos_in_the_order_of_flight() {
             assert!((0..2).all(|k| (ours[k] - photo[k]).abs() <= 0.6e-7), "{ours:?} {photo:?}");
         }
     });
+}
+
+/// From heights above the ellipsoid the geoid's are subtracted, in the mission and in KML alone.
+#[test]
+fn altitudes_are_above_the_sea_where_a_geoid_is_given() {
+    // 40 m at the equator, a metre more each degree north, GTX in steps of a degree.
+    let mut bytes: Vec<u8> = [0.0_f64, 0.0, 1.0, 1.0].iter().flat_map(|number| number.to_be_bytes()).collect();
+    [80_i32, 40].iter().for_each(|count| bytes.extend(count.to_be_bytes()));
+    (0..80 * 40).for_each(|index| bytes.extend((40.0 + (index / 40) as f32).to_be_bytes()));
+    let path = scratch("mission-geoid").join("geoid.gtx");
+    std::fs::write(&path, bytes).expect("written");
+    let geoid = || Geoid::over(&path, [14.9, 47.7, 15.2, 48.0]).expect("a geoid");
+    let plain = |scene: Scene| {
+        let mut found = (Value::Null, String::new(), 0.0);
+        scene.outputs(|outputs| {
+            found = (json(outputs, "plan.plan"), text(outputs, "plan.kml"), outputs.file.strips[0].photos[0].z);
+        });
+        found
+    };
+    let (mission, kml, z) = plain(grid());
+    let (above_sea, sea_kml, same_z) = plain(Scene { geoid: Some(geoid()), ..grid() });
+    assert_eq!(z, same_z);
+    let items = |plan: &Value| plan["mission"]["items"].as_array().expect("items").clone();
+    for (item, sea) in items(&mission).iter().zip(items(&above_sea)).skip(1) {
+        let (altitude, lat) = (number(&item["params"][6]), number(&item["params"][4]));
+        for found in [&sea["params"][6], &sea["Altitude"]] {
+            assert!((number(found) - (altitude - 40.0 - lat)).abs() < 0.011, "{item} {sea}");
+        }
+    }
+    let ground = |plan: &Value| number(&plan["mission"]["plannedHomePosition"][2]);
+    assert!((ground(&mission) - ground(&above_sea) - 87.85).abs() < 0.1, "{}", ground(&above_sea));
+    assert!(kml.contains(&format!(",{z:.2}")) && !sea_kml.contains(&format!(",{z:.2}")), "{z}");
+    assert!(sea_kml.contains("above mean sea level"));
 }

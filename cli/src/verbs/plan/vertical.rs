@@ -1,0 +1,62 @@
+//! What heights are above: a mission's are above the sea, and a model's above what its file or an option says.
+
+use super::Args;
+use crate::outcome::note;
+use plumbline_survey::crs::System;
+use plumbline_survey::dem::{Dem, DemFile, Geoid};
+use plumbline_survey::error::InputError;
+use plumbline_survey::io::raster::{HeightDatum, quoted};
+use plumbline_survey::plan::PlanFile;
+use plumbline_survey::plan::checks::Turns;
+use plumbline_survey::plan::file::Datum;
+use plumbline_survey::plan::place::Place;
+
+/// Says that nobody says it.
+pub fn ask(plan: &PlanFile) {
+    if plan.vertical.as_ref().is_some_and(|vertical| vertical.datum == Datum::Assumed) {
+        note(
+            "the elevation model does not say above what its heights are: plan.plan and plan.kml take them for heights above mean sea level; \
+             --vertical-epsg 5773 (EGM96), 3855 (EGM2008) or another states it, and --geoid FILE is for heights above the ellipsoid",
+        );
+    }
+}
+
+/// The geoid over all of the plan.
+pub fn geoid(args: &Args, place: &Place, dem: &Dem) -> Result<Option<Geoid>, InputError> {
+    let Some(path) = &args.geoid else { return Ok(None) };
+    let [x0, y0, x1, y1] = dem.bounds();
+    let far_m = 4.0 * Turns::new(args.speed_m_s()).radius_m;
+    let (x, y) = ([x0 - far_m, 0.5 * (x0 + x1), x1 + far_m], [y0 - far_m, 0.5 * (y0 + y1), y1 + far_m]);
+    let mut area_deg = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+    for place_m in x.into_iter().flat_map(|x| y.map(|y| [x, y])) {
+        let Some((lat, lon)) = place.wgs84(place_m)? else {
+            return Err(InputError::new(format!(
+                "--geoid {}: the elevation model has no reference system, so nobody knows where on Earth it lies: --origin LAT,LON says it",
+                path.display()
+            )));
+        };
+        area_deg = [area_deg[0].min(lon), area_deg[1].min(lat), area_deg[2].max(lon), area_deg[3].max(lat)];
+    }
+    Geoid::over(path, area_deg).map(Some)
+}
+
+/// An autopilot flies at heights above the sea: over heights above an ellipsoid it would fly too low or too high by the geoid's undulation.
+pub fn above_the_sea(file: &DemFile, args: &Args) -> Result<(), InputError> {
+    if file.height_datum() != HeightDatum::Ellipsoid || args.geoid.is_some() {
+        return Ok(());
+    }
+    let path = file.path();
+    let made = path.with_extension("").display().to_string() + "_sea.tif";
+    let (from, to) = match file.system().map(System::epsg).transpose()? {
+        Some(4326 | 4979) => ("-s_srs EPSG:4979 ".to_owned(), "EPSG:4326+3855".to_owned()),
+        Some(epsg) => (String::new(), format!("EPSG:{epsg}+3855")),
+        None => (String::new(), "EPSG:CODE+3855".to_owned()),
+    };
+    Err(InputError::new(format!(
+        "{}: its heights are above an ellipsoid, and a mission's are above the sea, up to 107 m apart: with PROJ's grid of the geoid EGM2008 \
+         gdalwarp {from}-t_srs {to} {} {} makes heights above the sea, or --geoid FILE subtracts the geoid of a grid",
+        path.display(),
+        quoted(&path.display().to_string()),
+        quoted(&made)
+    )))
+}
