@@ -3,7 +3,7 @@
 //! Once a match has jumped its position and the attitude are both in doubt, and on a straight leg no later match shows
 //! which of them it was. The perspective of a picture does: it shows the tilt alone.
 
-use super::register::{Matched, UNEXPLAINED_MAX_PX};
+use super::register::Matched;
 use super::{Pipeline, Situation};
 use crate::matching::{Matcher, Prior};
 use crate::math::{hypot, squared};
@@ -21,6 +21,10 @@ const RELIEF_SHARE: f32 = 0.27;
 /// turns it, and the height by a slant range is as much off. Chosen: that of an attitude 0.3 s late of a vehicle that rocks by 20 degrees
 /// a second. With the priors of a correct attitude pictures showed two thirds of such tilts.
 const DOUBTED_RAD: f32 = 0.1;
+
+/// Largest unexplained displacement by tilt with which frames have fixes, one sigma, pixels. Chosen: a fifth of a wrong
+/// fix's error.
+const UNEXPLAINED_MAX_PX: f32 = 0.6;
 
 /// Least share of frames with a valid least-squares match with which the map is of the ground's own year with little
 /// doubt. Chosen: over such a map six to nine of ten have one, over one of another year up to two.
@@ -70,6 +74,13 @@ impl Pipeline<'_> {
         };
         let unexplained_rad = hypot(unexplained_rad, shown_rad);
         (unexplained_rad, self.is_unexplained(situation, unexplained_rad))
+    }
+
+    /// Whether matches have shown a tilt that nothing explains, which may displace fixes. `unexplained_rad`: by the
+    /// newest one.
+    pub(super) fn is_unexplained(&self, situation: &Situation, unexplained_rad: f32) -> bool {
+        let unexplained_rad = hypot(unexplained_rad, self.navigation.filter.unexplained_rad(&self.prior_sigmas()));
+        unexplained_rad * situation.height_m > UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0
     }
 
     /// Whether the map is of the ground's own year with little doubt.

@@ -63,10 +63,6 @@ pub struct Matched {
 /// beyond.
 const SEARCH_SIGMAS: f32 = 2.0;
 
-/// Largest unexplained displacement by tilt with which frames have fixes, one sigma, pixels. Chosen: a fifth of a wrong
-/// fix's error.
-pub(super) const UNEXPLAINED_MAX_PX: f32 = 0.6;
-
 /// Largest velocity error from matches that widens their gate, m/s: no larger one was seen of an autopilot.
 const VELOCITY_ERROR_MAX_M_PER_S: f32 = 5.0;
 
@@ -107,14 +103,29 @@ impl Pipeline<'_> {
             tried = self.locate(situation, search);
             sighting = self.plausible_sighting(situation, &tried);
         }
+        let (counts, unexplained_rad) = self.take(situation, (search, &parameters), &tried, sighting);
+        tried.map(|matched| Matched { counts, unexplained_rad, ..matched })
+    }
+
+    /// Takes what a search has found into the state of the search and into the navigation. Returns whether the match counts, or why not, and
+    /// the sigma of a tilt beyond the situation's, radians.
+    // Inlined, its variables would lie on the stack below a match.
+    #[inline(never)]
+    fn take(
+        &mut self,
+        situation: &Situation,
+        (search, parameters): (Search, &SearchParameters),
+        tried: &Result<Matched, Refusal>,
+        sighting: Result<Sighting, Refusal>,
+    ) -> (Result<(), Refusal>, f32) {
         let by_decision = tried.as_ref().is_ok_and(|matched| matched.by_decision);
-        let resected = match (&tried, &sighting) {
+        let resected = match (tried, &sighting) {
             (Ok(matched), Ok(sighting)) if !search.is_far => self.resect(situation, matched, sighting),
             _ => None,
         };
         let ended = (sighting.map(|sighting| resected.unwrap_or(sighting)), by_decision);
-        let counts = self.search_state.finish(&mut self.navigation.tracks, search, situation, &parameters, ended);
-        if let Ok(Matched { found: Match { accepted: Err(Rejection::OnBorder), shift, .. }, centre, .. }) = &tried
+        let counts = self.search_state.finish(&mut self.navigation.tracks, search, situation, parameters, ended);
+        if let Ok(Matched { found: Match { accepted: Err(Rejection::OnBorder), shift, .. }, centre, .. }) = tried
             && !search.is_far
             && self.navigation.tracks.is_empty()
         {
@@ -123,7 +134,7 @@ impl Pipeline<'_> {
         if !self.search_state.has_unconfirmed() {
             self.navigation.candidate = self.navigation.candidate.wrapping_add(1);
         }
-        let (unexplained_rad, is_doubted) = match (&tried, sighting, counts) {
+        let (unexplained_rad, is_doubted) = match (tried, sighting, counts) {
             (Ok(matched), Ok(sighting), Ok(())) => {
                 self.update_navigation(situation, matched, &sighting, resected.is_some())
             }
@@ -131,8 +142,8 @@ impl Pipeline<'_> {
         };
         let is_elsewhere = tried.as_ref().is_ok_and(|matched| matched.is_elsewhere);
         // A match that is implausible in heading or height has not been compared with the tracks.
-        let counts = self.without_contradiction(situation, is_doubted, is_elsewhere, sighting.map(|_| ()).and(counts));
-        tried.map(|matched| Matched { counts, unexplained_rad, ..matched })
+        let counts = sighting.map(|_| ()).and(counts);
+        (self.without_contradiction(situation, is_doubted, is_elsewhere, counts), unexplained_rad)
     }
 
     /// Parameters of the usual search for a frame.
@@ -153,13 +164,6 @@ impl Pipeline<'_> {
             ),
             prior_m: self.prior_m(situation),
         }
-    }
-
-    /// Whether matches have shown a tilt that nothing explains, which may displace fixes. `unexplained_rad`: by the
-    /// newest one.
-    pub(super) fn is_unexplained(&self, situation: &Situation, unexplained_rad: f32) -> bool {
-        let unexplained_rad = hypot(unexplained_rad, self.navigation.filter.unexplained_rad(&self.prior_sigmas()));
-        unexplained_rad * situation.height_m > UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0
     }
 
     /// `counts`, unless there is a contradiction: a match far off its prediction is no fix, however it was accepted,

@@ -279,10 +279,7 @@ impl Estimate {
     /// Innovation of a match. `white`: its covariance without the constant tilt.
     pub(super) fn innovation(&self, measurement: &Measurement, white: Matrix2<f32>) -> Innovation {
         let jacobian = tilt_jacobian(measurement);
-        let off = Vector2::new(measurement.nadir.east_m - self.state[0], measurement.nadir.north_m - self.state[1])
-            - jacobian * Vector2::from(self.tilt_rad())
-            - self.state.fixed_view::<2, 1>(WANDER, 0) * measurement.height_m
-            + jacobian * Vector2::from(measurement.corrected_tilt_rad);
+        let off = self.off(measurement, &jacobian);
         let common = |states: usize| self.covariance.fixed_view::<STATES, 2>(0, states);
         let cross_covariance = common(0) + common(TILT) * jacobian.transpose() + common(WANDER) * measurement.height_m;
         let own = |states: usize| cross_covariance.fixed_view::<2, 2>(states, 0);
@@ -293,6 +290,22 @@ impl Estimate {
         // Negative only by rounding in the covariance.
         let nis = if nis >= 0.0 { nis } else { f32::INFINITY };
         Innovation { off, nis, excess_tilt_rad, cross_covariance, inverse: inverse.unwrap_or_default() }
+    }
+
+    /// Measured less predicted nadir, east and north, metres.
+    fn off(&self, measurement: &Measurement, jacobian: &Matrix2<f32>) -> Vector2<f32> {
+        Vector2::new(measurement.nadir.east_m - self.state[0], measurement.nadir.north_m - self.state[1])
+            - jacobian * Vector2::from(self.tilt_rad())
+            - self.state.fixed_view::<2, 1>(WANDER, 0) * measurement.height_m
+            + jacobian * Vector2::from(measurement.corrected_tilt_rad)
+    }
+
+    /// Whether a match is surely within a gate of the normalised innovation: within that of its own covariance, whose lesser
+    /// eigenvalue is at least the determinant over the trace.
+    pub(super) fn is_surely_within(&self, gate: f32, measurement: &Measurement) -> bool {
+        let off = self.off(measurement, &tilt_jacobian(measurement));
+        let own = &measurement.covariance;
+        off.norm_squared() * own.trace() <= gate * own.determinant()
     }
 
     /// Innovation of a position measured without the attitude.

@@ -189,6 +189,8 @@ impl Filter {
     /// Has the newest frame corrected for another tilt than the estimated one, if there is reason to: for the resected one if that
     /// contradicts it; or for the one before the jumps, if the estimated one was learnt and is far off it, where no match is found
     /// (`is_lost`): the learnt error may have ended.
+    // Inlined, its working memory would lie on the stack below other stages; so would those of the next two.
+    #[inline(never)]
     pub fn try_other_tilt(&mut self, is_lost: bool, prior: &PriorSigmas) {
         let estimated_rad = Vector2::from(self.matched_tilt_rad());
         let contradicts = |resection: &Resection| {
@@ -232,7 +234,8 @@ impl Filter {
 
     /// Whether a match of the frame propagated to is so far off that position or attitude have jumped.
     pub fn is_jump(&self, measurement: &Measurement) -> bool {
-        self.newest.is_some_and(|newest| newest.innovation(measurement, self.white(measurement)).nis > JUMP_GATE)
+        let exceeds = |newest: &Estimate| newest.innovation(measurement, self.white(measurement)).nis > JUMP_GATE;
+        self.newest.as_ref().is_some_and(|newest| !newest.is_surely_within(JUMP_GATE, measurement) && exceeds(newest))
     }
 
     /// Forgets what pictures have shown.
@@ -243,6 +246,7 @@ impl Filter {
     /// Takes a match with what its picture shows, if it shows anything, while the attitude is in doubt or checked, before the filter takes
     /// it. `is_checked`: it is not in doubt. Returns the position by resection with its covariance, east and north, square metres; `None` if
     /// pictures have not shown it lately.
+    #[inline(never)]
     pub fn resect(
         &mut self,
         resected: Option<&Resected>,
@@ -272,6 +276,7 @@ impl Filter {
 
     /// Draws the conclusions, after the match is taken. `is_in_doubt`: the attitude is, not only checked. `known_rad`: sigma of a tilt with
     /// which frames have fixes. Returns the sigma of a tilt that this adds to the frame's, radians; `None` if the attitude remains in doubt.
+    #[inline(never)]
     pub fn conclude(
         &mut self,
         (is_in_doubt, known_rad): (bool, f32),
