@@ -1,7 +1,7 @@
 //! Checks a doubted attitude against the perspective of the pictures.
 //!
 //! Once a match has jumped its position and the attitude are both in doubt, and on a straight leg no later match shows
-//! which of them it was. The perspective of a picture does: it shows the tilt alone.
+//! which of them it was. The perspective of a picture does: it shows the tilt alone, and so the position.
 
 use super::register::Matched;
 use super::{Pipeline, Situation};
@@ -31,8 +31,8 @@ const UNEXPLAINED_MAX_PX: f32 = 0.6;
 const OWN_YEAR_SHARE_MIN: f32 = 0.6;
 
 impl Pipeline<'_> {
-    /// Tells the filter which tilt the picture of an accepted match shows, before it takes the match, if the frame's attitude is in doubt
-    /// or has to be checked. Whether it did.
+    /// Resects an accepted match before the filter takes it, if its frame's attitude is in doubt or has to be checked. Returns the sighting
+    /// for the tracks: while the attitude is in doubt the position by resection, which a tilt does not displace. `None` without a resection.
     #[inline(never)]
     pub(super) fn resect(&mut self, situation: &Situation, matched: &Matched, sighting: &Sighting) -> Option<Sighting> {
         let shift = matched.found.accepted.ok()?;
@@ -52,7 +52,7 @@ impl Pipeline<'_> {
     }
 
     /// Checks the attitude of an accepted match's frame once the filter has taken the match. `unexplained_rad`: sigma of a tilt beyond the
-    /// situation's by this match. `is_resected`: the filter was told what its picture shows. Returns that sigma with what this adds, and
+    /// situation's by this match. `is_resected`: [`Pipeline::resect`] had a result. Returns that sigma with what this adds, and
     /// whether the attitude is in doubt.
     #[inline(never)]
     pub(super) fn check_attitude(
