@@ -258,7 +258,7 @@ impl Filter {
         // With a worse velocity the tilt's swings would pass for its error.
         let prior = &PriorSigmas { velocity_m_per_s: prior.velocity_m_per_s.min(HIDDEN_M_PER_S), ..*prior };
         let moment = self.moment;
-        let before = self.newest.filter(|_| !is_checked && self.observes_swings());
+        let before = self.newest.filter(|_| resected.is_some() && !is_checked && self.observes_swings());
         let before = before.map(|newest| Resection::new(moment, newest));
         let propagated = self.resections.newest.and_then(|newest| newest.propagated(moment, prior));
         let updated = |resection: Resection| {
