@@ -94,7 +94,7 @@ pub struct Filter {
     jumps: Jumps,
     /// Another tilt than the estimated one that the newest frame is corrected for, pitch and roll, radians.
     tried_rad: Option<[f32; 2]>,
-    /// What pictures show of the tilt while the attitude is in doubt or checked.
+    /// Position and tilt by matches and their pictures while the attitude is in doubt or checked.
     resections: Resections,
     misalignment: Misalignment,
     /// Satellite navigation beside the matches, and its correction of pitch and roll at the newest frame, radians.
@@ -127,7 +127,7 @@ impl Filter {
         }
     }
 
-    /// Error of pitch and roll to correct the newest frame for, reported less true, radians: the estimated one, or the
+    /// Error of pitch and roll to correct the newest frame for, reported less true, radians: the estimated one, or
     /// another ([`Filter::try_other_tilt`]).
     pub fn tilt_rad(&self) -> [f32; 2] {
         let [pitch, roll] = self.tried_rad.unwrap_or(self.matched_tilt_rad());

@@ -141,7 +141,7 @@ impl Resection {
         Resection { estimate: self.estimate.updated(&innovation), ..self }
     }
 
-    /// Updated by the picture of that match, so long after the last one; `None` if pictures contradict it.
+    /// Updated by the picture of that match; `None` if pictures contradict it.
     fn resected(mut self, resected: &Resected, measurement: &Measurement) -> Option<Self> {
         let nadir = measurement.nadir.moved(resected.by_m.into());
         let common = Matrix2::identity() * resected.common_variance;
@@ -171,7 +171,7 @@ impl Resection {
     }
 }
 
-/// What pictures show while the attitude is in doubt or checked.
+/// The second estimate while the attitude is in doubt or checked.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Resections {
     newest: Option<Resection>,
