@@ -88,8 +88,7 @@ impl Dem {
     /// Lowest and highest known height; `None` where nothing is known.
     #[must_use]
     pub fn range_m(&self) -> Option<[f64; 2]> {
-        let known = self.heights.iter().filter(|height| height.is_finite()).map(|height| [*height; 2]);
-        known.reduce(|[low, high], [one, other]| [low.min(one), high.max(other)])
+        range_of(self.heights.iter().copied().filter(|height| height.is_finite()))
     }
 
     /// Its outermost posts: x0, y0, x1, y1 in working metres.
@@ -99,6 +98,11 @@ impl Dem {
             [(self.cols, 0), (self.rows, 1)].map(|(count, axis)| count.saturating_sub(1) as f64 * self.step_m[axis]);
         [self.west_m, self.south_m, self.west_m + width_m, self.south_m + height_m]
     }
+}
+
+/// The lowest and the highest of heights; `None` of none.
+fn range_of(heights: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    heights.map(|height| [height; 2]).reduce(|[low, high], [one, other]| [low.min(one), high.max(other)])
 }
 
 /// The post before a place along an axis of `count` posts, and how far beyond it the place is, 0 to 1; `None` outside.

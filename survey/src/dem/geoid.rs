@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::{Dem, DemFile, Frame};
+use super::{Dem, DemFile, Frame, range_of};
 use crate::error::InputError;
 use crate::io::input::{open, unreadable};
 use crate::io::tiff::is_tiff;
@@ -101,10 +101,7 @@ impl Geoid {
                 all.push(*height);
             }
         }
-        Some(
-            all.into_iter()
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| [low.min(height), high.max(height)]),
-        )
+        range_of(all.into_iter())
     }
 
     /// Its height above the ellipsoid, bilinear between posts; `None` outside the part that was read.
