@@ -1,6 +1,7 @@
 //! Tables from CSV files: a header, then a row a line, with the line kept for messages.
 
 use super::input;
+use super::raster::quoted;
 use crate::error::InputError;
 use std::path::Path;
 
@@ -27,6 +28,9 @@ impl<'a> Table<'a> {
         let Some((_, header)) = lines.next() else {
             return Err(InputError::new(format!("{name} is empty")));
         };
+        if let Some(line) = with_commas(header, &name) {
+            return Err(InputError::new(line));
+        }
         let header = fields(header);
         let rows: Vec<_> = lines.map(|(index, line)| (index + 1, fields(line))).collect();
         if let Some((line, row)) = rows.iter().find(|(_, row)| row.len() != header.len()) {
@@ -141,6 +145,17 @@ impl<'a> Table<'a> {
 pub fn text_of(path: &Path) -> Result<(String, String), InputError> {
     let name = path.display().to_string();
     Ok((input::text(path)?, name))
+}
+
+/// What to type where fields stand between other marks than commas: between semicolons numbers have decimal commas.
+fn with_commas(header: &str, name: &str) -> Option<String> {
+    let (mark, line) = [(';', "sed 's/,/./g; s/;/,/g'"), ('\t', "sed 's/,/./g; s/\\t/,/g'")]
+        .into_iter()
+        .find(|(mark, _)| header.contains(*mark) && !header.contains(','))?;
+    let what = if mark == ';' { "semicolons" } else { "tabs" };
+    let (from, made) = (Path::new(name), Path::new(name).with_extension("commas.csv"));
+    let words = [from, &made].map(|path| quoted(&path.display().to_string())).join(" > ");
+    Some(format!("{name}: its columns are separated by {what}, and commas are read: {line} {words}"))
 }
 
 #[cfg(test)]
