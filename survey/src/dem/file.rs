@@ -9,7 +9,7 @@ use crate::crs::System;
 use crate::error::InputError;
 use crate::io::input::{open, unreadable};
 use crate::io::raster::{
-    GeoTransform, Georeference, HeightDatum, Posts, Scaling, Unread, check_elevation, is_known, quoted,
+    GeoTransform, Georeference, HeightDatum, Posts, Scaling, check_elevation, for_people, is_known,
 };
 use crate::io::tiff::{Part, SAMPLES_MAX, TiffFile, is_tiff};
 
@@ -71,7 +71,7 @@ impl DemFile {
         let (model, bands, is_of_8_bits) = if is_tiff(&start) {
             let tiff = open_tiff(path)?;
             let Georeference { geo, crs: system, nodata, height_unit_m, scaling, has_heights, height_datum } =
-                Georeference::read(&tiff.geo).map_err(|why| not_read(path, &why))?;
+                Georeference::read(&tiff.geo).map_err(|why| refuse(why.says(path, "bilinear")))?;
             let kind = Kind::GeoTiff { nodata };
             let model = Self {
                 path: path.into(),
@@ -263,9 +263,7 @@ impl DemFile {
         let (left, bottom) = self.geo.pixel_from_world(west, south);
         let (right, top) = self.geo.pixel_from_world(east, north);
         let (Some(cols), Some(rows)) = (posts(left, right, self.cols), posts(top, bottom, self.rows)) else {
-            let [west_m, south_m, east_m, north_m] = self.bounds_m(frame);
-            let model = format!("{west_m},{south_m},{east_m},{north_m}");
-            return Err(self.refuse(&format!("the area {x0},{y0},{x1},{y1} lies outside it ({model})")));
+            return Err(self.outside(frame, [x0, y0, x1, y1]));
         };
         if cols.len() as u64 * rows.len() as u64 > SAMPLES_MAX {
             let size = format!("{} x {}", cols.len(), rows.len());
@@ -274,11 +272,17 @@ impl DemFile {
         Ok(Part { cols, rows })
     }
 
-    /// Its outermost posts in working metres.
-    fn bounds_m(&self, frame: &Frame) -> [f64; 4] {
-        let [x0, y0, x1, y1] = self.bounds();
-        let ([west_m, south_m], [east_m, north_m]) = (frame.metres([x0, y0]), frame.metres([x1, y1]));
-        [west_m, south_m, east_m, north_m]
+    /// Why nothing of working metres is read, in its own coordinates: of a model in degrees nobody knows working metres.
+    fn outside(&self, frame: &Frame, [x0, y0, x1, y1]: [f64; 4]) -> InputError {
+        let ([west, south], [east, north]) = (frame.world([x0, y0]), frame.world([x1, y1]));
+        let listed = |bounds: [f64; 4]| bounds.map(|bound| for_people(bound).to_string()).join(",");
+        let system = match (self.system, frame) {
+            (Some(system), Frame::Degrees { .. }) => format!(" in {system}, longitude first"),
+            (Some(system), _) => format!(" in {system}"),
+            (None, _) => String::new(),
+        };
+        let (area, model) = (listed([west, south, east, north]), listed(self.bounds()));
+        self.refuse(&format!("the area {area} lies outside it, which has {model}{system}"))
     }
 
     fn refuse(&self, why: &str) -> InputError {
@@ -305,21 +309,6 @@ fn posts(first: f64, last: f64, count: usize) -> Option<Range<usize>> {
 
 fn refusal(path: &Path, why: &str) -> InputError {
     InputError::new(format!("cannot use elevation model {}: {why}", path.display()))
-}
-
-/// Why the georeference of a GeoTIFF is not read, with the command that makes one that is where another unit is to blame.
-fn not_read(path: &Path, why: &Unread) -> InputError {
-    if !matches!(why, Unread::NotInMetres(_)) {
-        return refusal(path, &why.to_string());
-    }
-    let made = format!("{}_metres.tif", path.with_extension("").display());
-    let (name, made) = (quoted(&path.display().to_string()), quoted(&made));
-    refusal(
-        path,
-        &format!(
-            "{why}: gdalwarp -t_srs EPSG:CODE -r bilinear {name} {made} puts it onto a grid in metres, EPSG:326ZZ of UTM zone ZZ north"
-        ),
-    )
 }
 
 fn open_tiff(path: &Path) -> Result<TiffFile<impl Read + Seek>, InputError> {

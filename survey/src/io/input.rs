@@ -6,6 +6,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use super::raster::names;
 use crate::error::InputError;
 use sha2::{Digest, Sha256};
 
@@ -37,7 +38,8 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), InputError> {
 pub fn text(path: &Path) -> Result<String, InputError> {
     let (file, length) = open(path)?;
     let bytes = at_most(path, file, length, TEXT_BYTES_MAX)?;
-    String::from_utf8(bytes).map_err(|error| unreadable(path, error.utf8_error()))
+    String::from_utf8(bytes)
+        .map_err(|_| InputError::new(format!("cannot read {}: it is no text (UTF-8)", path.display())))
 }
 
 /// A whole binary file.
@@ -58,9 +60,28 @@ pub(crate) fn picture(path: &Path, what: &str, is_of_kind: fn(&[u8]) -> bool) ->
     let mut magic = Vec::new();
     file.by_ref().take(MAGIC_BYTES).read_to_end(&mut magic).map_err(|error| unreadable(path, error))?;
     if !is_of_kind(&magic) {
-        return Err(InputError::new(format!("cannot read {}: it is not {what}", path.display())));
+        return Err(no_picture(path, what, &magic));
     }
     at_most(path, magic.as_slice().chain(file), length, PICTURE_BYTES_MAX)
+}
+
+/// Beginnings of what holds pictures or heights and is not read itself, but by GDAL: PNG, JPEG, JPEG 2000 as a file and as a stream, Erdas
+/// Imagine, GDAL's own VRT, and the ESRI ASCII grid, in capitals.
+const BY_GDAL: [&[u8]; 7] =
+    [b"\x89PNG", b"\xFF\xD8\xFF", b"\0\0\0\x0CJP  ", b"\xFF\x4F\xFF\x51", b"EHFA_HEADER_TAG", b"<VRTDATASET", b"NCOLS"];
+
+/// Why a file is no picture of a kind, by its beginning, with the command that makes one where that is known.
+fn no_picture(path: &Path, what: &str, magic: &[u8]) -> InputError {
+    let name = path.display();
+    if magic.is_empty() {
+        return InputError::new(format!("cannot read {name}: it is empty"));
+    }
+    let why = format!("cannot read {name}: it is not {what}");
+    let start = magic.to_ascii_uppercase();
+    if BY_GDAL.iter().any(|by_gdal| start.starts_with(&by_gdal.to_ascii_uppercase())) {
+        return InputError::new(format!("{why}: gdal_translate {} makes one", names(path, "made")));
+    }
+    InputError::new(why)
 }
 
 /// SHA-256 of a file's bytes, hexadecimal.

@@ -22,12 +22,12 @@ use crate::io::input;
 use crate::io::tiff::{GeoTags, Samples, is_tiff, read_tiff};
 
 pub use geo_transform::GeoTransform;
+pub(crate) use kind::names;
 pub use kind::{check_elevation, check_picture, for_people};
 pub use metadata::Scaling;
 pub use metric::{check_metres, check_metric, check_square, is_web_mercator, quoted, utm_zone};
 pub use placed::Placed;
 pub use posts::Posts;
-pub(crate) use system::Unread;
 pub use system::{HeightDatum, vertical_unit_m};
 pub use write::{Band, geotiff_bytes, grey_geotiff_bytes};
 
@@ -95,7 +95,7 @@ impl Raster {
         let picture = read_tiff(&bytes, path)?;
         drop(bytes);
         let Georeference { geo, crs, nodata, height_unit_m, has_heights, .. } =
-            Georeference::read(&picture.geo).map_err(|why| refuse(why.to_string()))?;
+            Georeference::read(&picture.geo).map_err(|why| refuse(why.says(path, "cubic")))?;
         let scaling = |band: usize| Scaling::of_band(picture.geo.metadata.as_deref(), band);
         let scalings = (0..picture.bands).map(scaling).collect::<Result<_, _>>().map_err(refuse)?;
         let (data, sample_type) = floats(picture.samples);
@@ -158,7 +158,7 @@ pub(crate) struct Georeference {
 }
 
 impl Georeference {
-    pub fn read(tags: &GeoTags) -> Result<Self, Unread> {
+    pub fn read(tags: &GeoTags) -> Result<Self, system::Unread> {
         let keys = geo_keys::GeoKeys::read(tags)?;
         let geo = GeoTransform::from_tags(tags, keys.pixel_is_point())?;
         let crs = system::horizontal(&keys)?;

@@ -64,7 +64,7 @@ pub fn for_people(coordinate: f64) -> f64 {
 }
 
 /// The file's name and one for what is made of it, as words of a shell's line.
-pub(super) fn names(path: &Path, suffix: &str) -> String {
+pub(crate) fn names(path: &Path, suffix: &str) -> String {
     let made = format!("{}_{suffix}.tif", path.with_extension("").display());
     format!("{} {}", quoted(&path.display().to_string()), quoted(&made))
 }

@@ -44,7 +44,8 @@ impl Placed {
             return Ok(None);
         }
         let refuse = |why: String| InputError::new(format!("cannot use raster {}: {why}", path.display()));
-        let Georeference { geo, crs, nodata, .. } = Georeference::read(&tags).map_err(|why| refuse(why.to_string()))?;
+        let Georeference { geo, crs, nodata, .. } =
+            Georeference::read(&tags).map_err(|why| refuse(why.says(path, "cubic")))?;
         Ok(Some(Placed { size: (cols as usize, rows as usize), geo, crs, nodata }))
     }
 }

@@ -6,10 +6,11 @@ use super::geo_keys::{
     ANGULAR_UNITS, DEGREE, GEODETIC_CRS, GeoKeys, LINEAR_UNITS, METRE, MODEL_GEOCENTRIC, MODEL_GEOGRAPHIC,
     MODEL_PROJECTED, MODEL_TYPE, PROJECTED_CRS, USER_DEFINED, VERTICAL_CRS, VERTICAL_DATUM, VERTICAL_UNITS,
 };
+use super::kind::names;
 use super::metadata::item;
 use super::user_defined;
-use std::fmt;
 use std::ops::RangeInclusive;
+use std::path::Path;
 
 /// Why a georeference is not read.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,11 +33,16 @@ impl From<&str> for Unread {
     }
 }
 
-impl fmt::Display for Unread {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Unread {
+    /// In words, with the command that makes a file that is where another unit is to blame; interpolated as `gdalwarp -r` names it.
+    pub(crate) fn says(&self, path: &Path, interpolation: &str) -> String {
         match self {
-            Unread::NotInMetres(unit) => write!(f, "its coordinates are not in metres (EPSG unit {unit})"),
-            Unread::Other(why) => f.write_str(why),
+            Unread::NotInMetres(unit) => format!(
+                "its coordinates are not in metres (EPSG unit {unit}): gdalwarp -t_srs EPSG:CODE -r {interpolation} {} puts it onto a grid in \
+                 metres, EPSG:326ZZ of UTM zone ZZ north",
+                names(path, "metres")
+            ),
+            Unread::Other(why) => why.clone(),
         }
     }
 }
