@@ -29,11 +29,9 @@ use frames::Pictures;
 use planned::Planned;
 use plumbline_firmware::stores::tiles::TileHead;
 use plumbline_firmware::wire::signature::Key;
-use plumbline_survey::crs::{Crs, System};
+use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::{
-    Posts, Raster, SampleType, check_elevation, check_metric, check_picture, check_square, quoted,
-};
+use plumbline_survey::io::raster::{Raster, check_metric, check_picture};
 use std::path::Path;
 
 /// How far from the centre a flight goes at most, metres: larger grounds are not used to their borders, so that the
@@ -85,7 +83,7 @@ pub struct Setup {
     pub plan: Option<Planned>,
     /// The frames of a flight that are there already.
     pub pictures: Option<Pictures>,
-    /// What a user has to know of the log that is replayed.
+    /// What a user has to know of the log that is replayed and of the elevation model.
     pub notes: Vec<String>,
 }
 
@@ -108,6 +106,7 @@ impl Setup {
         scenario.check_horizon(&payload)?;
         let (ground, reference) = grounds_of(&scenario)?;
         let crs = grid_of(&scenario, &ground)?;
+        let doubt = elevation::doubt(&scenario, &ground)?;
         let log = scenario.run.replay.as_ref().map(|replay| AttitudeLog::load(&replay.att)).transpose()?;
         let margin_m = match &log {
             Some(log) => footprint_margin_at_m(&scenario, &payload, log.largest_tilt_rad(&scenario)?),
@@ -122,7 +121,10 @@ impl Setup {
             },
             (area, _) => area,
         };
-        let area = area.map_err(|error| of_ground(&scenario, &error.to_string()))?;
+        let area = area.map_err(|error| {
+            let error = of_ground(&scenario, &error.to_string());
+            if let Some(why) = &doubt { error.with(why) } else { error }
+        })?;
         let course = kept::course(&scenario, &area)?;
         let notes = log.as_ref().map(|log| log.notes(&scenario)).transpose()?.unwrap_or_default();
         let motion = match log {
@@ -132,7 +134,7 @@ impl Setup {
         };
         let wanted = wanted_of(&scenario, &area);
         let setup = Setup::finish(scenario, payload, (ground, reference), crs, motion, &wanted, Vec::new())?;
-        Ok(Setup { course, notes, ..setup })
+        Ok(Setup { course, notes: notes.into_iter().chain(doubt).collect(), ..setup })
     }
 
     /// Makes the reference tile over `wanted`, of the other orthophoto where there is one, and what lies in flash.
@@ -265,7 +267,7 @@ fn picture(path: &Path, model: Option<&Path>, knows_nodata: bool) -> Result<Grou
     })?;
     check_metric(path, &raster.geo, system, (raster.cols, raster.rows))?;
     let epsg = system.epsg().map_err(|error| error.at(path.display().to_string()))?;
-    let surface = model.map(|model| surface(model, (path, epsg))).transpose()?;
+    let surface = model.map(|model| elevation::surface(model, (path, epsg))).transpose()?;
     let mut grey = raster.grey();
     if knows_nodata {
         let known = |index: usize| (0..raster.bands.min(3)).any(|band| is_known(&raster, index, band));
@@ -273,39 +275,6 @@ fn picture(path: &Path, model: Option<&Path>, knows_nodata: bool) -> Result<Grou
     }
     Ground::new(grid(&raster, grey), surface, epsg)
         .map_err(|error| InputError::new(format!("{}: {error}", path.display())))
-}
-
-/// The elevation model under an orthophoto that is in a reference system.
-fn surface(path: &Path, (ortho, epsg): (&Path, u32)) -> Result<Grid, InputError> {
-    let raster = Raster::read(path)?;
-    if let Some(other) = raster.crs.filter(|other| *other != System::Epsg(epsg)) {
-        return Err(InputError::new(format!(
-            "{} is in EPSG:{epsg}, but the elevation model in {other}: gdalwarp -t_srs EPSG:{epsg} -r bilinear {} {}",
-            ortho.display(),
-            quoted(&path.display().to_string()),
-            quoted(&path.with_extension(format!("{epsg}.tif")).display().to_string())
-        )));
-    }
-    check_square(path, &raster.geo, "bilinear")?;
-    check_elevation(path, raster.bands, raster.sample_type == SampleType::U8)?;
-    let post = |index: usize| raster.sample(index % raster.cols, index / raster.cols, 0).map_or(f64::NAN, f64::from);
-    let samples: Vec<f64> = (0..raster.rows * raster.cols).map(post).collect();
-    let place = |index: usize| raster.geo.world_from_pixel((index % raster.cols) as f64, (index / raster.cols) as f64);
-    let posts = Posts {
-        path,
-        samples: &samples,
-        cols: raster.cols,
-        step_m: [raster.geo.step_x, raster.geo.step_y],
-        scaling: raster.scalings[0],
-        unit_m: raster.height_unit_m,
-        has_nodata: raster.nodata.is_some(),
-        are_declared_heights: raster.has_heights,
-        is_ascii: false,
-        place: &place,
-    };
-    posts.check()?;
-    let heights = samples.iter().map(|sample| posts.height_m(*sample) as f32).collect();
-    Ok(grid(&raster, heights))
 }
 
 /// Of square pixels.

@@ -95,6 +95,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut watch =
         Watch { bar: progress::bar(2 * table.rows.len() as u64, "frame"), interrupted: interrupt::listen()? };
     let setup = evaluation.prepare(&table, None)?;
+    setup.notes.iter().for_each(|line| note(line));
     let verdict = judge(&setup, &table, &flown(&setup, &mut watch)?);
     let mut again = |deg| corrected(&evaluation, &table, deg, &mut watch);
     let (platform, corrected) = refined((&table, &camera), &verdict, &mut again)?;

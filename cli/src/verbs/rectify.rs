@@ -5,7 +5,7 @@ mod place;
 
 use super::positive;
 use crate::files::{Files, check_extension};
-use crate::outcome::{Failure, Outcome};
+use crate::outcome::{Failure, Outcome, note};
 use orientation::{Orientation, OrientationArgs};
 use place::{Place, PlaceArgs, terrain};
 use plumbline_core::camera::Camera;
@@ -13,6 +13,7 @@ use plumbline_sim::camera::still::{self, Patch, Target};
 use plumbline_sim::camera::{core_camera, oriented, read, render_camera};
 use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::crs::System;
+use plumbline_survey::dem::Heights;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::output::write_file;
 use plumbline_survey::io::picture::{Picture, read_grey, write_grey_png};
@@ -195,6 +196,8 @@ fn rectified(
     });
     let reach_m = (size.0.max(size.1).min(still::PATCH_MAX_PX) as f64 + 2.0) * args.resolution_m;
     let heights = place.heights(reach_m)?;
+    let doubt = heights.as_ref().and_then(Heights::doubt);
+    doubt.zip(args.place.dem.as_ref()).iter().for_each(|(doubt, dem)| note(&doubt.of(dem)));
     let (exterior, cells) = (orientation.exterior(place.position(height_m)), place.cells(size, args.resolution_m));
     let patch = oriented::rectify(&render_camera(file), frame, &exterior, terrain(heights.as_ref()), &cells)?;
     Ok((patch, height_m))

@@ -2,7 +2,7 @@
 
 use super::positive;
 use crate::files::Files;
-use crate::outcome::{Failure, Outcome};
+use crate::outcome::{Failure, Outcome, note};
 use plumbline_firmware::boot::BootError;
 use plumbline_firmware::stores::framing::checksum;
 use plumbline_firmware::stores::tiles::{BEFORE_PIXELS, BOARD_BYTES, TileHead};
@@ -98,9 +98,11 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         let (unknown, all) = (tile.unknown, tile.cols * tile.rows);
         return Err(refuse(format!("nothing is known of {unknown} of the area's {all} pixels")).into());
     }
-    let model =
+    let read =
         args.dem.as_deref().map(|dem| of_file(dem, &tile, &crs, args.posts_m, args.vertical_epsg)).transpose()?;
-    let (posts, numbers) = model.flatten().map(|model| (model.posts, model.bytes)).unzip();
+    let (model, doubt) = read.unwrap_or_default();
+    doubt.iter().for_each(|why| note(why));
+    let (posts, numbers) = model.map(|model| (model.posts, model.bytes)).unzip();
     let head = tile.head(&crs).map_err(|error| refuse(error.to_string()))?;
     let head = TileHead { posts, ..head };
     let store = tile_store(&head, &tile.pixels, &numbers.unwrap_or_default());

@@ -3,11 +3,12 @@
 use crate::scenario::{self, Scenario};
 use crate::world::tile::Tile;
 use crate::world::tile::elevation::Model;
-use crate::world::{Bounds, Ground};
+use crate::world::{Bounds, Grid, Ground};
 use plumbline_firmware::shared_memory::AREA_MAX;
-use plumbline_survey::crs::Crs;
-use plumbline_survey::dem::{DemFile, Heights};
+use plumbline_survey::crs::{Crs, System};
+use plumbline_survey::dem::{Dem, DemFile, Heights};
 use plumbline_survey::error::InputError;
+use plumbline_survey::io::raster::{Posts, Raster, SampleType, check_elevation, check_square, quoted};
 use std::path::Path;
 
 /// Posts around a tile for which a file is read. Chosen: one more than there are.
@@ -40,8 +41,61 @@ pub(super) fn of_flight(
     Ok(model)
 }
 
+/// The elevation model under an orthophoto that is in a reference system.
+pub(super) fn surface(path: &Path, (ortho, epsg): (&Path, u32)) -> Result<Grid, InputError> {
+    let raster = Raster::read(path)?;
+    if let Some(other) = raster.crs.filter(|other| *other != System::Epsg(epsg)) {
+        return Err(InputError::new(format!(
+            "{} is in EPSG:{epsg}, but the elevation model in {other}: gdalwarp -t_srs EPSG:{epsg} -r bilinear {} {}",
+            ortho.display(),
+            quoted(&path.display().to_string()),
+            quoted(&path.with_extension(format!("{epsg}.tif")).display().to_string())
+        )));
+    }
+    check_square(path, &raster.geo, "bilinear")?;
+    check_elevation(path, raster.bands, raster.sample_type == SampleType::U8)?;
+    let post = |index: usize| raster.sample(index % raster.cols, index / raster.cols, 0).map_or(f64::NAN, f64::from);
+    let samples: Vec<f64> = (0..raster.rows * raster.cols).map(post).collect();
+    let place = |index: usize| raster.geo.world_from_pixel((index % raster.cols) as f64, (index / raster.cols) as f64);
+    let posts = Posts {
+        path,
+        samples: &samples,
+        cols: raster.cols,
+        step_m: [raster.geo.step_x, raster.geo.step_y],
+        scaling: raster.scalings[0],
+        unit_m: raster.height_unit_m,
+        has_nodata: raster.nodata.is_some(),
+        are_declared_heights: raster.has_heights,
+        is_ascii: false,
+        place: &place,
+    };
+    posts.check()?;
+    let heights = samples.iter().map(|sample| posts.height_m(*sample) as f32).collect();
+    Ok(super::grid(&raster, heights))
+}
+
+/// What speaks against the heights of the elevation model under an orthophoto, with the model's name.
+///
+/// # Errors
+/// The model cannot be read.
+pub(super) fn doubt(scenario: &Scenario, ground: &Ground) -> Result<Option<String>, InputError> {
+    let scenario::Ground::Ortho { dem: Some(path), .. } = &scenario.world.ground else { return Ok(None) };
+    let Some(grid) = ground.surface_grid() else { return Ok(None) };
+    let heights = Dem {
+        cols: grid.cols,
+        rows: grid.rows,
+        // Where it lies and which way is up makes no difference to steepness.
+        west_m: 0.0,
+        south_m: 0.0,
+        step_m: [grid.step_m; 2],
+        heights: grid.data.iter().map(|height| f64::from(*height)).collect(),
+    };
+    let doubt = heights.doubt(DemFile::open(path)?.is_unit_stated());
+    Ok(doubt.map(|doubt| doubt.of(path)))
+}
+
 /// The model of an elevation model in a file, of any reference system that is known; without one it counts as on the tile's grid.
-/// What the file does not know are posts without a height.
+/// What the file does not know are posts without a height. With it what speaks against its heights.
 ///
 /// # Errors
 /// A file that is missing or broken, or knows no height over the tile.
@@ -51,7 +105,7 @@ pub fn of_file(
     crs: &Crs,
     posts_m: f64,
     vertical_epsg: u32,
-) -> Result<Option<Model>, InputError> {
+) -> Result<(Option<Model>, Option<String>), InputError> {
     let named = |error: InputError| InputError::new(format!("{}: {error}", path.display()));
     let file = DemFile::open(path)?;
     let r = tile.resolution_m;
@@ -61,5 +115,6 @@ pub fn of_file(
     let Bounds { west_m, east_m, south_m, north_m } = tile_bounds.grown(AROUND * posts_m + r);
     let heights = Heights::over(&file, Some(crs), [west_m, south_m, east_m, north_m])?;
     let height = |east_m: f64, north_m: f64| heights.at(east_m, north_m);
-    Model::over(tile, posts_m, vertical_epsg, height).map_err(named)
+    let model = Model::over(tile, posts_m, vertical_epsg, height).map_err(named)?;
+    Ok((model, heights.doubt().map(|doubt| doubt.of(path))))
 }

@@ -81,6 +81,7 @@ impl Setup {
         }
         let (ground, _) = grounds_of(&scenario)?;
         let crs = grid_of(&scenario, &ground)?;
+        let notes = super::elevation::doubt(&scenario, &ground)?.into_iter().collect();
         let [right, up] = half_tangents(&payload.camera);
         let heights = table.rows.iter().map(|row| row.height_m);
         let lowest_m = heights.clone().fold(f64::INFINITY, f64::min);
@@ -100,7 +101,7 @@ impl Setup {
         let up_m = |[east_m, north_m]: [f64; 2]| ground.height(east_m, north_m);
         let motion = Motion::recorded(path::through(table, &mids_us, scenario.run.duration_us(), &up_m));
         let setup = Setup::finish(scenario, payload, (ground, None), crs, motion, &wanted, Vec::new())?;
-        Ok(Setup { pictures: Some(pictures), ..setup })
+        Ok(Setup { pictures: Some(pictures), notes, ..setup })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Heights by places on a grid that need not be the model's own.
 
-use super::{Dem, DemFile, Frame};
+use super::{Dem, DemFile, Doubt, Frame};
 use crate::crs::{Crs, System};
 use crate::error::InputError;
 
@@ -13,6 +13,7 @@ pub struct Heights {
     frame: Frame,
     dem: Dem,
     range_m: Option<[f64; 2]>,
+    is_unit_stated: bool,
 }
 
 impl Heights {
@@ -37,7 +38,7 @@ impl Heights {
         }
         let dem = file.window(&frame, wanted, &mut |_, _| {})?;
         let range_m = dem.range_m();
-        Ok(Heights { grid, other, frame, dem, range_m })
+        Ok(Heights { grid, other, frame, dem, range_m, is_unit_stated: file.is_unit_stated() })
     }
 
     /// The height of a place on the grid; `None` where nothing is known.
@@ -57,6 +58,13 @@ impl Heights {
     #[must_use]
     pub fn range_m(&self) -> Option<[f64; 2]> {
         self.range_m
+    }
+
+    /// What speaks against the heights there. On a grid that nobody knows the place of, a height of 0 may be anywhere.
+    #[must_use]
+    pub fn doubt(&self) -> Option<Doubt> {
+        let is_known = self.grid.is_some();
+        self.dem.doubt(self.is_unit_stated).filter(|doubt| is_known || *doubt != Doubt::ZeroThroughout)
     }
 }
 

@@ -8,6 +8,7 @@
 use super::Dem;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
+use std::path::Path;
 
 /// Why the heights of a model are probably none of ground in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -106,6 +107,12 @@ impl Differences {
 }
 
 impl Doubt {
+    /// As [`Self::why`], with the name of the model.
+    #[must_use]
+    pub fn of(self, path: &Path) -> String {
+        format!("{}: {}", path.display(), self.why())
+    }
+
     /// In one sentence, with what to do.
     #[must_use]
     pub fn why(self) -> &'static str {
