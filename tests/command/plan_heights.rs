@@ -133,6 +133,8 @@ fn what_heights_are_above_is_said_or_asked() {
     let asked = "does not say above what its heights are";
     let run = folder.run(PLAN).done();
     assert!(run.stderr.contains(asked) && run.stderr.contains("--geoid FILE"), "{run:?}");
+    // Gentle hills in feet are known by their numbers alone.
+    assert!(run.stderr.contains("nor in which unit: ") && run.stderr.contains(" are taken for metres"), "{run:?}");
     let assumed = json(&folder, "out/plan.json");
     assert_eq!(assumed["vertical"], serde_json::json!({ "datum": "assumed", "epsg": null }));
     assert!(folder.text("out/report.html").contains("mean sea level is assumed"));

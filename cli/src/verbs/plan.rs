@@ -252,7 +252,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
             export::ITEMS_MAX
         ));
     }
-    vertical::ask(&file);
+    vertical::ask(&file, &prepared);
     questions.iter().for_each(|question| note(question));
     let outcome = Outcome::new(args.json, &file, || text::text_of(&file, &args.out))?;
     let danger = file.checks.unsafe_because().filter(|_| !args.force);

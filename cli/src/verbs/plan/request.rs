@@ -44,6 +44,8 @@ pub struct Prepared {
     pub place: Place,
     pub camera: CameraFile,
     pub noise: Noise,
+    /// Whether the model's file says in which unit its heights are.
+    pub is_unit_stated: bool,
     /// Why the model's heights are probably none of ground in metres.
     pub heights_doubt: Option<Doubt>,
     /// What they are above; `None` where nobody knows where on Earth they are.
@@ -89,7 +91,8 @@ impl Prepared {
         let vertical = Vertical::new(file.height_datum(), args.vertical_epsg, geoid.as_ref())?;
         let heights_doubt = doubt(&file, &dem, &place);
         let vertical = place.is_known().then_some(vertical);
-        Ok(Prepared { request, dem, place, camera, noise, heights_doubt, vertical, geoid })
+        let is_unit_stated = file.is_unit_stated();
+        Ok(Prepared { request, dem, place, camera, noise, is_unit_stated, heights_doubt, vertical, geoid })
     }
 }
 

@@ -1,6 +1,7 @@
 //! What heights are above: a mission's are above the sea, and a model's above what its file or an option says.
 
 use super::Args;
+use super::request::Prepared;
 use crate::outcome::note;
 use plumbline_survey::crs::System;
 use plumbline_survey::dem::{Dem, DemFile, Geoid};
@@ -11,13 +12,19 @@ use plumbline_survey::plan::checks::Turns;
 use plumbline_survey::plan::file::Datum;
 use plumbline_survey::plan::place::Place;
 
-/// Says that nobody says it.
-pub fn ask(plan: &PlanFile) {
+/// Says that nobody says it, and in which unit they are taken to be where nobody says that either: gentle hills in feet or in decimetres are
+/// known by their numbers alone.
+pub fn ask(plan: &PlanFile, prepared: &Prepared) {
     if plan.vertical.as_ref().is_some_and(|vertical| vertical.datum == Datum::Assumed) {
-        note(
-            "the elevation model does not say above what its heights are: plan.plan and plan.kml take them for heights above mean sea level; \
-             --vertical-epsg 5773 (EGM96), 3855 (EGM2008) or another states it, and --geoid FILE is for heights above the ellipsoid",
-        );
+        let range_m = prepared.dem.range_m().filter(|_| !prepared.is_unit_stated);
+        let unit = range_m.map_or_else(String::new, |[low_m, high_m]| {
+            format!(" nor in which unit: {low_m:.1} to {high_m:.1} are taken for metres (gdal_edit.py -units ft says otherwise in a GeoTIFF);")
+        });
+        let colon = if unit.is_empty() { ":" } else { "," };
+        note(&format!(
+            "the elevation model does not say above what its heights are{colon}{unit} plan.plan and plan.kml take them for heights above mean sea level; \
+             --vertical-epsg 5773 (EGM96), 3855 (EGM2008) or another states it, and --geoid FILE is for heights above the ellipsoid"
+        ));
     }
 }
 
