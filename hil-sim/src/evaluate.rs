@@ -9,8 +9,8 @@
 //! single map cannot tell a navigation's constant error from its own. What an offset does when the camera turns can be told: a tilted
 //! camera's turns with the heading, a shifted map's stays ([`platform`]).
 
-pub mod heights;
 pub mod judge;
+pub mod meant;
 pub mod platform;
 pub mod refined;
 mod words;
@@ -125,6 +125,8 @@ pub struct Summary {
     pub platform: Platform,
     /// What the heights seem to be instead of metres above the ground, and what to type; `null` where they are believed.
     pub heights: Option<String>,
+    /// As much of the headings, which may be those of another side of the camera.
+    pub headings: Option<String>,
     /// With the camera as it is found to sit; `null` where it sits as its file says, the flight cannot tell, or it makes the fixes no better.
     pub corrected: Option<Figures>,
 }
@@ -141,6 +143,7 @@ impl Summary {
             epsg: setup.flash.head.georeference.epsg,
             platform,
             heights: None,
+            headings: None,
             corrected: corrected.map(Verdict::figures),
         }
     }

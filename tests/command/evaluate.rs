@@ -96,10 +96,14 @@ fn a_tilted_camera_is_told_from_a_shifted_map() {
 
 /// The table with other heights.
 fn with_heights(sound: &str, height_m: impl Fn(f64) -> f64) -> String {
+    with_column(sound, 3, height_m)
+}
+
+fn with_column(sound: &str, column: usize, meant: impl Fn(f64) -> f64) -> String {
     let row = |line: &str| {
         let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
-        if let Ok(metres) = fields[3].parse::<f64>() {
-            fields[3] = height_m(metres).to_string();
+        if let Ok(number) = fields[column].parse::<f64>() {
+            fields[column] = meant(number).to_string();
         }
         fields.join(",") + "\n"
     };
@@ -131,6 +135,42 @@ fn heights_in_feet_or_above_the_sea_are_told() {
     assert!(folder.run(&over).json()["heights"].is_null());
 }
 
+/// A camera that is mounted with its right side forward, and the heading of the vehicle in its table.
+#[test]
+fn headings_of_another_side_of_the_camera_are_told() {
+    let folder = flown("evaluate-headings", "", 0.0, true);
+    let sound = folder.text("frames.csv");
+    assert!(folder.run(EVALUATE).json()["headings"].is_null());
+    for off in [90.0, 180.0] {
+        folder.write("frames.csv", with_column(&sound, 4, |heading| (heading - off).rem_euclid(360.0)));
+        let summary = folder.run(EVALUATE).json();
+        assert!(summary["heights"].is_null(), "{summary}");
+        let says = summary["headings"].as_str().expect("what they seem to be");
+        let line = format!("$5 = ($5 + {off}) % 360 }} 1' frames.csv > turned.csv");
+        assert!(says.contains(&format!("heading_deg: were it {off} degrees more")) && says.contains(&line), "{says}");
+        assert!(folder.text("out/report.html").contains("degrees more"));
+    }
+}
+
+/// Places as a camera's EXIF data has them.
+#[test]
+fn places_in_degrees_are_told_how_to_become_metres() {
+    let folder = flown("evaluate-degrees", "", 0.0, false);
+    // The ground's corner, 500000 m east, is on the meridian of 15 degrees, and 5329700 m north is at 48.1183 degrees.
+    let sound = folder.text("frames.csv");
+    let degrees = with_column(&with_column(&sound, 1, |_| 15.0006), 2, |_| 48.1183);
+    let mut refusals = Refusals::new(&folder);
+    let line = "| gdaltransform -s_srs EPSG:4326 -t_srs EPSG:32633 -output_xy";
+    folder.write("frames.csv", &degrees);
+    refusals.expect(EVALUATE, &["as longitude and latitude in degrees it would", "{ print $2, $3 }' frames.csv", line]);
+    let swapped = with_column(&with_column(&sound, 1, |_| 48.1183), 2, |_| 15.0006);
+    folder.write("frames.csv", swapped);
+    refusals.expect(EVALUATE, &["as latitude and longitude in degrees it would", "{ print $3, $2 }' frames.csv", line]);
+    folder.write("frames.csv", with_column(&sound, 1, |_| 15.0006));
+    refusals.expect(EVALUATE, &["nor is any other frame"]);
+    refusals.done();
+}
+
 #[test]
 fn a_table_that_cannot_be_meant_is_refused() {
     let folder = flown("evaluate-bad", "", 0.0, false);
@@ -142,6 +182,13 @@ fn a_table_that_cannot_be_meant_is_refused() {
     };
     refuse(sound.replace("frame_0007", "frame_0777"), "line 9");
     refuse(sound.replace("pitch_deg", "tilt_deg"), "pitch_deg");
+    // As programs write tables where the comma is the decimal mark.
+    let semicolons = sound.replace(',', ";").replace('.', ",");
+    refuse(
+        semicolons,
+        "separated by semicolons, and commas are read: sed 's/,/./g; s/;/,/g' frames.csv > frames.commas.csv",
+    );
+    refuse(sound.replace(',', "\t"), "separated by tabs, and commas are read: sed 's/,/./g; s/\\t/,/g' frames.csv");
     let swapped = sound.replacen("east_m,north_m", "north_m,east_m", 1);
     refuse(swapped, "swapped");
     refuse(sound.lines().take(3).collect::<Vec<_>>().join("\n"), "at least 3");

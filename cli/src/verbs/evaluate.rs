@@ -8,8 +8,8 @@ use crate::interrupt;
 use crate::outcome::{Failure, Outcome, note};
 use crate::pages::evaluation::Page;
 use crate::progress;
-use plumbline_sim::evaluate::heights::Meant;
 use plumbline_sim::evaluate::judge::{Verdict, judge};
+use plumbline_sim::evaluate::meant::Meant;
 use plumbline_sim::evaluate::refined::refined;
 use plumbline_sim::evaluate::{Evaluation, Summary, flown};
 use plumbline_sim::run::Observer;
@@ -99,9 +99,10 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let verdict = judge(&setup, &table, &flown(&setup, &mut watch)?);
     let mut again = |deg| corrected(&evaluation, &table, deg, &mut watch);
     let (platform, corrected) = refined((&table, &camera), &verdict, &mut again)?;
-    let heights = heights(&evaluation, &table, (&setup, &verdict), &mut watch)?;
+    let (headings, heights) = meant(&evaluation, &table, (&setup, &verdict), &mut watch)?;
     watch.bar.finish_and_clear();
-    let summary = Summary { heights, ..Summary::new(&setup, &table, (&verdict, corrected.as_ref()), platform) };
+    let summary =
+        Summary { heights, headings, ..Summary::new(&setup, &table, (&verdict, corrected.as_ref()), platform) };
     write(
         args,
         &Page { setup: &setup, table: &table, verdict: &verdict, corrected: corrected.as_ref(), summary: &summary },
@@ -136,22 +137,22 @@ fn corrected(
     Ok(judge(&setup, table, &flown(&setup, watch)?))
 }
 
-/// What the heights of a flight with hardly a fix seem to be.
-fn heights(
+/// What the headings of a flight with hardly a fix seem to be, or its heights.
+fn meant(
     evaluation: &Evaluation,
     table: &Table,
     (setup, verdict): (&Setup, &Verdict),
     watch: &mut Watch,
-) -> Result<Option<String>, Failure> {
+) -> Result<(Option<String>, Option<String>), Failure> {
     for meant in Meant::of(&verdict.figures(), evaluation.dem.is_some()) {
         let Some(table) = meant.table(table, setup) else { continue };
         // What cannot be flown is not meant.
         let Ok(setup) = evaluation.prepare(&table, None) else { continue };
         if let Some(says) = meant.says(&table, &judge(&setup, &table, &flown(&setup, watch)?)) {
-            return Ok(Some(says));
+            return Ok(if meant.is_heading() { (Some(says), None) } else { (None, Some(says)) });
         }
     }
-    Ok(None)
+    Ok((None, None))
 }
 
 fn write(args: &Args, page: &Page<'_>) -> Result<(), Failure> {

@@ -11,8 +11,10 @@ use crate::vehicle::mount::payload_of;
 use crate::vehicle::sensors::exposures;
 use crate::world::{Bounds, Ground};
 use plumbline_core::budget::REACQUIRE_PX;
+use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::picture::{Picture, read_grey};
+use plumbline_survey::io::raster::quoted;
 use std::path::PathBuf;
 use table::Table;
 
@@ -128,7 +130,11 @@ fn shows(ground: &Ground, table: &Table) -> Result<(), InputError> {
         return Ok(());
     }
     let [east_m, north_m] = table.rows[0].place_m;
-    let hint = if bounds.contains(north_m, east_m) { "; with east and north swapped it would" } else { "" };
+    let hint = if bounds.contains(north_m, east_m) {
+        "; with east and north swapped it would".to_owned()
+    } else {
+        in_degrees(ground, table).unwrap_or_default()
+    };
     Err(InputError::new(format!(
         "{}: east_m {east_m}, north_m {north_m} is not on the reference (EPSG:{}, {:.0} to {:.0} m east, {:.0} to {:.0} m north), nor is any other frame{hint}",
         table.line(0),
@@ -138,4 +144,25 @@ fn shows(ground: &Ground, table: &Table) -> Result<(), InputError> {
         bounds.south_m,
         bounds.north_m
     )))
+}
+
+/// What to type where the places are on the reference as longitudes and latitudes, or the other way round.
+fn in_degrees(ground: &Ground, table: &Table) -> Option<String> {
+    let crs = Crs::from_epsg(ground.epsg()).ok()?;
+    let [one, other] = table.rows[0].place_m;
+    let is_there = |lat_deg, lon_deg| {
+        crs.from_wgs84(lat_deg, lon_deg).is_ok_and(|(east_m, north_m)| ground.bounds().contains(east_m, north_m))
+    };
+    let [east, north, ..] = table.columns.map(|column| column + 1);
+    let (order, [lon, lat]) = match (is_there(other, one), is_there(one, other)) {
+        (true, _) => ("longitude and latitude", [east, north]),
+        (_, true) => ("latitude and longitude", [north, east]),
+        _ => return None,
+    };
+    Some(format!(
+        "; as {order} in degrees it would: awk -F, 'NR > 1 {{ print ${lon}, ${lat} }}' {} | gdaltransform -s_srs EPSG:4326 -t_srs EPSG:{} -output_xy \
+         prints east and north of each row",
+        quoted(&table.name),
+        ground.epsg()
+    ))
 }

@@ -19,7 +19,7 @@ impl Page<'_> {
                 }
                 @let (class, words) = verdict(figures);
                 p class="verdict" { span class=(class) { (words) } " " (minus(&sentence(&self.summary.platform.says))) }
-                @if let Some(says) = &self.summary.heights {
+                @for says in self.summary.heights.iter().chain(&self.summary.headings) {
                     p class="verdict bad" { (says) "." }
                 }
                 @if figures.wrong > 0 {

@@ -13,7 +13,7 @@ pub fn text(summary: &Summary, out: &Path) -> String {
         text.push_str(&format!("refused: {}\n", refused.join(", ")));
     }
     text.push_str(&format!("{}\n", summary.platform.says));
-    if let Some(says) = &summary.heights {
+    for says in summary.heights.iter().chain(&summary.headings) {
         text.push_str(&format!("{says}\n"));
     }
     if let Some(figures) = &summary.corrected {

@@ -123,7 +123,8 @@ mod tests {
         for step_deg in [0.0, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05] {
             let heading_deg = |index: usize| 90.0 + step_deg * (index % 5) as f64;
             let rows: Vec<Row> = (0..20).map(|index| row(30.0 * index as f64, 0.0, heading_deg(index))).collect();
-            let table = Table { name: String::new(), lines: (2..22).collect(), rows, doubt: None, height_column: 3 };
+            let table =
+                Table { name: String::new(), lines: (2..22).collect(), rows, doubt: None, columns: [1, 2, 3, 4, 5, 6] };
             let frames_us: Vec<u64> = (0..20).map(|index| 3_001_000 + 1_000_000 * index).collect();
             assert!(!hangs(&through(&table, &frames_us, 24_000_000, &|_| 20.0)), "{step_deg}");
         }
@@ -132,7 +133,8 @@ mod tests {
     #[test]
     fn it_passes_through_the_frames_and_its_velocity_is_its_derivative() {
         let rows = vec![row(0.0, 0.0, 170.0), row(30.0, 5.0, -170.0), row(60.0, 0.0, -175.0), row(60.0, -40.0, 90.0)];
-        let table = Table { name: String::new(), lines: vec![2, 3, 4, 5], rows, doubt: None, height_column: 3 };
+        let table =
+            Table { name: String::new(), lines: vec![2, 3, 4, 5], rows, doubt: None, columns: [1, 2, 3, 4, 5, 6] };
         let frames_us = [3_001_000, 5_001_000, 7_001_000, 9_001_000];
         let samples = through(&table, &frames_us, 10_000_000, &|_| 20.0);
         for pair in samples.windows(2) {

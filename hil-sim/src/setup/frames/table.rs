@@ -41,8 +41,8 @@ pub struct Table {
     pub lines: Vec<usize>,
     /// What its angles may be if they are no degrees.
     pub doubt: Option<String>,
-    /// Where in the file the height stands, counted from 0.
-    pub height_column: usize,
+    /// Where in the file east, north, height, heading, pitch and roll stand, counted from 0.
+    pub columns: [usize; 6],
 }
 
 impl Table {
@@ -105,7 +105,7 @@ impl Table {
         let rows = (0..csv.rows.len()).map(row).collect::<Result<Vec<Row>, InputError>>()?;
         let lines = csv.rows.iter().map(|(line, _)| *line).collect();
         check_gimbal(&name, "frame", rows.iter().map(|row| row.attitude_rad[1]))?;
-        let table = Table { name, rows, lines, doubt: says, height_column: columns[2] };
+        let table = Table { name, rows, lines, doubt: says, columns };
         table.radians(columns[3])?;
         Ok(table)
     }
