@@ -162,6 +162,9 @@ fn font() -> TextStyle<'static> {
     ("sans-serif", FONT).into_font().color(&INK)
 }
 
+/// Share of themselves by which numbers differ that are one but for rounding.
+const LEVEL: f64 = 1e-9;
+
 /// What holds all finite values, with some room.
 fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
     let finite = values.filter(|value| value.is_finite());
@@ -169,8 +172,10 @@ fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
     if low > high {
         return -1.0..1.0;
     }
-    // A level line far from 0 still needs a height that its numbers can show.
-    let room = (0.06 * (high - low)).max(1e-9 * low.abs().max(high.abs())).max(1e-12);
+    // A level line far from 0 still needs a height that short numbers show: what differs by less than its digits say is level.
+    let most = low.abs().max(high.abs());
+    let room = if high - low > LEVEL * most { 0.06 * (high - low) } else { 0.05 * most };
+    let room = room.max(1e-12);
     low - room..high + room
 }
 
@@ -208,6 +213,10 @@ mod tests {
         let told = |value, range: Range<f64>| plain(value, digits(&range));
         assert_eq!(told(0.30000000004, 0.0..1.0), "0.3");
         assert_eq!(told(-20.0, -30.0..0.0), "\u{2212}20");
+        // A level line, but for rounding.
+        let level = range([0.270_632_938_7, 0.270_632_938_700_1].into_iter());
+        assert_eq!(told(0.26, level.clone()), "0.26");
+        assert!(level.start < 0.26 && level.end > 0.28, "{level:?}");
         assert_eq!([told(-1e-12, -1.0..1.0), told(500.0, 0.0..1e3)], ["0", "500"]);
     }
 }

@@ -187,10 +187,12 @@ impl Map {
     fn legend(&self) -> Markup {
         let Some([low, high]) = self.relief.heights_m else { return html! {} };
         let colours = TINTS.map(|[r, g, b]| format!("rgb({r:.0} {g:.0} {b:.0})")).join(", ");
+        // Over level ground so many decimals that they differ.
+        let digits = if high - low < 5.0 { 1 } else { 0 };
         html! {
             div class="ramp" {
                 div style=(format!("background:linear-gradient(to right, {colours})")) {}
-                span { (number(low, 0, "m")) } span { (number(0.5 * (low + high), 0, "m")) } span { (number(high, 0, "m")) }
+                span { (number(low, digits, "m")) } span { (number(0.5 * (low + high), digits, "m")) } span { (number(high, digits, "m")) }
             }
         }
     }
