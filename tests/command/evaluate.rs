@@ -166,8 +166,11 @@ fn places_in_degrees_are_told_how_to_become_metres() {
     let swapped = with_column(&with_column(&sound, 1, |_| 48.1183), 2, |_| 15.0006);
     folder.write("frames.csv", swapped);
     refusals.expect(EVALUATE, &["as latitude and longitude in degrees it would", "{ print $3, $2 }' frames.csv", line]);
+    let elsewhere = with_column(&with_column(&sound, 1, |_| 16.5), 2, |_| 47.25);
+    folder.write("frames.csv", elsewhere);
+    refusals.expect(EVALUATE, &["they look like longitude and latitude in degrees: if they are, awk", line]);
     folder.write("frames.csv", with_column(&sound, 1, |_| 15.0006));
-    refusals.expect(EVALUATE, &["nor is any other frame"]);
+    refusals.expect(EVALUATE, &["nor is any other frame\n"]);
     refusals.done();
 }
 

@@ -146,7 +146,7 @@ fn shows(ground: &Ground, table: &Table) -> Result<(), InputError> {
     )))
 }
 
-/// What to type where the places are on the reference as longitudes and latitudes, or the other way round.
+/// What to type where the places are on the reference as longitudes and latitudes, or the other way round, or look like them.
 fn in_degrees(ground: &Ground, table: &Table) -> Option<String> {
     let crs = Crs::from_epsg(ground.epsg()).ok()?;
     let [one, other] = table.rows[0].place_m;
@@ -154,13 +154,16 @@ fn in_degrees(ground: &Ground, table: &Table) -> Option<String> {
         crs.from_wgs84(lat_deg, lon_deg).is_ok_and(|(east_m, north_m)| ground.bounds().contains(east_m, north_m))
     };
     let [east, north, ..] = table.columns.map(|column| column + 1);
-    let (order, [lon, lat]) = match (is_there(other, one), is_there(one, other)) {
-        (true, _) => ("longitude and latitude", [east, north]),
-        (_, true) => ("latitude and longitude", [north, east]),
+    let look_like_degrees = || table.rows.iter().all(|row| row.place_m.iter().all(|number| number.abs() <= 180.0));
+    let (why, [lon, lat]) = match (is_there(other, one), is_there(one, other)) {
+        (true, _) => ("as longitude and latitude in degrees it would", [east, north]),
+        (_, true) => ("as latitude and longitude in degrees it would", [north, east]),
+        _ if look_like_degrees() => ("they look like longitude and latitude in degrees: if they are", [east, north]),
         _ => return None,
     };
+    let colon = if why.ends_with("are") { "," } else { ":" };
     Some(format!(
-        "; as {order} in degrees it would: awk -F, 'NR > 1 {{ print ${lon}, ${lat} }}' {} | gdaltransform -s_srs EPSG:4326 -t_srs EPSG:{} -output_xy \
+        "; {why}{colon} awk -F, 'NR > 1 {{ print ${lon}, ${lat} }}' {} | gdaltransform -s_srs EPSG:4326 -t_srs EPSG:{} -output_xy \
          prints east and north of each row",
         quoted(&table.name),
         ground.epsg()
