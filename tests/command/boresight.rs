@@ -65,7 +65,13 @@ fn a_followed_camera_is_found_and_flies_better() {
     for (a, b) in triple(&again, "boresight_deg").iter().zip(triple(&found, "boresight_deg")) {
         assert!((a - b).abs() < 1e-6, "{again}");
     }
+    let by_chance = "no angle is further from that of the camera file than 2 of its standard deviations";
+    assert!(!folder.run(FIND).done().stderr.contains(by_chance));
     let after = fly(&folder, "new.toml", 80, "");
+    let second =
+        FIND.replace("--out new.toml", "--out second.toml").replace("--camera camera.toml", "--camera new.toml");
+    let run = folder.run(&second).done();
+    assert!(run.stderr.contains(by_chance), "{run:?}");
     let [before_m, after_m] = [before, after].map(|report| number(&report["ground_error_m"], "mean"));
     println!("{before_m} m before, {after_m} m after");
     assert!(before_m > 1.0 && after_m < 0.35 * before_m, "{before_m} m before, {after_m} m after");

@@ -49,6 +49,8 @@ pub struct Args {
 
 /// The page's file.
 const REPORT: &str = "report.html";
+/// Standard deviations that an angle is off by chance, once in twenty.
+const CHANCE_SD: f64 = 2.0;
 
 #[derive(Debug, Serialize)]
 struct Summary {
@@ -98,7 +100,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     camera.boresight = Some(boresight_deg);
     let camera = camera.checked_toml_string(&args.out)?;
     let summary = summary(boresight_deg, &found, &joined);
-    let notes = notes(&summary, &found);
+    let notes = notes(&summary, &found, told_deg);
     match &args.report {
         None => write_file(&args.out, camera.as_bytes())?,
         Some(folder) => {
@@ -147,7 +149,7 @@ fn summary(boresight_deg: [f64; 3], found: &Boresight, joined: &Joined) -> Summa
 }
 
 /// What a reader has to know whatever else is printed.
-fn notes(summary: &Summary, found: &Boresight) -> Vec<String> {
+fn notes(summary: &Summary, found: &Boresight, told_deg: [f64; 3]) -> Vec<String> {
     let mut notes = Vec::new();
     if summary.fixes_without_pose > 0 {
         notes.push(format!("{} accepted fixes have no pose and are not used", summary.fixes_without_pose));
@@ -170,6 +172,14 @@ fn notes(summary: &Summary, found: &Boresight) -> Vec<String> {
                 NAMES[k]
             ),
         });
+    }
+    let mut determined = (0..3).filter(|k| summary.determined[*k]).peekable();
+    let is_by_chance = |k: usize| (summary.boresight_deg[k] - told_deg[k]).abs() < CHANCE_SD * summary.sd_deg[k];
+    if determined.peek().is_some() && determined.all(is_by_chance) {
+        notes.push(format!(
+            "no angle is further from that of the camera file than {CHANCE_SD} of its standard deviations: the flight does not show that the camera sits \
+             otherwise, and the file as it was will do"
+        ));
     }
     notes
 }
