@@ -81,6 +81,9 @@ fn strips_and_turns_beyond_the_model_are_not_safe() {
         let page = folder.text("out/report.html");
         let said = page.find(if is_safe { "Look at this first: " } else { "Not safe to fly: " });
         assert!(said.is_some() && said < page.find("is kept everywhere"), "{area}: {said:?}");
+        let says = |option: &str| page.contains(&format!("narrower turns, a lower {option} "));
+        assert!(says(r#"<span class="option">--speed-m-s</span>"#) || !is_safe, "{area}");
+        assert!(!says("--speed-m-s"), "{area}");
         assert!(page.contains(">not known everywhere<") && !page.contains(">clear<"), "{area}");
         let store = "configuration --plan out/plan.json --out plan.bin";
         if is_safe {

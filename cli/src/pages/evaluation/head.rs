@@ -3,7 +3,7 @@
 use super::Page;
 use maud::{Markup, html};
 use plumbline_charts::format::{maybe, minus, percent, short};
-use plumbline_charts::page::key;
+use plumbline_charts::page::{key, said};
 use plumbline_sim::evaluate::judge::{Figures, RIGHT_PX};
 
 impl Page<'_> {
@@ -20,7 +20,7 @@ impl Page<'_> {
                 @let (class, words) = verdict(figures);
                 p class="verdict" { span class=(class) { (words) } " " (minus(&sentence(&self.summary.platform.says))) }
                 @for says in self.summary.heights.iter().chain(&self.summary.headings) {
-                    p class="verdict bad" { (says) "." }
+                    p class="verdict bad" { (said(says)) }
                 }
                 @if figures.wrong > 0 {
                     p class="verdict bad" { "Wrong fixes: " (figures.wrong) ", more than " (RIGHT_PX) " px from " (self.middle()) "." }

@@ -3,7 +3,7 @@
 use super::Page;
 use maud::{Markup, html};
 use plumbline_charts::format::{NONE, maybe, number, short, whole};
-use plumbline_charts::page::key;
+use plumbline_charts::page::{key, said};
 
 impl Page<'_> {
     pub(super) fn head(&self) -> Markup {
@@ -16,10 +16,10 @@ impl Page<'_> {
                 p class="kicker" { "Plumbline " (env!("CARGO_PKG_VERSION")) " · flight plan" }
                 h1 { (photos(file.photo_count)) " on " (lines(self.lines())) }
                 @for danger in file.checks.dangers() {
-                    p class="verdict bad" { strong { "Not safe to fly: " } (danger) "." }
+                    p class="verdict bad" { strong { "Not safe to fly: " } (said(&danger)) }
                 }
                 @for question in self.questions {
-                    p class="verdict bad" { strong { "Look at this first: " } (question) }
+                    p class="verdict bad" { strong { "Look at this first: " } (said(question)) }
                 }
                 p class="note" {
                     (self.outputs.dem_name()) " (" (system) ") · " (number(self.area_km2(), 2, "km²")) " · strips heading "
