@@ -8,5 +8,6 @@ pub mod input;
 pub mod output;
 pub mod picture;
 pub mod raster;
+pub mod shell;
 pub mod table;
 pub(crate) mod tiff;

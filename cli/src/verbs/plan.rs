@@ -252,7 +252,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
             export::ITEMS_MAX
         ));
     }
-    vertical::ask(&file, &prepared);
+    vertical::ask(&file, prepared.dem.range_m().filter(|_| !prepared.is_unit_stated));
     questions.iter().for_each(|question| note(question));
     let outcome = Outcome::new(args.json, &file, || text::text_of(&file, &args.out))?;
     let danger = file.checks.unsafe_because().filter(|_| !args.force);

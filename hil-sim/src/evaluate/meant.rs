@@ -5,7 +5,7 @@
 use super::judge::{Figures, Verdict};
 use crate::setup::Setup;
 use crate::setup::frames::table::{Row, Table};
-use plumbline_survey::io::raster::quoted;
+use plumbline_survey::io::shell::quoted;
 use plumbline_survey::logs::units::scaled;
 
 /// Metres of a foot.

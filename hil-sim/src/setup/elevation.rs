@@ -8,7 +8,8 @@ use plumbline_firmware::shared_memory::AREA_MAX;
 use plumbline_survey::crs::{Crs, System};
 use plumbline_survey::dem::{Dem, DemFile, Heights};
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::{Posts, Raster, SampleType, check_elevation, check_square, quoted};
+use plumbline_survey::io::raster::{Posts, Raster, SampleType, check_elevation, check_square};
+use plumbline_survey::io::shell::quoted;
 use std::path::Path;
 
 /// Posts around a tile for which a file is read. Chosen: one more than there are.

@@ -14,7 +14,7 @@ use plumbline_core::budget::REACQUIRE_PX;
 use plumbline_survey::crs::Crs;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::picture::{Picture, read_grey};
-use plumbline_survey::io::raster::quoted;
+use plumbline_survey::io::shell::quoted;
 use std::path::PathBuf;
 use table::Table;
 

@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::raster::names;
+use super::shell::names;
 use crate::error::InputError;
 use sha2::{Digest, Sha256};
 

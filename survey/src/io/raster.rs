@@ -22,10 +22,9 @@ use crate::io::input;
 use crate::io::tiff::{GeoTags, Samples, is_tiff, read_tiff};
 
 pub use geo_transform::GeoTransform;
-pub(crate) use kind::names;
 pub use kind::{check_elevation, check_picture, for_people};
 pub use metadata::Scaling;
-pub use metric::{check_metres, check_metric, check_square, is_web_mercator, quoted, utm_zone};
+pub use metric::{check_metres, check_metric, check_square, is_web_mercator, utm_zone};
 pub use placed::Placed;
 pub use posts::Posts;
 pub use system::{HeightDatum, vertical_unit_m};

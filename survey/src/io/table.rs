@@ -1,7 +1,7 @@
 //! Tables from CSV files: a header, then a row a line, with the line kept for messages.
 
 use super::input;
-use super::raster::quoted;
+use super::shell::quoted;
 use crate::error::InputError;
 use std::path::Path;
 

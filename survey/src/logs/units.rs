@@ -4,7 +4,7 @@
 //! Nothing is converted here: the sentences say what to type. Who reads a table decides whether it is refused or flown with a note.
 
 use crate::error::InputError;
-use crate::io::raster::quoted;
+use crate::io::shell::quoted;
 use crate::io::table::Table;
 
 /// A pitch farther from level than this, degrees, is a gimbal's: no camera whose axis is so near the horizon takes a picture that is fixed.

@@ -3,7 +3,8 @@
 use plumbline_sim::camera::still_match::Place;
 use plumbline_survey::crs::System;
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::{GeoTransform, Placed, check_metres, quoted};
+use plumbline_survey::io::raster::{GeoTransform, Placed, check_metres};
+use plumbline_survey::io::shell::quoted;
 use serde::Serialize;
 use std::path::Path;
 

@@ -1,24 +1,23 @@
 //! What heights are above: a mission's are above the sea, and a model's above what its file or an option says.
 
 use super::Args;
-use super::request::Prepared;
 use crate::outcome::note;
 use plumbline_survey::crs::System;
 use plumbline_survey::dem::{Dem, DemFile, Geoid};
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::{HeightDatum, quoted};
+use plumbline_survey::io::raster::HeightDatum;
+use plumbline_survey::io::shell::quoted;
 use plumbline_survey::plan::PlanFile;
 use plumbline_survey::plan::checks::Turns;
 use plumbline_survey::plan::file::Datum;
 use plumbline_survey::plan::place::Place;
 
 /// Says that nobody says it, and in which unit they are taken to be where nobody says that either: gentle hills in feet or in decimetres are
-/// known by their numbers alone.
-pub fn ask(plan: &PlanFile, prepared: &Prepared) {
+/// known by their numbers alone. `range`: those of the model, if so.
+pub fn ask(plan: &PlanFile, range: Option<[f64; 2]>) {
     if plan.vertical.as_ref().is_some_and(|vertical| vertical.datum == Datum::Assumed) {
-        let range_m = prepared.dem.range_m().filter(|_| !prepared.is_unit_stated);
-        let unit = range_m.map_or_else(String::new, |[low_m, high_m]| {
-            format!(" nor in which unit: {low_m:.1} to {high_m:.1} are taken for metres (gdal_edit.py -units ft says otherwise in a GeoTIFF);")
+        let unit = range.map_or_else(String::new, |[low, high]| {
+            format!(" nor in which unit: {low:.1} to {high:.1} are taken for metres (gdal_edit.py -units ft says otherwise in a GeoTIFF);")
         });
         let colon = if unit.is_empty() { ":" } else { "," };
         note(&format!(

@@ -1,9 +1,9 @@
 //! Whether the samples of an elevation model are heights: numbers that land has, no-data that is declared, no picture's grey values.
 
-use super::kind::names;
 use super::posts::Posts;
-use super::{fill, for_people, quoted, rough};
+use super::{fill, for_people, rough};
 use crate::error::{InputError, counted};
+use crate::io::shell::{names, quoted};
 
 /// Lowest ground that a model may have, metres. Chosen: below the shore of the Dead Sea, the lowest land, at some -440 m, and far above the
 /// numbers by which files say that they know nothing (-9999, -32768, -3.4e38).

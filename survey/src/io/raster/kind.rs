@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use super::{SampleType, Scaling, quoted};
+use super::{SampleType, Scaling};
 use crate::error::InputError;
+use crate::io::shell::names;
 
 /// Refuses what is no elevation model: several bands, of which nobody knows which one is the ground, and samples of 8 bits, which pictures have.
 ///
@@ -61,12 +62,6 @@ pub fn for_people(coordinate: f64) -> f64 {
     let per_unit = if coordinate.abs() <= 360.0 { 1e7 } else { 100.0 };
     let rounded = (coordinate * per_unit).round() / per_unit;
     if rounded.is_finite() { rounded } else { coordinate }
-}
-
-/// The file's name and one for what is made of it, as words of a shell's line.
-pub(crate) fn names(path: &Path, suffix: &str) -> String {
-    let made = format!("{}_{suffix}.tif", path.with_extension("").display());
-    format!("{} {}", quoted(&path.display().to_string()), quoted(&made))
 }
 
 #[cfg(test)]

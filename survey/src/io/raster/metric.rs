@@ -5,6 +5,7 @@ use std::path::Path;
 use super::GeoTransform;
 use crate::crs::{Crs, System, radii_m};
 use crate::error::InputError;
+use crate::io::shell::quoted;
 
 /// Web Mercator, EPSG:3857, and the codes that it went by before it had one.
 const WEB_MERCATOR: [u32; 4] = [3857, 3785, 102_100, 900_913];
@@ -105,13 +106,6 @@ fn line(path: &Path, options: &str, suffix: &str) -> String {
     let stem = path.with_extension("");
     let made = format!("{}_{suffix}.tif", stem.display());
     format!("gdalwarp {options} {} {}", quoted(&path.display().to_string()), quoted(&made))
-}
-
-/// A word of a shell's line.
-#[must_use]
-pub fn quoted(word: &str) -> String {
-    let is_plain = !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "/._-+:,@".contains(c));
-    if is_plain { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
 }
 
 /// Latitude and longitude of a place in Web Mercator.

@@ -6,9 +6,9 @@ use super::geo_keys::{
     ANGULAR_UNITS, DEGREE, GEODETIC_CRS, GeoKeys, LINEAR_UNITS, METRE, MODEL_GEOCENTRIC, MODEL_GEOGRAPHIC,
     MODEL_PROJECTED, MODEL_TYPE, PROJECTED_CRS, USER_DEFINED, VERTICAL_CRS, VERTICAL_DATUM, VERTICAL_UNITS,
 };
-use super::kind::names;
 use super::metadata::item;
 use super::user_defined;
+use crate::io::shell::names;
 use std::ops::RangeInclusive;
 use std::path::Path;
 

@@ -3,7 +3,7 @@
 use super::fields::angles;
 use super::{Attitude, Sample};
 use crate::error::InputError;
-use crate::io::raster::quoted;
+use crate::io::shell::quoted;
 use crate::io::table::Table;
 use crate::logs::units::{Angles, Times};
 

@@ -1,0 +1,16 @@
+//! Words of a shell's line, for messages that say what to type.
+
+use std::path::Path;
+
+/// A word of a shell's line.
+#[must_use]
+pub fn quoted(word: &str) -> String {
+    let is_plain = !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "/._-+:,@".contains(c));
+    if is_plain { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+}
+
+/// The file's name and one for what is made of it, as words of a shell's line.
+pub(crate) fn names(path: &Path, suffix: &str) -> String {
+    let made = format!("{}_{suffix}.tif", path.with_extension("").display());
+    format!("{} {}", quoted(&path.display().to_string()), quoted(&made))
+}
