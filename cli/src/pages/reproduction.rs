@@ -29,7 +29,10 @@ pub fn page(paper: &str, head: &str, rows: &[Row], decimals: usize, figures: &[F
         @if !figures.is_empty() {
             section {
                 h2 { "Pictures" }
-                div class="two" { @for figure in figures { (picture(figure)) } }
+                @let (drawn, others): (Vec<_>, Vec<_>) = figures.iter().partition(|(name, _)| name.ends_with(".svg"));
+                // Plots have small print, and take the page's width.
+                @for figure in drawn { (picture(figure, Some("profile"))) }
+                @if !others.is_empty() { div class="two" { @for figure in others { (picture(figure, None)) } } }
             }
         }
     };
@@ -62,10 +65,10 @@ fn is_control(row: &Row) -> bool {
     row.difference.as_ref().is_some_and(|why| why.starts_with("a control"))
 }
 
-fn picture((name, bytes): &Figure) -> Markup {
+fn picture((name, bytes): &Figure, class: Option<&str>) -> Markup {
     let kind = if name.ends_with(".svg") { "svg+xml" } else { "png" };
     html! {
-        figure {
+        figure class=[class] {
             img class="sheet" src=(format!("data:image/{kind};base64,{}", STANDARD.encode(bytes))) alt=(name);
             figcaption class="hash" { (name) }
         }
@@ -98,7 +101,7 @@ mod tests {
             page.contains("4 figures")
                 && page.contains("2 differ<")
                 && page.contains("1 is a control")
-                && page.contains("data:image/svg+xml;base64,")
+                && page.contains(r#"<figure class="profile"><img class="sheet" src="data:image/svg+xml;base64,"#)
         );
     }
 }
