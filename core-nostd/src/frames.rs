@@ -29,7 +29,13 @@ pub struct Local {
 impl Local {
     /// How far another place is, metres.
     pub fn off_m(self, other: Local) -> f32 {
-        math::hypot(self.east_m - other.east_m, self.north_m - other.north_m)
+        let [east_m, north_m] = self.to(other);
+        math::hypot(east_m, north_m)
+    }
+
+    /// Displacement to another place, east and north, metres.
+    pub fn to(self, other: Local) -> [f32; 2] {
+        [other.east_m - self.east_m, other.north_m - self.north_m]
     }
 
     /// The place so many metres east and north of it.

@@ -12,11 +12,13 @@ pub mod reckoning;
 pub mod protection;
 pub mod filter;
 pub mod surface;
+pub mod departure;
 pub mod tracks;
 pub mod velocity;
 
 use crate::elevation::Plane;
 use azimuth::Azimuth;
+use departure::Departure;
 use filter::Filter;
 use heights::Heights;
 use surface::Surface;
@@ -36,6 +38,8 @@ pub struct Navigation {
     pub velocity: VelocityError,
     /// Log-likelihood surface of the nadir over several key frames.
     pub surface: Surface,
+    /// Matches that depart together from the prediction.
+    pub departure: Departure,
     /// How far attitude and velocity are off.
     pub filter: Filter,
     /// The ground under the newest frame, where there is an elevation model.
@@ -56,6 +60,7 @@ impl Navigation {
             heights: Heights::new(),
             velocity: VelocityError::new(),
             surface: Surface::new(),
+            departure: Departure::new(),
             filter: Filter::new(),
             is_changing: false,
             candidate: 0,

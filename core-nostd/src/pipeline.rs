@@ -15,6 +15,7 @@ mod refusal;
 mod terrain;
 mod search_state;
 mod register;
+mod conclusions;
 mod attitude_check;
 mod together;
 

@@ -63,10 +63,11 @@ const JERK_M_PER_S3: f32 = 5.0;
 const ACCELERATION_MAX_M_PER_S2: f32 = 15.0;
 /// Matches that wait for the velocity at their instant. Chosen: ten frames a second, and a velocity up to 0.6 s late.
 const PENDING_MAX: usize = 8;
-/// Gates of the squared normalised innovation, two degrees of freedom. Normal errors exceed the first once in a
-/// hundred: then the tilt has a transient error; the second once in a hundred thousand: then something has jumped.
-const TRANSIENT_GATE: f32 = 9.2;
-const JUMP_GATE: f32 = 23.0;
+/// Gate of the squared normalised innovation, two degrees of freedom. Normal errors exceed it once in a hundred: then the tilt has a
+/// transient error.
+pub const TRANSIENT_GATE: f32 = 9.2;
+/// Likewise once in a hundred thousand: then something has jumped.
+pub const JUMP_GATE: f32 = 23.0;
 /// Largest sigma of a velocity that counts as reported, each axis, m/s: no larger error was seen of an autopilot.
 const VELOCITY_KNOWN_M_PER_S: f32 = 5.0;
 
@@ -312,6 +313,9 @@ impl Filter {
                 let plain = newest.innovation(measurement, white(measurement, 0.0));
                 match self.jumps.sudden_return((self.moment.at, before), &newest, (measurement, &plain), prior) {
                     Some(off) => Outcome::Outlier(off),
+                    None if self.contradicts_neighbour(before, &newest, measurement, &plain.off) => {
+                        Outcome::Outlier(plain.off)
+                    }
                     None => self.test_innovation(self.moment.at, &newest, (measurement, &plain), prior),
                 }
             }

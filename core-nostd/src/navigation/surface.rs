@@ -329,11 +329,9 @@ impl Surface {
         }
         let (cols, rows) = self.cells_to(nadir, px_m);
         let (col, row) = (MIDDLE as f32 + cols, MIDDLE as f32 + rows);
-        self.grid.penalise_outside(
-            if self.is_new_ground { LEAST_SQUARES_EVIDENCE } else { 0.0 },
-            (col, row),
-            LEAST_SQUARES_CELLS,
-        );
+        if self.is_new_ground {
+            self.grid.penalise_distance(LEAST_SQUARES_EVIDENCE, (col, row), LEAST_SQUARES_CELLS);
+        }
         let peak = self.grid.normalise();
         let is_there = (peak.row as f32 - row).abs().max((peak.col as f32 - col).abs()) <= LEAST_SQUARES_CELLS;
         if is_there && let Some(before) = self.peak_nadir(&peak, px_m) {

@@ -120,7 +120,7 @@ impl Track {
 /// Squared Mahalanobis distance of a match from a track, and the logarithm of the determinant; infinite for invalid numbers.
 fn mahalanobis(place: Local, covariance: Matrix2<f32>, drift_m: f32, sighting: &Sighting) -> (f32, f32) {
     let both = covariance + sighting.covariance + Matrix2::identity() * (drift_m * drift_m);
-    let by = Vector2::new(sighting.nadir.east_m - place.east_m, sighting.nadir.north_m - place.north_m);
+    let by = Vector2::from(place.to(sighting.nadir));
     let squared = both.try_inverse().map_or(f32::INFINITY, |inverse| (by.transpose() * inverse * by)[(0, 0)]);
     let spread = both.determinant();
     if squared >= 0.0 && spread > 0.0 { (squared, ln(spread)) } else { (f32::INFINITY, 0.0) }
@@ -133,8 +133,7 @@ impl Sighting {
     }
 
     fn displacement_from(&self, from: Local) -> Displacement {
-        let by_m = [self.nadir.east_m - from.east_m, self.nadir.north_m - from.north_m];
-        Displacement { by_m, heading_rad: self.heading_rad }
+        Displacement { by_m: from.to(self.nadir), heading_rad: self.heading_rad }
     }
 
     fn is_finite(&self) -> bool {

@@ -3,11 +3,13 @@
 //! Once a match has jumped its position and the attitude are both in doubt, and on a straight leg no later match shows
 //! which of them it was. The perspective of a picture does: it shows the tilt alone, and so the position.
 
+use super::conclusions::Near;
 use super::register::Matched;
-use super::{Pipeline, Situation};
-use crate::matching::{Matcher, Prior};
+use super::together::{MAP_SIGMA_PX, WRONG_PX};
+use super::{Pipeline, Refusal, Situation};
+use crate::matching::{Matcher, Prior, Rejection};
 use crate::math::{hypot, squared};
-use crate::navigation::filter::{Measurement, Resected};
+use crate::navigation::filter::{JUMP_GATE, Measurement, Resected, TRANSIENT_GATE};
 use crate::navigation::tracks::Sighting;
 use nalgebra::{Matrix2, Vector2};
 
@@ -34,13 +36,13 @@ impl Pipeline<'_> {
     /// Resects an accepted match before the filter takes it, if its frame's attitude is in doubt or has to be checked. Returns the sighting
     /// for the tracks: while the attitude is in doubt the position by resection, which a tilt does not displace. `None` without a resection.
     #[inline(never)]
-    pub(super) fn resect(&mut self, situation: &Situation, matched: &Matched, sighting: &Sighting) -> Option<Sighting> {
-        let shift = matched.found.accepted.ok()?;
-        let measurement = &self.measurement(situation, &shift, sighting);
+    pub(super) fn resect(&mut self, situation: &Situation, near: &Near<'_>) -> Option<Sighting> {
+        let Near { matched, sighting, measurement, .. } = near;
         let prior = self.prior_sigmas();
         let filter = &self.navigation.filter;
-        let is_in_doubt =
-            filter.is_jump(measurement) || filter.is_other_tilt_tried() || self.is_unexplained(situation, 0.0);
+        let is_in_doubt = filter.off_m(measurement, JUMP_GATE).is_some()
+            || filter.is_other_tilt_tried()
+            || self.is_unexplained(situation, 0.0);
         if !is_in_doubt && !filter.is_attitude_checked(&prior) {
             self.navigation.filter.clear_resections();
             return None;
@@ -74,6 +76,38 @@ impl Pipeline<'_> {
         };
         let unexplained_rad = hypot(unexplained_rad, shown_rad);
         (unexplained_rad, self.is_unexplained(situation, unexplained_rad))
+    }
+
+    /// Over a map of another year, takes a run of matches that are not accepted, but together elsewhere than the fixes before, for a jump.
+    /// `counts`: whether the frame has a fix, or why not.
+    pub(super) fn look_for_departure(
+        &mut self,
+        situation: &Situation,
+        tried: &Result<Matched, Refusal>,
+        counts: Result<(), Refusal>,
+    ) {
+        let at = situation.mid_exposure_at;
+        if counts.is_ok() {
+            return self.navigation.departure.fixed(at);
+        }
+        let is_peak = |matched: &&Matched| {
+            matches!(matched.found.accepted, Err(Rejection::Imprecise | Rejection::Undecided))
+                && self.navigation.surface.is_another_year()
+        };
+        let px_m = self.tile.ground_resolution().0;
+        let measurement = tried.as_ref().ok().filter(is_peak).map(|Matched { found, centre, .. }| {
+            let nadir = self.tile.local(centre.0 + found.shift.0, centre.1 + found.shift.1);
+            let variance = squared(MAP_SIGMA_PX * px_m);
+            self.measurement(situation, nadir, Matrix2::identity() * variance, variance)
+        });
+        let off_m = measurement.and_then(|measurement| self.navigation.filter.off_m(&measurement, TRANSIENT_GATE));
+        let off_m = off_m.filter(|[east, north]| hypot(*east, *north) > WRONG_PX * px_m);
+        if self.navigation.departure.departs(at, off_m, px_m)
+            && let Some(measurement) = measurement
+        {
+            let prior = self.prior_sigmas();
+            self.navigation.filter.matched(&measurement, off_m, &prior);
+        }
     }
 
     /// Whether matches have shown a tilt that nothing explains, which may displace fixes. `unexplained_rad`: by the

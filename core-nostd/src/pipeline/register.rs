@@ -1,14 +1,14 @@
-//! From the rectified patch to the fix: search, acceptance, update of the navigation, covariance.
+//! From the rectified patch to the fix: search, acceptance, covariance.
 
+use super::conclusions::white_rad;
 use super::search_state::{Search, SearchParameters};
 use super::{Buffers, Pipeline, Prediction, Refusal, Situation};
 use crate::budget::REACQUIRE_PX;
 use crate::fix::{Fix, Footprint, Uncertainty, fix};
 use crate::homography::Placement;
 use crate::image::View;
-use crate::matching::{Match, Matcher, OnBoard, Prior, Rejection, Request, Shift};
-use crate::math::{hypot, sqrt, squared};
-use crate::navigation::filter::Measurement;
+use crate::matching::{Match, Matcher, OnBoard, Prior, Request, Shift};
+use crate::math::{hypot, squared};
 use crate::navigation::observed::Observed;
 use crate::navigation::protection::{Place, Protection, larger_sigma_m};
 use crate::navigation::tracks::Sighting;
@@ -107,45 +107,6 @@ impl Pipeline<'_> {
         tried.map(|matched| Matched { counts, unexplained_rad, ..matched })
     }
 
-    /// Takes what a search has found into the state of the search and into the navigation. Returns whether the match counts, or why not, and
-    /// the sigma of a tilt beyond the situation's, radians.
-    // Inlined, its variables would lie on the stack below a match.
-    #[inline(never)]
-    fn take(
-        &mut self,
-        situation: &Situation,
-        (search, parameters): (Search, &SearchParameters),
-        tried: &Result<Matched, Refusal>,
-        sighting: Result<Sighting, Refusal>,
-    ) -> (Result<(), Refusal>, f32) {
-        let by_decision = tried.as_ref().is_ok_and(|matched| matched.by_decision);
-        let resected = match (tried, &sighting) {
-            (Ok(matched), Ok(sighting)) if !search.is_far => self.resect(situation, matched, sighting),
-            _ => None,
-        };
-        let ended = (sighting.map(|sighting| resected.unwrap_or(sighting)), by_decision);
-        let counts = self.search_state.finish(&mut self.navigation.tracks, search, situation, parameters, ended);
-        if let Ok(Matched { found: Match { accepted: Err(Rejection::OnBorder), shift, .. }, centre, .. }) = tried
-            && !search.is_far
-            && self.navigation.tracks.is_empty()
-        {
-            self.search_state.recentre(situation, self.tile.local(centre.0 + shift.0, centre.1 + shift.1));
-        }
-        if !self.search_state.has_unconfirmed() {
-            self.navigation.candidate = self.navigation.candidate.wrapping_add(1);
-        }
-        let (unexplained_rad, is_doubted) = match (tried, sighting, counts) {
-            (Ok(matched), Ok(sighting), Ok(())) => {
-                self.update_navigation(situation, matched, &sighting, resected.is_some())
-            }
-            _ => (0.0, false),
-        };
-        let is_elsewhere = tried.as_ref().is_ok_and(|matched| matched.is_elsewhere);
-        // A match that is implausible in heading or height has not been compared with the tracks.
-        let counts = sighting.map(|_| ()).and(counts);
-        (self.without_contradiction(situation, is_doubted, is_elsewhere, counts), unexplained_rad)
-    }
-
     /// Parameters of the usual search for a frame.
     fn search_parameters(&self, situation: &Situation) -> SearchParameters {
         let px_m = self.tile.ground_resolution().0;
@@ -164,23 +125,6 @@ impl Pipeline<'_> {
             ),
             prior_m: self.prior_m(situation),
         }
-    }
-
-    /// `counts`, unless there is a contradiction: a match far off its prediction is no fix, however it was accepted,
-    /// since the attitude may be off as much as the position. `is_doubted`: the attitude.
-    fn without_contradiction(
-        &mut self,
-        situation: &Situation,
-        is_doubted: bool,
-        is_elsewhere: bool,
-        counts: Result<(), Refusal>,
-    ) -> Result<(), Refusal> {
-        let is_calm = self.navigation.tracks.is_calm();
-        if is_elsewhere || counts == Err(Refusal::Contradicted) {
-            self.navigation.tracks.contradicted();
-        }
-        let is_doubted = is_doubted || self.is_unexplained(situation, 0.0) || !is_calm || is_elsewhere;
-        if is_doubted { counts.and(Err(Refusal::Contradicted)) } else { counts }
     }
 
     /// The nadir by a tried match, or why there is none.
@@ -220,54 +164,6 @@ impl Pipeline<'_> {
         shift.alone.turn.is_none_or(turn) & shift.alone.scale.is_none_or(scale)
     }
 
-    /// The filter's measurement by an accepted match.
-    pub(super) fn measurement(&self, situation: &Situation, shift: &Shift, sighting: &Sighting) -> Measurement {
-        let filter = &self.navigation.filter;
-        let known_rad = filter.tilt_sigma_rad(&self.prior_sigmas());
-        Measurement {
-            nadir: sighting.nadir,
-            covariance: sighting.white,
-            inflation_m2: filter.inflation_m2(shift.map_variance * squared(self.tile.resolution().0)),
-            transient_rad: sqrt((squared(situation.sigma_tilt_drift_rad) - squared(known_rad)).max(0.0)),
-            corrected_tilt_rad: filter.tilt_rad(),
-            height_m: situation.height_m,
-            heading_rad: situation.attitude.heading.0,
-        }
-    }
-
-    /// Updates velocity, heading, height and filter by an accepted match.
-    ///
-    /// Returns the additional sigma of a tilt, radians, if the match was inconsistent, and whether the attitude is in
-    /// doubt.
-    #[inline(never)]
-    fn update_navigation(
-        &mut self,
-        situation: &Situation,
-        matched: &Matched,
-        sighting: &Sighting,
-        is_resected: bool,
-    ) -> (f32, bool) {
-        let Ok(shift) = &matched.found.accepted else { return (0.0, false) };
-        let measurement = self.measurement(situation, shift, sighting);
-        let nadir = measurement.nadir;
-        self.navigation.velocity.matched(situation.moment(), nadir, self.settings.sigmas.velocity_m_per_s);
-        let ground_m = self.elevation_m(nadir).unwrap_or_default();
-        let (at, height, altitude_prior) = (situation.mid_exposure_at, situation.height(), self.altitude_prior());
-        let prior = self.prior_sigmas();
-        let navigation = &mut *self.navigation;
-        navigation.candidate = 0;
-        if let Some((off, variance)) = shift.alone.turn {
-            let white_rad = white_rad(situation, navigation.azimuth.variance());
-            navigation.azimuth.update(situation.attitude.heading, Observed { off, variance }, white_rad);
-        }
-        if let Some((off, variance)) = shift.alone.scale {
-            navigation.heights.update_scale(at, height, Observed { off, variance }, ground_m, &altitude_prior);
-        }
-        let overruled = navigation.tracks.overruled().map(|aside| aside.turned_to(measurement.heading_rad));
-        let unexplained_rad = self.navigation.filter.matched(&measurement, overruled, &prior);
-        self.check_attitude(situation, (unexplained_rad, is_resected), &measurement)
-    }
-
     /// The nadir by a match, with covariance.
     #[inline(never)]
     fn sighting(&self, situation: &Situation, centre: (f32, f32), shift: &Shift) -> Sighting {
@@ -294,7 +190,7 @@ impl Pipeline<'_> {
                 Protection::around(local, covariance).without(off_m, larger_sigma_m(&without))
             }
             (Some((local, covariance)), None) => {
-                let off_m = Vector2::new(predicted.east_m - local.east_m, predicted.north_m - local.north_m);
+                let off_m = Vector2::from(local.to(predicted));
                 Protection::around(local, covariance).without(off_m, self.prior_m(situation))
             }
         };
@@ -391,9 +287,4 @@ impl Pipeline<'_> {
         let camera = (situation.height_m, situation.camera_offset_m);
         fix(&self.tile, centre, shift, &footprint, camera, uncertainty)
     }
-}
-
-/// White noise of a frame's heading, one sigma, without the drifting error.
-fn white_rad(situation: &Situation, variance: f32) -> f32 {
-    sqrt((squared(situation.sigma_heading_rad) - variance).max(0.0))
 }

@@ -26,7 +26,7 @@ pub const BELIEVED_RISK: f32 = 1e-4;
 const PRIOR_SIGMA_SCALE: f32 = 1.5;
 /// A match, or a frame's own peak, further from the decided position than this does not support it, pixels: as far as what is called a
 /// wrong match.
-const WRONG_PX: f32 = 3.0;
+pub(super) const WRONG_PX: f32 = 3.0;
 /// The gate around the decided position shrinks by this for each pixel of dead reckoning error over a footprint, one sigma: after the loss
 /// of satellites velocities were off by three to six of their sigmas. With 0 in its place 44 of 761 fixes were wrong there, with 3, 4 and 6
 /// alike none or one of 2,400.
@@ -36,7 +36,7 @@ const GATE_MIN_PX: f32 = 0.8;
 /// One sigma, each axis, of the local offset of a map of another year, pixels, for a frame that is matched alone: neighbouring frames share
 /// it, and no part of a patch shows it. With 0.37 in its place 21 of 601 such matches between years were off by more than five of their
 /// sigmas.
-const MAP_SIGMA_PX: f32 = 0.6;
+pub(super) const MAP_SIGMA_PX: f32 = 0.6;
 /// One sigma of the decided position, which averages several key frames, each axis, pixels: in 84 flights between eight years it was off by
 /// 0.33 pixels where the frame's own peak was near it and the last residuals unbiased; a fifth is added. With a tenth more than 0.33 eight
 /// of 13,600 fixes of patches of 35 pixels, in one flight, were off by five of their sigmas.

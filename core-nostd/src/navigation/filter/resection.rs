@@ -10,7 +10,7 @@ use super::estimate::Estimate;
 use super::innovation_test::TRANSIENT_MAX_RAD;
 use super::jumps::{LEARNT_SIGMAS, PERIOD_US};
 use super::measurement::{Measurement, PriorSigmas};
-use super::{Filter, HIDDEN_M_PER_S, JUMP_GATE, STEP_MAX_US, TRANSIENT_GATE};
+use super::{Filter, HIDDEN_M_PER_S, STEP_MAX_US, TRANSIENT_GATE};
 use crate::math::{combined_sigma, sqrt, squared};
 use crate::navigation::reckoning::{JUMP_ONSET_US, Moment};
 use crate::tile::Local;
@@ -232,10 +232,12 @@ impl Filter {
         self.was_attitude_in_doubt() || self.is_tilt_learnt(prior)
     }
 
-    /// Whether a match of the frame propagated to is so far off that position or attitude have jumped.
-    pub fn is_jump(&self, measurement: &Measurement) -> bool {
-        let exceeds = |newest: &Estimate| newest.innovation(measurement, self.white(measurement)).nis > JUMP_GATE;
-        self.newest.as_ref().is_some_and(|newest| !newest.is_surely_within(JUMP_GATE, measurement) && exceeds(newest))
+    /// How far a match of the frame propagated to is off the prediction, east and north, metres, if that is beyond a gate of the squared
+    /// normalised innovation.
+    pub fn off_m(&self, measurement: &Measurement, gate: f32) -> Option<[f32; 2]> {
+        let newest = self.newest.as_ref().filter(|newest| !newest.is_surely_within(gate, measurement))?;
+        let innovation = newest.innovation(measurement, self.white(measurement));
+        (innovation.nis > gate).then(|| innovation.off.into())
     }
 
     /// Forgets what pictures have shown.

@@ -76,13 +76,13 @@ impl LikelihoodGrid {
         self.beyond += of(0.0);
     }
 
-    /// Evidence against every cell further than `within` cells from one, (column, row).
-    pub fn penalise_outside(&mut self, evidence: f32, (col, row): (f32, f32), within: f32) {
+    /// Evidence against every cell by its squared distance from a place, (column, row): `evidence` from `within` cells on.
+    pub fn penalise_distance(&mut self, evidence: f32, (col, row): (f32, f32), within: f32) {
+        let cost = evidence / squared(within);
         for (line, at) in self.evidence.iter_mut().zip(0..) {
             for (own, beside) in line.iter_mut().zip(0..) {
-                if (at as f32 - row).abs().max((beside as f32 - col).abs()) > within {
-                    *own -= evidence;
-                }
+                let distance = squared(at as f32 - row) + squared(beside as f32 - col);
+                *own -= (cost * distance).min(evidence);
             }
         }
         self.beyond -= evidence;

@@ -312,6 +312,20 @@ fn valid_least_squares_outweigh_a_key_frame() {
     assert!(flight.off_m() < STEP_M, "{:?}", flight.decision());
 }
 
+/// Between two cells of the grid, too, and a key frame that is less than a cell off does not take it to the next one.
+#[test]
+fn valid_least_squares_locate_the_peak_within_a_cell() {
+    let mut flight = Flight::new();
+    flight.surface.propagate(Moment { at: Micros(1_000_000), velocity_m_per_s: [0.0; 2] }, [0.0; 2], 0.1);
+    let truth = flight.truth();
+    let centre = truth.moved([0.45 * STEP_M, -0.3 * STEP_M]);
+    flight.surface.recentre(centre, (centre, UNKNOWN), SIDE_M, PX_M);
+    flight.surface.add_least_squares(truth, PX_M);
+    assert!(flight.off_m() < 0.1 * STEP_M, "{} m", flight.off_m());
+    (0..FRAMES).for_each(|_| flight.seen(&[([0.8, 0.0], 0.3)]));
+    assert!(flight.off_m() < 0.4 * STEP_M, "{} m", flight.off_m());
+}
+
 /// The navigation's position has the weight of one key frame.
 #[test]
 fn the_prior_has_the_weight_of_one_key_frame() {

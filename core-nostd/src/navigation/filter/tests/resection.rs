@@ -1,7 +1,7 @@
 //! A doubted attitude, and pictures that show the tilt.
 
 use super::{CONSUMER, HEIGHT_M, NOISE_M, noise};
-use crate::navigation::filter::{Filter, Measurement, Resected};
+use crate::navigation::filter::{Filter, JUMP_GATE, Measurement, Resected};
 use crate::navigation::reckoning::Moment;
 use crate::tile::Local;
 use crate::units::Micros;
@@ -45,7 +45,7 @@ fn flown_over(slope: f32, tilt: impl Fn(f32) -> f32, shows: bool) -> Vec<(f32, b
             height_m: HEIGHT_M,
             heading_rad: 0.0,
         };
-        let in_doubt = filter.is_jump(&measurement)
+        let in_doubt = filter.off_m(&measurement, JUMP_GATE).is_some()
             || filter.is_other_tilt_tried()
             || filter.unexplained_rad(&CONSUMER) > KNOWN_RAD;
         if shows && (in_doubt || filter.is_attitude_checked(&CONSUMER)) {
