@@ -15,9 +15,9 @@ mod refusal;
 mod terrain;
 mod search_state;
 mod register;
+mod together;
 mod conclusions;
 mod attitude_check;
-mod together;
 
 use crate::auto_exposure::Histogram;
 use crate::budget::{FRAME_MEMORY_BYTES, POSE_MAX_BYTES};

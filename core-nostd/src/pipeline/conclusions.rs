@@ -124,7 +124,7 @@ impl Pipeline<'_> {
         let navigation = &mut *self.navigation;
         navigation.candidate = 0;
         if let Some((off, variance)) = shift.alone.turn {
-            let white_rad = white_rad(situation, navigation.azimuth.variance());
+            let white_rad = situation.white_heading_rad(navigation.azimuth.variance());
             navigation.azimuth.update(situation.attitude.heading, Observed { off, variance }, white_rad);
         }
         if let Some((off, variance)) = shift.alone.scale {
@@ -134,9 +134,4 @@ impl Pipeline<'_> {
         let unexplained_rad = self.navigation.filter.matched(measurement, overruled, &prior);
         self.check_attitude(situation, (unexplained_rad, is_resected), measurement)
     }
-}
-
-/// White noise of a frame's heading, one sigma, without the drifting error.
-pub(super) fn white_rad(situation: &Situation, variance: f32) -> f32 {
-    sqrt((squared(situation.sigma_heading_rad) - variance).max(0.0))
 }

@@ -1,6 +1,5 @@
 //! From the rectified patch to the fix: search, acceptance, covariance.
 
-use super::conclusions::white_rad;
 use super::search_state::{Search, SearchParameters};
 use super::{Buffers, Pipeline, Prediction, Refusal, Situation};
 use crate::budget::REACQUIRE_PX;
@@ -154,7 +153,7 @@ impl Pipeline<'_> {
         let ground_m = self.elevation_m(situation.prediction.local).unwrap_or_default();
         let (at, height, altitude_prior) = (situation.mid_exposure_at, situation.height(), self.altitude_prior());
         let navigation = &mut *self.navigation;
-        let white_rad = white_rad(situation, navigation.azimuth.variance());
+        let white_rad = situation.white_heading_rad(navigation.azimuth.variance());
         let turn = |(off, variance)| {
             navigation.azimuth.is_plausible(situation.attitude.heading, Observed { off, variance }, white_rad)
         };

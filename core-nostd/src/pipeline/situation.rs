@@ -79,6 +79,11 @@ const BANDS: usize = 5;
 const PATCH_MIN_PX: f32 = 7.0;
 
 impl Situation {
+    /// White noise of the heading, one sigma, without the drifting error of this variance, radians.
+    pub(super) fn white_heading_rad(&self, drifting: f32) -> f32 {
+        math::sqrt((math::squared(self.sigma_heading_rad) - drifting).max(0.0))
+    }
+
     /// With exact attitude, follow-up angle, height and mount, at rest over the tile's centre.
     pub fn exact(mid_exposure_at: Micros, attitude: Attitude, follow_up: (Radians, bool), height_m: f32) -> Self {
         let local = Local::default();

@@ -115,6 +115,15 @@ pub(super) fn symmetric<const N: usize>(covariance: &SMatrix<f32, N, N>) -> SMat
 }
 
 impl Innovation {
+    /// `covariance`: the innovation's own.
+    fn new(off: Vector2<f32>, cross_covariance: SMatrix<f32, STATES, 2>, covariance: &Matrix2<f32>) -> Self {
+        let inverse = covariance.try_inverse();
+        let nis = inverse.map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
+        // Negative only by rounding in the covariance.
+        let nis = if nis >= 0.0 { nis } else { f32::INFINITY };
+        Innovation { off, nis, excess_tilt_rad: 0.0, cross_covariance, inverse: inverse.unwrap_or_default() }
+    }
+
     /// Product of the two sigmas, square metres; infinite if the covariance is invalid.
     pub(super) fn spread(&self) -> f32 {
         let inverse = self.inverse.determinant();
@@ -284,12 +293,8 @@ impl Estimate {
         let cross_covariance = common(0) + common(TILT) * jacobian.transpose() + common(WANDER) * measurement.height_m;
         let own = |states: usize| cross_covariance.fixed_view::<2, 2>(states, 0);
         let all = own(0) + jacobian * own(TILT) + own(WANDER) * measurement.height_m + white;
-        let inverse = all.try_inverse();
-        let nis = inverse.map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
         let excess_tilt_rad = sqrt((0.5 * (off.norm_squared() - all.trace())).max(0.0)) / measurement.height_m;
-        // Negative only by rounding in the covariance.
-        let nis = if nis >= 0.0 { nis } else { f32::INFINITY };
-        Innovation { off, nis, excess_tilt_rad, cross_covariance, inverse: inverse.unwrap_or_default() }
+        Innovation { excess_tilt_rad, ..Innovation::new(off, cross_covariance, &all) }
     }
 
     /// Measured less predicted nadir, east and north, metres.
@@ -310,12 +315,9 @@ impl Estimate {
 
     /// Innovation of a position measured without the attitude.
     pub(super) fn position_innovation(&self, position: Local, covariance: Matrix2<f32>) -> Innovation {
-        let off = Vector2::new(position.east_m - self.state[0], position.north_m - self.state[1]);
         let cross_covariance = self.covariance.fixed_view::<STATES, 2>(0, 0).into_owned();
-        let inverse = (cross_covariance.fixed_view::<2, 2>(0, 0) + covariance).try_inverse();
-        let nis = inverse.map_or(f32::INFINITY, |inverse| (off.transpose() * inverse * off)[(0, 0)]);
-        let nis = if nis >= 0.0 { nis } else { f32::INFINITY };
-        Innovation { off, nis, excess_tilt_rad: 0.0, cross_covariance, inverse: inverse.unwrap_or_default() }
+        let all = cross_covariance.fixed_view::<2, 2>(0, 0) + covariance;
+        Innovation::new(Vector2::from(self.position().0.to(position)), cross_covariance, &all)
     }
 
     /// Updated by a match.

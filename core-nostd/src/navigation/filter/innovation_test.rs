@@ -26,10 +26,7 @@ pub(super) struct Prediction {
 impl Prediction {
     pub(super) fn new(expected: &Estimate, matched: &Estimate) -> Self {
         let ((was, large), (is, small)) = (expected.position(), matched.position());
-        Prediction {
-            off_m: Vector2::new(was.east_m - is.east_m, was.north_m - is.north_m),
-            extra_covariance: large - small,
-        }
+        Prediction { off_m: is.to(was).into(), extra_covariance: large - small }
     }
 }
 
