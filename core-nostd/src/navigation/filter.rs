@@ -254,6 +254,7 @@ impl Filter {
         self.pending.clear();
         (self.transient_rad, self.jumps, self.satellite_tilt_rad) = (0.0, Jumps::new(), None);
         (self.resections, self.tried_rad) = (Resections::new(), None);
+        (self.swing_at, self.before_swing_rad) = (moment.at, 0.0);
         self.misalignment = Misalignment::new();
         self.satellites.stop();
     }
@@ -313,7 +314,7 @@ impl Filter {
                 let plain = newest.innovation(measurement, white(measurement, 0.0));
                 match self.jumps.sudden_return((self.moment.at, before), &newest, (measurement, &plain), prior) {
                     Some(off) => Outcome::Outlier(off),
-                    None if self.contradicts_neighbour(before, &newest, measurement, &plain.off) => {
+                    None if self.contradicts_neighbour(before, &newest, (measurement, &plain.off), prior) => {
                         Outcome::Outlier(plain.off)
                     }
                     None => self.test_innovation(self.moment.at, &newest, (measurement, &plain), prior),

@@ -85,8 +85,8 @@ const PRIOR_FRAMES: u8 = 15;
 const SAME_YEAR_SHARE_MIN: f32 = 0.4;
 /// No position on any tile is as far from its centre, metres: a quarter of the Earth's circumference.
 const FAR_M: f32 = 1e7;
-/// Evidence of a valid least-squares match, and the radius in shifts within which it holds: one of 23,000 wrong peaks had such a match, so
-/// it is as much as decides alone.
+/// Evidence of a valid least-squares match against a shift this many shifts away and beyond; nearer it grows with the squared distance, as
+/// by a sigma of 0.6 pixels. One of 23,000 wrong peaks had such a match, so it is as much as decides alone.
 const LEAST_SQUARES_EVIDENCE: f32 = 250.0;
 const LEAST_SQUARES_CELLS: f32 = 1.5;
 
@@ -319,17 +319,15 @@ impl Surface {
         self.confirmed_share < SAME_YEAR_SHARE_MIN
     }
 
-    /// Adds a valid least-squares match at `nadir`: evidence against every cell further away than a wrong match. If the peak is there, the
-    /// surface is corrected towards it.
+    /// Adds a valid least-squares match at `nadir`: evidence against every cell by its distance. If the peak is there, the surface is corrected
+    /// towards it.
     pub fn add_least_squares(&mut self, nadir: Local, px_m: f32) {
-        // No later frame replaces a key frame of that certainty.
-        if self.is_new_ground {
-            self.begin_key_frame(px_m);
-            self.texture = f32::MAX;
-        }
         let (cols, rows) = self.cells_to(nadir, px_m);
         let (col, row) = (MIDDLE as f32 + cols, MIDDLE as f32 + rows);
         if self.is_new_ground {
+            self.begin_key_frame(px_m);
+            // No later frame replaces a key frame of that certainty.
+            self.texture = f32::MAX;
             self.grid.penalise_distance(LEAST_SQUARES_EVIDENCE, (col, row), LEAST_SQUARES_CELLS);
         }
         let peak = self.grid.normalise();

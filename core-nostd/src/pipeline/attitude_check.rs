@@ -11,6 +11,7 @@ use crate::matching::{Matcher, Prior, Rejection};
 use crate::math::{hypot, squared};
 use crate::navigation::filter::{JUMP_GATE, Measurement, Resected, TRANSIENT_GATE};
 use crate::navigation::tracks::Sighting;
+use crate::tile::Local;
 use nalgebra::{Matrix2, Vector2};
 
 /// One sigma of the ground's slope beyond the plane of rectification, along each axis. Chosen: half a metre over a
@@ -40,7 +41,7 @@ impl Pipeline<'_> {
         let Near { matched, sighting, measurement, .. } = near;
         let prior = self.prior_sigmas();
         let filter = &self.navigation.filter;
-        let is_in_doubt = filter.off_m(measurement, JUMP_GATE).is_some()
+        let is_in_doubt = filter.innovation_beyond(JUMP_GATE, measurement).is_some()
             || filter.is_other_tilt_tried()
             || self.is_unexplained(situation, 0.0);
         if !is_in_doubt && !filter.is_attitude_checked(&prior) {
@@ -78,31 +79,34 @@ impl Pipeline<'_> {
         (unexplained_rad, self.is_unexplained(situation, unexplained_rad))
     }
 
-    /// Over a map of another year, takes a run of matches that are not accepted, but together elsewhere than the fixes before, for a jump.
-    /// `counts`: whether the frame has a fix, or why not.
+    /// The peak of a usual search over a map of another year that is unambiguous, though not accepted.
+    pub(super) fn unaccepted_peak(&self, tried: &Result<Matched, Refusal>) -> Option<Local> {
+        let Ok(Matched { found, centre, .. }) = tried else { return None };
+        let is_peak = matches!(found.accepted, Err(Rejection::Imprecise | Rejection::Undecided));
+        let is_one = is_peak && self.navigation.surface.is_another_year();
+        is_one.then(|| self.tile.local(centre.0 + found.shift.0, centre.1 + found.shift.1))
+    }
+
+    /// Takes a run of such peaks that are together elsewhere than the fixes before for a jump. `counts`: whether the frame has a fix, or why
+    /// not.
     pub(super) fn look_for_departure(
         &mut self,
         situation: &Situation,
-        tried: &Result<Matched, Refusal>,
+        peak: Option<Local>,
         counts: Result<(), Refusal>,
     ) {
         let at = situation.mid_exposure_at;
         if counts.is_ok() {
             return self.navigation.departure.fixed(at);
         }
-        let is_peak = |matched: &&Matched| {
-            matches!(matched.found.accepted, Err(Rejection::Imprecise | Rejection::Undecided))
-                && self.navigation.surface.is_another_year()
-        };
         let px_m = self.tile.ground_resolution().0;
-        let measurement = tried.as_ref().ok().filter(is_peak).map(|Matched { found, centre, .. }| {
-            let nadir = self.tile.local(centre.0 + found.shift.0, centre.1 + found.shift.1);
-            let variance = squared(MAP_SIGMA_PX * px_m);
-            self.measurement(situation, nadir, Matrix2::identity() * variance, variance)
-        });
-        let off_m = measurement.and_then(|measurement| self.navigation.filter.off_m(&measurement, TRANSIENT_GATE));
+        let variance = squared(MAP_SIGMA_PX * px_m);
+        let covariance = Matrix2::identity() * variance;
+        let measurement = peak.map(|nadir| self.measurement(situation, nadir, covariance, variance));
+        let filter = &self.navigation.filter;
+        let off_m = measurement.and_then(|measurement| filter.innovation_beyond(TRANSIENT_GATE, &measurement));
         let off_m = off_m.filter(|[east, north]| hypot(*east, *north) > WRONG_PX * px_m);
-        if self.navigation.departure.departs(at, off_m, px_m)
+        if self.navigation.departure.unfixed(at, off_m, px_m)
             && let Some(measurement) = measurement
         {
             let prior = self.prior_sigmas();

@@ -57,9 +57,7 @@ impl Pipeline<'_> {
         let is_elsewhere = tried.as_ref().is_ok_and(|matched| matched.is_elsewhere);
         // A match that is implausible in heading or height has not been compared with the tracks.
         let counts = sighting.map(|_| ()).and(counts);
-        let counts = self.without_contradiction(situation, is_doubted, is_elsewhere, counts);
-        self.look_for_departure(situation, tried, counts);
-        (counts, unexplained_rad)
+        (self.without_contradiction(situation, is_doubted, is_elsewhere, counts), unexplained_rad)
     }
 
     /// `counts`, unless there is a contradiction: a match far off its prediction is no fix, however it was accepted,

@@ -94,6 +94,7 @@ impl Pipeline<'_> {
         }
         let mut sighting = self.plausible_sighting(situation, &tried);
         let is_decided = tried.as_ref().is_ok_and(|matched| matched.is_decided);
+        let peak = self.unaccepted_peak(&tried);
         if !is_decided
             && matches!(sighting, Err(refusal) if refusal != Refusal::Featureless)
             && let Some(far) = self.search_state.far(&self.navigation.tracks, situation, &parameters)
@@ -103,6 +104,7 @@ impl Pipeline<'_> {
             sighting = self.plausible_sighting(situation, &tried);
         }
         let (counts, unexplained_rad) = self.take(situation, (search, &parameters), &tried, sighting);
+        self.look_for_departure(situation, peak, counts);
         tried.map(|matched| Matched { counts, unexplained_rad, ..matched })
     }
 

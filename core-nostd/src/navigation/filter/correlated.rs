@@ -1,7 +1,8 @@
-//! Matches with correlated errors: over a map of another year their weight is reduced.
+//! Matches with correlated errors, over a map of another year: their weight is reduced, and one that is further off than neighbours can be is a
+//! jump.
 
-use super::estimate::{Estimate, Innovation};
-use super::measurement::Measurement;
+use super::estimate::{Estimate, Innovation, part_sigmas_rad};
+use super::measurement::{Measurement, PriorSigmas};
 use super::{Filter, JUMP_GATE};
 use crate::math::squared;
 use crate::units::Micros;
@@ -16,6 +17,10 @@ const CORRELATION_S: f32 = 4.0;
 /// that followed within that time were beyond 30.
 const DIFFERENCE_SHARE: f32 = 0.25;
 const NEIGHBOURS_US: i32 = 2_000_000;
+/// Share of the wander's variance by which its values within that time differ: they are correlated by 0.95 after 2 s.
+const WANDER_SHARE: f32 = 0.1;
+/// Largest rate of turn, radians a second, by which an unknown tilt moves a match: that of the fastest turns flown.
+const TURN_RAD_S: f32 = 0.35;
 
 impl Filter {
     /// Covariance with which a match enters the estimate.
@@ -30,14 +35,14 @@ impl Filter {
         ((2.0 * CORRELATION_S / apart_s).max(1.0) - 1.0) * map_variance_m2
     }
 
-    /// Whether a match of the newest frame over a map of another year, displaced by `off` from the prediction, contradicts the one before,
-    /// at `before`: errors that both have in common do not separate them.
+    /// Whether a match of the newest frame over a map of another year, displaced by `off` from the prediction, is further off than errors
+    /// allow that it does not have in common with the match before, at `before`.
     pub(super) fn contradicts_neighbour(
         &self,
         before: Micros,
         estimate: &Estimate,
-        measurement: &Measurement,
-        off: &Vector2<f32>,
+        (measurement, off): (&Measurement, &Vector2<f32>),
+        prior: &PriorSigmas,
     ) -> bool {
         let since_us = self.moment.at.since(before);
         if measurement.inflation_m2 <= 0.0 || !(1..=NEIGHBOURS_US).contains(&since_us) {
@@ -45,8 +50,12 @@ impl Filter {
         }
         let apart_s = since_us as f32 * 1e-6;
         let common_m2 = measurement.inflation_m2 / (2.0 * CORRELATION_S / apart_s - 1.0);
+        let own_m2 = (0.5 * self.white(measurement).trace() - common_m2).max(0.0);
         let [east, north] = estimate.velocity().map(|(_, variance)| variance * squared(apart_s));
-        off.norm_squared() > JUMP_GATE * (DIFFERENCE_SHARE * common_m2 + east.max(north))
+        let [_, wander_rad] = part_sigmas_rad(prior);
+        let tilt = WANDER_SHARE * squared(wander_rad) + squared(TURN_RAD_S * apart_s * estimate.tilt_sigma_rad());
+        let differs_m2 = DIFFERENCE_SHARE * common_m2 + own_m2 + east.max(north) + tilt * squared(measurement.height_m);
+        off.norm_squared() > JUMP_GATE * differs_m2
     }
 
     /// The innovation of a consistent match with its covariance inflated for correlated errors.

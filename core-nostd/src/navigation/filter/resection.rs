@@ -234,7 +234,7 @@ impl Filter {
 
     /// How far a match of the frame propagated to is off the prediction, east and north, metres, if that is beyond a gate of the squared
     /// normalised innovation.
-    pub fn off_m(&self, measurement: &Measurement, gate: f32) -> Option<[f32; 2]> {
+    pub fn innovation_beyond(&self, gate: f32, measurement: &Measurement) -> Option<[f32; 2]> {
         let newest = self.newest.as_ref().filter(|newest| !newest.is_surely_within(gate, measurement))?;
         let innovation = newest.innovation(measurement, self.white(measurement));
         (innovation.nis > gate).then(|| innovation.off.into())

@@ -45,7 +45,7 @@ fn flown_over(slope: f32, tilt: impl Fn(f32) -> f32, shows: bool) -> Vec<(f32, b
             height_m: HEIGHT_M,
             heading_rad: 0.0,
         };
-        let in_doubt = filter.off_m(&measurement, JUMP_GATE).is_some()
+        let in_doubt = filter.innovation_beyond(JUMP_GATE, &measurement).is_some()
             || filter.is_other_tilt_tried()
             || filter.unexplained_rad(&CONSUMER) > KNOWN_RAD;
         if shows && (in_doubt || filter.is_attitude_checked(&CONSUMER)) {
