@@ -3,7 +3,7 @@
 
 use super::estimate::{Estimate, Innovation, part_sigmas_rad};
 use super::measurement::{Measurement, PriorSigmas};
-use super::{Filter, JUMP_GATE};
+use super::{Filter, JUMP_GATE, VELOCITY_KNOWN_M_PER_S};
 use crate::math::squared;
 use crate::units::Micros;
 use nalgebra::{Matrix2, Vector2};
@@ -36,7 +36,7 @@ impl Filter {
     }
 
     /// Whether a match of the newest frame over a map of another year, displaced by `off` from the prediction, is further off than errors
-    /// allow that it does not have in common with the match before, at `before`.
+    /// allow that it does not have in common with the match before, at `before`. Not while the velocity is unknown.
     pub(super) fn contradicts_neighbour(
         &self,
         before: Micros,
@@ -51,10 +51,14 @@ impl Filter {
         let apart_s = since_us as f32 * 1e-6;
         let common_m2 = measurement.inflation_m2 / (2.0 * CORRELATION_S / apart_s - 1.0);
         let own_m2 = (0.5 * self.white(measurement).trace() - common_m2).max(0.0);
-        let [east, north] = estimate.velocity().map(|(_, variance)| variance * squared(apart_s));
+        let velocity = estimate.velocity().map(|(_, variance)| variance).into_iter().fold(0.0, f32::max);
+        if velocity > squared(VELOCITY_KNOWN_M_PER_S) {
+            return false;
+        }
         let [_, wander_rad] = part_sigmas_rad(prior);
         let tilt = WANDER_SHARE * squared(wander_rad) + squared(TURN_RAD_S * apart_s * estimate.tilt_sigma_rad());
-        let differs_m2 = DIFFERENCE_SHARE * common_m2 + own_m2 + east.max(north) + tilt * squared(measurement.height_m);
+        let differs_m2 =
+            DIFFERENCE_SHARE * common_m2 + own_m2 + velocity * squared(apart_s) + tilt * squared(measurement.height_m);
         off.norm_squared() > JUMP_GATE * differs_m2
     }
 
