@@ -5,7 +5,7 @@ use std::path::Path;
 use super::GeoTransform;
 use crate::crs::{Crs, System, radii_m};
 use crate::error::InputError;
-use crate::io::shell::quoted;
+use crate::io::shell::names;
 
 /// Web Mercator, EPSG:3857, and the codes that it went by before it had one.
 const WEB_MERCATOR: [u32; 4] = [3857, 3785, 102_100, 900_913];
@@ -103,9 +103,7 @@ pub fn utm_zone(lat_deg: f64, lon_deg: f64) -> (u32, u32) {
 
 /// The command line, with a name for what it makes.
 fn line(path: &Path, options: &str, suffix: &str) -> String {
-    let stem = path.with_extension("");
-    let made = format!("{}_{suffix}.tif", stem.display());
-    format!("gdalwarp {options} {} {}", quoted(&path.display().to_string()), quoted(&made))
+    format!("gdalwarp {options} {}", names(path, suffix))
 }
 
 /// Latitude and longitude of a place in Web Mercator.
