@@ -38,6 +38,12 @@ impl Departure {
         *self = Departure { fixed_at: Some(at), ..Departure::new() };
     }
 
+    /// Whether a match of the frame at an instant may begin or continue a run.
+    pub fn is_awaited(&self, at: Micros) -> bool {
+        let is_soon = |before: Micros| (0..=APART_MAX_US).contains(&at.since(before));
+        self.frames > 0 && is_soon(self.newest_at) || self.fixed_at.is_some_and(is_soon)
+    }
+
     /// A frame without a fix. `off_m`: how far its match is off the prediction, east and north, metres, where that is beyond the gate.
     /// Whether it completes a run.
     pub fn unfixed(&mut self, at: Micros, off_m: Option<[f32; 2]>, px_m: f32) -> bool {

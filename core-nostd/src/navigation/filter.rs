@@ -26,6 +26,7 @@ mod misalignment;
 mod settle;
 mod satellites;
 mod resection;
+mod resections;
 
 use super::reckoning::{Moment, displacement_m};
 use crate::math::{combined_sigma, hypot, sqrt, squared};
@@ -40,7 +41,7 @@ pub use measurement::{Measurement, PriorSigmas};
 use misalignment::Misalignment;
 use nalgebra::{Matrix2, Vector2};
 pub use resection::Resected;
-use resection::Resections;
+use resections::Resections;
 pub use satellites::SatellitePosition;
 use satellites::{Moved, Satellites};
 

@@ -102,7 +102,8 @@ impl Pipeline<'_> {
         let px_m = self.tile.ground_resolution().0;
         let variance = squared(MAP_SIGMA_PX * px_m);
         let covariance = Matrix2::identity() * variance;
-        let measurement = peak.map(|nadir| self.measurement(situation, nadir, covariance, variance));
+        let awaited = peak.filter(|_| self.navigation.departure.is_awaited(at));
+        let measurement = awaited.map(|nadir| self.measurement(situation, nadir, covariance, variance));
         let filter = &self.navigation.filter;
         let off_m = measurement.and_then(|measurement| filter.innovation_beyond(TRANSIENT_GATE, &measurement));
         let off_m = off_m.filter(|[east, north]| hypot(*east, *north) > WRONG_PX * px_m);

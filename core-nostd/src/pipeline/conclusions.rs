@@ -85,8 +85,8 @@ impl Pipeline<'_> {
         Some(Near { matched, shift, sighting, measurement })
     }
 
-    /// The filter's measurement by a match. `covariance`: east and north, square metres, of which `map_variance` is common to neighbouring
-    /// frames.
+    /// The filter's measurement by a match. `covariance`: east and north, square metres, of which `map_variance` is by a map of another
+    /// year.
     pub(super) fn measurement(
         &self,
         situation: &Situation,
@@ -99,7 +99,8 @@ impl Pipeline<'_> {
         Measurement {
             nadir,
             covariance,
-            inflation_m2: filter.inflation_m2(map_variance),
+            map_variance_m2: map_variance,
+            inflation_m2: filter.inflation_m2(&covariance, map_variance),
             transient_rad: sqrt((squared(situation.sigma_tilt_drift_rad) - squared(known_rad)).max(0.0)),
             corrected_tilt_rad: filter.tilt_rad(),
             height_m: situation.height_m,

@@ -196,6 +196,7 @@ fn contradict(navigation: &mut Navigation) {
     let measurement = Measurement {
         nadir: Local { east_m: 0.25 * HEIGHT_M, north_m: 0.0 },
         covariance: Default::default(),
+        map_variance_m2: 0.0,
         inflation_m2: 0.0,
         transient_rad: 0.0,
         corrected_tilt_rad: [0.0; 2],

@@ -17,6 +17,10 @@ use nalgebra::{ArrayStorage, Matrix2, SMatrix, Vector2};
 const SIGMA_RAD: f32 = 0.0175;
 /// Prior probability of a misalignment. Chosen: one vehicle in ten.
 const PRIOR_PROBABILITY: f32 = 0.1;
+/// Probability above which it is moved into the estimate; until then the covariance contains it. An autopilot's estimator has errors in one
+/// turn that look like one: of 400 flights of three minutes without a misalignment two had one of 1.3 degrees at a probability of a half, and
+/// none at this one.
+const DETECTED: f32 = 0.99;
 
 /// Estimate of the misalignment.
 #[derive(Clone, Copy, Debug)]
@@ -127,11 +131,11 @@ impl Misalignment {
         self.detected_rad.unwrap_or_default()
     }
 
-    /// Moves the misalignment and what has been learnt of it since into the estimate, if it is more likely than not;
-    /// returns whether it has.
+    /// Moves the misalignment and what has been learnt of it since into the estimate once it is detected; returns whether
+    /// it has.
     pub(super) fn detect(&mut self, estimate: &mut Estimate) -> bool {
         // A NaN is not likely.
-        let is_likely = self.is_detected() || self.probability > 0.5;
+        let is_likely = self.is_detected() || self.probability > DETECTED;
         if !is_likely {
             return false;
         }

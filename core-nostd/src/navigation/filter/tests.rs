@@ -88,6 +88,7 @@ fn flown_by(
             let measurement = Measurement {
                 nadir,
                 covariance: Matrix2::identity() * (NOISE_M * NOISE_M),
+                map_variance_m2: 0.0,
                 inflation_m2: 0.0,
                 transient_rad: 0.0,
                 corrected_tilt_rad: known,
@@ -281,6 +282,7 @@ fn a_tilt_that_was_learnt_counts_as_unexplained_where_the_velocity_may_be_anythi
     let measurement = Measurement {
         nadir: Local { east_m: 0.0, north_m: 0.0 },
         covariance: Matrix2::identity() * 0.01,
+        map_variance_m2: 0.0,
         inflation_m2: 0.0,
         transient_rad: 0.0,
         corrected_tilt_rad: [0.05, 0.06],
@@ -336,6 +338,7 @@ fn a_place_that_jumps_has_to_be_seen_for_a_while() {
         let measurement = Measurement {
             nadir: Local { east_m, north_m: 0.0 },
             covariance: Matrix2::identity() * 0.01,
+            map_variance_m2: 0.0,
             inflation_m2: 0.0,
             transient_rad: 0.0,
             corrected_tilt_rad: [0.0; 2],
@@ -360,6 +363,7 @@ fn a_velocity_that_is_thrown_over_is_not_taken_for_an_acceleration() {
             let measurement = Measurement {
                 nadir: Local { east_m: 0.0, north_m: 0.0 },
                 covariance: Matrix2::identity() * 0.01,
+                map_variance_m2: 0.0,
                 inflation_m2: 0.0,
                 transient_rad: 0.0,
                 corrected_tilt_rad: [0.0; 2],

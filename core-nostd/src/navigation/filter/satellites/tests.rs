@@ -127,6 +127,7 @@ impl Flight<'_> {
                 let measurement = Measurement {
                     nadir,
                     covariance: Matrix2::identity() * (NOISE_M * NOISE_M),
+                    map_variance_m2: 0.0,
                     inflation_m2: 0.0,
                     transient_rad: 0.0,
                     corrected_tilt_rad: known,
@@ -325,6 +326,7 @@ fn an_estimate_that_begins_anew_keeps_the_offset() {
         let measurement = Measurement {
             nadir: Local { east_m, north_m: -HEIGHT_M * (roll - known[1]) },
             covariance: Matrix2::identity() * 0.04,
+            map_variance_m2: 0.0,
             inflation_m2: 0.0,
             transient_rad: 0.0,
             corrected_tilt_rad: known,

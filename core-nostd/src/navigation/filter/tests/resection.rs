@@ -39,6 +39,7 @@ fn flown_over(slope: f32, tilt: impl Fn(f32) -> f32, shows: bool) -> Vec<(f32, b
         let measurement = Measurement {
             nadir: Local { east_m: noise(&mut state), north_m: speed * at_s - HEIGHT_M * left_rad + noise(&mut state) },
             covariance: Matrix2::identity() * (NOISE_M * NOISE_M),
+            map_variance_m2: 0.0,
             inflation_m2: 0.0,
             transient_rad: 0.0,
             corrected_tilt_rad: corrected,
@@ -134,6 +135,7 @@ fn a_picture_that_shows_nothing_changes_nothing() {
     let measurement = Measurement {
         nadir: Local { east_m: 0.0, north_m: 0.0 },
         covariance: Matrix2::identity(),
+        map_variance_m2: 0.0,
         inflation_m2: 0.0,
         transient_rad: 0.0,
         corrected_tilt_rad: [0.0; 2],
