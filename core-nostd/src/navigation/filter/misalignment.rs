@@ -17,10 +17,6 @@ use nalgebra::{ArrayStorage, Matrix2, SMatrix, Vector2};
 const SIGMA_RAD: f32 = 0.0175;
 /// Prior probability of a misalignment. Chosen: one vehicle in ten.
 const PRIOR_PROBABILITY: f32 = 0.1;
-/// Probability above which it is moved into the estimate; until then the covariance contains it. An autopilot's estimator has errors in one
-/// turn that look like one: of 400 flights of three minutes without a misalignment two had one of 1.3 degrees at a probability of a half, and
-/// none at this one.
-const DETECTED: f32 = 0.99;
 
 /// Estimate of the misalignment.
 #[derive(Clone, Copy, Debug)]
@@ -80,30 +76,38 @@ impl Misalignment {
     /// The misalignment given there is one: pitch and roll, radians, and covariance. Not stored: it would not fit the
     /// flight computer's memory.
     fn estimate(&self) -> (Vector2<f32>, Matrix2<f32>) {
-        let information = self.information + Matrix2::identity() / squared(SIGMA_RAD);
-        let covariance = information.try_inverse().unwrap_or_default();
+        let covariance = self.precision().try_inverse().unwrap_or_default();
         (covariance * self.score, covariance)
+    }
+
+    /// Inverse of that covariance.
+    fn precision(&self) -> Matrix2<f32> {
+        self.information + Matrix2::identity() / squared(SIGMA_RAD)
     }
 
     /// Posterior probability: normal innovations are more likely by e^(bᵀ y / 2) √det(P / σ²), y the score and P the
     /// covariance of b.
     fn posterior(&self) -> f32 {
-        let (rad, covariance) = self.estimate();
+        let (remainder_rad, covariance) = self.estimate();
+        // Of the whole misalignment: what the estimate contains, and the remainder.
+        let rad = Vector2::from(self.mean_rad()) + remainder_rad;
+        let score = self.score + self.precision() * Vector2::from(self.mean_rad());
         let spread = ln((covariance / squared(SIGMA_RAD)).determinant().max(f32::MIN_POSITIVE));
-        let log_ratio = 0.5 * (self.score.dot(&rad) + spread);
+        let log_ratio = 0.5 * (score.dot(&rad) + spread);
         1.0 / (1.0 + (1.0 - PRIOR_PROBABILITY) / PRIOR_PROBABILITY * exp(-log_ratio))
     }
 
-    /// Covariance of pitch and roll by the misalignment beyond the configured sigma, square radians: of the remainder
-    /// once detected; before, the square of its estimate weighted by the increase of its probability, so that the
-    /// configured sigma holds without evidence against it.
+    /// Covariance of pitch and roll by the misalignment beyond the configured sigma, square radians. Before it is
+    /// detected, the square of its estimate weighted by the increase of its probability, so that the configured sigma
+    /// holds without evidence against it; afterwards that of the remainder, and the square of what the estimate contains
+    /// weighted by the probability that there is none: of 400 flights of three minutes two had one without a cause.
     fn covariance(&self) -> Matrix2<f32> {
         if !self.is_detected() && self.probability <= PRIOR_PROBABILITY {
             return Matrix2::zeros();
         }
         let (rad, covariance) = self.estimate();
-        if self.is_detected() {
-            return covariance;
+        if let Some(detected_rad) = self.detected_rad.map(Vector2::from) {
+            return covariance + detected_rad * detected_rad.transpose() * (1.0 - self.probability);
         }
         let more = ((self.probability - PRIOR_PROBABILITY) / (1.0 - PRIOR_PROBABILITY)).max(0.0);
         rad * rad.transpose() * more
@@ -131,11 +135,11 @@ impl Misalignment {
         self.detected_rad.unwrap_or_default()
     }
 
-    /// Moves the misalignment and what has been learnt of it since into the estimate once it is detected; returns whether
-    /// it has.
+    /// Moves the misalignment and what has been learnt of it since into the estimate, if it is more likely than not;
+    /// returns whether it has.
     pub(super) fn detect(&mut self, estimate: &mut Estimate) -> bool {
         // A NaN is not likely.
-        let is_likely = self.is_detected() || self.probability > DETECTED;
+        let is_likely = self.is_detected() || self.probability > 0.5;
         if !is_likely {
             return false;
         }
