@@ -97,6 +97,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let frame = frame_of(args, &file)?;
     let (patch, height_m) = rectified(args, (&file, &camera), &frame, &orientation, &place)?;
+    sees_something(args, &patch)?;
     write(args, &patch, &place)?;
     if place.is_known && args.place.dem.is_none() {
         eprintln!("plumbline: the ground is taken to be level; over relief give --dem");
@@ -131,6 +132,20 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         )
     };
     Outcome::new(args.json, &summary, text)
+}
+
+/// Refuses a patch without a valid pixel.
+fn sees_something(args: &Args, patch: &Patch) -> Result<(), InputError> {
+    if patch.valid_fraction() > 0.0 {
+        return Ok(());
+    }
+    let Picture { cols, rows, .. } = patch.picture;
+    Err(InputError::new(format!(
+        "{} sees nothing of the patch, {cols} x {rows} pixels of {} m around the point below the camera; angles, position and height say where it \
+         looks, --cols and --rows make a larger patch",
+        args.frame.display(),
+        args.resolution_m
+    )))
 }
 
 /// Shares of patch and frame that are worth a word.

@@ -34,12 +34,13 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), InputError> {
 /// A whole text file.
 ///
 /// # Errors
-/// As of any file; more than a gigabyte, or no UTF-8.
+/// As of any file; nothing but white space, more than a gigabyte, or no UTF-8.
 pub fn text(path: &Path) -> Result<String, InputError> {
     let (file, length) = open(path)?;
     let bytes = at_most(path, file, length, TEXT_BYTES_MAX)?;
-    String::from_utf8(bytes)
-        .map_err(|_| InputError::new(format!("cannot read {}: it is no text (UTF-8)", path.display())))
+    let refuse = |why: &str| InputError::new(format!("cannot read {}: it is {why}", path.display()));
+    let text = String::from_utf8(bytes).map_err(|_| refuse("no text (UTF-8)"))?;
+    if text.trim().is_empty() { Err(refuse("empty")) } else { Ok(text) }
 }
 
 /// A whole binary file.
