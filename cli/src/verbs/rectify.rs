@@ -43,10 +43,10 @@ pub struct Args {
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     resolution_m: f64,
     /// Patch columns, by eq. 4 unless given
-    #[arg(long, requires = "rows", allow_negative_numbers = true)]
+    #[arg(long, requires = "rows", allow_negative_numbers = true, value_parser = side)]
     cols: Option<usize>,
     /// Patch rows
-    #[arg(long, requires = "cols", allow_negative_numbers = true)]
+    #[arg(long, requires = "cols", allow_negative_numbers = true, value_parser = side)]
     rows: Option<usize>,
     /// The patch, row 0 north: PNG, or GeoTIFF with a position (no-data 0, the darkest grey 1)
     #[arg(long)]
@@ -63,6 +63,13 @@ pub struct Args {
 fn range(text: &str) -> Result<f64, String> {
     let value = positive(text)?;
     if value >= 65535.0 { Err("an error code, not a range".to_owned()) } else { Ok(value) }
+}
+
+/// A side of the patch.
+fn side(text: &str) -> Result<usize, String> {
+    let most = still::PATCH_MAX_PX;
+    let side = text.parse().ok().filter(|side| (1..=most).contains(side));
+    side.ok_or_else(|| format!("not a whole number from 1 to {most}"))
 }
 
 /// What was made. Follow-up and equivalent angles are a vehicle's: null by omega, phi, kappa.

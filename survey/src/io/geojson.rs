@@ -134,6 +134,19 @@ fn named(crs: &Value) -> Result<Coordinates, String> {
     Crs::from_epsg(code).map(|crs| Coordinates::Named(Box::new(crs))).map_err(|error| error.to_string())
 }
 
+/// What to type where the four numbers of an area stand between other marks than commas; else nothing.
+#[must_use]
+pub fn with_commas(area: &str) -> String {
+    let numbers = area.split([',', ';', ' ', '/', '|', '\t']).filter(|part| !part.is_empty());
+    let numbers: Vec<&str> = numbers.collect();
+    let are_numbers = numbers.iter().all(|part| part.parse().is_ok_and(f64::is_finite));
+    if numbers.len() == 4 && are_numbers {
+        format!("; if it is X0,Y0,X1,Y1, type --area {}", numbers.join(","))
+    } else {
+        String::new()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
