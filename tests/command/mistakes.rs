@@ -321,6 +321,7 @@ fn an_angle_counted_over_its_end_and_samples_that_do_not_tell_their_noise() {
 #[test]
 fn other_separators_formats_and_units() {
     let folder = Folder::with_ground("mistakes-forms");
+    folder.write("log.csv", "t_s,roll_deg,pitch_deg,yaw_deg\n0,1e300,0,0\n1,0,0,0\n");
     folder.write("area.kml", "<kml/>");
     folder.write("x16.toml", b"\xFF\xFEc\0");
     crate::pictures::grey_8_png(&folder.path("frame.png"), &texture((96, 96), (0.0, 0.0)));
@@ -335,6 +336,7 @@ fn other_separators_formats_and_units() {
     );
     refusals
         .expect("fly --scenario x16.toml --frames 1", &["x16.toml: it is text in UTF-16", "iconv -f UTF-16 -t UTF-8"]);
+    refusals.expect("fly --frames 1 --replay log.csv", &["log.csv, line 2: roll_deg", "no angle in degrees"]);
     refusals.expect("fly --frames 1e3", &["--frames", "not a whole number"]);
     refusals.expect("fly --frames 1 --set range.sigma_m=1e300", &["range.sigma_m = 1e300 is not between"]);
     refusals.expect(&format!("{MAP} -- 1e300,0"), &["1000000 pixels"]);
