@@ -214,6 +214,37 @@ fn overlaps_as_shares_and_fields_of_view_in_radians() {
     refusals.done();
 }
 
+/// Observations whose image coordinates are turned somehow.
+fn turned(observations: &str, turn: fn(f64, f64) -> (f64, f64)) -> String {
+    let mut text = "station,head,point,x_px,y_px\n".to_owned();
+    for line in observations.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let number = |k: usize| fields[k].parse::<f64>().expect("a number");
+        let (x, y) = turn(number(3), number(4));
+        text += &format!("{},{},{},{x},{y}\n", fields[0], fields[1], fields[2]);
+    }
+    text
+}
+
+#[test]
+fn a_blocks_units_and_a_turned_frame() {
+    let folder = Folder::new("mistakes-units");
+    let block = include_str!("../../examples/calibrate/block.json");
+    let observations = include_str!("../../examples/calibrate/observations.csv");
+    folder.write("block.json", block);
+    let mut refusals = Refusals::new(&folder);
+    folder.write("obs.csv", turned(observations, |x, y| (-x, -y)));
+    refusals.expect(CALIBRATE, &["the frame is turned by 180 degrees: write -x_px and -y_px"]);
+    folder.write("obs.csv", turned(observations, |x, y| (0.0068 * x, 0.0068 * y)));
+    refusals.expect(CALIBRATE, &["they are millimetres: write x_px / pixel_mm"]);
+    folder.write("obs.csv", observations);
+    folder.write("block.json", block.replace("6911.764705882353", "47.0"));
+    refusals.expect(CALIBRATE, &["off the axis of a head whose f_px is 47", "f_px would be 6912"]);
+    folder.write("block.json", block.replacen("-0.3839724354387525", "-22.0", 1));
+    refusals.expect(CALIBRATE, &["head_start_rad[0] has -22", "multiply the angles by 0.0174532"]);
+    refusals.done();
+}
+
 #[test]
 fn unknown_keys_of_a_block_and_opencvs_axes() {
     let folder = Folder::new("mistakes-block");
@@ -221,39 +252,19 @@ fn unknown_keys_of_a_block_and_opencvs_axes() {
     let observations = include_str!("../../examples/calibrate/observations.csv");
     folder.write("block.json", block);
     let mut refusals = Refusals::new(&folder);
-    let turned = |turn: fn(f64, f64) -> (f64, f64)| {
-        let mut text = "station,head,point,x_px,y_px\n".to_owned();
-        for line in observations.lines().skip(1) {
-            let fields: Vec<&str> = line.split(',').collect();
-            let number = |k: usize| fields[k].parse::<f64>().expect("a number");
-            let (x, y) = turn(number(3), number(4));
-            text += &format!("{},{},{},{x},{y}\n", fields[0], fields[1], fields[2]);
-        }
-        text
-    };
-    folder.write("obs.csv", turned(|x, y| (x, -y)));
+    folder.write("obs.csv", turned(observations, |x, y| (x, -y)));
     refusals.expect(CALIBRATE, &["y_px counts downward, as OpenCV has it", "write -y_px"]);
-    folder.write("obs.csv", turned(|x, y| (y, x)));
+    folder.write("obs.csv", turned(observations, |x, y| (y, x)));
     refusals.expect(CALIBRATE, &["x_px and y_px are swapped"]);
-    folder.write("obs.csv", turned(|x, y| (-x, -y)));
-    refusals.expect(CALIBRATE, &["the frame is turned by 180 degrees: write -x_px and -y_px"]);
-    folder.write("obs.csv", turned(|x, y| (0.0068 * x, 0.0068 * y)));
-    refusals.expect(CALIBRATE, &["they are millimetres: write x_px / pixel_mm"]);
-    folder.write("obs.csv", observations);
-    folder.write("block.json", block.replace("6911.764705882353", "47.0"));
-    refusals.expect(CALIBRATE, &["off the axis of a head whose f_px is 47", "f_px would be 6912"]);
-    folder.write("block.json", block.replacen("-0.3839724354387525", "-22.0", 1));
-    refusals.expect(CALIBRATE, &["head_start_rad[0] has -22", "multiply the angles by 0.0174532"]);
-    folder.write("block.json", block);
     // From the corner of a frame of 7230 x 5430 pixels, y down or up, whether the block says how large it is or not.
-    folder.write("obs.csv", turned(|x, y| (x + 3614.5, y + 2714.5)));
+    folder.write("obs.csv", turned(observations, |x, y| (x + 3614.5, y + 2714.5)));
     refusals.expect(CALIBRATE, &["bottom left corner", "y_px - (rows - 1) / 2"]);
-    folder.write("obs.csv", turned(|x, y| (x + 3614.5, 2714.5 - y)));
+    folder.write("obs.csv", turned(observations, |x, y| (x + 3614.5, 2714.5 - y)));
     refusals.expect(CALIBRATE, &["top left corner", "(rows - 1) / 2 - y_px"]);
     let mut sized: Value = serde_json::from_str(block).expect("JSON");
     (sized["cols"], sized["rows"]) = (7230.into(), 5430.into());
     folder.write("block.json", sized.to_string());
-    folder.write("obs.csv", turned(|x, y| (x + 3614.5, 2714.5 - y)));
+    folder.write("obs.csv", turned(observations, |x, y| (x + 3614.5, 2714.5 - y)));
     refusals.expect(CALIBRATE, &["top left corner", "(rows - 1) / 2 - y_px"]);
     folder.write("obs.csv", observations);
     let mut other = sized.clone();
