@@ -64,10 +64,32 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Failure::Input(error) => write!(f, "plumbline: {error}"),
-            Failure::Work(why) => write!(f, "plumbline: {why}"),
+            Failure::Input(error) => write!(f, "plumbline: {}", readable(&error.to_string())),
+            Failure::Work(why) => write!(f, "plumbline: {}", readable(why)),
         }
     }
+}
+
+/// Digits of a number from which it is written with an exponent.
+const DIGITS_MAX: usize = 20;
+
+/// A sentence whose numbers are short enough to be read: 1e300 is not written out.
+fn readable(sentence: &str) -> String {
+    let is_part = |c: char| c.is_ascii_digit() || c == '.';
+    // Digits in a file's name are its own.
+    let is_of_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '/' | '-');
+    let (mut text, mut rest, mut before) = (String::new(), sentence, ' ');
+    while let Some(first) = rest.chars().next() {
+        let run = rest.find(|c| is_part(c) != is_part(first)).map_or(rest, |end| &rest[..end]);
+        rest = &rest[run.len()..];
+        let is_free = !is_of_word(before) && !rest.starts_with(is_of_word);
+        match run.parse::<f64>() {
+            Ok(number) if is_free && run.len() > DIGITS_MAX => text.push_str(&format!("{number:e}")),
+            _ => text.push_str(run),
+        }
+        before = run.chars().last().filter(|last| *last != '-').unwrap_or(' ');
+    }
+    text
 }
 
 impl From<InputError> for Failure {
@@ -90,4 +112,21 @@ pub fn print(text: &str) -> Result<(), Failure> {
 /// Writes a line to standard error. Where nobody can read it, it is lost, and the exit code has to do.
 pub fn note(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::readable;
+
+    #[test]
+    fn numbers_of_hundreds_of_digits_have_an_exponent() {
+        for (number, wanted) in [(1e300, "1e300"), (-2.5e40, "-2.5e40"), (3e-200, "3e-200"), (1234.5, "1234.5")] {
+            assert_eq!(
+                readable(&format!("a.toml: ü = {number} (`{number}`), or {number}")),
+                format!("a.toml: ü = {wanted} (`{wanted}`), or {wanted}")
+            );
+        }
+        let name = "cannot read flight/20260102030405060708090.tif: 20260102030405060708090_a";
+        assert_eq!(readable(name), name);
+    }
 }

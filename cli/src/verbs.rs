@@ -141,6 +141,7 @@ pub fn one_sentence(error: &clap::Error) -> String {
     let text = error.render().to_string();
     let lines = text.lines().map(str::trim).take_while(|line| !line.is_empty() && !line.starts_with("Usage"));
     let sentence = whole_word(error, lines.collect::<Vec<_>>().join(" "));
+    let sentence = RUST_WORDS.iter().fold(sentence, |sentence, (words, plain)| sentence.replace(words, plain));
     // What was likely meant stands apart: one, or several.
     let tip = |line: &str| {
         let tip = line.trim().strip_prefix("tip: ")?;
@@ -155,6 +156,13 @@ pub fn one_sentence(error: &clap::Error) -> String {
         loose_plan(error)
     )
 }
+
+/// What the standard library says of a text that is no whole number, and what people say.
+const RUST_WORDS: [(&str, &str); 3] = [
+    ("invalid digit found in string", "not a whole number"),
+    ("number too large to fit in target type", "too large"),
+    ("cannot parse integer from empty string", "not a whole number"),
+];
 
 /// Verbs like the one that was typed, the likeliest first, which clap has last.
 fn verbs_like(error: &clap::Error) -> Option<String> {
@@ -239,7 +247,15 @@ fn finite(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Least and greatest of what is measured in any unit here: beyond it nothing is meant.
+const MEASURED: [f64; 2] = [1e-9, 1e9];
+
 /// A finite number above zero.
 fn positive(text: &str) -> Result<f64, String> {
-    finite(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("must be above 0".to_owned()) })
+    let [least, most] = MEASURED;
+    match finite(text)? {
+        value if value <= 0.0 => Err("must be above 0".to_owned()),
+        value if !(least..=most).contains(&value) => Err(format!("not between {least:e} and {most:e}")),
+        value => Ok(value),
+    }
 }

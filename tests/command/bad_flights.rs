@@ -70,6 +70,8 @@ fn scenarios() {
             names.iter().copied().chain(["bad.toml"].into_iter().filter(|_| !text.contains("none"))).collect();
         refusals.expect("fly --scenario bad.toml --out out", &names);
     }
+    folder.write("empty.toml", "");
+    refusals.expect("fly --scenario empty.toml --out out", &["cannot read empty.toml: it is empty"]);
     folder.write("latin1.toml", b"# f\xfcr\nframes = 1\n");
     refusals.expect("fly --scenario latin1.toml --out out", &["latin1.toml"]);
     refusals.done();

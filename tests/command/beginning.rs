@@ -91,6 +91,11 @@ fn what_makes_no_camera_is_refused() {
     let folder = Folder::new("beginning-refused");
     folder.write("cal.yml", "image_width: 640\n");
     folder.write("fish.yml", "image_width: 640\nimage_height: 480\ndistortion_model: equidistant\n");
+    folder.write(
+        "reconstruction.json",
+        r#"[{"cameras": {"a": {"width": 640, "height": 480, "focal": 0.5}}, "shots": {}}]"#,
+    );
+    folder.write("area.geojson", r#"{"type": "FeatureCollection", "features": []}"#);
     folder.write("part.toml", "cols = 10\nrows = 10\nfov_h_deg = 30.0\n");
     let mut refusals = Refusals::new(&folder);
     for (arguments, names) in [
@@ -110,6 +115,8 @@ fn what_makes_no_camera_is_refused() {
         ("camera new --focal-mm 3040 --sensor-mm 3.68 --size 3280x2464", &["--focal-mm 3040", "0.06"]),
         ("camera new --from-opencv cal.yml", &["cal.yml", "image_height", "camera_matrix"]),
         ("camera new --from-opencv fish.yml", &["fish.yml", "distortion_model: equidistant", "--focal-px"]),
+        ("camera new --from-odm reconstruction.json", &["reconstruction.json: it is a reconstruction", "cameras.json"]),
+        ("camera new --from-odm area.geojson", &["area.geojson: it has no camera", "cameras.json"]),
         ("camera new --from-opencv cal.yml --out cal.yml", &["same file"]),
         // All keys that are missing, at once.
         (

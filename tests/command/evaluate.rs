@@ -152,6 +152,18 @@ fn headings_of_another_side_of_the_camera_are_told() {
     }
 }
 
+/// Pitch positive nose down and roll positive left wing down.
+#[test]
+fn tilts_of_the_other_sign_are_told() {
+    let folder = flown("evaluate-signs", "--set flight.tilt_max_deg=15", 0.0, true);
+    let sound = folder.text("frames.csv");
+    folder.write("frames.csv", with_column(&with_column(&sound, 5, |pitch| -pitch), 6, |roll| -roll));
+    let summary = folder.run(EVALUATE).json();
+    let says = summary["headings"].as_str().unwrap_or_else(|| panic!("{summary}"));
+    let line = "'NR > 1 { $6 = -$6; $7 = -$7 } 1' frames.csv > signs.csv";
+    assert!(says.contains("pitch_deg and roll_deg: were it of the other sign") && says.contains(line), "{says}");
+}
+
 /// Places as a camera's EXIF data has them.
 #[test]
 fn places_in_degrees_are_told_how_to_become_metres() {

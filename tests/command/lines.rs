@@ -64,7 +64,8 @@ fn what_cannot_be_served_is_refused() {
     let mut refusals = Refusals::new(&folder);
     refusals.expect("serve", &["--socket"]);
     refusals.expect("serve --pty --socket x", &["--socket"]);
-    refusals.expect("serve --socket taken", &["taken"]);
+    refusals.expect("serve --socket taken", &["--socket taken: there is a file of that name", "name another"]);
+    refusals.expect("serve --socket .", &["--socket .: it is a folder"]);
     refusals.expect("serve --socket none/x", &["none/x"]);
     let mavlink = "serve --mavlink tcp:127.0.0.1:1";
     refusals.expect(mavlink, &["--configuration", "--tiles"]);

@@ -214,6 +214,37 @@ fn overlaps_as_shares_and_fields_of_view_in_radians() {
     refusals.done();
 }
 
+/// Observations whose image coordinates are turned somehow.
+fn turned(observations: &str, turn: fn(f64, f64) -> (f64, f64)) -> String {
+    let mut text = "station,head,point,x_px,y_px\n".to_owned();
+    for line in observations.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let number = |k: usize| fields[k].parse::<f64>().expect("a number");
+        let (x, y) = turn(number(3), number(4));
+        text += &format!("{},{},{},{x},{y}\n", fields[0], fields[1], fields[2]);
+    }
+    text
+}
+
+#[test]
+fn a_blocks_units_and_a_turned_frame() {
+    let folder = Folder::new("mistakes-units");
+    let block = include_str!("../../examples/calibrate/block.json");
+    let observations = include_str!("../../examples/calibrate/observations.csv");
+    folder.write("block.json", block);
+    let mut refusals = Refusals::new(&folder);
+    folder.write("obs.csv", turned(observations, |x, y| (-x, -y)));
+    refusals.expect(CALIBRATE, &["the frame is turned by 180 degrees: write -x_px and -y_px"]);
+    folder.write("obs.csv", turned(observations, |x, y| (0.0068 * x, 0.0068 * y)));
+    refusals.expect(CALIBRATE, &["they are millimetres: write x_px / pixel_mm"]);
+    folder.write("obs.csv", observations);
+    folder.write("block.json", block.replace("6911.764705882353", "47.0"));
+    refusals.expect(CALIBRATE, &["off the axis of a head whose f_px is 47", "f_px would be 6912"]);
+    folder.write("block.json", block.replacen("-0.3839724354387525", "-22.0", 1));
+    refusals.expect(CALIBRATE, &["head_start_rad[0] has -22", "multiply the angles by 0.0174532"]);
+    refusals.done();
+}
+
 #[test]
 fn unknown_keys_of_a_block_and_opencvs_axes() {
     let folder = Folder::new("mistakes-block");
@@ -221,29 +252,19 @@ fn unknown_keys_of_a_block_and_opencvs_axes() {
     let observations = include_str!("../../examples/calibrate/observations.csv");
     folder.write("block.json", block);
     let mut refusals = Refusals::new(&folder);
-    let turned = |turn: fn(f64, f64) -> (f64, f64)| {
-        let mut text = "station,head,point,x_px,y_px\n".to_owned();
-        for line in observations.lines().skip(1) {
-            let fields: Vec<&str> = line.split(',').collect();
-            let number = |k: usize| fields[k].parse::<f64>().expect("a number");
-            let (x, y) = turn(number(3), number(4));
-            text += &format!("{},{},{},{x},{y}\n", fields[0], fields[1], fields[2]);
-        }
-        text
-    };
-    folder.write("obs.csv", turned(|x, y| (x, -y)));
+    folder.write("obs.csv", turned(observations, |x, y| (x, -y)));
     refusals.expect(CALIBRATE, &["y_px counts downward, as OpenCV has it", "write -y_px"]);
-    folder.write("obs.csv", turned(|x, y| (y, x)));
+    folder.write("obs.csv", turned(observations, |x, y| (y, x)));
     refusals.expect(CALIBRATE, &["x_px and y_px are swapped"]);
     // From the corner of a frame of 7230 x 5430 pixels, y down or up, whether the block says how large it is or not.
-    folder.write("obs.csv", turned(|x, y| (x + 3614.5, y + 2714.5)));
+    folder.write("obs.csv", turned(observations, |x, y| (x + 3614.5, y + 2714.5)));
     refusals.expect(CALIBRATE, &["bottom left corner", "y_px - (rows - 1) / 2"]);
-    folder.write("obs.csv", turned(|x, y| (x + 3614.5, 2714.5 - y)));
+    folder.write("obs.csv", turned(observations, |x, y| (x + 3614.5, 2714.5 - y)));
     refusals.expect(CALIBRATE, &["top left corner", "(rows - 1) / 2 - y_px"]);
     let mut sized: Value = serde_json::from_str(block).expect("JSON");
     (sized["cols"], sized["rows"]) = (7230.into(), 5430.into());
     folder.write("block.json", sized.to_string());
-    folder.write("obs.csv", turned(|x, y| (x + 3614.5, 2714.5 - y)));
+    folder.write("obs.csv", turned(observations, |x, y| (x + 3614.5, 2714.5 - y)));
     refusals.expect(CALIBRATE, &["top left corner", "(rows - 1) / 2 - y_px"]);
     folder.write("obs.csv", observations);
     let mut other = sized.clone();
@@ -305,4 +326,40 @@ fn an_angle_counted_over_its_end_and_samples_that_do_not_tell_their_noise() {
     // With noise there are sigmas.
     let noisy = folder.run(&format!("{smooth} --angles yaw_deg --json")).json();
     assert!(noisy["yaw_deg"]["sigma0"].as_f64() > Some(0.0), "{noisy}");
+}
+
+/// Lists, areas and places written as other programs write them.
+#[test]
+fn other_separators_formats_and_units() {
+    let folder = Folder::with_ground("mistakes-forms");
+    folder.write("log.csv", "t_s,roll_deg,pitch_deg,yaw_deg\n0,1e300,0,0\n1,0,0,0\n");
+    folder.write("area.kml", "<kml/>");
+    folder.write("x16.toml", b"\xFF\xFEc\0");
+    crate::pictures::grey_8_png(&folder.path("frame.png"), &texture((96, 96), (0.0, 0.0)));
+    folder.write("camera.toml", crate::folder::CAMERA);
+    let tiles = "tiles --ortho ground.tif --resolution-m 10 --out t.bin --area";
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(&format!("{tiles} 1;2;3;4"), &["if it is X0,Y0,X1,Y1, type --area 1,2,3,4"]);
+    refusals.expect(&format!("{tiles} area.kml"), &["ogr2ogr -t_srs EPSG:4326 area.geojson area.kml"]);
+    refusals.expect(
+        &format!("{tiles} 5329500,500300,5329700,500500"),
+        &["if its numbers are y before x", "type --area 500300,5329500,500500,5329700"],
+    );
+    refusals
+        .expect("fly --scenario x16.toml --frames 1", &["x16.toml: it is text in UTF-16", "iconv -f UTF-16 -t UTF-8"]);
+    refusals.expect("fly --frames 1 --replay log.csv", &["log.csv, line 2: roll_deg", "no angle in degrees"]);
+    refusals.expect("fly --frames 1e3", &["--frames", "not a whole number"]);
+    refusals.expect("fly --frames 1 --set range.sigma_m=1e300", &["range.sigma_m = 1e300 is not between"]);
+    refusals.expect(&format!("{MAP} -- 1e300,0"), &["1000000 pixels"]);
+    refusals.expect(&format!("{RECTIFY} --pitch-deg 1e300"), &["--pitch-deg 1e300: not between -360 and 360"]);
+    let place = format!("{RECTIFY} --pitch-deg 0 --epsg 32633").replace("p.png", "p.tif");
+    refusals.expect(&format!("{place} --east-m 16.4 --north-m 48.2"), &["look like degrees", "gdaltransform"]);
+    refusals.expect(
+        &format!("{place} --east-m 5330000 --north-m 500300"),
+        &["far outside of EPSG:32633", "type --east-m 500300 --north-m 5330000"],
+    );
+    refusals.expect(&format!("{RECTIFY} --pitch-deg 0 --cols 0 --rows 9"), &["--cols", "from 1 to 4096"]);
+    refusals.done();
+    folder.run(&format!("{place} --east-m 500300 --north-m 5330000")).done();
+    folder.run("camera new --fov 60×46.8 --size 640×480").done();
 }

@@ -123,6 +123,19 @@ fn the_simulator_flies_what_was_planned() {
     folder.run(&format!("{epsg} --min-clearance-m 500 --force")).done();
     let run = folder.run("fly --plan out/plan.json --frames 1 --out unsafe").done();
     assert!(run.stderr.contains("the plan's checks failed: the flight passes"), "{run:?}");
+    // So is ground that the plan was not made over; its own under another name is its own.
+    folder.write("own.asc", folder.text("dem.asc"));
+    folder.write("own.prj", crate::plan_safety::METRES);
+    folder.write("other.asc", grid(|east, north| hillside(east, north) + 300.0));
+    folder.write("other.prj", crate::plan_safety::METRES);
+    let over = |dem: &str| folder.run(&format!("fly --plan out/plan.json --dem {dem} --frames 1")).done().stderr;
+    assert!(!over("own.asc").contains("--dem"), "{}", over("own.asc"));
+    let said = over("other.asc");
+    for part in
+        ["--dem other.asc: not the elevation model that out/plan.json was made over", "above the lowest flying height"]
+    {
+        assert!(said.contains(part), "{part}: {said}");
+    }
     folder.run(&epsg).done();
     let plan = json(&folder, "out/plan.json");
     let poses = folder.text("flown/poses.csv");

@@ -3,6 +3,7 @@
 use crate::bad_options::RECTIFY;
 use crate::folder::{Folder, with};
 use crate::pictures::{FORMATS, flat, grey_8_png, texture};
+use crate::refusals::Refusals;
 use plumbline_survey::io::picture::{Picture, read_grey};
 use plumbline_tests::vectors::{list, number, rows};
 
@@ -170,6 +171,20 @@ fn the_patch_is_north_up_around_the_nadir() {
         let off = [found[0] - east, found[1] - north];
         assert!(off[0].abs() < 1.0 && off[1].abs() < 1.0, "{off:?} m off: {found:?} m for {place:?} with {attitude}");
     }
+}
+
+/// Twelve pixels of 2 m below a camera that looks 40 degrees aside, and ground that no model knows.
+#[test]
+fn a_frame_that_sees_nothing_of_the_patch_is_refused() {
+    let folder = Folder::with_scene("rectify-blind");
+    let blind = with(&with(RECTIFY, "--pitch-deg", "40"), "--roll-deg", "0");
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(
+        &format!("{blind} --cols 12 --rows 12 --mask mask.png"),
+        &["frame.png sees nothing of the patch, 12 x 12 pixels of 2 m", "--cols"],
+    );
+    refusals.done();
+    folder.run(&format!("{blind} --cols 120 --rows 120 --mask mask.png")).done();
 }
 
 /// Equal greys in any format make one patch. With three equal bands luma is that grey, and 257 times a grey is

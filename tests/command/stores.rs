@@ -160,5 +160,7 @@ fn what_makes_no_store_is_refused() {
     refused.expect(&format!("{options} slip.toml"), &["slip.toml, line 3", "attitude.white_degree"]);
     refused.expect(&format!("{options} many.toml"), &["many.toml, line 2", "search_px"]);
     refused.expect(&format!("{options} none.toml"), &["none.toml"]);
+    folder.write("empty.toml", "\n");
+    refused.expect(&format!("{options} empty.toml"), &["cannot read empty.toml: it is empty"]);
     refused.done();
 }

@@ -3,7 +3,7 @@
 use super::scatter::{Offset, along, reach_m, scatter};
 use maud::{Markup, html};
 use plumbline_charts::format::{NONE, maybe, number, whole};
-use plumbline_charts::page::key;
+use plumbline_charts::page::{key, said};
 use plumbline_charts::plot::PlotError;
 use plumbline_survey::calibrate::boresight::{Boresight, Joined};
 
@@ -35,7 +35,7 @@ impl Page<'_> {
             @if !self.notes.is_empty() {
                 div class="warnings" role="note" {
                     h2 { (self.notes.len()) @if self.notes.len() == 1 { " warning" } @else { " warnings" } }
-                    ul { @for note in self.notes { li { (note) } } }
+                    ul { @for note in self.notes { li { (said(note)) } } }
                 }
             }
             (plots)

@@ -70,6 +70,13 @@ impl AttitudeArgs {
     pub fn attitude(&self) -> Result<Attitude, Failure> {
         let [heading, pitch, roll] = self.angles_rad().map(|angle| Radians(angle as f32));
         let attitude = Attitude { heading, pitch, roll };
+        for (option, degrees) in [("--pitch-deg", self.pitch_deg), ("--roll-deg", self.roll_deg)] {
+            if degrees.abs() > 360.0 {
+                return Err(Failure::Input(InputError::new(format!(
+                    "{option} {degrees}: not between -360 and 360 degrees"
+                ))));
+            }
+        }
         let [_, pitch_rad, roll_rad] = self.angles_rad();
         if pitch_rad.cos() < 1e-3 || roll_rad.cos() < 1e-3 {
             return Err(Failure::Input(InputError::new(format!(

@@ -9,7 +9,7 @@ use plumbline_survey::calibrate::boresight::{
     Boresight, BoresightError, FIXES_MIN, Footprint, Joined, SD_MAX_RAD, estimate, read,
 };
 use plumbline_survey::camera_file::CameraFile;
-use plumbline_survey::error::InputError;
+use plumbline_survey::error::{InputError, counted};
 use plumbline_survey::io::output::{write_file, write_files};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -155,7 +155,8 @@ fn notes(summary: &Summary, found: &Boresight, told_deg: [f64; 3]) -> Vec<String
         notes.push(format!("{} accepted fixes have no pose and are not used", summary.fixes_without_pose));
     }
     if summary.poses_without_fix > 0 {
-        notes.push(format!("{} poses have no accepted fix", summary.poses_without_fix));
+        let poses = counted(summary.poses_without_fix, "pose");
+        notes.push(format!("{poses} without an accepted fix"));
     }
     for k in (0..3).filter(|k| !summary.determined[*k]) {
         let (kept, sd, most) = (summary.boresight_deg[k], summary.sd_deg[k], SD_MAX_RAD.to_degrees());

@@ -93,7 +93,8 @@ struct New {
 
 /// Two numbers around an x.
 fn pair<T: std::str::FromStr>(text: &str, form: &str) -> Result<[T; 2], String> {
-    let both = text.split_once(['x', 'X']).and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
+    let both =
+        text.split_once(['x', 'X', '×', '*']).and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
     both.ok_or_else(|| format!("not of the form {form}"))
 }
 

@@ -149,7 +149,7 @@ fn meant(
         // What cannot be flown is not meant.
         let Ok(setup) = evaluation.prepare(&table, None) else { continue };
         if let Some(says) = meant.says(&table, &judge(&setup, &table, &flown(&setup, watch)?)) {
-            return Ok(if meant.is_heading() { (Some(says), None) } else { (None, Some(says)) });
+            return Ok(if meant.is_attitude() { (Some(says), None) } else { (None, Some(says)) });
         }
     }
     Ok((None, None))

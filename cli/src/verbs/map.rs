@@ -37,9 +37,15 @@ enum Model {
     Simplified,
 }
 
+/// Farthest point that is mapped: many frames beside the largest.
+const POINT_MAX_PX: f64 = 1e6;
+
 fn point(text: &str) -> Result<(f64, f64), String> {
     let (m, n) = text.split_once(',').ok_or("a point is M,N")?;
-    Ok((finite(m.trim())?, finite(n.trim())?))
+    match (finite(m.trim())?, finite(n.trim())?) {
+        (m, n) if m.abs().max(n.abs()) <= POINT_MAX_PX => Ok((m, n)),
+        _ => Err(format!("farther than {POINT_MAX_PX} pixels from the centre")),
+    }
 }
 
 /// A line of output; frame positions are null behind the camera.

@@ -1,6 +1,6 @@
 //! `plumbline plan`: flight lines over terrain (paper 004).
 
-mod meant;
+pub mod meant;
 mod questions;
 mod request;
 mod text;

@@ -43,10 +43,10 @@ pub struct Args {
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     resolution_m: f64,
     /// Patch columns, by eq. 4 unless given
-    #[arg(long, requires = "rows", allow_negative_numbers = true)]
+    #[arg(long, requires = "rows", allow_negative_numbers = true, value_parser = side)]
     cols: Option<usize>,
     /// Patch rows
-    #[arg(long, requires = "cols", allow_negative_numbers = true)]
+    #[arg(long, requires = "cols", allow_negative_numbers = true, value_parser = side)]
     rows: Option<usize>,
     /// The patch, row 0 north: PNG, or GeoTIFF with a position (no-data 0, the darkest grey 1)
     #[arg(long)]
@@ -63,6 +63,13 @@ pub struct Args {
 fn range(text: &str) -> Result<f64, String> {
     let value = positive(text)?;
     if value >= 65535.0 { Err("an error code, not a range".to_owned()) } else { Ok(value) }
+}
+
+/// A side of the patch.
+fn side(text: &str) -> Result<usize, String> {
+    let most = still::PATCH_MAX_PX;
+    let side = text.parse().ok().filter(|side| (1..=most).contains(side));
+    side.ok_or_else(|| format!("not a whole number from 1 to {most}"))
 }
 
 /// What was made. Follow-up and equivalent angles are a vehicle's: null by omega, phi, kappa.
@@ -97,6 +104,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let frame = frame_of(args, &file)?;
     let (patch, height_m) = rectified(args, (&file, &camera), &frame, &orientation, &place)?;
+    sees_something(args, &patch)?;
     write(args, &patch, &place)?;
     if place.is_known && args.place.dem.is_none() {
         eprintln!("plumbline: the ground is taken to be level; over relief give --dem");
@@ -131,6 +139,20 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         )
     };
     Outcome::new(args.json, &summary, text)
+}
+
+/// Refuses a patch without a valid pixel.
+fn sees_something(args: &Args, patch: &Patch) -> Result<(), InputError> {
+    if patch.valid_fraction() > 0.0 {
+        return Ok(());
+    }
+    let Picture { cols, rows, .. } = patch.picture;
+    Err(InputError::new(format!(
+        "{} sees nothing of the patch, {cols} x {rows} pixels of {} m around the point below the camera; angles, position and height say where it \
+         looks, --cols and --rows make a larger patch",
+        args.frame.display(),
+        args.resolution_m
+    )))
 }
 
 /// Shares of patch and frame that are worth a word.

@@ -11,7 +11,9 @@ use plumbline_sim::live::connection::{Door, End, Waiting};
 use plumbline_sim::live::desk::{Sitter, sit};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::input;
-use std::path::PathBuf;
+use std::io;
+use std::os::unix::fs::FileTypeExt;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -48,14 +50,24 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         return companion(args, end);
     }
     let device = match &args.socket {
-        Some(path) => Device::socket(path)
-            .map_err(|error| InputError::new(format!("--socket {}: cannot be made ({error})", path.display())))?,
+        Some(path) => Device::socket(path).map_err(|error| InputError::new(no_socket(path, &error)))?,
         None => Device::terminal()
             .map_err(|error| Failure::Work(format!("this system has no pseudo-terminal to spare: {error}")))?,
     };
     print(&format!("plumbline fly --link serial:{}\n", device.path().display()))?;
     device.wait();
     Ok(Outcome::default())
+}
+
+/// Why there is no socket at a path.
+fn no_socket(path: &Path, error: &io::Error) -> String {
+    let why = match path.symlink_metadata() {
+        Ok(about) if about.file_type().is_socket() => "somebody serves there already; name another".to_owned(),
+        Ok(about) if about.is_dir() => "it is a folder; name a socket in it".to_owned(),
+        Ok(_) => "there is a file of that name, which is left alone; name another".to_owned(),
+        Err(_) => format!("cannot be made ({error})"),
+    };
+    format!("--socket {}: {why}", path.display())
 }
 
 /// Talks to an autopilot until it is interrupted.

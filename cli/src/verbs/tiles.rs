@@ -1,5 +1,6 @@
 //! `plumbline tiles`: a reference tile for the board's flash from an orthophoto.
 
+use super::plan::meant::hint;
 use super::positive;
 use crate::files::Files;
 use crate::outcome::{Failure, Outcome, note};
@@ -15,7 +16,6 @@ use plumbline_sim::world::tile::area::area;
 use plumbline_sim::world::tile::{Frame, SIDE_MAX, Tile};
 use plumbline_survey::crs::{Crs, System};
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::geojson;
 use plumbline_survey::io::output::write_file;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -86,10 +86,8 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let bounds = ground.bounds();
     let wanted = args.area.as_deref().map_or(Ok(bounds), |text| area(text, &crs))?;
-    let meant = || {
-        let file = args.area.as_deref().filter(|text| text.split(',').count() != 4).map(Path::new);
-        file.map_or("", |file| geojson::swapped(file, Some(system), |[x, y]| bounds.contains(x, y)))
-    };
+    let is_on = |[x0, y0, x1, y1]: [f64; 4]| bounds.contains(x0, y0) && bounds.contains(x1, y1);
+    let meant = || args.area.as_deref().map(|area| hint(area, Some(system), is_on)).unwrap_or_default();
     check_area(&bounds, &wanted, args.resolution_m).map_err(|why| refuse(format!("{why}{}", meant())))?;
     let frame = Frame::within(&ground, &wanted, args.resolution_m);
     check_frame(&frame).map_err(refuse)?;

@@ -1,5 +1,5 @@
-//! Heights that are no metres above the ground, and headings of another side of the camera than its top: a patch is then another part of the
-//! ground than the board takes it for, or turned, and next to nothing matches. What they may be instead is flown, and told where it fixes the
+//! Heights that are no metres above the ground, headings of another side of the camera than its top, and tilts of the other sign: a patch is then another
+//! part of the ground than the board takes it for, or turned, and next to nothing matches. What they may be instead is flown, and told where it fixes the
 //! frames.
 
 use super::judge::{Figures, Verdict};
@@ -27,9 +27,12 @@ pub enum Meant {
     AboveSea,
     /// Headings that want so many degrees more: those of a camera that is mounted with another side forward.
     Turned(u16),
+    /// Pitch positive nose down and roll positive left wing down.
+    Negated,
 }
 
-const EVERY: [Meant; 5] = [Meant::Feet, Meant::AboveSea, Meant::Turned(180), Meant::Turned(90), Meant::Turned(270)];
+const EVERY: [Meant; 6] =
+    [Meant::Feet, Meant::AboveSea, Meant::Turned(180), Meant::Turned(90), Meant::Turned(270), Meant::Negated];
 
 impl Meant {
     /// What may be meant by the table of a flight that has hardly a fix; nothing of one that has.
@@ -39,10 +42,10 @@ impl Meant {
         EVERY.into_iter().filter(|meant| are_few && (has_model || *meant != Meant::AboveSea)).collect()
     }
 
-    /// Whether it is about headings, not about heights.
+    /// Whether it is about the attitude, not about heights.
     #[must_use]
-    pub fn is_heading(self) -> bool {
-        matches!(self, Meant::Turned(_))
+    pub fn is_attitude(self) -> bool {
+        matches!(self, Meant::Turned(_) | Meant::Negated)
     }
 
     /// Frames from the flight's middle as they would be; `None` where that cannot be.
@@ -61,6 +64,7 @@ impl Meant {
                 Meant::Feet => meant.height_m *= FOOT_M,
                 Meant::AboveSea => meant.height_m -= ground_m(row),
                 Meant::Turned(degrees) => meant.attitude_rad[0] += f64::from(degrees).to_radians(),
+                Meant::Negated => meant.attitude_rad[1..].iter_mut().for_each(|angle| *angle = -*angle),
             }
             meant
         };
@@ -95,6 +99,18 @@ impl Meant {
                     quoted(name)
                 );
                 ("heading_deg", format!("{degrees} degrees more"), line)
+            }
+            Meant::Negated => {
+                let [pitch, roll] = [4, 5].map(|column| table.columns[column] + 1);
+                let line = format!(
+                    ": awk -F, -v OFS=, 'NR > 1 {{ ${pitch} = -${pitch}; ${roll} = -${roll} }} 1' {} > signs.csv",
+                    quoted(name)
+                );
+                (
+                    "pitch_deg and roll_deg",
+                    "of the other sign (nose up and right wing down are positive)".to_owned(),
+                    line,
+                )
             }
         };
         Some(format!(

@@ -70,6 +70,9 @@ pub(super) fn prepare(scenario: Scenario, plan: &PlanToFly) -> Result<Setup, Inp
     scenario.run.frame_interval_ms = (between_ms as u32).clamp(scenario.run.frame_interval_ms, 3_600_000);
 
     let (terrain, sight_m) = terrain(&mut scenario, &payload, plan, &planned, &flown)?;
+    if let Some(other) = &plan.dem {
+        planned.notes.extend(terrain.instead_of(&planned, &plan.file, other)?);
+    }
     scenario.check()?;
     scenario.check_horizon(&payload)?;
     choose_resolution(&mut scenario, &payload, plan, &mut planned, &flown);

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::observations::Observations;
-use crate::adjust::rig::project;
+use crate::adjust::rig::{LENS, project};
 use crate::error::InputError;
 
 /// Start values that others fit so much better are not those of the axes that were written. Right axes and rough start values make
@@ -19,16 +19,42 @@ const CORNER_DOWN: &str =
 const CORNER_UP: &str =
     "the origin is the frame's bottom left corner: write x_px - (cols - 1) / 2 and y_px - (rows - 1) / 2";
 
+/// What to write of coordinates in millimetres.
+const MILLIMETRES: &str = "they are millimetres: write x_px / pixel_mm and y_px / pixel_mm";
+/// Tangent of the largest angle from the axis at which a lens of this model has a point, 75 degrees.
+const WIDEST: f64 = 3.73;
+
+/// Refuses a focal length that makes a fisheye of the points' places, as millimetres in the place of pixels do.
+fn sees(block: &Block, observations: &Observations) -> Result<(), InputError> {
+    let seen = observations.seen.iter().zip(&observations.lines);
+    let beyond = |head: usize, at: [f64; 2]| at[0].hypot(at[1]) > WIDEST * block.heads[head].values[LENS];
+    let Some((seen, line)) = seen.into_iter().find(|(seen, _)| beyond(seen.head, seen.image_px)) else { return Ok(()) };
+    let (f_px, [x, y]) = (block.heads[seen.head].values[LENS], seen.image_px);
+    let meant = block
+        .sizes
+        .pixel_mm
+        .map(|mm| format!("; were it millimetres, f_px would be {:.0}", f_px / mm))
+        .unwrap_or_default();
+    Err(InputError::new(format!(
+        "{}, line {line}: x_px {x} and y_px {y} are more than 75 degrees off the axis of a head whose f_px is {f_px}; it is the focal length in pixels{meant}",
+        observations.name
+    )))
+}
+
 /// Refuses image coordinates that count as OpenCV's do, y down, or from a corner of the frame, and those of no such frame.
 pub(super) fn check(block: &Block, observations: &Observations) -> Result<(), InputError> {
+    sees(block, observations)?;
     let from_corner = is_from_corner(observations);
     let middle = |down: bool| middle_px(block, observations, down);
     type Reading = fn([f64; 2], [f64; 2]) -> [f64; 2];
-    let readings: [(Reading, bool, [f64; 2], &str); 4] = [
+    let pixel_mm = block.sizes.pixel_mm.unwrap_or(1.0);
+    let readings: [(Reading, bool, [f64; 2], &str); 6] = [
         (|[x, y], _| [x, -y], true, [0.0; 2], "y_px counts downward, as OpenCV has it: write -y_px"),
         (|[x, y], [x0, y0]| [x - x0, y0 - y], from_corner, middle(true), CORNER_DOWN),
         (|[x, y], [x0, y0]| [x - x0, y - y0], from_corner, middle(false), CORNER_UP),
         (|[x, y], _| [y, x], true, [0.0; 2], "x_px and y_px are swapped"),
+        (|[x, y], _| [-x, -y], true, [0.0; 2], "the frame is turned by 180 degrees: write -x_px and -y_px"),
+        (|[x, y], [mm, _]| [x / mm, y / mm], block.sizes.pixel_mm.is_some(), [pixel_mm; 2], MILLIMETRES),
     ];
     let as_written = median_off_px(block, observations, &|at| at);
     for (reading, may_be, middle, meant) in readings {

@@ -173,14 +173,14 @@ fn heads(file: &Field<'_>) -> Result<Vec<Head>, InputError> {
     }
     let centres = one_a_head(&file.needed("heads_d_m")?, list.len())?;
     let f = file.needed("f_px")?;
-    let f_px: Vec<f64> = if f.value.is_number() {
-        vec![f.positive()?; list.len()]
-    } else {
+    let f_px: Vec<f64> = if f.value.is_array() {
         one_a_head(&f, list.len())?.iter().map(Field::positive).collect::<Result<_, _>>()?
+    } else {
+        vec![f.positive()?; list.len()]
     };
     let mut heads = Vec::new();
     for (index, (angles, centre)) in list.iter().zip(&centres).enumerate() {
-        heads.push(Head::new(angles.numbers()?, centre.numbers()?, Interior::ideal(f_px[index]), index == 0));
+        heads.push(Head::new(angles.radians()?, centre.numbers()?, Interior::ideal(f_px[index]), index == 0));
     }
     if let Some(field) = file.key("heads_interior") {
         for (head, table) in heads.iter_mut().zip(one_a_head(&field, list.len())?) {

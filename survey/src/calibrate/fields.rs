@@ -2,6 +2,7 @@
 
 use crate::error::InputError;
 use serde_json::Value;
+use std::f64::consts::TAU;
 
 /// A value with its path, such as `block.json: station_start[3]`.
 #[derive(Clone, Debug)]
@@ -56,6 +57,19 @@ impl<'a> Field<'a> {
 
     pub(super) fn numbers<const N: usize>(&self) -> Result<[f64; N], InputError> {
         self.each(|field| field.number())
+    }
+
+    /// Angles in radians: none beyond a turn.
+    pub(super) fn radians<const N: usize>(&self) -> Result<[f64; N], InputError> {
+        let angles = self.numbers()?;
+        match angles.iter().find(|angle| f64::abs(**angle) > TAU) {
+            None => Ok(angles),
+            Some(angle) => Err(InputError::new(format!(
+                "{} has {angle}, which is beyond a turn in radians; were degrees meant, multiply the angles by {}",
+                self.at,
+                1f64.to_radians()
+            ))),
+        }
     }
 
     /// N standard deviations, or one for all.

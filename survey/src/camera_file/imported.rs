@@ -7,6 +7,7 @@
 use super::{CameraFile, Distortion, off_frame};
 use crate::error::InputError;
 use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// Diagonal of the 36 x 24 mm that "35 mm equivalent" refers to.
 const DIAGONAL_35_MM: f64 = 43.266_615_305_567_87;
@@ -186,11 +187,21 @@ pub fn not_square(camera: &CameraFile) -> Option<String> {
 pub fn from_odm(text: &str, name: &str, wanted: Option<&str>) -> Result<CameraFile, InputError> {
     let wrong = |what: String| InputError::new(format!("{name}: {what}"));
     let json: Value = serde_json::from_str(text).map_err(|error| wrong(format!("it is not JSON: {error}")))?;
-    let cameras = json.as_object().filter(|cameras| !cameras.is_empty());
-    let Some(cameras) = cameras else { return Err(wrong("it has no camera".to_owned())) };
+    if json[0]["cameras"].is_object() {
+        return Err(wrong(
+            "it is a reconstruction of OpenSfM; its cameras alone, which are taken, are in cameras.json in the folder of an OpenDroneMap \
+             project and in camera_models.json in that of OpenSfM"
+                .to_owned(),
+        ));
+    }
+    let cameras: BTreeMap<&String, &Value> =
+        json.as_object().into_iter().flatten().filter(|(_, camera)| camera.get("width").is_some()).collect();
+    if cameras.is_empty() {
+        return Err(wrong("it has no camera of width and height, as OpenDroneMap's cameras.json has".to_owned()));
+    }
     let names = || cameras.keys().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
     let camera = match (wanted, cameras.len()) {
-        (Some(wanted), _) => cameras.get(wanted),
+        (Some(wanted), _) => cameras.get(&wanted.to_owned()),
         (None, 1) => cameras.values().next(),
         (None, _) => return Err(wrong(format!("it has several cameras; --name says which one: {}", names()))),
     };

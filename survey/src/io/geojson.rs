@@ -1,6 +1,7 @@
 //! Polygons from a GeoJSON file (RFC 7946; the older `crs` member is understood).
 
 use super::input;
+use super::shell::quoted;
 use crate::crs::{Crs, System};
 use crate::error::InputError;
 use serde_json::Value;
@@ -48,9 +49,21 @@ pub fn swapped(path: &Path, system: Option<System>, lies_right: impl Fn([f64; 2]
     }
 }
 
+/// The line that makes GeoJSON of a file in another format of geographic information systems, by its name.
+fn by_ogr(path: &Path) -> Option<String> {
+    let extension = path.extension()?.to_str()?.to_lowercase();
+    let is_other = ["kml", "kmz", "shp", "gpkg", "gml", "gpx", "dxf", "tab", "fgb"].contains(&extension.as_str());
+    let made = path.with_extension("geojson");
+    let words = [&made, path].map(|path| quoted(&path.display().to_string())).join(" ");
+    (is_other && path.is_file()).then(|| format!("ogr2ogr -t_srs EPSG:4326 {words}"))
+}
+
 fn read(path: &Path, system: Option<System>, order: &dyn Fn([f64; 2]) -> [f64; 2]) -> Result<Vec<Polygon>, InputError> {
     let name = path.display();
     let refuse = |why: String| InputError::new(format!("{name}: {why}"));
+    if let Some(line) = by_ogr(path) {
+        return Err(refuse(format!("it is no GeoJSON: {line} makes it")));
+    }
     let json: Value =
         serde_json::from_str(&input::text(path)?).map_err(|error| refuse(format!("it is no JSON: {error}")))?;
     let mut found = Vec::new();
@@ -132,6 +145,19 @@ fn named(crs: &Value) -> Result<Coordinates, String> {
     let code = name.contains("EPSG").then(|| name.rsplit(':').next()).flatten().and_then(|code| code.parse().ok());
     let code: u32 = code.ok_or_else(|| format!("its crs \"{name}\" is no EPSG code"))?;
     Crs::from_epsg(code).map(|crs| Coordinates::Named(Box::new(crs))).map_err(|error| error.to_string())
+}
+
+/// What to type where the four numbers of an area stand between other marks than commas; else nothing.
+#[must_use]
+pub fn with_commas(area: &str) -> String {
+    let numbers = area.split([',', ';', ' ', '/', '|', '\t']).filter(|part| !part.is_empty());
+    let numbers: Vec<&str> = numbers.collect();
+    let are_numbers = numbers.iter().all(|part| part.parse().is_ok_and(f64::is_finite));
+    if numbers.len() == 4 && are_numbers {
+        format!("; if it is X0,Y0,X1,Y1, type --area {}", numbers.join(","))
+    } else {
+        String::new()
+    }
 }
 
 #[cfg(test)]

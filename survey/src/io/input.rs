@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::shell::names;
+use super::shell::{names, quoted};
 use crate::error::InputError;
 use sha2::{Digest, Sha256};
 
@@ -34,12 +34,19 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), InputError> {
 /// A whole text file.
 ///
 /// # Errors
-/// As of any file; more than a gigabyte, or no UTF-8.
+/// As of any file; nothing but white space, more than a gigabyte, or no UTF-8.
 pub fn text(path: &Path) -> Result<String, InputError> {
     let (file, length) = open(path)?;
     let bytes = at_most(path, file, length, TEXT_BYTES_MAX)?;
-    String::from_utf8(bytes)
-        .map_err(|_| InputError::new(format!("cannot read {}: it is no text (UTF-8)", path.display())))
+    let refuse = |why: &str| InputError::new(format!("cannot read {}: it is {why}", path.display()));
+    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        let made = path.with_extension(format!("utf8.{extension}"));
+        let line = [path, &made].map(|path| quoted(&path.display().to_string())).join(" > ");
+        return Err(refuse(&format!("text in UTF-16, and UTF-8 is read: iconv -f UTF-16 -t UTF-8 {line}")));
+    }
+    let text = String::from_utf8(bytes).map_err(|_| refuse("no text (UTF-8)"))?;
+    if text.trim().is_empty() { Err(refuse("empty")) } else { Ok(text) }
 }
 
 /// A whole binary file.
@@ -66,9 +73,19 @@ pub(crate) fn picture(path: &Path, what: &str, is_of_kind: fn(&[u8]) -> bool) ->
 }
 
 /// Beginnings of what holds pictures or heights and is not read itself, but by GDAL: PNG, JPEG, JPEG 2000 as a file and as a stream, Erdas
-/// Imagine, GDAL's own VRT, and the ESRI ASCII grid, in capitals.
-const BY_GDAL: [&[u8]; 7] =
-    [b"\x89PNG", b"\xFF\xD8\xFF", b"\0\0\0\x0CJP  ", b"\xFF\x4F\xFF\x51", b"EHFA_HEADER_TAG", b"<VRTDATASET", b"NCOLS"];
+/// Imagine, GDAL's own VRT, GeoPackage, netCDF, HDF5, and the ESRI ASCII grid, in capitals.
+const BY_GDAL: [&[u8]; 10] = [
+    b"\x89PNG",
+    b"\xFF\xD8\xFF",
+    b"\0\0\0\x0CJP  ",
+    b"\xFF\x4F\xFF\x51",
+    b"EHFA_HEADER_TAG",
+    b"<VRTDATASET",
+    b"SQLITE FORMAT 3",
+    b"CDF\x01",
+    b"\x89HDF",
+    b"NCOLS",
+];
 
 /// Why a file is no picture of a kind, by its beginning, with the command that makes one where that is known.
 fn no_picture(path: &Path, what: &str, magic: &[u8]) -> InputError {
@@ -134,6 +151,8 @@ mod tests {
         std::fs::write(&path, "a,b\n").expect("written");
         assert_eq!(text(&path), Ok("a,b\n".to_owned()));
         std::fs::write(&path, [0xff, 0xfe]).expect("written");
+        assert!(text(&path).expect_err("refused").to_string().contains("iconv -f UTF-16"));
+        std::fs::write(&path, b"a\xFF").expect("written");
         let refusals = [text(&path), text(&folder), text(&folder.join("none"))];
         for refusal in refusals {
             let error = refusal.expect_err("refused");

@@ -17,12 +17,13 @@ pub struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// Takes a text apart; `name` is what messages call it. Empty lines and blanks around fields are passed over.
+    /// Takes a text apart; `name` is what messages call it. Empty lines, blanks and quotation marks around fields are passed
+    /// over.
     ///
     /// # Errors
     /// There is no header, or a row has more or fewer fields than it.
     pub fn parse(text: &'a str, name: String) -> Result<Self, InputError> {
-        let fields = |line: &'a str| line.split(',').map(str::trim).collect::<Vec<_>>();
+        let fields = |line: &'a str| line.split(',').map(|field| unquoted(field.trim())).collect::<Vec<_>>();
         let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
         let mut lines = lines.by_ref().filter(|(_, line)| !line.trim().is_empty());
         let Some((_, header)) = lines.next() else {
@@ -147,12 +148,21 @@ pub fn text_of(path: &Path) -> Result<(String, String), InputError> {
     Ok((input::text(path)?, name))
 }
 
+/// A field without the quotation marks around it.
+fn unquoted(field: &str) -> &str {
+    field.strip_prefix('"').and_then(|field| field.strip_suffix('"')).unwrap_or(field)
+}
+
 /// What to type where fields stand between other marks than commas: between semicolons numbers have decimal commas.
 fn with_commas(header: &str, name: &str) -> Option<String> {
-    let (mark, line) = [(';', "sed 's/,/./g; s/;/,/g'"), ('\t', "sed 's/,/./g; s/\\t/,/g'")]
-        .into_iter()
-        .find(|(mark, _)| header.contains(*mark) && !header.contains(','))?;
-    let what = if mark == ';' { "semicolons" } else { "tabs" };
+    let (_, what, line) = [
+        (';', "semicolons", "sed 's/,/./g; s/;/,/g'"),
+        ('\t', "tabs", "sed 's/,/./g; s/\\t/,/g'"),
+        ('|', "upright strokes", "sed 's/,/./g; s/|/,/g'"),
+        (' ', "blanks", "sed 's/,/./g; s/^ *//; s/  */,/g'"),
+    ]
+    .into_iter()
+    .find(|(mark, ..)| header.trim().contains(*mark) && !header.contains(','))?;
     let (from, made) = (Path::new(name), Path::new(name).with_extension("commas.csv"));
     let words = [from, &made].map(|path| quoted(&path.display().to_string())).join(" > ");
     Some(format!("{name}: its columns are separated by {what}, and commas are read: {line} {words}"))
@@ -161,6 +171,18 @@ fn with_commas(header: &str, name: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn other_marks_than_commas_are_told_and_quotation_marks_passed_over() {
+        for (text, what) in
+            [("a;b\n1;2\n", "semicolons"), ("a\tb\n", "tabs"), ("a|b\n", "strokes"), (" a  b \n", "blanks")]
+        {
+            let error = Table::parse(text, "t.csv".to_owned()).expect_err(what).to_string();
+            assert!(error.contains(what) && error.contains("t.csv > t.commas.csv"), "{error}");
+        }
+        let table = Table::parse("\"a\", \"b c\"\n\"1\",2\n", "t.csv".to_owned()).expect("a table");
+        assert_eq!((table.header.as_slice(), table.number(0, 0)), (&["a", "b c"][..], Ok(1.0)));
+    }
 
     #[test]
     fn columns_that_are_missing_or_there_twice_are_all_named() {

@@ -15,7 +15,7 @@ impl Report<'_> {
             section {
                 h2 { "Faults" }
                 p class="note" { "Frames by the middle of their exposure, in seconds of the simulated time. A wrong fix is off by more than 3 px, or by more than 5 of its own sigmas and 1.5 px." }
-                table {
+                div class="scroll" { table {
                     thead { tr {
                         th { "Fault" } th class="r" { "Frames" } th class="r" { "Fixes" } th class="r" { "Wrong" }
                         th class="r" { "Fixes in the 10 s after" } th class="r" { "Wrong" } th class="r" { "First fix after" }
@@ -27,7 +27,7 @@ impl Report<'_> {
                         td class="n" { (fault.wrong_after) }
                         td class="n" { (maybe(fault.recovery_s, 2, "s")) }
                     } } }
-                }
+                } }
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What was likely meant by an area that does not lie on the elevation model.
+//! What was likely meant by an area that does not lie on the elevation model or the orthophoto.
 
 use crate::verbs::finite;
 use plumbline_survey::crs::{Crs, System};
@@ -6,7 +6,7 @@ use plumbline_survey::io::geojson;
 use plumbline_survey::io::raster::for_people;
 use std::path::Path;
 
-/// The hint for the sentence that refuses `--area`, where another reading of it lies on a model of `system`; else nothing.
+/// The hint for the sentence that refuses `--area`, where another reading of it lies on a model or picture of `system`; else nothing.
 pub fn hint(area: &str, system: Option<System>, is_on_model: impl Fn([f64; 4]) -> bool) -> String {
     let numbers: Result<Vec<f64>, String> = area.split(',').map(|part| finite(part.trim())).collect();
     let Ok([a, b, c, d]) = numbers.as_deref() else {
@@ -15,8 +15,8 @@ pub fn hint(area: &str, system: Option<System>, is_on_model: impl Fn([f64; 4]) -
     let readings = [
         ("its numbers are y before x, or the latitude before the longitude", Some([*b, *a, *d, *c])),
         ("its numbers are X0,X1,Y0,Y1", Some([*a, *c, *b, *d])),
-        ("its numbers are degrees, longitude first, and the model is in metres", on_grid(system, [*a, *b, *c, *d])),
-        ("its numbers are degrees, latitude first, and the model is in metres", on_grid(system, [*b, *a, *d, *c])),
+        ("its numbers are degrees, longitude first, and the grid is in metres", on_grid(system, [*a, *b, *c, *d])),
+        ("its numbers are degrees, latitude first, and the grid is in metres", on_grid(system, [*b, *a, *d, *c])),
     ];
     let is_area = |[x0, y0, x1, y1]: [f64; 4]| x0 < x1 && y0 < y1;
     let found = readings.into_iter().filter_map(|(what, bounds)| Some((what, bounds?)));

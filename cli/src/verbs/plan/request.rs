@@ -8,6 +8,7 @@ use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::crs::System;
 use plumbline_survey::dem::{Dem, DemFile, Doubt, Frame, Geoid};
 use plumbline_survey::error::InputError;
+use plumbline_survey::io::geojson;
 use plumbline_survey::io::raster::{check_metres, for_people, is_web_mercator};
 use plumbline_survey::io::shell::quoted;
 use plumbline_survey::plan::Request;
@@ -208,7 +209,7 @@ fn corners(area: &str, system: Option<System>) -> Result<Vec<[f64; 2]>, InputErr
         Ok([_, _, _, _]) => refuse("X0 has to be below X1 and Y0 below Y1"),
         Ok(_) => refuse("four numbers X0,Y0,X1,Y1 or a GeoJSON file are needed"),
         Err(_) if Path::new(area).exists() => read_corners(Path::new(area), system),
-        Err(_) => refuse("it is neither four numbers X0,Y0,X1,Y1 nor a file"),
+        Err(_) => refuse(&format!("it is neither four numbers X0,Y0,X1,Y1 nor a file{}", geojson::with_commas(area))),
     }
 }
 

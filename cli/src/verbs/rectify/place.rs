@@ -53,10 +53,34 @@ impl PlaceArgs {
         }
         let centre = [self.east_m.unwrap_or(0.0), self.north_m.unwrap_or(0.0)];
         if let (Some(crs), Some(_)) = (&crs, self.east_m) {
-            crs.to_wgs84(centre[0], centre[1])?;
+            on_grid(crs, centre)?;
         }
         Ok(Place { centre, is_known: self.east_m.is_some(), up_m: self.up_m.unwrap_or(0.0), crs, dem })
     }
+}
+
+/// How far the scale of a grid is from 1 at most where it is used.
+const SCALE_OFF: f64 = 0.05;
+
+/// Refuses a place that the grid does not have, or has so far outside that degrees or north before east were meant.
+fn on_grid(crs: &Crs, [east, north]: [f64; 2]) -> Result<(), InputError> {
+    let is_used =
+        |east: f64, north: f64| crs.point_scale(east, north).is_ok_and(|scale| (scale - 1.0).abs() < SCALE_OFF);
+    let system = crs.system();
+    if east.abs() <= 180.0 && north.abs() <= 180.0 {
+        return Err(InputError::new(format!(
+            "--east-m {east} --north-m {north} look like degrees, and metres of {system} are needed: \
+             echo LON LAT | gdaltransform -s_srs EPSG:4326 -t_srs {system} prints them"
+        )));
+    }
+    crs.to_wgs84(east, north)?;
+    if is_used(east, north) || !is_used(north, east) {
+        return Ok(());
+    }
+    Err(InputError::new(format!(
+        "--east-m {east} --north-m {north} is far outside of {system} ({}); were they swapped, type --east-m {north} --north-m {east}",
+        crs.name()
+    )))
 }
 
 impl Place {

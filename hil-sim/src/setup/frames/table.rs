@@ -1,7 +1,7 @@
 //! `frames.csv`: the frames of a flight, where the navigation had each and how the camera was turned.
 
 use crate::vehicle::servo::wrapped;
-use plumbline_survey::error::InputError;
+use plumbline_survey::error::{InputError, counted};
 use plumbline_survey::io::table::{Table as Csv, text_of};
 use plumbline_survey::logs::units::{Angles, Unit, check_gimbal, fits_radians};
 use std::f64::consts::PI;
@@ -12,6 +12,8 @@ const COLUMNS: [&str; 9] =
     ["file", "east_m", "north_m", "height_m", "heading_deg", "pitch_deg", "roll_deg", "true_east_m", "true_north_m"];
 /// A flight of two frames is none.
 const ROWS_MIN: usize = 3;
+/// Greatest height above the ground, metres: beyond it are satellites, and millimetres.
+const HEIGHT_MAX_M: f64 = 50_000.0;
 /// A heading that is nearer to the course in most frames is meant by it: what wind and a heading that is read roughly leave. Chosen: 30 degrees.
 const COURSE_RAD: f64 = PI / 6.0;
 
@@ -67,10 +69,8 @@ impl Table {
             (file, columns, None)
         };
         if csv.rows.len() < ROWS_MIN {
-            let count = csv.rows.len();
-            return Err(InputError::new(format!(
-                "{name} has {count} frames, at least {ROWS_MIN} are needed for a flight"
-            )));
+            let count = counted(csv.rows.len(), "frame");
+            return Err(InputError::new(format!("{name} has {count}, at least {ROWS_MIN} are needed for a flight")));
         }
         let angles = [columns[3], columns[4], columns[5]];
         let doubt = Angles::of_table(&csv, angles)?;
@@ -83,6 +83,9 @@ impl Table {
             let wrong = |column: usize, what: &str| Err(csv.wrong(index, columns[column], what));
             if height_m <= 0.0 {
                 return wrong(2, "no height above the ground: it must be above 0");
+            }
+            if height_m > HEIGHT_MAX_M {
+                return wrong(2, "no height above the ground in metres: no frame is taken from farther than 50 km");
             }
             if heading_deg.abs() > 360.0 {
                 return wrong(3, "no heading in degrees from −360 to 360");
@@ -216,7 +219,8 @@ mod tests {
             (row("c.png,1,2,100,400,0,0"), "heading_deg"),
             (row("c.png,1,2,100,0,-90,0"), "gimbal"),
             (row("c.png,1,2,100,0,0,x"), "roll_deg"),
-            (format!("{HEAD}\na.png,1,2,100,0,0,0\n"), "1 frames"),
+            (format!("{HEAD}\na.png,1,2,100,0,0,0\n"), "1 frame,"),
+            (row("c.png,1,2,101740,0,0,0"), "no height above the ground in metres"),
             (format!("{HEAD},true_east_m\na.png,1,2,100,0,0,0,0\n"), "true_north_m"),
             (format!("{HEAD},true_east_m\n").replace("roll_deg,", ""), "no columns roll_deg, true_north_m, only file"),
             (row("c.png,1,2,100,9000,0,3000"), "hundredths of a degree: if so, awk -F, -v OFS=, 'NR > 1 { $5 *= 0.01;"),

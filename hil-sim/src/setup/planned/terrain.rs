@@ -1,12 +1,15 @@
 //! The plan's elevation model as the ground that is flown over.
 
+use super::Planned;
 use super::place::Place;
 use crate::world::{Bounds, Grid};
 use plumbline_survey::crs::System;
 use plumbline_survey::dem::{Dem, DemFile, Frame};
 use plumbline_survey::error::InputError;
+use plumbline_survey::io::input::sha256;
 use plumbline_survey::plan::PlanFile;
 use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSliceMut};
+use std::iter;
 use std::path::Path;
 
 /// Most posts along a side of the ground: 64 MB of heights.
@@ -20,6 +23,7 @@ const LATTICE: usize = 16;
 pub struct Terrain {
     dem: Dem,
     frame: Frame,
+    is_unit_stated: bool,
     /// Of what is unknown.
     base_height_m: f64,
 }
@@ -58,7 +62,36 @@ impl Terrain {
             wanted = [wanted[0].min(x), wanted[1].min(y), wanted[2].max(x), wanted[3].max(y)];
         }
         let dem = opened.window(&frame, wanted, &mut |_, _| {})?;
-        Ok(Terrain { dem, frame, base_height_m: file.base_height_m })
+        let is_unit_stated = opened.is_unit_stated();
+        Ok(Terrain { dem, frame, is_unit_stated, base_height_m: file.base_height_m })
+    }
+
+    /// What has to be known of a flight over `other`, which this is, in the place of the plan's own model: nothing where both are one
+    /// file.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn instead_of(&self, planned: &Planned, plan_path: &Path, other: &Path) -> Result<Vec<String>, InputError> {
+        let (plan, file) = (&planned.file, other.display());
+        if plan.dem_sha256.as_ref() == Some(&sha256(other)?) {
+            return Ok(Vec::new());
+        }
+        let lowest_m =
+            planned.lines.iter().flat_map(|line| &line.heights).map(|point| point[1]).fold(f64::MAX, f64::min);
+        let [_, high_m] = self.range_m();
+        let above = if high_m > lowest_m {
+            format!("; its ground rises to {high_m:.1} m, above the lowest flying height of {lowest_m:.1} m")
+        } else {
+            String::new()
+        };
+        let instead = format!(
+            "--dem {file}: not the elevation model that {} was made over ({}), so its clearance and overlap need not hold here, \
+             `plumbline plan --dem {file}` makes a plan that does{above}",
+            plan_path.display(),
+            plan.dem
+        );
+        let doubt = self.dem.doubt(self.is_unit_stated).map(|doubt| doubt.of(other));
+        Ok(iter::once(instead).chain(doubt).collect())
     }
 
     /// Lowest and highest known height.

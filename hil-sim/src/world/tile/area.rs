@@ -17,7 +17,14 @@ pub fn area(text: &str, crs: &Crs) -> Result<Bounds, InputError> {
         Some(points) => points.to_vec(),
         None => {
             let polygons = geojson::polygons(Path::new(text), Some(crs.system()));
-            let polygons = polygons.map_err(|error| error.at("--area is neither X0,Y0,X1,Y1 nor GeoJSON"))?;
+            let why = |error: InputError| {
+                let what = format!("--area {text} is neither X0,Y0,X1,Y1 nor GeoJSON");
+                match geojson::with_commas(text) {
+                    hint if hint.is_empty() => error.at(what),
+                    hint => InputError::new(what + &hint),
+                }
+            };
+            let polygons = polygons.map_err(why)?;
             polygons.into_iter().flat_map(|polygon| polygon.outer).collect()
         }
     };

@@ -42,7 +42,10 @@ impl GeoTransform {
             _ => match tags.transformation.as_deref() {
                 Some([a, b, _, x, c, d, _, y, ..]) => {
                     if *b != 0.0 || *c != 0.0 {
-                        return Err("its georeference has a rotation or shear".into());
+                        return Err(
+                            "its georeference has a rotation or shear; gdalwarp IN OUT.tif makes one that has none"
+                                .into(),
+                        );
                     }
                     (0.0, 0.0, *x, *y, *a, -*d)
                 }
@@ -54,7 +57,9 @@ impl GeoTransform {
             return Err("its georeference is not finite".into());
         }
         if step_x <= 0.0 || step_y <= 0.0 {
-            return Err(format!("its pixel steps ({step_x}, {step_y}) are not north up and west to east"));
+            return Err(format!(
+                "its pixel steps ({step_x}, {step_y}) are not north up and west to east; gdalwarp IN OUT.tif makes one whose are"
+            ));
         }
         let centre = if pixel_is_point { 0.0 } else { 0.5 };
         Ok(Self { x0: x + (centre - i) * step_x, y0: y - (centre - j) * step_y, step_x, step_y })

@@ -1,6 +1,6 @@
 //! A TIFF file opened: what its first picture is and where its strips or tiles lie; no sample is read yet.
 
-use std::io::{Read, Seek};
+use std::io::{ErrorKind, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use tiff::decoder::{Decoder, Limits, ifd::Value};
@@ -48,7 +48,11 @@ pub(crate) fn is_tiff(bytes: &[u8]) -> bool {
 
 /// The decoder's complaint about a file.
 pub(super) fn broken(path: &Path, error: &TiffError) -> InputError {
-    InputError::new(format!("cannot read {} as TIFF: {error}", path.display()))
+    let why = match error {
+        TiffError::IoError(error) if error.kind() == ErrorKind::UnexpectedEof => "it is cut off".to_owned(),
+        error => error.to_string(),
+    };
+    InputError::new(format!("cannot read {} as TIFF: {why}", path.display()))
 }
 
 /// Compressions that are not read, by the names that GDAL gives them; codes from libtiff's `tiff.h`.

@@ -13,6 +13,9 @@ const DEGREES: [&str; 3] = ["roll_deg", "pitch_deg", "yaw_deg"];
 const RADIANS: [&str; 3] = ["roll_rad", "pitch_rad", "yaw_rad"];
 const QUATERNIONS: [[&str; 4]; 2] = [["qw", "qx", "qy", "qz"], ["q[0]", "q[1]", "q[2]", "q[3]"]];
 
+/// Beyond every angle that is counted on, hundredths of degrees of a long flight among them.
+const ANGLE_MAX_DEG: f64 = 1e7;
+
 /// What the angles are given as.
 enum Columns {
     Degrees([usize; 3]),
@@ -28,7 +31,13 @@ pub(super) fn read(text: &str, name: &str) -> Result<Attitude, InputError> {
     for row in 0..table.rows.len() {
         let t_s = table.number(row, time)? * unit_s;
         let [roll_rad, pitch_rad, yaw_rad] = match columns {
-            Columns::Degrees(columns) => table.numbers_of(row, columns)?.map(f64::to_radians),
+            Columns::Degrees(columns) => {
+                let angles_deg = table.numbers_of(row, columns)?;
+                if let Some(k) = angles_deg.iter().position(|angle| angle.abs() > ANGLE_MAX_DEG) {
+                    return Err(table.wrong(row, columns[k], "no angle in degrees"));
+                }
+                angles_deg.map(f64::to_radians)
+            }
             Columns::Radians(columns) => table.numbers_of(row, columns)?,
             Columns::Quaternion(columns) => rotation(&table, row, columns)?,
         };
