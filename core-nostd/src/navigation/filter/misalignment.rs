@@ -17,6 +17,8 @@ use nalgebra::{ArrayStorage, Matrix2, SMatrix, Vector2};
 const SIGMA_RAD: f32 = 0.0175;
 /// Prior probability of a misalignment. Chosen: one vehicle in ten.
 const PRIOR_PROBABILITY: f32 = 0.1;
+/// Probability above which it is moved into the estimate: it is more likely than not.
+const DETECTED: f32 = 0.5;
 
 /// Estimate of the misalignment.
 #[derive(Clone, Copy, Debug)]
@@ -139,7 +141,7 @@ impl Misalignment {
     /// returns whether it has.
     pub(super) fn detect(&mut self, estimate: &mut Estimate) -> bool {
         // A NaN is not likely.
-        let is_likely = self.is_detected() || self.probability > 0.5;
+        let is_likely = self.is_detected() || self.probability > DETECTED;
         if !is_likely {
             return false;
         }
@@ -153,5 +155,62 @@ impl Misalignment {
         let [pitch, roll] = self.mean_rad();
         self.detected_rad = Some([pitch + rad[0], roll + rad[1]]);
         true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DETECTED, Misalignment, PRIOR_PROBABILITY};
+    use crate::math::squared;
+    use crate::navigation::filter::estimate::Estimate;
+    use crate::navigation::filter::{Measurement, PriorSigmas};
+    use crate::tile::Local;
+    use nalgebra::{Matrix2, Vector2};
+
+    const PRIOR: PriorSigmas = PriorSigmas { velocity_m_per_s: 0.5, tilt_rad: 0.0035, extra_wander_rad: 0.0 };
+
+    /// What innovations say that show `rad` of pitch to a sigma of 0.005 radians.
+    fn shown(rad: f32) -> Misalignment {
+        let information = Matrix2::identity() / squared(0.005);
+        let mut shown =
+            Misalignment { information, score: information * Vector2::new(rad, 0.0), ..Misalignment::new() };
+        shown.probability = shown.posterior();
+        shown
+    }
+
+    fn estimate() -> Estimate {
+        let measurement = Measurement {
+            nadir: Local { east_m: 0.0, north_m: 0.0 },
+            covariance: Matrix2::identity(),
+            map_variance_m2: 0.0,
+            inflation_m2: 0.0,
+            transient_rad: 0.0,
+            corrected_tilt_rad: [0.0; 2],
+            height_m: 120.0,
+            heading_rad: 0.0,
+        };
+        Estimate::from_match(&measurement, Matrix2::identity(), &PRIOR)
+    }
+
+    /// Moved into the estimate it is as probable as before, and its sigma contains that there is none.
+    #[test]
+    fn a_doubtful_one_leaves_its_doubt() {
+        let mut doubtful = shown(0.018);
+        let probability = doubtful.probability;
+        assert!((DETECTED..0.8).contains(&probability), "{probability}");
+        assert!(doubtful.detect(&mut estimate()));
+        assert!((doubtful.posterior() - probability).abs() < 1e-3, "{} {probability}", doubtful.posterior());
+        let [contained_rad, _] = doubtful.mean_rad();
+        let least_rad = contained_rad * (1.0 - probability).sqrt();
+        assert!((least_rad..1.3 * least_rad).contains(&doubtful.sigma_rad()), "{} {least_rad}", doubtful.sigma_rad());
+        // Innovations that show none afterwards take it back.
+        let around = Matrix2::identity() / squared(0.003);
+        doubtful.information += around;
+        doubtful.score -= around * Vector2::from(doubtful.mean_rad());
+        doubtful.probability = doubtful.posterior();
+        assert!(doubtful.probability < PRIOR_PROBABILITY, "{}", doubtful.probability);
+        // One that is sure has the sigma of its remainder.
+        let mut sure = shown(0.03);
+        assert!(sure.detect(&mut estimate()) && sure.sigma_rad() < 0.0052, "{} {}", sure.probability, sure.sigma_rad());
     }
 }
