@@ -1,7 +1,7 @@
 //! Polygons from a GeoJSON file (RFC 7946; the older `crs` member is understood).
 
 use super::input;
-use super::shell::quoted;
+use super::shell::files;
 use crate::crs::{Crs, System};
 use crate::error::InputError;
 use serde_json::Value;
@@ -54,7 +54,7 @@ fn by_ogr(path: &Path) -> Option<String> {
     let extension = path.extension()?.to_str()?.to_lowercase();
     let is_other = ["kml", "kmz", "shp", "gpkg", "gml", "gpx", "dxf", "tab", "fgb"].contains(&extension.as_str());
     let made = path.with_extension("geojson");
-    let words = [&made, path].map(|path| quoted(&path.display().to_string())).join(" ");
+    let words = files([&made, path], " ");
     (is_other && path.is_file()).then(|| format!("ogr2ogr -t_srs EPSG:4326 {words}"))
 }
 

@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::shell::{names, quoted};
+use super::shell::{files, names};
 use crate::error::InputError;
 use sha2::{Digest, Sha256};
 
@@ -42,7 +42,7 @@ pub fn text(path: &Path) -> Result<String, InputError> {
     if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         let made = path.with_extension(format!("utf8.{extension}"));
-        let line = [path, &made].map(|path| quoted(&path.display().to_string())).join(" > ");
+        let line = files([path, &made], " > ");
         return Err(refuse(&format!("text in UTF-16, and UTF-8 is read: iconv -f UTF-16 -t UTF-8 {line}")));
     }
     let text = String::from_utf8(bytes).map_err(|_| refuse("no text (UTF-8)"))?;

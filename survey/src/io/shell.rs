@@ -9,6 +9,11 @@ pub fn quoted(word: &str) -> String {
     if is_plain { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
 }
 
+/// Names of two files as words of a shell's line, with what stands between them.
+pub(crate) fn files(both: [&Path; 2], between: &str) -> String {
+    both.map(|path| quoted(&path.display().to_string())).join(between)
+}
+
 /// The file's name and one for what is made of it, as words of a shell's line.
 pub(crate) fn names(path: &Path, suffix: &str) -> String {
     let made = format!("{}_{suffix}.tif", path.with_extension("").display());

@@ -1,7 +1,7 @@
 //! Tables from CSV files: a header, then a row a line, with the line kept for messages.
 
 use super::input;
-use super::shell::quoted;
+use super::shell::files;
 use crate::error::InputError;
 use std::path::Path;
 
@@ -164,7 +164,7 @@ fn with_commas(header: &str, name: &str) -> Option<String> {
     .into_iter()
     .find(|(mark, ..)| header.trim().contains(*mark) && !header.contains(','))?;
     let (from, made) = (Path::new(name), Path::new(name).with_extension("commas.csv"));
-    let words = [from, &made].map(|path| quoted(&path.display().to_string())).join(" > ");
+    let words = files([from, &made], " > ");
     Some(format!("{name}: its columns are separated by {what}, and commas are read: {line} {words}"))
 }
 
