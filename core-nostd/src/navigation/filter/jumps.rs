@@ -5,6 +5,7 @@
 //! attitude has jumped back.
 
 use super::estimate::{Estimate, Innovation};
+use super::innovation_test::TRANSIENT_MAX_RAD;
 use super::measurement::{Measurement, PriorSigmas, tilt_jacobian, white};
 use super::{TRANSIENT_GATE, VELOCITY_KNOWN_M_PER_S};
 use crate::math::{hypot, ln, sqrt, squared};
@@ -56,6 +57,8 @@ struct Jump {
     /// The tilt before it, and its size over all frames that saw a part of it, pitch and roll.
     from_rad: Vector2<f32>,
     by_rad: Vector2<f32>,
+    /// Its largest size until then, radians.
+    most_rad: f32,
     kind: JumpKind,
     /// A return by a single match or while the velocity is unknown, or a jump of the position.
     is_unconfirmed: bool,
@@ -85,6 +88,8 @@ pub(super) struct Restart {
     pub sigma_rad: f32,
     /// Additional error of the tilt that the frame was rectified with, radians.
     pub off_rad: f32,
+    /// Amplitude with which the tilt may swing on, radians.
+    pub swing_rad: f32,
 }
 
 impl Jump {
@@ -235,8 +240,18 @@ impl Jumps {
             None if by_tilt => JumpKind::Tilt,
             None => JumpKind::Position,
         };
-        let last_jump =
-            Jump { at: begun_at, was_calm, from_rad, by_rad, kind, is_unconfirmed, quiet_since, is_resolved: false };
+        let most_rad = last.map_or(0.0, |last| last.most_rad).max(by_rad.norm());
+        let last_jump = Jump {
+            at: begun_at,
+            was_calm,
+            from_rad,
+            by_rad,
+            most_rad,
+            kind,
+            is_unconfirmed,
+            quiet_since,
+            is_resolved: false,
+        };
         self.last = Some(last_jump);
         if let Some(back) = back {
             self.mean_rad = back.into();
@@ -248,7 +263,9 @@ impl Jumps {
         // The frame may have seen a part of this jump only.
         let seen_rad = last.map_or(0.0, |_| more_rad.norm());
         let off_rad = (known_rad - tilt_rad).norm().max(seen_rad);
-        Restart { measurement: measurement.with_tilt(tilt_rad.into()), sigma_rad, off_rad }
+        // What has come back within a jump's duration may have begun to swing, unless no tilt swings as far.
+        let swing_rad = if most_rad <= TRANSIENT_MAX_RAD { most_rad - by_rad.norm() } else { 0.0 };
+        Restart { measurement: measurement.with_tilt(tilt_rad.into()), sigma_rad, off_rad, swing_rad }
     }
 
     /// The tilt before a jump some time ago, if a return to it explains a match best.

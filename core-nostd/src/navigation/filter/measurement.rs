@@ -44,6 +44,21 @@ pub struct Measurement {
 }
 
 impl Measurement {
+    /// Of a level frame 120 m up, heading north, with this variance on each axis, square metres.
+    #[cfg(test)]
+    pub(super) fn level(nadir: Local, variance: f32) -> Self {
+        Measurement {
+            nadir,
+            covariance: Matrix2::identity() * variance,
+            map_variance_m2: 0.0,
+            inflation_m2: 0.0,
+            transient_rad: 0.0,
+            corrected_tilt_rad: [0.0; 2],
+            height_m: 120.0,
+            heading_rad: 0.0,
+        }
+    }
+
     /// As if its frame had been corrected for this error of pitch and roll, radians.
     pub(super) fn with_tilt(self, tilt_rad: [f32; 2]) -> Self {
         let aside = tilt_jacobian(&self) * (Vector2::from(self.corrected_tilt_rad) - Vector2::from(tilt_rad));

@@ -179,16 +179,7 @@ mod tests {
     }
 
     fn estimate() -> Estimate {
-        let measurement = Measurement {
-            nadir: Local { east_m: 0.0, north_m: 0.0 },
-            covariance: Matrix2::identity(),
-            map_variance_m2: 0.0,
-            inflation_m2: 0.0,
-            transient_rad: 0.0,
-            corrected_tilt_rad: [0.0; 2],
-            height_m: 120.0,
-            heading_rad: 0.0,
-        };
+        let measurement = Measurement::level(Local::default(), 1.0);
         Estimate::from_match(&measurement, Matrix2::identity(), &PRIOR)
     }
 

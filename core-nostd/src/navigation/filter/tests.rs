@@ -1,4 +1,5 @@
 mod correlated;
+mod jumps;
 mod misalignment;
 mod resection;
 
@@ -6,7 +7,7 @@ use super::{Filter, Measurement, PriorSigmas};
 use crate::navigation::reckoning::Moment;
 use crate::tile::Local;
 use crate::units::Micros;
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::Vector2;
 
 const HEIGHT_M: f32 = 120.0;
 const UNKNOWN: PriorSigmas = PriorSigmas { velocity_m_per_s: 0.3, tilt_rad: 0.02, extra_wander_rad: 0.0 };
@@ -86,14 +87,9 @@ fn flown_by(
                 north_m: position[1] + ahead * cos - right * sin + noise(&mut state),
             };
             let measurement = Measurement {
-                nadir,
-                covariance: Matrix2::identity() * (NOISE_M * NOISE_M),
-                map_variance_m2: 0.0,
-                inflation_m2: 0.0,
-                transient_rad: 0.0,
                 corrected_tilt_rad: known,
-                height_m: HEIGHT_M,
                 heading_rad: heading(at_s),
+                ..Measurement::level(nadir, NOISE_M * NOISE_M)
             };
             let unexpected_rad = filter.matched(&measurement, None, prior);
             let (tilt_rad, sigma_rad) = (filter.tilt_rad(), filter.tilt_sigma_rad(prior));
@@ -196,13 +192,6 @@ fn a_filter_that_begins_knows_as_much_as_was_said() {
 }
 
 #[test]
-fn a_tilt_that_jumps_back_is_known_as_well_as_before() {
-    let after = flown(60.0, 24.0, |_| 1.0, |at_s| if (20.0..30.0).contains(&at_s) { [0.05, 0.05] } else { [0.0; 2] });
-    let [before, during, end] = [77, 108, 128].map(|frame| after[frame].sigma_rad);
-    assert!(during > 2.0 * before && end < 1.1 * before, "{before} {during} {end}");
-}
-
-#[test]
 fn a_tilt_that_was_learnt_and_is_gone_is_not_taken_out_any_more() {
     let tilt = |at_s: f32| if (10.0..50.0).contains(&at_s) { [0.08, 0.05] } else { [0.0; 2] };
     let after = flown(60.0, 24.0, |at_s| 0.15 * at_s, tilt);
@@ -213,60 +202,9 @@ fn a_tilt_that_was_learnt_and_is_gone_is_not_taken_out_any_more() {
     assert!(end.tilt_rad.iter().all(|tilt| tilt.abs() < 0.01) && end.sigma_rad < 0.025, "{end:?}");
 }
 
-/// Learnt in a turn, then gone: a single match, the first for so many seconds, shows a return. From the first frame
-/// after the end on; a quarter of a second each.
-fn gone_after(seconds: f32, unseen_s: f32) -> std::vec::Vec<f32> {
-    let heading = |at_s: f32| 0.15 * at_s;
-    let tilt = |at_s: f32| match at_s - 40.0 {
-        before if before < 0.0 => [0.0; 2],
-        seen if seen < seconds - unseen_s => [0.08, 0.05],
-        unseen if unseen < seconds => [f32::NAN; 2],
-        _ => [0.0; 2],
-    };
-    let after = flown(52.0 + seconds, 24.0, heading, tilt);
-    after[after.len() - 48..].iter().map(|after| after.unexplained_rad).collect()
-}
-
-#[test]
-fn what_may_swing_has_to_stay_back_for_a_quarter_of_a_period() {
-    let unexplained_rad = gone_after(12.0, 1.0);
-    assert!(unexplained_rad[..20].iter().all(|rad| *rad > 0.04), "{unexplained_rad:?}");
-    assert!(unexplained_rad[21..].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
-    // What has stayed for more than a period does not swing, nor does a return from one frame to the next.
-    for (seconds, unseen_s) in [(25.0, 1.0), (12.0, 0.0)] {
-        let unexplained_rad = gone_after(seconds, unseen_s);
-        assert!(unexplained_rad[4..].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
-    }
-}
-
 /// The attitude of an autopilot, and a velocity of this sigma.
 fn known_to(velocity_m_per_s: f32) -> PriorSigmas {
     PriorSigmas { velocity_m_per_s, tilt_rad: 0.0035, extra_wander_rad: 0.0 }
-}
-
-/// The first frame sees a part of the return, which could be a swing.
-#[test]
-fn a_tilt_that_goes_back_within_two_frames_is_known_as_well_as_before() {
-    let tilt = |at_s: f32| match at_s {
-        before if before < 20.0 => 0.0,
-        off if off < 27.0 => 1.0,
-        half if half < 27.25 => 0.6,
-        _ => 0.0,
-    };
-    let after = flown_knowing(&known_to(0.6), 60.0, 24.0, |_| 1.0, |at_s| [0.05, 0.06].map(|rad| rad * tilt(at_s)));
-    let [before, during, end] = [77, 104, 110].map(|frame| after[frame].unexplained_rad);
-    assert!(before < 0.01 && during > 0.02 && end < 0.01, "{before} {during} {end}");
-}
-
-#[test]
-fn what_swings_behind_a_jump_is_back_by_chance_where_the_velocity_may_be_anything() {
-    let behind = |back_s: f32| {
-        let tilt = |at_s: f32| if (20.0..20.0 + back_s).contains(&at_s) { [0.06, 0.05] } else { [0.0; 2] };
-        let after = flown_knowing(&known_to(8.0), 60.0, 24.0, |_| 1.0, tilt);
-        after[78 + (4.0 * back_s) as usize + 6].unexplained_rad
-    };
-    assert!(behind(1.5) > 0.05, "{}", behind(1.5));
-    assert!(behind(7.0) < 0.01, "{}", behind(7.0));
 }
 
 /// Without a reported velocity it could vanish unnoticed.
@@ -279,78 +217,13 @@ fn a_tilt_that_was_learnt_counts_as_unexplained_where_the_velocity_may_be_anythi
     };
     assert!(learnt(80.0) < 0.01, "{}", learnt(80.0));
     let mut filter = Filter::new();
-    let measurement = Measurement {
-        nadir: Local { east_m: 0.0, north_m: 0.0 },
-        covariance: Matrix2::identity() * 0.01,
-        map_variance_m2: 0.0,
-        inflation_m2: 0.0,
-        transient_rad: 0.0,
-        corrected_tilt_rad: [0.05, 0.06],
-        height_m: HEIGHT_M,
-        heading_rad: 0.0,
-    };
+    let measurement = Measurement { corrected_tilt_rad: [0.05, 0.06], ..Measurement::level(Local::default(), 0.01) };
     let mut unexplained_rad = |prior: &PriorSigmas| {
         filter.reset(Moment { at: Micros(1_000_000), velocity_m_per_s: [0.0; 2] });
         filter.matched(&measurement, None, prior);
         filter.unexplained_rad(prior)
     };
     assert!(unexplained_rad(&known) < 0.01 && unexplained_rad(&known_to(8.0)) > 0.07);
-}
-
-/// The swing before was smaller, and does not hide that this one lasts.
-#[test]
-fn a_jump_behind_a_swing_is_told_apart_from_it() {
-    let tilt = |at_s: f32| match at_s {
-        swing if (18.5..19.25).contains(&swing) => [0.006, -0.008],
-        before if before < 20.0 => [0.0; 2],
-        part if part < 20.25 => [0.010, 0.011],
-        _ => [0.0175; 2],
-    };
-    let after = flown_knowing(&known_to(0.3), 60.0, 22.0, |at_s| 0.4 * libm::sinf(0.3 * at_s), tilt);
-    let most = after[100..].iter().map(|after| after.squares).fold(0.0, f32::max);
-    assert!(most < 9.2, "{most}");
-}
-
-/// In a turn a jump is soon resolved, and a swing would be resolved wrongly.
-#[test]
-fn what_a_turn_tells_of_a_jump_has_to_hold_for_half_of_a_period() {
-    let heading = |at_s: f32| 0.15 * at_s;
-    let lasts = |at_s: f32| if at_s < 20.0 { [0.0; 2] } else { [0.05, 0.05] };
-    let after = flown(60.0, 24.0, heading, lasts);
-    let told = 78 + after[78..].iter().position(|after| after.sigma_rad < 1.3 * UNKNOWN.tilt_rad).expect("it turns");
-    let half_period = super::jumps::CALM_US as usize / 250_000;
-    let open = |after: &After| after.unexplained_rad > 0.03;
-    let is_open: std::vec::Vec<bool> = after.iter().map(open).collect();
-    assert!(is_open[78..told + half_period - 2].iter().all(|is_open| *is_open), "{told} {:?}", &is_open[78..]);
-    assert!(!is_open[told + half_period + 8..].iter().any(|is_open| *is_open), "{told} {:?}", &is_open[78..]);
-}
-
-/// Another track counts from one frame to the next, further off than a tilt moves a match.
-#[test]
-fn a_place_that_jumps_has_to_be_seen_for_a_while() {
-    let mut filter = Filter::new();
-    let micros = |ms: u32| Micros(1_000_000 + 1000 * u64::from(ms));
-    let mut unexplained_rad = std::vec::Vec::new();
-    for ms in (0..8000).step_by(200) {
-        filter.reported(Moment { at: micros(ms), velocity_m_per_s: [0.0; 2] }, &UNKNOWN);
-        filter.propagate(micros(ms), &UNKNOWN);
-        let east_m = if ms < 2000 { 0.0 } else { 50.0 };
-        let measurement = Measurement {
-            nadir: Local { east_m, north_m: 0.0 },
-            covariance: Matrix2::identity() * 0.01,
-            map_variance_m2: 0.0,
-            inflation_m2: 0.0,
-            transient_rad: 0.0,
-            corrected_tilt_rad: [0.0; 2],
-            height_m: HEIGHT_M,
-            heading_rad: 0.0,
-        };
-        filter.matched(&measurement, (ms == 2000).then_some([50.0, 0.0]), &UNKNOWN);
-        unexplained_rad.push(filter.unexplained_rad(&UNKNOWN));
-    }
-    assert!(unexplained_rad[..10].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
-    assert!(unexplained_rad[10..35].iter().all(|rad| *rad > 0.3), "{unexplained_rad:?}");
-    assert!(unexplained_rad[35..].iter().all(|rad| *rad < 0.01), "{unexplained_rad:?}");
 }
 
 #[test]
@@ -360,16 +233,7 @@ fn a_velocity_that_is_thrown_over_is_not_taken_for_an_acceleration() {
     for (ms, east) in [(0, 20.0), (200, 20.0), (400, 28.0)] {
         filter.reported(Moment { at: at(ms), velocity_m_per_s: [east, 0.0] }, &UNKNOWN);
         if ms == 0 {
-            let measurement = Measurement {
-                nadir: Local { east_m: 0.0, north_m: 0.0 },
-                covariance: Matrix2::identity() * 0.01,
-                map_variance_m2: 0.0,
-                inflation_m2: 0.0,
-                transient_rad: 0.0,
-                corrected_tilt_rad: [0.0; 2],
-                height_m: HEIGHT_M,
-                heading_rad: 0.0,
-            };
+            let measurement = Measurement::level(Local::default(), 0.01);
             assert_eq!(filter.matched(&measurement, None, &UNKNOWN), 0.0);
         }
     }

@@ -1,6 +1,6 @@
 //! Matches with correlated errors.
 
-use super::{CONSUMER, HEIGHT_M, UNKNOWN};
+use super::{CONSUMER, UNKNOWN};
 use crate::navigation::filter::{Filter, Measurement, PriorSigmas};
 use crate::navigation::reckoning::Moment;
 use crate::tile::Local;
@@ -19,16 +19,8 @@ fn in_a_row(every_ms: usize, map_variance_m2: f32) -> (f32, f32) {
         filter.propagate(at(ms), &UNKNOWN);
         let inflation_m2 = filter.inflation_m2(&covariance, map_variance_m2);
         inflations_m2.push(inflation_m2);
-        let measurement = Measurement {
-            nadir: Local { east_m: 0.0, north_m: 0.0 },
-            covariance,
-            map_variance_m2,
-            inflation_m2,
-            transient_rad: 0.0,
-            corrected_tilt_rad: [0.0; 2],
-            height_m: HEIGHT_M,
-            heading_rad: 0.0,
-        };
+        let measurement =
+            Measurement { covariance, map_variance_m2, inflation_m2, ..Measurement::level(Local::default(), 0.0) };
         filter.matched(&measurement, None, &UNKNOWN);
     }
     let sigma_m = filter.position().expect("it was found").1[(0, 0)].sqrt();
@@ -77,14 +69,9 @@ fn a_match_far_off_its_neighbour_is_a_jump() {
             filter.propagate(at(ms), &known);
             let north_m = if ms > 4_750 { off_m } else { 0.0 };
             let measurement = Measurement {
-                nadir: Local { east_m: 0.02 * ms as f32, north_m },
-                covariance: Matrix2::identity() * 9.0,
                 map_variance_m2: common_m2,
                 inflation_m2: filter.inflation_m2(&(Matrix2::identity() * 9.0), common_m2),
-                transient_rad: 0.0,
-                corrected_tilt_rad: [0.0; 2],
-                height_m: HEIGHT_M,
-                heading_rad: 0.0,
+                ..Measurement::level(Local { east_m: 0.02 * ms as f32, north_m }, 9.0)
             };
             newest = filter.matched(&measurement, None, &known);
         }

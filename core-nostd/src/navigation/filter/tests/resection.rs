@@ -37,14 +37,11 @@ fn flown_over(slope: f32, tilt: impl Fn(f32) -> f32, shows: bool) -> Vec<(f32, b
         // With a nose taken too high the nadir is found behind.
         let left_rad = tilt(at_s) - corrected[0];
         let measurement = Measurement {
-            nadir: Local { east_m: noise(&mut state), north_m: speed * at_s - HEIGHT_M * left_rad + noise(&mut state) },
-            covariance: Matrix2::identity() * (NOISE_M * NOISE_M),
-            map_variance_m2: 0.0,
-            inflation_m2: 0.0,
-            transient_rad: 0.0,
             corrected_tilt_rad: corrected,
-            height_m: HEIGHT_M,
-            heading_rad: 0.0,
+            ..Measurement::level(
+                Local { east_m: noise(&mut state), north_m: speed * at_s - HEIGHT_M * left_rad + noise(&mut state) },
+                NOISE_M * NOISE_M,
+            )
         };
         let in_doubt = filter.innovation_beyond(JUMP_GATE, &measurement).is_some()
             || filter.is_other_tilt_tried()
@@ -132,16 +129,7 @@ fn a_picture_that_shows_nothing_changes_nothing() {
     let mut filter = Filter::new();
     let at = Micros(1_000_000);
     filter.reported(Moment { at, velocity_m_per_s: [0.0; 2] }, &CONSUMER);
-    let measurement = Measurement {
-        nadir: Local { east_m: 0.0, north_m: 0.0 },
-        covariance: Matrix2::identity(),
-        map_variance_m2: 0.0,
-        inflation_m2: 0.0,
-        transient_rad: 0.0,
-        corrected_tilt_rad: [0.0; 2],
-        height_m: HEIGHT_M,
-        heading_rad: 0.0,
-    };
+    let measurement = Measurement::level(Local::default(), 1.0);
     filter.propagate(at, &CONSUMER);
     filter.matched(&measurement, None, &CONSUMER);
     let before = (filter.tilt_rad(), filter.tilt_sigma_rad(&CONSUMER));
