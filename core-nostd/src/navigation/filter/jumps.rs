@@ -48,6 +48,16 @@ enum JumpKind {
     Position,
 }
 
+impl JumpKind {
+    fn of(is_return: bool, by_tilt: bool) -> Self {
+        match (is_return, by_tilt) {
+            (true, _) => JumpKind::Return,
+            (false, true) => JumpKind::Tilt,
+            (false, false) => JumpKind::Position,
+        }
+    }
+}
+
 /// The last jump.
 #[derive(Clone, Copy, Debug)]
 struct Jump {
@@ -88,8 +98,6 @@ pub(super) struct Restart {
     pub sigma_rad: f32,
     /// Additional error of the tilt that the frame was rectified with, radians.
     pub off_rad: f32,
-    /// Amplitude with which the tilt may swing on, radians.
-    pub swing_rad: f32,
 }
 
 impl Jump {
@@ -224,35 +232,27 @@ impl Jumps {
         let stays = || last.filter(stays).map(|_| self.mean_rad.into());
         let back = likely.or_else(|| self.means().find(is_near)).or_else(stays);
         let begun_at = last.map_or(at, |last| last.at);
-        let quiet_since = begun_at;
         let is_sudden = at.since(before) < JUMP_ONSET_US;
         let is_swinging = !is_sudden && self.last.is_some_and(|last| at.since(last.at) < PERIOD_US);
-        let was_unconfirmed = last.is_some_and(|last| last.is_unconfirmed);
         // A return from one frame to the next, or one too exact for chance, holds whatever the velocity, unless there
         // was a swing a moment ago.
         let was_calm =
             self.last.is_none_or(|last| at.since(last.at) >= CONFIRMATION_US || last.at == begun_at && last.was_calm);
         let is_exact = (to_rad - back.unwrap_or(to_rad)).norm() <= LEARNT_SIGMAS * prior.tilt_rad;
         let is_hidden = prior.velocity_m_per_s > VELOCITY_KNOWN_M_PER_S && !(was_calm && (is_sudden || is_exact));
+        let was_unconfirmed = last.is_some_and(|last| last.is_unconfirmed);
         let is_unconfirmed = was_unconfirmed || !by_tilt || is_hidden || likely.is_some() && is_swinging;
-        let kind = match back {
-            Some(_) => JumpKind::Return,
-            None if by_tilt => JumpKind::Tilt,
-            None => JumpKind::Position,
-        };
-        let most_rad = last.map_or(0.0, |last| last.most_rad).max(by_rad.norm());
-        let last_jump = Jump {
+        self.last = Some(Jump {
             at: begun_at,
             was_calm,
             from_rad,
             by_rad,
-            most_rad,
-            kind,
+            most_rad: last.map_or(0.0, |last| last.most_rad).max(by_rad.norm()),
+            kind: JumpKind::of(back.is_some(), by_tilt),
             is_unconfirmed,
-            quiet_since,
+            quiet_since: begun_at,
             is_resolved: false,
-        };
-        self.last = Some(last_jump);
+        });
         if let Some(back) = back {
             self.mean_rad = back.into();
         }
@@ -263,9 +263,13 @@ impl Jumps {
         // The frame may have seen a part of this jump only.
         let seen_rad = last.map_or(0.0, |_| more_rad.norm());
         let off_rad = (known_rad - tilt_rad).norm().max(seen_rad);
-        // What has come back within a jump's duration may have begun to swing, unless no tilt swings as far.
-        let swing_rad = if most_rad <= TRANSIENT_MAX_RAD { most_rad - by_rad.norm() } else { 0.0 };
-        Restart { measurement: measurement.with_tilt(tilt_rad.into()), sigma_rad, off_rad, swing_rad }
+        Restart { measurement: measurement.with_tilt(tilt_rad.into()), sigma_rad, off_rad }
+    }
+
+    /// Sigma of the tilt, each axis, radians, that may swing on since it has come back within a jump's duration; 0 if no tilt swings as far.
+    pub(super) fn swing_rad(&self) -> f32 {
+        let swings = self.last.filter(|last| last.most_rad <= TRANSIENT_MAX_RAD);
+        swings.map_or(0.0, |last| sqrt(0.5) * (last.most_rad - last.by_rad.norm()))
     }
 
     /// The tilt before a jump some time ago, if a return to it explains a match best.
