@@ -1,6 +1,7 @@
 //! A doubted attitude, and pictures that show the tilt.
 
 use super::{CONSUMER, HEIGHT_M, NOISE_M, noise};
+use crate::navigation::filter::resection::Resection;
 use crate::navigation::filter::{Filter, JUMP_GATE, Measurement, Resected};
 use crate::navigation::reckoning::Moment;
 use crate::tile::Local;
@@ -140,4 +141,55 @@ fn a_picture_that_shows_nothing_changes_nothing() {
         filter.conclude((true, KNOWN_RAD), &measurement, &CONSUMER);
         assert_eq!((filter.tilt_rad(), filter.tilt_sigma_rad(&CONSUMER)), before, "{along} {variance}");
     }
+}
+
+const START: Moment = Moment { at: Micros(1_000_000), velocity_m_per_s: [0.0; 2] };
+
+/// A second estimate at rest, with this many pictures that show no tilt, four a second, and its moment.
+fn rested(pictures: u64) -> (Resection, Moment) {
+    let measurement = Measurement::level(Local::default(), NOISE_M * NOISE_M);
+    let mut moment = START;
+    let mut resection = Resection::begin(START, &measurement, &CONSUMER);
+    for picture in 1..=pictures {
+        moment.at = Micros(START.at.0 + 250_000 * picture);
+        let propagated = resection.propagated(moment, &CONSUMER).expect("no gap");
+        resection = propagated.matched(&measurement).resected(&shown(0.0), &measurement).expect("they agree");
+    }
+    (resection, moment)
+}
+
+/// A picture that shows this tilt, radians.
+fn shown(rad: f32) -> Resected {
+    let covariance = Matrix2::identity() * (SHOWN_RAD * SHOWN_RAD * HEIGHT_M * HEIGHT_M);
+    Resected { by_m: Vector2::new(0.0, HEIGHT_M * rad), covariance, common_variance: 0.0 }
+}
+
+#[test]
+fn pictures_that_contradict_in_a_row_end_it() {
+    let (resection, _) = rested(12);
+    let measurement = Measurement::level(Local::default(), NOISE_M * NOISE_M);
+    let (known_rad, off) = (resection.tilt_rad(), shown(0.2));
+    let first = resection.resected(&off, &measurement).expect("one may be wrong");
+    assert_eq!(first.tilt_rad(), known_rad);
+    let second = first.resected(&off, &measurement).expect("so may two");
+    assert!(second.resected(&off, &measurement).is_none());
+    // One that agrees between them begins the count anew.
+    let agreed = second.resected(&shown(0.0), &measurement).expect("it agrees");
+    let again = agreed.resected(&off, &measurement).and_then(|resection| resection.resected(&off, &measurement));
+    assert!(again.is_some_and(|again| again.resected(&off, &measurement).is_none()));
+}
+
+#[test]
+fn a_gap_makes_the_tilt_unknown_and_a_long_one_ends_it() {
+    let (resection, moment) = rested(12);
+    let known = resection.tilt_variance();
+    let after = |seconds: f32| {
+        let at = Micros(moment.at.0 + (1e6 * seconds) as u64);
+        resection.propagated(Moment { at, ..moment }, &CONSUMER)
+    };
+    let unknown = 0.1;
+    assert!(known < SHOWN_RAD * SHOWN_RAD, "{known}");
+    let [short, gap] = [0.9, 1.1].map(|seconds| after(seconds).expect("short").tilt_variance());
+    assert!(short < 4.0 * known && gap > unknown * unknown, "{known} {short} {gap}");
+    assert!(after(20.0).is_none());
 }
