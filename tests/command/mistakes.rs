@@ -239,7 +239,14 @@ fn a_blocks_units_and_a_turned_frame() {
     refusals.expect(CALIBRATE, &["they are millimetres: write x_px / pixel_mm"]);
     folder.write("obs.csv", observations);
     folder.write("block.json", block.replace("6911.764705882353", "47.0"));
-    refusals.expect(CALIBRATE, &["off the axis of a head whose f_px is 47", "f_px would be 6912"]);
+    refusals.expect(CALIBRATE, &["off the axis of a head whose f_px is 47", "were it millimetres, f_px would be 6912"]);
+    folder.write("block.json", block.replace("6911.764705882353", "0.047"));
+    refusals.expect(CALIBRATE, &["a head whose f_px is 0.047", "were it metres, or pixel_mm micrometres", "be 6912"]);
+    // Neither unit makes a focal length of it that fits.
+    for f_px in ["5", "0.9"] {
+        folder.write("block.json", block.replace("6911.764705882353", f_px));
+        refusals.expect(CALIBRATE, &["it is the focal length in pixels\n"]);
+    }
     folder.write("block.json", block.replacen("-0.3839724354387525", "-22.0", 1));
     refusals.expect(CALIBRATE, &["head_start_rad[0] has -22", "multiply the angles by 0.0174532"]);
     refusals.done();
