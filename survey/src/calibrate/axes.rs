@@ -47,7 +47,7 @@ fn focal_meant(block: &Block, observations: &Observations) -> Option<(&'static s
         other.heads.iter_mut().for_each(|head| head.values[LENS] *= factor);
         FITS_BETTER * median_off_px(&other, observations, &|at| at) < as_written
     };
-    let units = [("millimetres", 1.0 / mm), ("metres, or pixel_mm micrometres", 1000.0 / mm)];
+    let units = [("millimetres", 1.0 / mm), ("metres", 1000.0 / mm)];
     units.into_iter().find(|(_, factor)| fits(*factor))
 }
 
