@@ -9,7 +9,7 @@ pub struct Reading {
     pub what: &'static str,
     /// Heading, pitch and roll of the table's convention, of those as they are written, radians.
     pub read: fn([f64; 3]) -> [f64; 3],
-    /// The same as awk's statement; $H, $P and $R stand for the fields.
+    /// What makes them, as awk's statement; $H, $P and $R stand for the fields.
     pub awk: &'static str,
     /// Name of the file that it is written to.
     pub made: &'static str,
