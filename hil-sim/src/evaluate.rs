@@ -125,7 +125,7 @@ pub struct Summary {
     pub platform: Platform,
     /// What the heights seem to be instead of metres above the ground, and what to type; `null` where they are believed.
     pub heights: Option<String>,
-    /// As much of the attitude: headings of another side of the camera, tilts of the other sign.
+    /// As much of the attitude: headings of another side of the camera or counted otherwise, tilts of the other sign or swapped.
     pub headings: Option<String>,
     /// With the camera as it is found to sit; `null` where it sits as its file says, the flight cannot tell, or it makes the fixes no better.
     pub corrected: Option<Figures>,

@@ -37,10 +37,23 @@ fn without_a_verb_it_says_what_there_is() {
 #[test]
 fn plans_in_the_wrong_place_are_told() {
     let folder = Folder::new("beginning-plans");
-    folder.write("p.plan", r#"{"fileType": "Plan", "version": 1}"#);
     let mut refusals = Refusals::new(&folder);
     refusals.expect("mission plan.json", &["plan.json", "--plan plan.json"]);
-    refusals.expect("configuration --plan p.plan --out c.bin", &["p.plan", "plan.json", "is meant"]);
+    let files: [(&str, &[u8], &str); 6] = [
+        ("p.plan", br#"{"fileType": "Plan", "version": 1}"#, "the mission for a ground station"),
+        ("p.kml", b"<?xml version=\"1.0\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\"></kml>", "KML"),
+        ("p.waypoints", b"QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t48.1\t11.5\t500\t1\n", "a list of waypoints"),
+        ("p.geojson", br#"{"type": "FeatureCollection", "features": []}"#, "GeoJSON"),
+        ("p.gpkg", b"SQLite format 3\0\xff\xfe", "no text"),
+        ("p.csv", b"lat,lon\n48,11\n", "no JSON"),
+    ];
+    for (name, bytes, form) in files {
+        folder.write(name, bytes);
+        let names = [name, form, "plan.json, which `plumbline plan` writes, is meant"];
+        refusals.expect(&format!("configuration --plan {name} --out c.bin"), &names);
+        refusals.expect(&format!("fly --plan {name}"), &names);
+    }
+    refusals.expect("fly --plan .", &["is meant"]);
     refusals.done();
 }
 

@@ -67,6 +67,11 @@ fn what_cannot_be_served_is_refused() {
     refusals.expect("serve --socket taken", &["--socket taken: there is a file of that name", "name another"]);
     refusals.expect("serve --socket .", &["--socket .: it is a folder"]);
     refusals.expect("serve --socket none/x", &["none/x"]);
+    let long = "x".repeat(108);
+    refusals.expect(
+        &format!("serve --socket {long}"),
+        &["--socket x", "the path has 108 bytes", "107 at most; name a shorter one"],
+    );
     let mavlink = "serve --mavlink tcp:127.0.0.1:1";
     refusals.expect(mavlink, &["--configuration", "--tiles"]);
     refusals.expect("serve --pty --tiles x", &["--mavlink"]);

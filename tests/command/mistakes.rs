@@ -239,7 +239,16 @@ fn a_blocks_units_and_a_turned_frame() {
     refusals.expect(CALIBRATE, &["they are millimetres: write x_px / pixel_mm"]);
     folder.write("obs.csv", observations);
     folder.write("block.json", block.replace("6911.764705882353", "47.0"));
-    refusals.expect(CALIBRATE, &["off the axis of a head whose f_px is 47", "f_px would be 6912"]);
+    refusals.expect(CALIBRATE, &["off the axis of a head whose f_px is 47", "were it millimetres, f_px would be 6912"]);
+    folder.write("block.json", block.replace("6911.764705882353", "0.047"));
+    refusals.expect(CALIBRATE, &["a head whose f_px is 0.047", "were it metres, f_px would be 6912"]);
+    folder.write("block.json", block.replace("\"pixel_mm\": 0.0068", "\"pixel_mm\": 6.8"));
+    refusals.expect(CALIBRATE, &["block.json: pixel_mm is 6.8, not 0.0001 to 0.2 mm", "write pixel_mm = 0.0068"]);
+    // Neither unit makes a focal length of it that fits.
+    for f_px in ["5", "0.9"] {
+        folder.write("block.json", block.replace("6911.764705882353", f_px));
+        refusals.expect(CALIBRATE, &["it is the focal length in pixels\n"]);
+    }
     folder.write("block.json", block.replacen("-0.3839724354387525", "-22.0", 1));
     refusals.expect(CALIBRATE, &["head_start_rad[0] has -22", "multiply the angles by 0.0174532"]);
     refusals.done();
@@ -348,6 +357,14 @@ fn other_separators_formats_and_units() {
     refusals
         .expect("fly --scenario x16.toml --frames 1", &["x16.toml: it is text in UTF-16", "iconv -f UTF-16 -t UTF-8"]);
     refusals.expect("fly --frames 1 --replay log.csv", &["log.csv, line 2: roll_deg", "no angle in degrees"]);
+    folder.write("returns.csv", "t_s,roll_deg,pitch_deg,yaw_deg\r0,1,0,0\r1,0,0,0\r");
+    folder.write("plan.json", "{\n \"version\": 1\n}\n");
+    let smooth = "smooth --time t_s --columns roll_deg --out fit.csv --in";
+    for verb in ["fly --frames 1 --replay", smooth] {
+        let line = "lines end with carriage returns alone: tr '\\r' '\\n' < returns.csv > returns.lines.csv";
+        refusals.expect(&format!("{verb} returns.csv"), &[line]);
+        refusals.expect(&format!("{verb} plan.json"), &["plan.json: it is no table (CSV), as it begins with {"]);
+    }
     refusals.expect("fly --frames 1e3", &["--frames", "not a whole number"]);
     refusals.expect("fly --frames 1 --set range.sigma_m=1e300", &["range.sigma_m = 1e300 is not between"]);
     refusals.expect(&format!("{MAP} -- 1e300,0"), &["1000000 pixels"]);

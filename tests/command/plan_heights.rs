@@ -198,3 +198,25 @@ fn a_geoid_lowers_the_mission_and_nothing_else() {
         folder.text("out/report.html").contains("the heights of the geoid geoid.gtx are subtracted, 40.00 to 40.00 m")
     );
 }
+
+/// A model in degrees is planned over as one in metres is; what no plan can name is told with the line that mends it.
+#[test]
+fn models_in_degrees() {
+    let folder = Folder::with_scene("heights-degrees");
+    let samples: Vec<f32> =
+        (0..141 * 141).map(|k| hills(25.0 * f64::from(k % 141), 25.0 * f64::from(k / 141)) as f32).collect();
+    let geo = GeoTransform { x0: 16.0, y0: 47.0, step_x: 3.3e-4, step_y: 2.25e-4 };
+    let bands = [Band { description: "height", samples: &samples }];
+    let degrees = geotiff_bytes(141, 141, &bands, &geo, Some(System::Epsg(4326)), f32::NAN).expect("a raster");
+    folder.write("dem.tif", degrees);
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(PLAN, &["lies outside the elevation model dem.tif", "in degrees, and so is --area: west, south"]);
+    folder.write("dem.vrt", "<VRTDataset rasterXSize=\"9\" rasterYSize=\"9\">");
+    refusals.expect(&with(PLAN, "--dem", "dem.vrt"), &["gdal_translate dem.vrt dem_made.tif makes one"]);
+    refusals.done();
+    let area = "16.02,46.983,16.025,46.986";
+    folder.run(&with(PLAN, "--area", area)).done();
+    assert_eq!(json(&folder, "out/plan.json")["checks"]["photos_beyond_dem"], 0);
+    let refused = folder.run(&with(&with(PLAN, "--area", area), "--height-m", "90"));
+    assert_ne!(refused.code, Some(0), "less than 50 m over the hills: {refused:?}");
+}

@@ -8,8 +8,8 @@ use crate::interrupt;
 use crate::outcome::{Failure, Outcome, note};
 use crate::pages::evaluation::Page;
 use crate::progress;
-use plumbline_sim::evaluate::judge::{Verdict, judge};
-use plumbline_sim::evaluate::meant::Meant;
+use plumbline_sim::evaluate::judge::{Figures, Verdict, judge};
+use plumbline_sim::evaluate::meant::{Meant, best};
 use plumbline_sim::evaluate::refined::refined;
 use plumbline_sim::evaluate::{Evaluation, Summary, flown};
 use plumbline_sim::run::Observer;
@@ -99,7 +99,8 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     let verdict = judge(&setup, &table, &flown(&setup, &mut watch)?);
     let mut again = |deg| corrected(&evaluation, &table, deg, &mut watch);
     let (platform, corrected) = refined((&table, &camera), &verdict, &mut again)?;
-    let (headings, heights) = meant(&evaluation, &table, (&setup, &verdict), &mut watch)?;
+    let believed = corrected.as_ref().unwrap_or(&verdict).figures();
+    let (headings, heights) = meant(&evaluation, &table, (&setup, &believed), &mut watch)?;
     watch.bar.finish_and_clear();
     let summary =
         Summary { heights, headings, ..Summary::new(&setup, &table, (&verdict, corrected.as_ref()), platform) };
@@ -137,22 +138,25 @@ fn corrected(
     Ok(judge(&setup, table, &flown(&setup, watch)?))
 }
 
-/// What the headings of a flight with hardly a fix seem to be, or its heights.
+/// What the attitude of a flight with hardly a right fix or many wrong ones seems to be, or its heights.
 fn meant(
     evaluation: &Evaluation,
     table: &Table,
-    (setup, verdict): (&Setup, &Verdict),
+    (setup, believed): (&Setup, &Figures),
     watch: &mut Watch,
 ) -> Result<(Option<String>, Option<String>), Failure> {
-    for meant in Meant::of(&verdict.figures(), evaluation.dem.is_some()) {
+    let mut all = Vec::new();
+    for meant in Meant::of(believed, evaluation.dem.is_some()) {
         let Some(table) = meant.table(table, setup) else { continue };
         // What cannot be flown is not meant.
         let Ok(setup) = evaluation.prepare(&table, None) else { continue };
-        if let Some(says) = meant.says(&table, &judge(&setup, &table, &flown(&setup, watch)?)) {
-            return Ok(if meant.is_attitude() { (Some(says), None) } else { (None, Some(says)) });
-        }
+        all.push((meant, judge(&setup, &table, &flown(&setup, watch)?)));
     }
-    Ok((None, None))
+    let best = best(believed, all);
+    let Some(((meant, verdict), others)) = best.split_first() else { return Ok((None, None)) };
+    let others: Vec<Meant> = others.iter().map(|(other, _)| *other).collect();
+    let says = Some(meant.says(table, verdict, &others));
+    Ok(if meant.is_attitude() { (says, None) } else { (None, says) })
 }
 
 fn write(args: &Args, page: &Page<'_>) -> Result<(), Failure> {

@@ -65,6 +65,7 @@ fn no_socket(path: &Path, error: &io::Error) -> String {
         Ok(about) if about.file_type().is_socket() => "somebody serves there already; name another".to_owned(),
         Ok(about) if about.is_dir() => "it is a folder; name a socket in it".to_owned(),
         Ok(_) => "there is a file of that name, which is left alone; name another".to_owned(),
+        Err(_) if error.kind() == io::ErrorKind::InvalidFilename => error.to_string(),
         Err(_) => format!("cannot be made ({error})"),
     };
     format!("--socket {}: {why}", path.display())

@@ -3,7 +3,7 @@
 
 mod host;
 
-use super::line::{Line, make_raw};
+use super::line::{Line, make_raw, of_socket};
 use host::{Host, power_on};
 use plumbline_firmware::board::{Reader, Writer};
 use plumbline_firmware::serial::serve::{End, serve};
@@ -59,7 +59,7 @@ impl Device {
     /// # Errors
     /// A path that cannot be listened on.
     pub fn socket(path: &Path) -> io::Result<Self> {
-        let listener = UnixListener::bind(path).or_else(|error| match UnixStream::connect(path) {
+        let listener = UnixListener::bind(of_socket(path)?).or_else(|error| match UnixStream::connect(path) {
             // Left behind by one that was killed.
             Err(refused) if refused.kind() == ErrorKind::ConnectionRefused && is_socket(path) => {
                 std::fs::remove_file(path)?;

@@ -15,6 +15,9 @@ use std::time::{Duration, Instant};
 /// Rate of a serial port, bits a second; USB and pseudo-terminals do not care.
 pub const BAUD: u32 = 921_600;
 
+/// Bytes of a socket's name that the system takes, beside the zero that ends it.
+const NAME_MAX_BYTES: usize = 107;
+
 /// An open line.
 #[derive(Debug)]
 pub struct Line {
@@ -30,9 +33,10 @@ impl Line {
         let refuse = |why: String| InputError::new(format!("--link serial:{}: {why}", path.display()));
         let kind = std::fs::metadata(path).map_err(|error| refuse(sentence(&error)))?.file_type();
         if kind.is_socket() {
-            let stream = UnixStream::connect(path).map_err(|error| {
+            let stream = of_socket(path).and_then(UnixStream::connect).map_err(|error| {
                 refuse(match error.kind() {
                     ErrorKind::ConnectionRefused => "nobody listens on this socket".to_owned(),
+                    ErrorKind::InvalidFilename => error.to_string(),
                     _ => sentence(&error),
                 })
             })?;
@@ -104,6 +108,18 @@ impl AsFd for Line {
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.file.as_fd()
     }
+}
+
+/// `path`, if a socket can have it.
+pub(super) fn of_socket(path: &Path) -> io::Result<&Path> {
+    let bytes = path.as_os_str().len();
+    if bytes <= NAME_MAX_BYTES {
+        return Ok(path);
+    }
+    let why = format!(
+        "the path has {bytes} bytes, and that of a socket has {NAME_MAX_BYTES} at most; name a shorter one, or one from the folder it is in"
+    );
+    Err(io::Error::new(ErrorKind::InvalidFilename, why))
 }
 
 /// Bytes as they are: no echo, no line editing, eight bits; at [`BAUD`] where there is a rate.

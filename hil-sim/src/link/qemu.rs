@@ -4,6 +4,7 @@
 //! travel through it, see [`plumbline_firmware::shared_memory`]. MAVLink goes over one serial port, the knocks of the lockstep
 //! over another. Emulated time is a function of the instructions executed, so counts repeat.
 
+use super::line::of_socket;
 use super::{Account, Event, Flash, Link, LinkError};
 use memmap2::MmapMut;
 use plumbline_firmware::serial::message::Counts;
@@ -294,7 +295,7 @@ fn prepare(folder: &Path, flash: &Flash) -> Result<(MmapMut, Sockets), LinkError
     put(at::TILES, &stores.tiles);
     put(at::PLAN, &stores.plan);
     put(at::KEY, &stores.key);
-    let listen = |name: &str| UnixListener::bind(folder.join(name)).map_err(lost);
+    let listen = |name: &str| of_socket(&folder.join(name)).and_then(UnixListener::bind).map_err(lost);
     Ok((window, (listen("link")?, listen("doorbell")?)))
 }
 

@@ -30,15 +30,25 @@ fn sees(block: &Block, observations: &Observations) -> Result<(), InputError> {
     let beyond = |head: usize, at: [f64; 2]| at[0].hypot(at[1]) > WIDEST * block.heads[head].values[LENS];
     let Some((seen, line)) = seen.into_iter().find(|(seen, _)| beyond(seen.head, seen.image_px)) else { return Ok(()) };
     let (f_px, [x, y]) = (block.heads[seen.head].values[LENS], seen.image_px);
-    let meant = block
-        .sizes
-        .pixel_mm
-        .map(|mm| format!("; were it millimetres, f_px would be {:.0}", f_px / mm))
-        .unwrap_or_default();
+    let meant = focal_meant(block, observations)
+        .map_or_else(String::new, |(unit, factor)| format!("; were it {unit}, f_px would be {:.0}", f_px * factor));
     Err(InputError::new(format!(
         "{}, line {line}: x_px {x} and y_px {y} are more than 75 degrees off the axis of a head whose f_px is {f_px}; it is the focal length in pixels{meant}",
         observations.name
     )))
+}
+
+/// What the focal length is in the place of pixels, and the factor that makes pixels of it, if the start values fit so.
+fn focal_meant(block: &Block, observations: &Observations) -> Option<(&'static str, f64)> {
+    let mm = block.sizes.pixel_mm?;
+    let as_written = median_off_px(block, observations, &|at| at);
+    let fits = |factor: f64| {
+        let mut other = block.clone();
+        other.heads.iter_mut().for_each(|head| head.values[LENS] *= factor);
+        FITS_BETTER * median_off_px(&other, observations, &|at| at) < as_written
+    };
+    let units = [("millimetres", 1.0 / mm), ("metres", 1000.0 / mm)];
+    units.into_iter().find(|(_, factor)| fits(*factor))
 }
 
 /// Refuses image coordinates that count as OpenCV's do, y down, or from a corner of the frame, and those of no such frame.

@@ -24,8 +24,8 @@ mod priors;
 use super::fields::Field;
 use crate::adjust::rig::{Head, LENS, Observation, Point, Rig, Station, TIME};
 use crate::adjust::{INTERIOR_NAMES, Interior, Loss};
-use crate::camera_file::SIDE_MAX_PX;
 use crate::camera_file::heads::{HEADS_MAX, VIRTUAL_SIDE_MAX_PX};
+use crate::camera_file::{SIDE_MAX_PX, no_pixel_mm};
 use crate::error::{InputError, counted};
 use crate::io::table::text_of;
 use serde_json::Value;
@@ -336,8 +336,11 @@ fn sizes(file: &Field<'_>) -> Result<Sizes, InputError> {
         }
     };
     let positive = |key: &str| file.key(key).map(|field| field.positive()).transpose();
+    let side_mm = |field: &Field<'_>| {
+        field.positive().and_then(|mm| no_pixel_mm(mm).map_or(Ok(mm), |wanted| Err(field.wrong(&wanted))))
+    };
     Ok(Sizes {
-        pixel_mm: positive("pixel_mm")?,
+        pixel_mm: file.key("pixel_mm").map(|field| side_mm(&field)).transpose()?,
         head: pair("cols", "rows", SIDE_MAX_PX)?,
         virtual_image: pair("virtual_cols", "virtual_rows", VIRTUAL_SIDE_MAX_PX)?,
         virtual_f_px: positive("virtual_f_px")?,

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::crs::System;
 use crate::error::InputError;
-use crate::io::input::{open, unreadable};
+use crate::io::input::{by_gdal, open, unreadable};
 use crate::io::raster::{
     GeoTransform, Georeference, HeightDatum, Posts, Scaling, check_elevation, for_people, is_known,
 };
@@ -108,7 +108,7 @@ impl DemFile {
             };
             (model, 1, false)
         } else {
-            return Err(refuse("it is neither a GeoTIFF nor an ESRI ASCII grid".into()));
+            return Err(refuse(format!("it is neither a GeoTIFF nor an ESRI ASCII grid{}", by_gdal(path, &start))));
         };
         if model.bounds().iter().any(|bound| !bound.is_finite()) {
             return Err(refuse("its bounds are not finite".into()));

@@ -93,12 +93,14 @@ fn no_picture(path: &Path, what: &str, magic: &[u8]) -> InputError {
     if magic.is_empty() {
         return InputError::new(format!("cannot read {name}: it is empty"));
     }
-    let why = format!("cannot read {name}: it is not {what}");
+    InputError::new(format!("cannot read {name}: it is not {what}{}", by_gdal(path, magic)))
+}
+
+/// What makes a GeoTIFF of a file that begins so, with a colon before it; nothing where that is not known.
+pub(crate) fn by_gdal(path: &Path, magic: &[u8]) -> String {
     let start = magic.to_ascii_uppercase();
-    if BY_GDAL.iter().any(|by_gdal| start.starts_with(&by_gdal.to_ascii_uppercase())) {
-        return InputError::new(format!("{why}: gdal_translate {} makes one", names(path, "made")));
-    }
-    InputError::new(why)
+    let is_known = BY_GDAL.iter().any(|by_gdal| start.starts_with(&by_gdal.to_ascii_uppercase()));
+    if is_known { format!(": gdal_translate {} makes one", names(path, "made")) } else { String::new() }
 }
 
 /// SHA-256 of a file's bytes, hexadecimal.

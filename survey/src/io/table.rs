@@ -29,7 +29,7 @@ impl<'a> Table<'a> {
         let Some((_, header)) = lines.next() else {
             return Err(InputError::new(format!("{name} is empty")));
         };
-        if let Some(line) = with_commas(header, &name) {
+        if let Some(line) = no_table(text, header, &name).or_else(|| with_commas(header, &name)) {
             return Err(InputError::new(line));
         }
         let header = fields(header);
@@ -146,6 +146,17 @@ impl<'a> Table<'a> {
 pub fn text_of(path: &Path) -> Result<(String, String), InputError> {
     let name = path.display().to_string();
     Ok((input::text(path)?, name))
+}
+
+/// Why a text is no table: its lines end as no other program's do any more, or it is JSON, XML or the like.
+fn no_table(text: &str, header: &str, name: &str) -> Option<String> {
+    if text.contains('\r') && !text.contains('\n') {
+        let (from, made) = (Path::new(name), Path::new(name).with_extension("lines.csv"));
+        let words = files([from, &made], " > ");
+        return Some(format!("{name}: its lines end with carriage returns alone: tr '\\r' '\\n' < {words}"));
+    }
+    let start: String = header.trim().chars().take(30).collect();
+    start.starts_with(['{', '[', '<']).then(|| format!("{name}: it is no table (CSV), as it begins with {start}"))
 }
 
 /// A field without the quotation marks around it.

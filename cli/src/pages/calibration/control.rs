@@ -27,7 +27,7 @@ impl Page<'_> {
                     div { (self.control_table()) }
                 }
             }
-            section class="two" {
+            section class="two tall" {
                 div { h2 { "Worst observations" } (self.worst()) }
                 div { h2 { "Block" } (self.counts()) }
             }

@@ -17,7 +17,7 @@ impl Page<'_> {
         html! {
             section {
                 h2 { "Seams" }
-                div class="two" {
+                div class="two tall" {
                     (self.seam_map())
                     div { (self.seam_tables()) }
                 }

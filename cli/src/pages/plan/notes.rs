@@ -82,7 +82,7 @@ impl Page<'_> {
                             @if file.origin_deg.is_some() { " and laid on the ellipsoid at the given origin, its north true north" }
                             "." },
                         Some(_) => li { "Lengths are those of the grid: its scale is not taken off. A model in degrees is worked on in metres about the area’s "
-                            "centre, where parallels away from the centre are 0.1 to 0.2 % off within 10 km." },
+                            "centre, where parallels away from the centre are 0.1 to 0.2 % off within 10 km." },
                     }
                     @if file.checks.strips_off_dem > 0 {
                         li { (whole(file.checks.strips_off_dem as u64)) " strips leave the elevation model: the clearance there is not known." }

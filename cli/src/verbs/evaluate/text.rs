@@ -12,8 +12,7 @@ pub fn text(summary: &Summary, out: &Path) -> String {
     if !refused.is_empty() {
         text.push_str(&format!("refused: {}\n", refused.join(", ")));
     }
-    text.push_str(&format!("{}\n", summary.platform.says));
-    for says in summary.heights.iter().chain(&summary.headings) {
+    for says in summary.heights.iter().chain(&summary.headings).chain([&summary.platform.says]) {
         text.push_str(&format!("{says}\n"));
     }
     if let Some(figures) = &summary.corrected {

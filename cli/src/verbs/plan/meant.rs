@@ -21,7 +21,12 @@ pub fn hint(area: &str, system: Option<System>, is_on_model: impl Fn([f64; 4]) -
     let is_area = |[x0, y0, x1, y1]: [f64; 4]| x0 < x1 && y0 < y1;
     let found = readings.into_iter().filter_map(|(what, bounds)| Some((what, bounds?)));
     let found = found.into_iter().find(|(_, bounds)| is_area(*bounds) && is_on_model(*bounds));
-    found.map_or_else(String::new, |(what, bounds)| {
+    let is_in_degrees = system.is_some_and(|system| Crs::new(system).is_ok_and(|crs| crs.is_geographic()));
+    let other = match is_in_degrees && [a, b, c, d].iter().any(|number| number.abs() > 360.0) {
+        true => "; its grid is in degrees, and so is --area: west, south, east, north, or a GeoJSON file".to_owned(),
+        false => String::new(),
+    };
+    found.map_or(other, |(what, bounds)| {
         let typed = bounds.map(|bound| for_people(bound).to_string()).join(",");
         format!("; if {what}, type --area {typed}")
     })

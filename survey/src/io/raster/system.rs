@@ -118,7 +118,9 @@ pub(super) fn horizontal(keys: &GeoKeys) -> Result<Option<System>, Unread> {
         Some(MODEL_GEOGRAPHIC) => {
             unit_is(keys, ANGULAR_UNITS, DEGREE, "degrees")?;
             match keys.short(GEODETIC_CRS) {
-                Some(USER_DEFINED) | None => Err("its geographic reference system has no EPSG code".into()),
+                Some(USER_DEFINED) | None => {
+                    Err("its geographic reference system has no EPSG code: gdalwarp -t_srs EPSG:4326 IN OUT.tif gives it one".into())
+                }
                 Some(code) => Ok(Some(System::Epsg(u32::from(code)))),
             }
         }

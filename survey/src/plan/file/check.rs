@@ -6,6 +6,9 @@ use crate::error::InputError;
 use crate::io::table::text_of;
 use std::path::Path;
 
+/// Which of the files that people have of a plan is read.
+const MEANT: &str = "plan.json, which `plumbline plan` writes, is meant";
+
 impl PlanFile {
     /// Least and greatest ground sample distance straight below the strips where the ground is followed; `None` where one height is flown.
     #[must_use]
@@ -28,19 +31,25 @@ impl PlanFile {
     /// # Errors
     /// The file cannot be read, is no plan of this version, or has a value that no plan can have; the sentence names it.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let (text, name) = text_of(path)?;
+        let (text, name) = text_of(path).map_err(|error| match path.exists() {
+            true => InputError::new(format!("{error}; {MEANT}")),
+            false => error,
+        })?;
         let refuse = |why: String| InputError::new(format!("{name}: {why}"));
-        let value: serde_json::Value =
-            serde_json::from_str(&text).map_err(|error| refuse(format!("it is no JSON: {error}")))?;
+        let value: serde_json::Value = serde_json::from_str(&text).map_err(|error| {
+            let other = other_form(&text).map(|form| refuse(format!("it is {form}; {MEANT}")));
+            other.unwrap_or_else(|| refuse(format!("it is no JSON: {error}; {MEANT}")))
+        })?;
         if value.get("fileType").is_some_and(|kind| kind == "Plan") {
-            let why =
-                "it is the mission for a ground station; plan.json, which `plumbline plan` writes beside it, is meant";
-            return Err(refuse(why.to_owned()));
+            return Err(refuse(format!("it is the mission for a ground station; {MEANT}")));
+        }
+        if value.get("type").is_some_and(|kind| kind == "FeatureCollection" || kind == "Feature") {
+            return Err(refuse(format!("it is GeoJSON; {MEANT}")));
         }
         match value.get("version").and_then(serde_json::Value::as_u64) {
             Some(version) if version == u64::from(VERSION) => {}
             Some(version) => return Err(refuse(format!("plan version {version} is not read, only {VERSION} is"))),
-            None => return Err(refuse("it has no version, so it is no plan".to_owned())),
+            None => return Err(refuse(format!("it has no version, so it is no plan; {MEANT}"))),
         }
         numbers::check(&value).map_err(refuse)?;
         let plan: PlanFile =
@@ -110,6 +119,17 @@ impl PlanFile {
         }
         Err("flight_order does not name each photo once".to_owned())
     }
+}
+
+/// What other programs know a flight by, told by its first words.
+fn other_form(text: &str) -> Option<&'static str> {
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    if text.starts_with("QGC WPL") {
+        return Some("a list of waypoints for a ground station");
+    }
+    let is_markup = text.starts_with('<');
+    let named = [("<kml", "KML"), ("<gpx", "GPX"), ("<html", "a page")];
+    named.into_iter().find(|(tag, _)| is_markup && text.contains(tag)).map(|(_, form)| form)
 }
 
 fn is_on_earth(lat: f64, lon: f64) -> bool {
