@@ -4,7 +4,7 @@
 use crate::outcome::note;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::ops::Deref;
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -41,19 +41,23 @@ impl Bar {
     fn new(bar: ProgressBar) -> Self {
         let (lines, end) = channel();
         if bar.is_hidden() {
-            let (shown, mut began) = (bar.clone(), (bar.message(), Instant::now()));
-            thread::spawn(move || {
-                while end.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) && !shown.is_finished() {
-                    let (what, of) = (shown.message(), shown.length());
-                    // Other work, since the last line at the earliest.
-                    if of.is_some() && what != began.0 {
-                        began = (what.clone(), Instant::now().checked_sub(EVERY).unwrap_or(began.1));
-                    }
-                    note(&line(&what, shown.position(), of, began.1.elapsed()));
-                }
-            });
+            let shown = bar.clone();
+            thread::spawn(move || lines_of(&shown, &end, EVERY, |line| note(&line)));
         }
         Bar { bar, _lines: lines }
+    }
+}
+
+/// Says how far a bar is, a line every so often, until the bar is done or its other end is gone.
+fn lines_of(shown: &ProgressBar, end: &Receiver<()>, every: Duration, say: impl Fn(String)) {
+    let mut began = (shown.message(), Instant::now());
+    while end.recv_timeout(every) == Err(RecvTimeoutError::Timeout) && !shown.is_finished() {
+        let (what, of) = (shown.message(), shown.length());
+        // Other work, since the last line at the earliest.
+        if of.is_some() && what != began.0 {
+            began = (what.clone(), Instant::now().checked_sub(every).unwrap_or(began.1));
+        }
+        say(line(&what, shown.position(), of, began.1.elapsed()));
     }
 }
 
@@ -99,5 +103,26 @@ mod tests {
         assert_eq!(line("frame", 0, Some(1500), after(10)), "plumbline: frame 0 of 1500, 0 %");
         assert_eq!(line("iteration 3", 0, None, after(130)), "plumbline: iteration 3, 2 min so far");
         assert_eq!(line("", 0, Some(0), after(20)), "plumbline: at work, 20 s so far");
+    }
+
+    /// Off a terminal: a line every so often, and the last one before the work is done.
+    #[test]
+    fn long_work_says_that_it_goes_on() {
+        let every = Duration::from_millis(5);
+        let shown = ProgressBar::hidden();
+        shown.set_length(40);
+        shown.set_message("frame");
+        shown.set_position(10);
+        let (lines, end) = channel();
+        let (said, heard) = channel();
+        let work = shown.clone();
+        thread::spawn(move || lines_of(&shown, &end, every, |line| drop(said.send(line))));
+        for _ in 0..2 {
+            let line = heard.recv_timeout(Duration::from_secs(60)).expect("a line");
+            assert!(line.starts_with("plumbline: frame 10 of 40, 25 %, about "), "{line}");
+        }
+        work.finish();
+        assert!(heard.iter().take(1000).count() < 1000, "it ends with the work");
+        drop(lines);
     }
 }

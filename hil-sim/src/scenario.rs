@@ -107,6 +107,11 @@ impl Scenario {
         Self::read_from(Reader::new(text, file), file)
     }
 
+    /// Whether all keys of a text are a scenario's.
+    pub(crate) fn reads(text: &str) -> bool {
+        Self::read(text, "").is_ok()
+    }
+
     /// As [`Self::read`], of a text that nobody has written: messages name no line of it.
     fn read_unlined(text: &str, file: &str) -> Result<Self, InputError> {
         Self::read_from(Reader::new(text, file).unlined(), file)

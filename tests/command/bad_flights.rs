@@ -37,6 +37,8 @@ fn scenarios() {
     folder.make("folder");
     let mut refusals = Refusals::new(&folder);
     refusals.expect("fly --frames 1 --scenario storm --out out", &["--scenario", "storm"]);
+    refusals.expect("fly --frames 1 --scenario naib --out out", &["--scenario naib", "a similar one exists: 'naip'"]);
+    refusals.expect("fly --frames 1 --scenario Closed-lop --out out", &["a similar one exists: 'closed_loop'"]);
     refusals.expect("fly --frames 1 --scenario none/a.toml --out out", &["--scenario", "none/a.toml"]);
     refusals.expect("fly --frames 1 --scenario folder --out out", &["folder"]);
     for (text, names) in [

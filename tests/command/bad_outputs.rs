@@ -70,3 +70,16 @@ fn fly_out_with_a_folder_in_the_way() {
     }
     refusals.done();
 }
+
+/// A folder of the system's that is there and takes no files: bad input like any other place.
+#[cfg(target_os = "linux")]
+#[test]
+fn under_proc() {
+    let folder = scene("under-proc");
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(&with(RECTIFY, "--out", "/proc/out.png"), &["cannot write /proc/out.png", "takes no files"]);
+    refusals.expect("camera new --fov 60x46.8 --size 640x480 --out /proc/camera.toml", &["/proc/camera.toml"]);
+    refusals.expect("fly --frames 1 --out /proc", &["/proc/fixes.csv"]);
+    refusals.expect("fly --frames 1 --out /proc/out", &["/proc/out"]);
+    refusals.done();
+}

@@ -17,6 +17,27 @@ fn model(height: impl Fn(usize) -> f32) -> Vec<u8> {
     geotiff_bytes(SIDE, SIDE, &bands, &GEO, UTM, f32::NAN).expect("a raster")
 }
 
+/// A camera, a board's settings and a scenario are TOML all of them.
+#[test]
+fn a_camera_settings_and_a_scenario_are_told_apart() {
+    let folder = Folder::with_scene("kinds-toml");
+    folder.write("settings.toml", include_str!("../../examples/settings.toml"));
+    folder.write("scenario.toml", include_str!("../../examples/scenario.toml"));
+    let map = "map --heading-deg 0 --pitch-deg 0 --roll-deg 0";
+    let configuration = "configuration --camera camera.toml --out configuration.bin --settings";
+    let mut refusals = Refusals::new(&folder);
+    refusals.expect(&format!("{map} --camera settings.toml -- 0,0"), &["settings.toml", "this is a board's settings"]);
+    refusals.expect(&format!("{map} --camera scenario.toml -- 0,0"), &["scenario.toml", "this is a scenario"]);
+    refusals.expect(&format!("{configuration} scenario.toml"), &["scenario.toml", "this is a scenario, which fly"]);
+    refusals.expect(&format!("{configuration} camera.toml"), &["camera.toml", "this is a camera file, which --camera"]);
+    refusals.expect("fly --scenario camera.toml --frames 1", &["camera.toml", "this is a camera file, which --camera"]);
+    // A misspelt key alone does not make it another file.
+    folder.write("misspelt.toml", "serach_px = 10\n");
+    let run = folder.run(&format!("{configuration} misspelt.toml"));
+    assert!(run.stderr.contains("serach_px is no setting") && !run.stderr.contains("this is"), "{run:?}");
+    refusals.done();
+}
+
 #[test]
 fn neither_is_taken_for_the_other() {
     let folder = Folder::with_scene("kinds");

@@ -24,6 +24,7 @@ fn a_gimbals_pitch_and_points_without_dashes() {
         "intersect --focal-mm 50 --station-1-m 0,0,100 --station-2-m 0,50,100 1,2,3,4",
         &["after --: -- 1,2,3,4"],
     );
+    refusals.expect("motion --focal-mm 120 --speed-m-s 50 --height-m 2000 10,-20 0,0", &["after --: -- 10,-20 0,0"]);
     refusals.done();
     folder.run(&format!("{MAP} -- 10,20 -3,4.5")).done();
     folder.run(&format!("{RECTIFY} --pitch-deg -8")).done();

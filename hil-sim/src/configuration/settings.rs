@@ -1,7 +1,7 @@
 //! A settings file: the vehicle's part of a scenario.
 
 use super::configuration_of;
-use crate::scenario::{Reader, Vehicle};
+use crate::scenario::{Reader, Scenario, Vehicle};
 use crate::vehicle::mount::payload_of_file;
 use plumbline_firmware::stores::configuration::Configuration;
 use plumbline_survey::error::InputError;
@@ -30,7 +30,12 @@ pub fn configuration(
 fn read(text: &str, name: &str) -> Result<Vehicle, InputError> {
     let mut reader = Reader::new(text, name);
     let vehicle: Vehicle = reader.part()?;
-    reader.finish("is no setting of a configuration")?;
+    let what = if Scenario::reads(text) {
+        "is no setting of a configuration: this is a scenario, which fly --scenario takes"
+    } else {
+        "is no setting of a configuration"
+    };
+    reader.finish(what)?;
     vehicle.check().map_err(|what| InputError::new(what).at(name))?;
     Ok(vehicle)
 }

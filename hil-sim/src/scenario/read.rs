@@ -63,6 +63,11 @@ impl<'a> Reader<'a> {
                      camera file's boresight, which of small angles are minus roll, pitch and minus heading"
                 )
             }
+            "cols" | "rows" | "fov_h_deg" | "fov_v_deg" => {
+                format!(
+                    "{key} {what}: this is a camera file, which --camera takes, and a scenario names in camera_file"
+                )
+            }
             _ => format!("{key} {what}"),
         };
         Err(InputError::new(format!("{}{line}: {why}", self.file)))

@@ -21,11 +21,26 @@ impl<'a> Keys<'a> {
         match self.table.keys().find(|key| !known.contains(&key.as_str())) {
             None => Ok(()),
             Some(key) => Err(InputError::new(format!(
-                "camera file {}: unknown key {}{key} (known are {})",
+                "camera file {}: unknown key {}{key} (known are {}){}",
                 self.name,
                 self.prefix,
-                known.join(", ")
+                known.join(", "),
+                self.kind()
             ))),
+        }
+    }
+
+    /// What the file is, if it is none of a camera: keys of scenarios, or of a board's settings, and none that a camera needs.
+    fn kind(&self) -> &'static str {
+        let has = |keys: &[&str]| keys.iter().any(|key| self.table.contains_key(*key));
+        if !self.prefix.is_empty() || has(&["cols", "rows", "fov_h_deg", "fov_v_deg"]) {
+            ""
+        } else if has(&["frames", "seed", "camera_file", "camera", "flight", "fault", "ground"]) {
+            ": this is a scenario, which fly --scenario takes"
+        } else if has(&["attitude", "position", "range", "follow_up", "resolution_m", "search_px", "exposure_us"]) {
+            ": this is a board's settings, which --settings takes"
+        } else {
+            ""
         }
     }
 

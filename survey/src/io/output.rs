@@ -52,11 +52,15 @@ fn temporary_name(path: &Path) -> String {
     format!(".{name}.{}.{}.part", std::process::id(), COUNTER.fetch_add(1, Ordering::Relaxed))
 }
 
-/// Missing permission counts as bad input (exit 2), any other failure as failed work (exit 1).
+/// Missing permission counts as bad input (exit 2), and a folder that takes no files, as those under /proc, where the folder is
+/// there and the file is said not to be; any other failure is failed work (exit 1).
 fn refused(path: &Path, error: io::Error) -> InputError {
     let what = format!("cannot write {}", path.display());
     match error.kind() {
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => InputError::because(what, error),
+        io::ErrorKind::NotFound | io::ErrorKind::Unsupported => {
+            InputError::new(format!("{what}: its folder takes no files"))
+        }
         _ => InputError::failed(format!("{what}: {error}")),
     }
 }

@@ -12,6 +12,8 @@ const VECTORS_MAX: usize = 1500;
 /// Length of an average vector and of the scale bar, as shares of the frame's width.
 const VECTOR: f64 = 0.05;
 const BAR: f64 = 0.3;
+/// Height of the coordinates' letters, of half the frame's width: to be read on a narrow page and on paper.
+const LETTERS: f64 = 0.13;
 
 /// Share of the vectors that end inside their frame; what is longer ends at its border. Chosen: outliers would make all others dots.
 const INSIDE: f64 = 0.95;
@@ -134,9 +136,9 @@ fn picture(head: usize, when: &str, vectors: &[Vector], [x, y]: [f64; 2], scale:
         let _ = write!(dots, "M{right:.0} {:.0}h0", -up);
     }
     let (name, clip) = (head + 1, format!("{when}-{head}"));
-    let (edge, aside, foot) = (0.05 * x, 0.4 * x, 0.36 * y);
+    let (edge, aside, foot) = (0.05 * x, 0.46 * x, 2.4 * LETTERS * x);
     let view = format!("{:.0} {:.0} {:.0} {:.0}", -x - aside, -y - edge, 2.0 * x + aside + edge, 2.0 * y + edge + foot);
-    let bar = format!("M{:.0} {:.0}h{:.0}", -x, y + 0.82 * foot, scale.bar_px * scale.factor);
+    let bar = format!("M{:.0} {:.0}h{:.0}", -x, y + 0.8 * foot, scale.bar_px * scale.factor);
     let rms = maybe(rms(vectors.iter().map(|(_, residual)| residual)), 2, "px");
     let border = || html! { rect x=(format!("{:.0}", -x)) y=(format!("{:.0}", -y)) width=(format!("{:.0}", 2.0 * x)) height=(format!("{:.0}", 2.0 * y)) {} };
     html! {
@@ -158,12 +160,12 @@ fn picture(head: usize, when: &str, vectors: &[Vector], [x, y]: [f64; 2], scale:
 
 /// Pixels from the frame's middle, along its lower and its left border.
 fn coordinates([x, y]: [f64; 2]) -> Markup {
-    let size = 0.1 * x;
+    let size = LETTERS * x;
     let label = |value: f64| number(value, 0, "");
     html! {
         g font-size=(format!("{size:.0}")) fill="#605e57" text-anchor="middle" {
             @for at in [-x, 0.0, x] {
-                text x=(format!("{:.0}", at.clamp(-0.8 * x, 0.8 * x))) y=(format!("{:.0}", y + 1.2 * size)) { (label(at)) @if at > 0.0 { " px" } }
+                text x=(format!("{:.0}", at.clamp(-0.78 * x, 0.78 * x))) y=(format!("{:.0}", y + 1.2 * size)) { (label(at)) @if at > 0.0 { " px" } }
             }
         }
         g font-size=(format!("{size:.0}")) fill="#605e57" text-anchor="end" {

@@ -24,6 +24,8 @@ const LINES_MAX: usize = 40;
 /// Room for coordinates beside and below the map, drawing units.
 const ASIDE: f64 = 130.0;
 const FOOT: f64 = 64.0;
+/// Width and height that a strip's number takes where the page is narrow (`.numbers` in the style).
+const APART: [f64; 2] = [62.0, 30.0];
 /// Coordinates along an edge, about.
 const TICKS: f64 = 5.0;
 /// Width of a digit of a coordinate, drawing units.
@@ -128,7 +130,7 @@ impl Map {
                 } @else { use href="#relief" {} }
                 (over)
                 @if is_first { (self.coordinates()) }
-                g transform=(format!("translate({left:.1} {top:.1}) scale({scale:.4})")) font-size="26" fill="#1d1d1b" stroke="#fdfcf9" stroke-width="5" paint-order="stroke" {
+                g class="scale" transform=(format!("translate({left:.1} {top:.1}) scale({scale:.4})")) font-size="26" fill="#1d1d1b" stroke="#fdfcf9" stroke-width="5" paint-order="stroke" {
                     path d=(bar) fill="none" stroke-width="9" {}
                     path d=(bar) fill="none" stroke="#1d1d1b" stroke-width="4" {}
                     text x="28" y=(format!("{:.1}", foot - 22.0)) { (text) }
@@ -208,6 +210,17 @@ impl Map {
     }
 }
 
+/// Which of these places have room for a number as large as on a narrow page, each beside those before it that have.
+fn apart(places: impl Iterator<Item = [f64; 2]>) -> Vec<bool> {
+    let mut kept: Vec<[f64; 2]> = Vec::new();
+    let has_room = |[right, down]: [f64; 2]| {
+        let is_free = !kept.iter().any(|[x, y]| (x - right).abs() < APART[0] && (y - down).abs() < APART[1]);
+        kept.extend(is_free.then_some([right, down]));
+        is_free
+    };
+    places.map(has_room).collect()
+}
+
 impl Page<'_> {
     pub(super) fn plan(&self) -> Markup {
         let (outputs, map) = (self.outputs, &self.map);
@@ -273,11 +286,15 @@ impl Page<'_> {
         // On the lead-in, away from the photos.
         let place =
             |leg: &Leg<'_>| self.map.at(outputs.planned.layout.axes.point([outputs.led(leg)[0], leg.strip.across_m]));
+        let places: Vec<(usize, [f64; 2])> = legs
+            .map(|(index, leg)| (index + 1, place(&leg)))
+            .map(|(number, [right, down])| (number, [right.clamp(20.0, WIDTH - 20.0), down]))
+            .collect();
+        let kept = apart(places.iter().map(|(_, place)| *place));
         html! {
-            g font-size="18" font-weight="600" fill="#1f5a8c" stroke="#fdfcf9" stroke-width="5" paint-order="stroke" text-anchor="middle" {
-                @for (index, leg) in legs {
-                    @let [right, down] = place(&leg);
-                    text x=(format!("{:.1}", right.clamp(14.0, WIDTH - 14.0))) y=(format!("{:.1}", down + 6.0)) { (index + 1) }
+            g class="numbers" font-size="18" font-weight="600" fill="#1f5a8c" stroke="#fdfcf9" stroke-width="5" paint-order="stroke" text-anchor="middle" {
+                @for ((number, [right, down]), is_kept) in places.iter().zip(kept) {
+                    text class=[(!is_kept).then_some("odd")] x=(format!("{right:.1}")) y=(format!("{:.1}", down + 6.0)) { (number) }
                 }
             }
         }
@@ -313,4 +330,16 @@ fn arrow(from: [f64; 2], to: [f64; 2]) -> String {
     let back = |along: f64, aside: f64| [to[0] - along * u - aside * v, to[1] - along * v + aside * u];
     let ([a, b], [c, d]) = (back(20.0, 9.0), back(20.0, -9.0));
     format!("M{:.1} {:.1}L{a:.1} {b:.1}L{c:.1} {d:.1}Z", to[0], to[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::apart;
+
+    /// Numbers over each other, beside each other, and each far enough from the last that was kept.
+    #[test]
+    fn numbers_keep_apart() {
+        let places = [[20.0, 500.0], [980.0, 490.0], [20.0, 480.0], [20.0, 460.0], [20.0, 445.0]];
+        assert_eq!(apart(places.into_iter()), [true, true, false, true, false]);
+    }
 }
