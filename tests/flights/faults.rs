@@ -150,12 +150,13 @@ fn an_encoder_that_is_gone_is_what_is_told() {
     assert_eq!(flown.refused.get("no_follow_up"), Some(&FAILING.len()), "{:?}", flown.refused);
 }
 
-/// Its error looks like one of the heading, and moves the nadir as the vehicle leans.
+/// An encoder's error looks like one of the heading, and moves the nadir as the vehicle leans.
 #[test]
 fn an_encoder_that_is_off_is_in_the_sigma_of_fixes() {
     let flown = flown(Some("encoder.bias=3.5"), "flight.tilt_max_deg = 20\nfollow_up.mode = \"measured\"");
     let fixed: Vec<f64> =
         flown.scored[FAILING].iter().filter_map(|scored| scored.nees.filter(|_| scored.accepted)).collect();
+    assert_eq!(flown.wrong, 0);
     assert!(fixed.len() >= 20, "{}", fixed.len());
     let (mean, worst) = (fixed.iter().sum::<f64>() / fixed.len() as f64, fixed.iter().copied().fold(0.0, f64::max));
     assert!(mean < 4.0 && worst < 23.0, "{mean} {worst}");

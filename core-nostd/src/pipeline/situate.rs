@@ -181,11 +181,11 @@ impl Pipeline<'_> {
         // it is off by their product.
         let [pitch_off, roll_off] = self.navigation.filter.tilt_rad();
         let lean = hypot(attitude.value.pitch.0, attitude.value.roll.0);
-        let mounted_rad = combined_sigma(left_rad, hypot(pitch_off, roll_off) * lean);
+        let left_mounted_rad = combined_sigma(left_rad, hypot(pitch_off, roll_off) * lean);
         let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
         let heading_drift = combined_sigma(sigmas.heading_drift_rad, self.added_sigmas.heading_rad);
         let heading_drift_rad = combined_sigma(heading_drift, HEADING_PER_TILT * by_velocity);
-        let tilt_drift_rad = combined_sigma(mounted_rad, self.encoder_rad(heading_drift_rad) * lean);
+        let tilt_drift_rad = combined_sigma(left_mounted_rad, self.encoder_off_rad(heading_drift_rad) * lean);
         let tilt_rad = hypot(tilt, tilt_drift_rad);
         let heading_rad = hypot(heading_sigma, follow_up.sigma_rad);
         Uncertainty { tilt_rad, tilt_drift_rad, heading_rad, heading_drift_rad }
@@ -193,7 +193,7 @@ impl Pipeline<'_> {
 
     /// What the rotation of matches shows beyond the heading's sigma, radians, if there is an encoder: it may be the encoder's error. A camera
     /// turned about its axis sees the nadir off by that angle times the lean, and a wrong heading does not move it; the picture is the same.
-    fn encoder_rad(&self, heading_sigma_rad: f32) -> f32 {
+    fn encoder_off_rad(&self, heading_sigma_rad: f32) -> f32 {
         let is_measured = self.settings.follow_up == FollowUpMode::Measured;
         let beyond = squared(self.navigation.azimuth.off_rad()) - squared(heading_sigma_rad);
         if is_measured { sqrt(beyond.max(0.0)) } else { 0.0 }
@@ -274,7 +274,7 @@ impl Pipeline<'_> {
         if self.settings.follow_up != FollowUpMode::Measured {
             return Ok(None);
         }
-        // Linear: its noise rotates the patch about the nadir, which matching estimates and the fix does not depend on.
+        // Linear: its noise rotates the patch about the nadir, which matching estimates, and moves the fix by that times the lean only.
         self.streams.follow_up.history().at(at, self.settings.gap_us).map(Some)
     }
 

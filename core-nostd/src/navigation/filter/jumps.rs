@@ -5,7 +5,6 @@
 //! attitude has jumped back.
 
 use super::estimate::{Estimate, Innovation};
-use super::innovation_test::TRANSIENT_MAX_RAD;
 use super::measurement::{Measurement, PriorSigmas, tilt_jacobian, white};
 use super::{TRANSIENT_GATE, VELOCITY_KNOWN_M_PER_S};
 use crate::math::{hypot, ln, sqrt, squared};
@@ -67,7 +66,7 @@ struct Jump {
     /// The tilt before it, and its size over all frames that saw a part of it, pitch and roll.
     from_rad: Vector2<f32>,
     by_rad: Vector2<f32>,
-    /// Its largest size until then, radians.
+    /// Its largest size so far, over the frames that saw a part of it, radians.
     most_rad: f32,
     kind: JumpKind,
     /// A return by a single match or while the velocity is unknown, or a jump of the position.
@@ -266,10 +265,11 @@ impl Jumps {
         Restart { measurement: measurement.with_tilt(tilt_rad.into()), sigma_rad, off_rad }
     }
 
-    /// Sigma of the tilt, each axis, radians, that may swing on since it has come back within a jump's duration; 0 if no tilt swings as far.
-    pub(super) fn swing_rad(&self) -> f32 {
-        let swings = self.last.filter(|last| last.most_rad <= TRANSIENT_MAX_RAD);
-        swings.map_or(0.0, |last| sqrt(0.5) * (last.most_rad - last.by_rad.norm()))
+    /// Sigma, each axis, radians, of a tilt that may swing on: how far the last jump has come back from its largest size within its duration. At
+    /// most [`LEARNT_SIGMAS`]: a larger swing is noticed, and a single wrong match is not to cost fixes.
+    pub(super) fn swing_rad(&self, prior: &PriorSigmas) -> f32 {
+        let back_rad = self.last.map_or(0.0, |last| sqrt(0.5) * (last.most_rad - last.by_rad.norm()));
+        back_rad.min(LEARNT_SIGMAS * prior.tilt_rad)
     }
 
     /// The tilt before a jump some time ago, if a return to it explains a match best.

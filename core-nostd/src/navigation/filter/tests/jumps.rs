@@ -62,6 +62,11 @@ fn a_tilt_that_comes_back_at_once_may_swing_on() {
     let after = flown_knowing(&known_to(0.3), 90.0, 24.0, |_| 1.0, tilt);
     let [before, behind, end] = [77, 84, 350].map(|frame| after[frame].unexplained_rad);
     assert!(before < 0.002 && behind > 0.006 && end < 0.002, "{before} {behind} {end}");
+    // One that is far off and back at once was a wrong match rather than a swing: it costs no more.
+    let far = |at_s: f32| if (20.0..20.25).contains(&at_s) { [0.08, 0.0] } else { [0.0; 2] };
+    let after = flown_knowing(&known_to(0.3), 40.0, 24.0, |_| 1.0, far);
+    let [during, behind] = [78, 84].map(|frame| after[frame].unexplained_rad);
+    assert!(during > 0.05 && (0.006..0.0105).contains(&behind), "{during} {behind}");
 }
 
 #[test]
