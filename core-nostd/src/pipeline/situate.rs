@@ -69,6 +69,10 @@ const SWING_FACTOR: f32 = 1.5;
 /// that leans, which does not swing.
 const SWING_MAX_RAD: f32 = 0.009;
 
+/// Sigmas of the heading beyond which a rotation may be the encoder's. Chosen: a normal error is beyond once in 400. From one sigma on an attitude
+/// that was off by a degree from the beginning was found later or not at all.
+const ENCODER_SIGMAS: f32 = 3.0;
+
 /// Least number of the candidate, which counts the frames without a match, from which on every other frame is corrected
 /// for the tilt before the learnt one. Chosen: two are missed by chance.
 const CANDIDATE_MIN: u8 = 3;
@@ -191,11 +195,11 @@ impl Pipeline<'_> {
         Uncertainty { tilt_rad, tilt_drift_rad, heading_rad, heading_drift_rad }
     }
 
-    /// What the rotation of matches shows beyond the heading's sigma, radians, if there is an encoder: it may be the encoder's error. A camera
+    /// What the rotation of matches shows beyond the heading's errors, radians, if there is an encoder: it may be the encoder's error. A camera
     /// turned about its axis sees the nadir off by that angle times the lean, and a wrong heading does not move it; the picture is the same.
     fn encoder_off_rad(&self, heading_sigma_rad: f32) -> f32 {
         let is_measured = self.settings.follow_up == FollowUpMode::Measured;
-        let beyond = squared(self.navigation.azimuth.off_rad()) - squared(heading_sigma_rad);
+        let beyond = squared(self.navigation.azimuth.off_rad()) - squared(ENCODER_SIGMAS * heading_sigma_rad);
         if is_measured { sqrt(beyond.max(0.0)) } else { 0.0 }
     }
 
