@@ -40,18 +40,26 @@ impl Departure {
 
     /// Whether a match of the frame at an instant may begin or continue a run.
     pub fn is_awaited(&self, at: Micros) -> bool {
-        let is_soon = |before: Micros| (0..=APART_MAX_US).contains(&at.since(before));
-        self.frames > 0 && is_soon(self.newest_at) || self.fixed_at.is_some_and(is_soon)
+        self.continues(at) || self.begins(at)
+    }
+
+    /// Whether an instant is soon enough after the newest frame of the run.
+    fn continues(&self, at: Micros) -> bool {
+        self.frames > 0 && is_soon(at, self.newest_at)
+    }
+
+    /// Whether an instant is soon enough after a fix for a run to begin.
+    fn begins(&self, at: Micros) -> bool {
+        self.fixed_at.is_some_and(|fixed_at| is_soon(at, fixed_at))
     }
 
     /// A frame without a fix. `off_m`: how far its match is off the prediction, east and north, metres, where that is beyond the gate.
     /// Whether it completes a run.
     pub fn unfixed(&mut self, at: Micros, off_m: Option<[f32; 2]>, px_m: f32) -> bool {
-        let is_soon = |before: Micros| (0..=APART_MAX_US).contains(&at.since(before));
         let is_alike = |off: &[f32; 2]| hypot(off[0] - self.off_m[0], off[1] - self.off_m[1]) <= ALIKE_PX * px_m;
         match off_m {
-            Some(off) if self.frames > 0 && is_soon(self.newest_at) && is_alike(&off) => self.frames += 1,
-            Some(off) if self.fixed_at.is_some_and(is_soon) => (self.off_m, self.frames) = (off, 1),
+            Some(off) if self.continues(at) && is_alike(&off) => self.frames += 1,
+            Some(off) if self.begins(at) => (self.off_m, self.frames) = (off, 1),
             _ => self.frames = 0,
         }
         self.newest_at = at;
@@ -61,6 +69,10 @@ impl Departure {
         }
         is_whole
     }
+}
+
+fn is_soon(at: Micros, before: Micros) -> bool {
+    (0..=APART_MAX_US).contains(&at.since(before))
 }
 
 impl Default for Departure {

@@ -328,7 +328,7 @@ impl Filter {
                 let known = (self.matched_tilt_rad(), self.newest);
                 let restart = self.jumps.jumped((self.moment.at, before, off), known, measurement, prior);
                 let restart_prior = PriorSigmas { tilt_rad: restart.sigma_rad, ..*prior };
-                self.transient_rad = self.transient_rad.max(self.jumps.swing_rad(prior));
+                self.transient_rad = self.transient_rad.max(restart.swing_rad);
                 self.start(&restart.measurement, &restart_prior);
                 let more_rad = sqrt((squared(restart_prior.sigma_rad()) - squared(known_rad)).max(0.0));
                 hypot(more_rad, restart.off_rad)

@@ -13,6 +13,7 @@
 //! peak is.
 
 pub mod agreement;
+pub mod map_year;
 mod peak;
 mod grid;
 
@@ -25,6 +26,7 @@ use crate::units::Micros;
 use agreement::Agreement;
 use grid::{LikelihoodGrid, PROCESS_NOISE_MIN, StoredGrid};
 use heapless::Deque;
+use map_year::MapYear;
 use peak::Peak;
 
 /// Most evidence of one key frame against a shift: one in 120 single patches of 21 to 64 pixels whose evidence reaches it is wrong. Of 40,
@@ -73,16 +75,6 @@ const CORRECTION_MAX_PX: f32 = 0.4;
 /// Largest dead reckoning error since the newest key frame, one sigma, pixels, for the surface to give a decision: a third of what is
 /// called wrong. A vehicle over ground it had seen before was fixed 5.9 pixels off by evidence that was a minute old.
 const DRIFT_SIGMA_MAX_PX: f32 = 1.0;
-/// Frames over which the share of valid least-squares matches is averaged: a minute, longer than unchanged ground stays in view. Over a
-/// quarter of that a wood of fifty frames between two years passed for a map of the ground's own year.
-const CONFIRMED_FRAMES: u8 = 250;
-/// Prior of that share, its weight in frames, and the share from which on the map is taken to be of the ground's own year. In the same year
-/// six to nine of ten frames have a valid least-squares match, between years up to two, but all of them while an unchanged field is in
-/// view: of 560 least-squares matches between years 22, most of them in the first second, were off by more than five of their sigmas when
-/// the map was taken to be of the ground's own year until frames showed otherwise.
-const CONFIRMED_SHARE_PRIOR: f32 = 0.2;
-const PRIOR_FRAMES: u8 = 15;
-const SAME_YEAR_SHARE_MIN: f32 = 0.4;
 /// No position on any tile is as far from its centre, metres: a quarter of the Earth's circumference.
 const FAR_M: f32 = 1e7;
 /// Evidence of a valid least-squares match against a shift this many shifts away and beyond; nearer it grows with the squared distance, as
@@ -137,9 +129,8 @@ pub struct Surface {
     key_frames: Deque<Local, KEY_FRAMES>,
     /// Whether single frames agree with the decision.
     pub agreement: Agreement,
-    /// Share of frames with a valid least-squares match, and the number of frames in it, the prior's included.
-    pub(crate) confirmed_share: f32,
-    averaged_frames: u8,
+    /// Whether the map is of the ground's own year.
+    pub map_year: MapYear,
 }
 
 impl Default for Surface {
@@ -166,8 +157,7 @@ impl Surface {
             is_newest_ground: false,
             key_frames: Deque::new(),
             agreement: Agreement::new(),
-            confirmed_share: CONFIRMED_SHARE_PRIOR,
-            averaged_frames: PRIOR_FRAMES,
+            map_year: MapYear::new(),
         }
     }
 
@@ -255,7 +245,7 @@ impl Surface {
         // There is room.
         let _ = self.key_frames.push_back(self.dead_reckoned);
         (self.correction_m, self.key_frame_drift_m) = ([0.0; 2], 0.0);
-        if self.is_another_year() {
+        if self.map_year.is_another() {
             self.grid.discount(FORGETTING_FACTOR);
         }
         // An error too small for the grid goes on adding up.
@@ -307,18 +297,6 @@ impl Surface {
         frame.weight * (frame.peak.score - Peak::of(&self.grid.evidence).max_near(frame.scores)) <= CONTRADICTION_MAX
     }
 
-    /// Counts a frame with or without a valid least-squares match.
-    pub fn count_least_squares(&mut self, holds: bool) {
-        self.averaged_frames = (self.averaged_frames + 1).min(CONFIRMED_FRAMES);
-        self.confirmed_share +=
-            (f32::from(u8::from(holds)) - self.confirmed_share) / f32::from(self.averaged_frames + 1);
-    }
-
-    /// Whether the map seems to be of another year than the ground: few frames have a valid least-squares match.
-    pub fn is_another_year(&self) -> bool {
-        self.confirmed_share < SAME_YEAR_SHARE_MIN
-    }
-
     /// Adds a valid least-squares match at `nadir`: evidence against every cell by its distance. If the peak is there, the surface is corrected
     /// towards it.
     pub fn add_least_squares(&mut self, nadir: Local, px_m: f32) {
@@ -326,6 +304,7 @@ impl Surface {
         let (col, row) = (MIDDLE as f32 + cols, MIDDLE as f32 + rows);
         if self.is_new_ground {
             self.begin_key_frame(px_m);
+            self.map_year.count_ground();
             // No later frame replaces a key frame of that certainty.
             self.texture = f32::MAX;
             self.grid.penalise_distance(LEAST_SQUARES_EVIDENCE, (col, row), LEAST_SQUARES_CELLS);

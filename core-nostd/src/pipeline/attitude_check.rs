@@ -29,10 +29,6 @@ const DOUBTED_RAD: f32 = 0.1;
 /// fix's error.
 const UNEXPLAINED_MAX_PX: f32 = 0.6;
 
-/// Least share of frames with a valid least-squares match with which the map is of the ground's own year with little
-/// doubt. Chosen: over such a map six to nine of ten have one, over one of another year up to two.
-const OWN_YEAR_SHARE_MIN: f32 = 0.6;
-
 impl Pipeline<'_> {
     /// Resects an accepted match before the filter takes it, if its frame's attitude is in doubt or has to be checked. Returns the sighting
     /// for the tracks: while the attitude is in doubt the position by resection, which a tilt does not displace. `None` without a resection.
@@ -83,7 +79,7 @@ impl Pipeline<'_> {
     pub(super) fn unaccepted_peak(&self, tried: &Result<Matched, Refusal>) -> Option<Local> {
         let Ok(Matched { found, centre, .. }) = tried else { return None };
         let is_peak = matches!(found.accepted, Err(Rejection::Imprecise | Rejection::Undecided));
-        let is_one = is_peak && self.navigation.surface.is_another_year();
+        let is_one = is_peak && self.navigation.surface.map_year.is_another();
         is_one.then(|| self.tile.local(centre.0 + found.shift.0, centre.1 + found.shift.1))
     }
 
@@ -122,15 +118,10 @@ impl Pipeline<'_> {
         unexplained_rad * situation.height_m > UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0
     }
 
-    /// Whether the map is of the ground's own year with little doubt.
-    pub(super) fn is_own_year(&self) -> bool {
-        self.navigation.surface.confirmed_share >= OWN_YEAR_SHARE_MIN
-    }
-
     /// A match corrected for the tilt that its picture shows; `None` if it does not determine it, or the map may be of another year:
     /// changed ground makes a curvature of three times its sigma.
     fn resected(&mut self, situation: &Situation, matched: &Matched) -> Option<Resected> {
-        if matched.by_decision || !self.is_own_year() {
+        if matched.by_decision || !self.navigation.surface.map_year.is_own() {
             return None;
         }
         let px_m = self.tile.ground_resolution().0;

@@ -112,7 +112,7 @@ impl Pipeline<'_> {
         self.navigation.filter.propagate(mid_exposure_at, &prior_sigmas);
         let number = self.navigation.candidate;
         // Over a map of another year a frame is evidence for the surface although it is not matched alone.
-        let is_lost = self.is_own_year() && number >= CANDIDATE_MIN && number % 2 == 1;
+        let is_lost = self.navigation.surface.map_year.is_own() && number >= CANDIDATE_MIN && number % 2 == 1;
         self.navigation.filter.try_other_tilt(is_lost, &prior_sigmas);
         let sigmas = self.uncertainty(&attitude, &follow_up, sigma_s);
         let range = slant.map(|slant| self.range(&slant, attitude.value, prediction.local, sigmas.tilt_rad));
@@ -181,15 +181,15 @@ impl Pipeline<'_> {
         let tilt = late(attitude.sigma[1], pitch).max(late(attitude.sigma[2], roll));
         let by_velocity = self.tilt_by_velocity(heading);
         let left_rad = combined_sigma(self.navigation.filter.tilt_sigma_rad(&self.prior_sigmas()), by_velocity);
-        // The estimated error of pitch and roll may be the mount's, which leans with the vehicle: rotated by the lean
-        // it is off by their product.
-        let [pitch_off, roll_off] = self.navigation.filter.tilt_rad();
-        let lean = hypot(attitude.value.pitch.0, attitude.value.roll.0);
-        let left_mounted_rad = combined_sigma(left_rad, hypot(pitch_off, roll_off) * lean);
-        let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
         let heading_drift = combined_sigma(sigmas.heading_drift_rad, self.added_sigmas.heading_rad);
         let heading_drift_rad = combined_sigma(heading_drift, HEADING_PER_TILT * by_velocity);
-        let tilt_drift_rad = combined_sigma(left_mounted_rad, self.encoder_off_rad(heading_drift_rad) * lean);
+        // The estimated error of pitch and roll may be the mount's, and the rotation of matches the encoder's. Both lean with the vehicle, and
+        // displace the nadir by their product with the lean.
+        let [pitch_off, roll_off] = self.navigation.filter.tilt_rad();
+        let aboard_rad = combined_sigma(hypot(pitch_off, roll_off), self.encoder_off_rad(heading_drift_rad));
+        let lean = hypot(attitude.value.pitch.0, attitude.value.roll.0);
+        let tilt_drift_rad = combined_sigma(left_rad, aboard_rad * lean);
+        let heading_sigma = late(attitude.sigma[0], heading - follow_up.rate);
         let tilt_rad = hypot(tilt, tilt_drift_rad);
         let heading_rad = hypot(heading_sigma, follow_up.sigma_rad);
         Uncertainty { tilt_rad, tilt_drift_rad, heading_rad, heading_drift_rad }

@@ -147,7 +147,7 @@ impl<'t> Pipeline<'t> {
 
     /// Whether the last frames, this one included, agree with the decision; and their mean residual, pixels.
     fn agreed(&mut self, off_px: Option<(f32, f32)>, drift_px: f32) -> (bool, f32) {
-        let is_own_year = !self.navigation.surface.is_another_year();
+        let is_own_year = !self.navigation.surface.map_year.is_another();
         let agreement = &mut self.navigation.surface.agreement;
         agreement.frame(off_px, gate_px(drift_px));
         // Over a map of its own year least squares decides.
@@ -171,9 +171,9 @@ impl<'t> Pipeline<'t> {
         (hypot(cols, rows) <= WRONG_PX).then_some((cols, rows))
     }
 
-    /// A least-squares match, with the local offset of the map in its covariance if that is of another year: neighbouring frames share it.
+    /// A least-squares match, with the local offset of the map in its covariance if that may be of another year: neighbouring frames share it.
     fn with_map_error(&self, shift: Shift) -> Shift {
-        if !self.navigation.surface.is_another_year() {
+        if !self.navigation.surface.map_year.may_be_offset() {
             return shift;
         }
         let by_place = squared(MAP_SIGMA_PX);
@@ -184,7 +184,7 @@ impl<'t> Pipeline<'t> {
     /// Counts a frame with or without a valid least-squares match; one whose attitude is in doubt says nothing of the map.
     fn count_least_squares(&mut self, situation: &Situation, holds: bool) {
         if !self.is_unexplained(situation, 0.0) {
-            self.navigation.surface.count_least_squares(holds);
+            self.navigation.surface.map_year.count(holds);
         }
     }
 

@@ -97,6 +97,8 @@ pub(super) struct Restart {
     pub sigma_rad: f32,
     /// Additional error of the tilt that the frame was rectified with, radians.
     pub off_rad: f32,
+    /// Sigma of the tilt that may swing on, each axis, radians.
+    pub swing_rad: f32,
 }
 
 impl Jump {
@@ -262,12 +264,13 @@ impl Jumps {
         // The frame may have seen a part of this jump only.
         let seen_rad = last.map_or(0.0, |_| more_rad.norm());
         let off_rad = (known_rad - tilt_rad).norm().max(seen_rad);
-        Restart { measurement: measurement.with_tilt(tilt_rad.into()), sigma_rad, off_rad }
+        let measurement = measurement.with_tilt(tilt_rad.into());
+        Restart { measurement, sigma_rad, off_rad, swing_rad: self.swing_rad(prior) }
     }
 
     /// Sigma, each axis, radians, of a tilt that may swing on: how far the last jump has come back from its largest size within its duration. At
     /// most [`LEARNT_SIGMAS`]: a larger swing is noticed, and a single wrong match is not to cost fixes.
-    pub(super) fn swing_rad(&self, prior: &PriorSigmas) -> f32 {
+    fn swing_rad(&self, prior: &PriorSigmas) -> f32 {
         let back_rad = self.last.map_or(0.0, |last| sqrt(0.5) * (last.most_rad - last.by_rad.norm()));
         back_rad.min(LEARNT_SIGMAS * prior.tilt_rad)
     }

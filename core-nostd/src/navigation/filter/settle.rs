@@ -35,6 +35,7 @@ impl Filter {
                 let jumped = (at, Micros(0), off);
                 let restart = self.jumps.jumped(jumped, (settled.tilt_rad(), Some(settled)), &measurement, prior);
                 let prior = PriorSigmas { tilt_rad: restart.sigma_rad, ..*prior };
+                self.transient_rad = self.transient_rad.max(restart.swing_rad);
                 Estimate::from_match(&restart.measurement, self.white(&restart.measurement), &prior)
             }
         };

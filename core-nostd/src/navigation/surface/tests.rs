@@ -163,21 +163,6 @@ fn a_large_residual_is_limited() {
     assert!((moved_m(3.0) - GAIN * RESIDUAL_MAX_PX * PX_M).abs() < 0.01, "{}", moved_m(3.0));
 }
 
-#[test]
-fn a_map_of_another_year_is_told_by_the_share_of_valid_least_squares() {
-    let mut surface = Surface::new();
-    assert!(surface.is_another_year(), "until frames say otherwise");
-    (0..40).for_each(|frame| surface.count_least_squares(frame % 5 > 1));
-    assert!(!surface.is_another_year());
-    // An unchanged wood is no map of the same year.
-    let mut surface = Surface::new();
-    (0..4).for_each(|_| surface.count_least_squares(true));
-    assert!(surface.is_another_year());
-    (0..400).for_each(|frame| surface.count_least_squares(frame % 100 < 20));
-    (0..50).for_each(|_| surface.count_least_squares(true));
-    assert!(surface.is_another_year());
-}
-
 /// However clear its peak is: a fix takes four of them.
 #[test]
 fn the_evidence_of_a_key_frame_is_limited() {
