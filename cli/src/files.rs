@@ -1,10 +1,10 @@
 //! The files of one command: none that is written may be one that is read, or that another option names.
 //!
 //! Every verb lists what it reads and writes before it begins. What could not be written after the work is refused before
-//! it, and nothing is created yet.
+//! it, and nothing is left there yet.
 
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::output::check_file;
+use plumbline_survey::io::output::{check_file, try_file};
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,12 @@ impl<'a> Files<'a> {
     /// A file that is read if it is given.
     pub fn may_read(self, option: &'a str, path: Option<&'a PathBuf>) -> Self {
         path.into_iter().fold(self, |files, path| files.reads(option, path))
+    }
+
+    /// An area, if it is given: four numbers, or a file that is read.
+    pub fn may_read_area(self, area: Option<&'a str>) -> Self {
+        let file = area.filter(|area| area.split(',').count() != 4).map(Path::new);
+        file.into_iter().fold(self, |files, file| files.reads("--area", file))
     }
 
     /// A file that is written.
@@ -52,15 +58,17 @@ impl<'a> Files<'a> {
         folder.into_iter().fold(self, |files, folder| files.writes_into(option, folder, names))
     }
 
-    /// Refuses what cannot be written, what is read as well, and what two options name.
+    /// Refuses what is read as well, what two options name, and what cannot be written: of a folder that is not there yet, the
+    /// folder itself.
     ///
     /// # Errors
     /// One sentence with the options and the path.
     pub fn check(&self) -> Result<(), InputError> {
         self.folders.iter().try_for_each(|(option, folder)| check_folder(option, folder))?;
+        let is_created =
+            |path: &Path| self.folders.iter().any(|(_, folder)| path.parent() == Some(folder) && !folder.exists());
         for (index, (option, path)) in self.written.iter().enumerate() {
-            let is_created = |folder: &Path| path.parent() == Some(folder) && !folder.exists();
-            if !self.folders.iter().any(|(_, folder)| is_created(folder)) {
+            if !is_created(path) {
                 check_file(path)?;
             }
             let identity = Identity::of(path);
@@ -70,7 +78,10 @@ impl<'a> Files<'a> {
                 return Err(InputError::new(format!("{option} and {other} are the same file: {}", path.display())));
             }
         }
-        Ok(())
+        // Nothing is made before all of the paths are known to be right.
+        let made = self.written.iter().map(|(_, path)| path.as_path()).filter(|path| !is_created(path));
+        let folders = self.folders.iter().map(|(_, folder)| *folder).filter(|folder| !folder.exists());
+        made.chain(folders).try_for_each(try_file)
     }
 }
 
@@ -95,7 +106,8 @@ impl Identity {
 /// Refuses a folder that could not be written to.
 fn check_folder(option: &str, folder: &Path) -> Result<(), InputError> {
     let refuse = |sentence: String| Err(InputError::new(sentence));
-    if folder.exists() && !folder.is_dir() {
+    // A link that leads nowhere stands in the way as well.
+    if folder.symlink_metadata().is_ok() && !folder.is_dir() {
         return refuse(format!("{option} {} is not a folder", folder.display()));
     }
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -127,7 +127,7 @@ impl Scenario {
             run: reader.part()?,
             faults: reader.part()?,
         };
-        reader.finish("is no key of a scenario")?;
+        reader.finish(|| "is no key of a scenario")?;
         Ok(scenario)
     }
 

@@ -17,6 +17,7 @@ pub mod dem;
 pub mod error;
 pub mod io;
 pub mod logs;
+pub mod misspelt;
 pub mod plan;
 pub mod smooth;
 

@@ -83,3 +83,47 @@ fn under_proc() {
     refusals.expect("fly --frames 1 --out /proc/out", &["/proc/out"]);
     refusals.done();
 }
+
+/// Before the work: each verb's inputs are there, but nonsense, which would be said otherwise.
+#[cfg(target_os = "linux")]
+#[test]
+fn before_anything_is_read() {
+    let folder = Folder::new("outputs-first");
+    for name in ["a.toml", "a.csv", "a.json", "a.png", "a.tif", "a.log"] {
+        folder.write(name, "nonsense");
+    }
+    // Which files are read stands in a table, which is read first.
+    let rows: String = ["a.png", "a.tif", "a.log"].map(|name| format!("{name},0,0,100,0,0,0\n")).concat();
+    let frames = format!("file,east_m,north_m,height_m,heading_deg,pitch_deg,roll_deg\n{rows}");
+    folder.write("frames.csv", frames);
+    let angles = "--heading-deg 0 --pitch-deg 0 --roll-deg 0";
+    let place = "/proc/made";
+    let mut refusals = Refusals::new(&folder);
+    for verb in [
+        &format!("rectify --camera a.toml --frame a.png {angles} --height-m 100 --resolution-m 1 --out {place}.png"),
+        &format!(
+            "rectify --camera a.toml --frame a.png {angles} --height-m 100 --resolution-m 1 --out b.png --mask {place}.png"
+        ),
+        &format!("smooth --in a.csv --time t_s --columns a --out {place}"),
+        &format!("smooth --in a.csv --time t_s --columns a --out b.csv --plot {place}.svg"),
+        &format!("boresight --camera a.toml --fixes a.csv --poses a.csv --out {place}"),
+        &format!("boresight --camera a.toml --fixes a.csv --poses a.csv --out b.toml --report {place}"),
+        &format!("calibrate --block a.json --observations a.csv --out {place}"),
+        &format!("calibrate --block a.json --observations a.csv --out b.toml --report {place}"),
+        &format!("stitch --camera a.toml --frames a.png --out {place}.png"),
+        &format!("configuration --camera a.toml --out {place}"),
+        &format!("configuration --plan a.json --out {place}"),
+        &format!("tiles --ortho a.tif --resolution-m 1 --out {place}"),
+        &format!("plan --dem a.tif --area 0,0,1,1 --camera a.toml --height-m 300 --overlap 60/30 --out {place}"),
+        &format!("evaluate --frames frames.csv --camera a.toml --reference a.tif --out {place}"),
+        &format!("fly --scenario a.toml --out {place}"),
+        &format!("fly --scenario a.toml --log {place}"),
+        &format!("fly --scenario a.toml --export {place}.mcap"),
+        &format!("replay a.log --out {place}"),
+        &format!("camera new --from-opencv a.json --out {place}"),
+        &format!("reproduce 003 --out {place}"),
+    ] {
+        refusals.expect(verb, &["cannot write /proc/made", "takes no files"]);
+    }
+    refusals.done();
+}

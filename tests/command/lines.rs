@@ -77,7 +77,10 @@ fn what_cannot_be_served_is_refused() {
     refusals.expect("serve --pty --tiles x", &["--mavlink"]);
     refusals.expect("serve --mavlink 127.0.0.1:1 --configuration taken --tiles taken", &["tcp:HOST:PORT"]);
     refusals.expect(&format!("{mavlink} --configuration none --tiles taken"), &["none"]);
-    refusals.expect(&format!("{mavlink} --configuration taken --tiles taken"), &["refuses", "configuration"]);
+    refusals.expect(
+        &format!("{mavlink} --configuration taken --tiles taken"),
+        &["--configuration taken is no configuration store"],
+    );
     refusals.expect(&format!("{FLY} --frames 1 --link serial:taken --out out"), &["serial:taken", "neither"]);
     refusals.expect(&format!("{FLY} --frames 1 --link serial:/dev/null --out out"), &["serial:/dev/null", "neither"]);
     refusals.done();

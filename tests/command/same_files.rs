@@ -41,6 +41,12 @@ fn tiles_smooth_and_flights() {
     folder.write("flown/fixes.csv", "old");
     let mut refusals = Refusals::new(&folder);
     refusals.expect("tiles --ortho ground.tif --resolution-m 5 --out ground.tif", &["--out and --ortho"]);
+    folder.write("flown/plan.geojson", "{}");
+    let height = "--camera log.csv --height-m 300 --overlap 60/30";
+    refusals.expect(
+        &format!("plan --dem ground.tif --area flown/plan.geojson {height} --out flown"),
+        &["--out and --area", "plan.geojson"],
+    );
     let smooth = "smooth --in log.csv --time t_s --columns a";
     refusals.expect(&format!("{smooth} --out log.csv"), &["--out and --in"]);
     refusals.expect(&format!("{smooth} --out new.svg --plot ./new.svg"), &["--plot and --out"]);

@@ -164,3 +164,41 @@ fn what_makes_no_store_is_refused() {
     refused.expect(&format!("{options} empty.toml"), &["cannot read empty.toml: it is empty"]);
     refused.done();
 }
+
+/// What is no store, and what of a store is refused, each with what makes a right one.
+#[test]
+fn a_companion_says_which_file_is_no_store() {
+    let folder = Folder::with_ground("companion");
+    folder.write("camera.toml", CAMERA);
+    folder.write("key.txt", "c0ffee000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c\n");
+    folder.run(TILES).done();
+    folder.run("configuration --camera camera.toml --out configuration.bin").done();
+    folder.run("tiles --ortho ground.tif --resolution-m 40 --out small.bin").done();
+    let mut damaged = folder.read("tiles.bin");
+    *damaged.last_mut().expect("pixels") ^= 1;
+    folder.write("damaged.bin", damaged);
+    let serve = |configuration: &str, tiles: &str, key: &str| {
+        format!("serve --mavlink tcp:127.0.0.1:1 --configuration {configuration} --tiles {tiles}{key}")
+    };
+    let mut refusals = Refusals::new(&folder);
+    for file in ["camera.toml", "tiles.bin"] {
+        let no_store = format!("--configuration {file} is no configuration store");
+        refusals.expect(
+            &serve(file, "tiles.bin", ""),
+            &[&no_store, "plumbline configuration --camera CAMERA --out FILE writes a right one"],
+        );
+    }
+    let writer = "plumbline tiles --ortho ORTHO --resolution-m M --out FILE writes a right one";
+    for (file, why) in [
+        ("ground.tif", "--tiles ground.tif is no tile store"),
+        ("damaged.bin", "--tiles damaged.bin is a tile store that the firmware refuses: content damaged"),
+        ("small.bin", "--tiles small.bin is a tile store that the firmware refuses: smaller than the search"),
+    ] {
+        refusals.expect(&serve("configuration.bin", file, ""), &[why, writer]);
+    }
+    refusals.expect(
+        &serve("configuration.bin", "tiles.bin", " --key key.txt"),
+        &["--key key.txt is no key store", "plumbline configuration --signing-key KEY --out FILE"],
+    );
+    refusals.done();
+}

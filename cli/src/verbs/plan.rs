@@ -203,13 +203,18 @@ struct Height {
     gsd_m: Option<f64>,
 }
 
-pub fn run(args: &Args) -> Result<Outcome, Failure> {
+fn check_files(args: &Args) -> Result<(), InputError> {
     Files::default()
         .reads("--dem", &args.dem)
         .reads("--camera", &args.camera)
         .may_read("--geoid", args.geoid.as_ref())
+        .may_read_area(Some(&args.area))
         .writes_into("--out", &args.out, &export::FILES)
-        .check()?;
+        .check()
+}
+
+pub fn run(args: &Args) -> Result<Outcome, Failure> {
+    check_files(args)?;
     let bar = progress::bar(0, "");
     let stage = |what: &'static str, done: u64, all: u64| {
         bar.set_message(what);

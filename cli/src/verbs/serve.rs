@@ -4,6 +4,8 @@ use crate::files::Files;
 use crate::interrupt;
 use crate::outcome::{Failure, Outcome, note, print};
 use clap::ArgGroup;
+use plumbline_firmware::boot::BootError;
+use plumbline_firmware::stores::StoreError;
 use plumbline_sim::link::Stores;
 use plumbline_sim::link::device::Device;
 use plumbline_sim::link::inproc::InProcess;
@@ -78,11 +80,35 @@ fn companion(args: &Args, end: &End) -> Result<Outcome, Failure> {
     files.check()?;
     let [configuration, tiles, key] = stores.map(|(_, path)| path.as_deref().map_or(Ok(Vec::new()), input::bytes));
     let stores = Stores { configuration: configuration?, tiles: tiles?, plan: Vec::new(), key: key? };
-    stores.check().map_err(|error| InputError::new(format!("the firmware refuses these stores: {error}")))?;
+    stores.check().map_err(|error| refused(args, error))?;
     let mut link = InProcess::boot(&stores, false);
     let mut desk = Desk { interrupted: interrupt::listen()? };
     sit(&mut link, Door::new("--mavlink", end.clone()), &mut desk)?;
     Ok(Outcome::default())
+}
+
+/// Which file is refused, what it is not or what is wrong with it, and what writes a right one.
+fn refused(args: &Args, error: BootError) -> InputError {
+    let (option, path, kind, writer) = match error {
+        BootError::Configuration(_) => {
+            ("--configuration", &args.configuration, "configuration store", "configuration --camera CAMERA --out FILE")
+        }
+        BootError::Tiles(_) | BootError::Misfit => {
+            ("--tiles", &args.tiles, "tile store", "tiles --ortho ORTHO --resolution-m M --out FILE")
+        }
+        BootError::Key(_) => ("--key", &args.key, "key store", "configuration --signing-key KEY --out FILE"),
+        // Nothing of what was given: there is no plan, and memory as on a board.
+        BootError::Plan(_) | BootError::Astray | BootError::FrameMemory => return InputError::new(error.to_string()),
+    };
+    let path = path.as_deref().unwrap_or(Path::new("")).display();
+    let why = match error {
+        BootError::Configuration(why) | BootError::Tiles(why) | BootError::Key(why) => match why {
+            StoreError::Nothing | StoreError::Magic => format!("is no {kind}"),
+            why => format!("is a {kind} that the firmware refuses: {}", why.words()),
+        },
+        error => format!("is a {kind} that the firmware refuses: {}", error.words()[1]),
+    };
+    InputError::new(format!("{option} {path} {why}; plumbline {writer} writes a right one"))
 }
 
 /// Prints what is said.

@@ -18,7 +18,7 @@ use plumbline_survey::crs::{Crs, System};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::output::write_file;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -183,11 +183,12 @@ impl Summary {
 }
 
 fn check_files(args: &Args) -> Result<(), InputError> {
-    let files =
-        Files::default().reads("--ortho", &args.ortho).may_read("--dem", args.dem.as_ref()).writes("--out", &args.out);
-    // Four numbers, or a file.
-    let area = args.area.as_deref().filter(|area| area.split(',').count() != 4).map(Path::new);
-    area.into_iter().fold(files, |files, area| files.reads("--area", area)).check()
+    Files::default()
+        .reads("--ortho", &args.ortho)
+        .may_read("--dem", args.dem.as_ref())
+        .may_read_area(args.area.as_deref())
+        .writes("--out", &args.out)
+        .check()
 }
 
 fn elevation(summary: &Summary) -> String {

@@ -30,12 +30,13 @@ pub fn configuration(
 fn read(text: &str, name: &str) -> Result<Vehicle, InputError> {
     let mut reader = Reader::new(text, name);
     let vehicle: Vehicle = reader.part()?;
-    let what = if Scenario::reads(text) {
-        "is no setting of a configuration: this is a scenario, which fly --scenario takes"
-    } else {
-        "is no setting of a configuration"
-    };
-    reader.finish(what)?;
+    reader.finish(|| {
+        if Scenario::reads(text) {
+            "is no setting of a configuration: this is a scenario, which fly --scenario takes"
+        } else {
+            "is no setting of a configuration"
+        }
+    })?;
     vehicle.check().map_err(|what| InputError::new(what).at(name))?;
     Ok(vehicle)
 }

@@ -42,11 +42,11 @@ impl<'a> Reader<'a> {
         part.map_err(|error| self.sentence(&error))
     }
 
-    /// Refuses the first key that no part has taken. `what` follows its name.
+    /// Refuses the first key that no part has taken. `what` follows its name, and is asked only then.
     ///
     /// # Errors
     /// [`InputError`].
-    pub fn finish(self, what: &str) -> Result<(), InputError> {
+    pub fn finish(self, what: impl FnOnce() -> &'static str) -> Result<(), InputError> {
         let is_left = |key: &str, by: &[String]| {
             by.iter().any(|left| {
                 key.strip_prefix(left.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
@@ -65,10 +65,11 @@ impl<'a> Reader<'a> {
             }
             "cols" | "rows" | "fov_h_deg" | "fov_v_deg" => {
                 format!(
-                    "{key} {what}: this is a camera file, which --camera takes, and a scenario names in camera_file"
+                    "{key} {}: this is a camera file, which --camera takes, and a scenario names in camera_file",
+                    what()
                 )
             }
-            _ => format!("{key} {what}"),
+            _ => format!("{key} {}", what()),
         };
         Err(InputError::new(format!("{}{line}: {why}", self.file)))
     }
@@ -104,4 +105,22 @@ fn at(text: &str, key: &str) -> Option<usize> {
         })
     }
     find(DeTable::parse(text).ok()?.get_ref(), key)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The answer may take a second reading of the text.
+    #[test]
+    fn what_a_strange_key_is_not_is_asked_of_one_alone() {
+        let finish = |text: &str, what: &dyn Fn() -> &'static str| {
+            let mut reader = Reader::new(text, "a.toml");
+            reader.part::<crate::scenario::Vehicle>().expect("TOML");
+            reader.finish(what)
+        };
+        finish("search_px = 8\n", &|| panic!("nothing is strange")).expect("a vehicle's key");
+        let error = finish("serach_px = 8\n", &|| "is none").expect_err("misspelt");
+        assert_eq!(error.to_string(), "a.toml, line 1 (`serach_px = 8`): serach_px is none");
+    }
 }

@@ -65,6 +65,17 @@ fn refused(path: &Path, error: io::Error) -> InputError {
     }
 }
 
+/// What [`check_file`] refuses, and a folder that takes no files, which only a file tells that is made there and removed: the system
+/// lets everybody write under /proc, and there is nothing to write to.
+///
+/// # Errors
+/// As [`write_file`].
+pub fn try_file(path: &Path) -> Result<(), InputError> {
+    let trial = check_file(path)?.join(temporary_name(Path::new("trial")));
+    let made = OpenOptions::new().write(true).create_new(true).open(&trial).and_then(|_| fs::remove_file(&trial));
+    made.map_err(|error| refused(path, error))
+}
+
 /// What [`write_file`] would refuse before it writes, for work whose several files are to be written all or none; the
 /// folder of the file.
 ///
@@ -82,15 +93,12 @@ pub fn check_file(path: &Path) -> Result<&Path, InputError> {
     if !folder.is_dir() {
         return refuse(&format!("the folder {} does not exist", folder.display()));
     }
-    if let Ok(existing) = fs::metadata(path) {
-        if !existing.is_file() {
-            return refuse("it exists and is not a regular file");
-        }
-        if existing.permissions().readonly() {
-            return refuse("it exists and is write-protected");
-        }
+    match fs::metadata(path) {
+        Ok(existing) if !existing.is_file() => refuse("it exists and is not a regular file"),
+        Ok(existing) if existing.permissions().readonly() => refuse("it exists and is write-protected"),
+        Err(error) if error.kind() == io::ErrorKind::InvalidFilename => refuse("its name is too long"),
+        _ => Ok(folder),
     }
-    Ok(folder)
 }
 
 fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
@@ -146,6 +154,25 @@ pub(crate) mod tests {
         let error = write_file(&path, b"x").expect_err("refused").to_string();
         assert!(error.contains("none does not exist"), "{error}");
         assert!(!folder.join("none").exists());
+    }
+
+    #[test]
+    fn a_file_that_can_be_made_is_not_made() {
+        let folder = scratch("output-tried");
+        let path = folder.join("a");
+        try_file(&path).expect("it can");
+        assert_eq!(fs::read_dir(&folder).expect("listed").count(), 0);
+        fs::write(&path, "old").expect("written");
+        try_file(&path).expect("it can be replaced");
+        assert_eq!(
+            (fs::read(&path).expect("there"), fs::read_dir(&folder).expect("listed").count()),
+            (b"old".to_vec(), 1)
+        );
+        assert!(try_file(&folder.join("a".repeat(300))).expect_err("no name").to_string().ends_with("too long"));
+        if cfg!(target_os = "linux") {
+            let error = try_file(Path::new("/proc/a")).expect_err("no files");
+            assert!(!error.is_failed_work() && error.to_string().contains("takes no files"), "{error}");
+        }
     }
 
     #[test]

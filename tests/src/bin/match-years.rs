@@ -5,7 +5,7 @@ use clap::Parser;
 use indicatif::ProgressBar;
 use plumbline_core::budget::{PATCH_MAX_PX, SEARCH_MAX_PX};
 use plumbline_core::pipeline::BELIEVED_RISK;
-use plumbline_survey::io::output::{check_file, write_file};
+use plumbline_survey::io::output::{try_file, write_file};
 use plumbline_tests::years::displacements::Displacements;
 use plumbline_tests::years::picture::picture;
 use plumbline_tests::years::reliability::{Stated, bins, lines, of_scenes};
@@ -79,7 +79,7 @@ fn main() -> ExitCode {
 
 fn compared(options: &Options) -> Result<(), String> {
     for path in options.picture.iter().chain(&options.features) {
-        check_file(path).map_err(|error| error.to_string())?;
+        try_file(path).map_err(|error| error.to_string())?;
     }
     let years = years(&options.orthos).map_err(|error| error.to_string())?;
     if years.len() == 1 && !options.same {

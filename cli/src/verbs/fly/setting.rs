@@ -7,6 +7,7 @@ use plumbline_sim::setup::{PlanToFly, Setup};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::data::shared_data;
 use plumbline_survey::io::input;
+use plumbline_survey::misspelt::meant;
 use std::path::Path;
 
 /// What is to be flown, made ready.
@@ -71,24 +72,13 @@ fn load(args: &Args) -> Result<(Scenario, bool), Failure> {
             Err(Failure::Input(InputError::new(format!(
                 "--scenario {}: there is no such file, and the built-in ones are {names}{}",
                 path.display(),
-                scenario_like(&path.to_string_lossy())
+                meant(&path.to_string_lossy(), BUILT_IN.map(|(name, _)| name))
                     .map_or(String::new(), |name| format!("; a similar one exists: '{name}'"))
             ))))
         }
         _ => parse(&input::text(path)?, &path.display().to_string(), path.parent().unwrap_or(Path::new(""))),
     }
 }
-
-/// The built-in scenario whose name is likest to what was typed, if it is like it at all.
-fn scenario_like(typed: &str) -> Option<&'static str> {
-    let typed = typed.to_lowercase().replace('-', "_");
-    let like = BUILT_IN.map(|(name, _)| (strsim::jaro(&typed, name), name));
-    let (likeness, name) = like.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (likeness >= LIKE).then_some(name)
-}
-
-/// Likeness, 0 to 1, from which a name is held for a misspelling: chosen, that of clap for verbs and options.
-const LIKE: f64 = 0.7;
 
 /// `--ground` replaces the scenario's ground; `--dem` and `--reference` belong to an orthophoto, whoever named it.
 fn ground(args: &Args, ground: &mut Ground) -> Result<(), Failure> {

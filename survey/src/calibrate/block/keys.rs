@@ -1,8 +1,8 @@
 //! The keys of a block file: which there are, which are needed, and what a misspelt one was meant to be.
 
 use crate::error::InputError;
+use crate::misspelt;
 use serde_json::{Map, Value};
-use strsim::levenshtein;
 
 /// Keys that mean something here.
 const KEYS: [&str; 24] = [
@@ -46,8 +46,6 @@ const MEANT: [(&str, &str); 6] = [
 
 /// Keys that a block cannot be without.
 const NEEDED: [&str; 6] = ["f_px", "heads_d_m", "head_start_rad", "station_start", "point_start", "fixed_points"];
-/// How many letters of a misspelt key may be wrong: more make another word.
-const LETTERS_WRONG: usize = 2;
 
 /// Refuses keys that mean nothing, since one that is misspelt would silently be left out of the adjustment, and names all that are missing.
 pub(super) fn check_keys(block: &Map<String, Value>, name: &str) -> Result<(), InputError> {
@@ -67,13 +65,8 @@ pub(super) fn check_keys(block: &Map<String, Value>, name: &str) -> Result<(), I
 
 /// What a key was meant to be: by another program's name, or the nearest of ours.
 fn meant(key: &str) -> Option<&'static str> {
-    let plain = |key: &str| key.to_lowercase().replace(['_', '-', ' '], "");
     let other = MEANT.iter().find(|(other, _)| key == *other).map(|(_, meant)| *meant);
-    let near = || {
-        let off = |known: &&str| levenshtein(&plain(key), &plain(known));
-        KEYS.into_iter().min_by_key(off).filter(|known| off(known) <= LETTERS_WRONG)
-    };
-    other.or_else(near)
+    other.or_else(|| misspelt::meant(key, KEYS))
 }
 
 #[cfg(test)]
@@ -94,6 +87,5 @@ mod tests {
             r#"{"pixel_mm": 0.0068, "head_start_rad": [], "fixed_points": [], "solution": 1, "truth_heads_rad": 1}"#,
         );
         assert!(missing.contains("f_px, heads_d_m, station_start, point_start are missing"), "{missing}");
-        assert_eq!(levenshtein("kitten", "sitting"), 3);
     }
 }
