@@ -171,12 +171,9 @@ impl<'t> Pipeline<'t> {
         (hypot(cols, rows) <= WRONG_PX).then_some((cols, rows))
     }
 
-    /// A least-squares match, with the local offset of the map in its covariance if that may be of another year: neighbouring frames share it.
+    /// A least-squares match, with the local offset that the map has if it is of another year in its covariance: neighbouring frames share it.
     fn with_map_error(&self, shift: Shift) -> Shift {
-        if !self.navigation.surface.map_year.may_be_offset() {
-            return shift;
-        }
-        let by_place = squared(MAP_SIGMA_PX);
+        let by_place = self.navigation.surface.map_year.offset_probability() * squared(MAP_SIGMA_PX);
         let covariance = shift.covariance + Matrix2::identity() * by_place;
         Shift { covariance, map_variance: shift.map_variance + by_place, ..shift }
     }
