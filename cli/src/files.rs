@@ -4,7 +4,7 @@
 //! it, and nothing is left there yet.
 
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::output::{check_file, try_file};
+use plumbline_survey::io::output::{check_file, try_file, try_folder};
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -79,9 +79,10 @@ impl<'a> Files<'a> {
             }
         }
         // Nothing is made before all of the paths are known to be right.
-        let made = self.written.iter().map(|(_, path)| path.as_path()).filter(|path| !is_created(path));
-        let folders = self.folders.iter().map(|(_, folder)| *folder).filter(|folder| !folder.exists());
-        made.chain(folders).try_for_each(try_file)
+        let mut made = self.written.iter().map(|(_, path)| path.as_path()).filter(|path| !is_created(path));
+        let mut folders = self.folders.iter().map(|(_, folder)| *folder).filter(|folder| !folder.exists());
+        made.try_for_each(try_file)?;
+        folders.try_for_each(try_folder)
     }
 }
 

@@ -304,7 +304,6 @@ impl Surface {
         let (col, row) = (MIDDLE as f32 + cols, MIDDLE as f32 + rows);
         if self.is_new_ground {
             self.begin_key_frame(px_m);
-            self.map_year.count_ground();
             // No later frame replaces a key frame of that certainty.
             self.texture = f32::MAX;
             self.grid.penalise_distance(LEAST_SQUARES_EVIDENCE, (col, row), LEAST_SQUARES_CELLS);

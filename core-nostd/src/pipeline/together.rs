@@ -90,11 +90,7 @@ impl<'t> Pipeline<'t> {
         let accepted = matched.found.accepted;
         matched.found.accepted = accepted.and(Err(Rejection::Undecided));
         if matched.search_px as usize > SEARCH_MAX_PX {
-            // A surface does not reach as far.
-            if accepted.is_ok() && self.confirmed(matched) == Ok(true) {
-                (matched.found.accepted, matched.risk) = (accepted, CONFIRMED_RISK);
-            }
-            return;
+            return self.alone(situation, accepted, matched);
         }
         let Some(sought) = self.sought(situation, matched) else { return };
         let decided = self.decided(sought.px_m);
@@ -103,14 +99,14 @@ impl<'t> Pipeline<'t> {
         {
             let nadir = self.tile.local(matched.centre.0 + shift.d_col, matched.centre.1 + shift.d_row);
             self.held(nadir, decided, sought.px_m);
-            self.count_least_squares(situation, true);
+            self.count_least_squares(situation, Some(nadir));
             let believed = decided.filter(Decision::is_believed);
             matched.is_decided = believed.is_some();
             matched.is_elsewhere = believed.is_some_and(|decided| !sought.is_near(nadir, &decided));
             (matched.found.accepted, matched.risk) = (Ok(self.with_map_error(shift)), CONFIRMED_RISK);
             return;
         }
-        self.count_least_squares(situation, false);
+        self.count_least_squares(situation, None);
         let Ok((decided, own)) = self.frame_match(matched, accepted.is_err(), &sought) else { return };
         let Some(decided) = decided else {
             self.navigation.surface.agreement.gap();
@@ -145,6 +141,20 @@ impl<'t> Pipeline<'t> {
         }
     }
 
+    /// Confirms the match of a search that a surface does not reach, or takes it back.
+    fn alone(&mut self, situation: &Situation, accepted: Result<Shift, Rejection>, matched: &mut Matched) {
+        let held = accepted.ok().filter(|_| self.confirmed(matched) == Ok(true));
+        // After a loss the last frames say more of the map than the search for the position.
+        if matched.search_px == self.settings.search_px {
+            let at = |shift: &Shift| self.tile.local(matched.centre.0 + shift.d_col, matched.centre.1 + shift.d_row);
+            let nadir = held.as_ref().map(at);
+            self.count_least_squares(situation, nadir);
+        }
+        if let Some(shift) = held {
+            (matched.found.accepted, matched.risk) = (Ok(self.with_map_error(shift)), CONFIRMED_RISK);
+        }
+    }
+
     /// Whether the last frames, this one included, agree with the decision; and their mean residual, pixels.
     fn agreed(&mut self, off_px: Option<(f32, f32)>, drift_px: f32) -> (bool, f32) {
         let is_own_year = !self.navigation.surface.map_year.is_another();
@@ -173,15 +183,19 @@ impl<'t> Pipeline<'t> {
 
     /// A least-squares match, with the local offset that the map has if it is of another year in its covariance: neighbouring frames share it.
     fn with_map_error(&self, shift: Shift) -> Shift {
-        let by_place = self.navigation.surface.map_year.offset_probability() * squared(MAP_SIGMA_PX);
-        let covariance = shift.covariance + Matrix2::identity() * by_place;
-        Shift { covariance, map_variance: shift.map_variance + by_place, ..shift }
+        let (by_place, map_year) = (squared(MAP_SIGMA_PX), &self.navigation.surface.map_year);
+        let covariance = shift.covariance + Matrix2::identity() * (map_year.offset_probability() * by_place);
+        // An offset that is only possible does not tell neighbours apart.
+        let common = if map_year.is_another() { by_place } else { 0.0 };
+        Shift { covariance, map_variance: shift.map_variance + common, ..shift }
     }
 
-    /// Counts a frame with or without a valid least-squares match; one whose attitude is in doubt says nothing of the map.
-    fn count_least_squares(&mut self, situation: &Situation, holds: bool) {
+    /// Counts a frame with the nadir of its valid least-squares match or without one; one whose attitude is in doubt says nothing of the map.
+    fn count_least_squares(&mut self, situation: &Situation, held: Option<Local>) {
         if !self.is_unexplained(situation, 0.0) {
-            self.navigation.surface.map_year.count(holds);
+            let (cols, rows) = self.placement.size;
+            let side_m = f32::from(cols.max(rows)) * self.tile.ground_resolution().0;
+            self.navigation.surface.map_year.count(held, side_m);
         }
     }
 

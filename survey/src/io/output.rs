@@ -61,19 +61,36 @@ fn refused(path: &Path, error: io::Error) -> InputError {
         io::ErrorKind::NotFound | io::ErrorKind::Unsupported => {
             InputError::new(format!("{what}: its folder takes no files"))
         }
+        io::ErrorKind::InvalidFilename => InputError::new(format!("{what}: its name is too long")),
         _ => InputError::failed(format!("{what}: {error}")),
     }
 }
 
-/// What [`check_file`] refuses, and a folder that takes no files, which only a file tells that is made there and removed: the system
-/// lets everybody write under /proc, and there is nothing to write to.
+/// What [`check_file`] refuses, a folder that takes no files, and a name that is too long for them: only a file tells that is made there
+/// as [`write_file`] makes it, and removed. The system lets everybody write under /proc, and there is nothing to write to.
 ///
 /// # Errors
 /// As [`write_file`].
 pub fn try_file(path: &Path) -> Result<(), InputError> {
-    let trial = check_file(path)?.join(temporary_name(Path::new("trial")));
+    try_in(check_file(path)?, path, path)
+}
+
+/// Likewise of a folder that does not exist yet: whether it can be made.
+///
+/// # Errors
+/// As [`write_file`].
+pub fn try_folder(path: &Path) -> Result<(), InputError> {
+    try_in(check_file(path)?, Path::new("trial"), path)
+}
+
+fn try_in(folder: &Path, name: &Path, path: &Path) -> Result<(), InputError> {
+    let trial = folder.join(temporary_name(name));
     let made = OpenOptions::new().write(true).create_new(true).open(&trial).and_then(|_| fs::remove_file(&trial));
-    made.map_err(|error| refused(path, error))
+    match made {
+        // Left by another process of that number: the folder takes files.
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
+        made => made.map_err(|error| refused(path, error)),
+    }
 }
 
 /// What [`write_file`] would refuse before it writes, for work whose several files are to be written all or none; the
@@ -138,7 +155,7 @@ pub(crate) mod tests {
             fs::write(path, "old").expect("written");
         }
         let error = write_files(&[(&first, b"new"), (&last, b"new")]).expect_err("the name is too long");
-        assert!(error.is_failed_work() && error.to_string().contains("bbb"), "{error}");
+        assert!(!error.is_failed_work() && error.to_string().contains("bbb"), "{error}");
         assert_eq!(
             (fs::read(&first).expect("there"), fs::read_dir(&folder).expect("listed").count()),
             (b"old".to_vec(), 2)
@@ -168,7 +185,12 @@ pub(crate) mod tests {
             (fs::read(&path).expect("there"), fs::read_dir(&folder).expect("listed").count()),
             (b"old".to_vec(), 1)
         );
-        assert!(try_file(&folder.join("a".repeat(300))).expect_err("no name").to_string().ends_with("too long"));
+        // Of 250 letters it is too long beside its temporary name.
+        for letters in [250, 300] {
+            let error = try_file(&folder.join("a".repeat(letters))).expect_err("no name");
+            assert!(error.to_string().ends_with("too long") && !error.is_failed_work(), "{error}");
+        }
+        try_folder(&folder.join("a".repeat(250))).expect("a folder has none");
         if cfg!(target_os = "linux") {
             let error = try_file(Path::new("/proc/a")).expect_err("no files");
             assert!(!error.is_failed_work() && error.to_string().contains("takes no files"), "{error}");

@@ -29,7 +29,7 @@ pub struct Measurement {
     pub nadir: Local,
     /// Its covariance without the tilt's error, (east, north), square metres.
     pub covariance: Matrix2<f32>,
-    /// Part of that, on each axis, by a map of another year; 0 over one of the same year.
+    /// Part of that, on each axis, by a map of another year; 0 over one that seems to be of the same year.
     pub map_variance_m2: f32,
     /// Variance to add to each axis since its error is correlated with those of earlier matches, square metres.
     pub inflation_m2: f32,
