@@ -147,9 +147,7 @@ fn slopes_do_not_bias_fixes_at_five_metres_a_pixel() {
 #[test]
 fn without_a_model_a_slope_biases_fixes() {
     let land = Land::new("none");
-    // So low that the first footprint, whose fixes are stated to be less certain, is left behind.
-    let mut scenario = land.scenario([0.14, 0.14], 1.0, 60, 60);
-    scenario.run.flight.height_m = [55.0, 60.0];
+    let mut scenario = land.scenario([0.14, 0.14], 2.0, 60, 25);
     scenario.world.reference.elevation_posts_m = 0.0;
     let scored = flown(scenario);
     let (bias, accepted) = bias_px(&scored);

@@ -52,25 +52,6 @@ fn ground_in_another_state_is_fixed_by_its_directions() {
     assert!(rms_px < 0.3, "{rms_px}");
 }
 
-/// Matches of one footprint do not tell a map of the same year from a field that has not changed.
-#[test]
-fn the_first_footprint_is_stated_to_be_less_certain() {
-    let land = Land::new("first");
-    let mut scenario = land.scenario([0.0; 2], 1.0, 63, 60);
-    scenario.run.flight.height_m = [50.0, 55.0];
-    let setup = Setup::prepare(scenario).expect("it can be flown");
-    let flight =
-        fly(&setup, &mut InProcess::new(&setup.flash).expect("it boots"), Keep::default(), &mut ()).expect("it flies");
-    let csv = fixes_csv(&setup, &flight, &score(&setup, &flight, &Unrectified::default()));
-    let sigma_m = |row: &str| row.split(',').nth(10).and_then(|east| east.parse::<f64>().ok());
-    let sigmas_m: Vec<Option<f64>> = csv.lines().skip(1).map(sigma_m).collect();
-    let least = |frames: std::ops::Range<usize>| sigmas_m[frames].iter().flatten().copied().fold(f64::MAX, f64::min);
-    // A quarter of 0.6 pixels, where the matches' own sigma is a tenth of a pixel.
-    let (first, later) = (least(0..8), least(30..60));
-    println!("{first} m, then {later} m");
-    assert!(first > 0.14 && first < 1.0 && later < 0.14, "{first} m, then {later} m");
-}
-
 /// The products of both kernels, and all that is added up of them.
 #[test]
 fn the_emulated_board_adds_up_the_same() {

@@ -99,14 +99,14 @@ impl<'t> Pipeline<'t> {
         {
             let nadir = self.tile.local(matched.centre.0 + shift.d_col, matched.centre.1 + shift.d_row);
             self.held(nadir, decided, sought.px_m);
-            self.count_least_squares(situation, Some(nadir));
+            self.count_least_squares(situation, true);
             let believed = decided.filter(Decision::is_believed);
             matched.is_decided = believed.is_some();
             matched.is_elsewhere = believed.is_some_and(|decided| !sought.is_near(nadir, &decided));
             (matched.found.accepted, matched.risk) = (Ok(self.with_map_error(shift)), CONFIRMED_RISK);
             return;
         }
-        self.count_least_squares(situation, None);
+        self.count_least_squares(situation, false);
         let Ok((decided, own)) = self.frame_match(matched, accepted.is_err(), &sought) else { return };
         let Some(decided) = decided else {
             self.navigation.surface.agreement.gap();
@@ -146,9 +146,7 @@ impl<'t> Pipeline<'t> {
         let held = accepted.ok().filter(|_| self.confirmed(matched) == Ok(true));
         // After a loss the last frames say more of the map than the search for the position.
         if matched.search_px == self.settings.search_px {
-            let at = |shift: &Shift| self.tile.local(matched.centre.0 + shift.d_col, matched.centre.1 + shift.d_row);
-            let nadir = held.as_ref().map(at);
-            self.count_least_squares(situation, nadir);
+            self.count_least_squares(situation, held.is_some());
         }
         if let Some(shift) = held {
             (matched.found.accepted, matched.risk) = (Ok(self.with_map_error(shift)), CONFIRMED_RISK);
@@ -181,21 +179,20 @@ impl<'t> Pipeline<'t> {
         (hypot(cols, rows) <= WRONG_PX).then_some((cols, rows))
     }
 
-    /// A least-squares match, with the local offset that the map has if it is of another year in its covariance: neighbouring frames share it.
+    /// A least-squares match, with the local offset of the map in its covariance if that is of another year: neighbouring frames share it.
     fn with_map_error(&self, shift: Shift) -> Shift {
-        let (by_place, map_year) = (squared(MAP_SIGMA_PX), &self.navigation.surface.map_year);
-        let covariance = shift.covariance + Matrix2::identity() * (map_year.offset_probability() * by_place);
-        // An offset that is only possible does not tell neighbours apart.
-        let common = if map_year.is_another() { by_place } else { 0.0 };
-        Shift { covariance, map_variance: shift.map_variance + common, ..shift }
+        if !self.navigation.surface.map_year.is_another() {
+            return shift;
+        }
+        let by_place = squared(MAP_SIGMA_PX);
+        let covariance = shift.covariance + Matrix2::identity() * by_place;
+        Shift { covariance, map_variance: shift.map_variance + by_place, ..shift }
     }
 
-    /// Counts a frame with the nadir of its valid least-squares match or without one; one whose attitude is in doubt says nothing of the map.
-    fn count_least_squares(&mut self, situation: &Situation, held: Option<Local>) {
+    /// Counts a frame with or without a valid least-squares match; one whose attitude is in doubt says nothing of the map.
+    fn count_least_squares(&mut self, situation: &Situation, holds: bool) {
         if !self.is_unexplained(situation, 0.0) {
-            let (cols, rows) = self.placement.size;
-            let side_m = f32::from(cols.max(rows)) * self.tile.ground_resolution().0;
-            self.navigation.surface.map_year.count(held, side_m);
+            self.navigation.surface.map_year.count(holds);
         }
     }
 

@@ -188,8 +188,7 @@ fn decide(surface: &mut Surface) {
 /// Frames of the map's own year, and a match of a moment ago that is off by as much as an attitude of fourteen degrees.
 fn contradict(navigation: &mut Navigation) {
     let Navigation { filter, surface, .. } = navigation;
-    let here = Local { east_m: 0.0, north_m: 0.0 };
-    (0..SAME_YEAR_BEFORE).for_each(|_| surface.map_year.count(Some(here), HEIGHT_M));
+    (0..SAME_YEAR_BEFORE).for_each(|_| surface.map_year.count(true));
     let prior = PriorSigmas { velocity_m_per_s: 0.1, tilt_rad: 0.002, extra_wander_rad: 0.0 };
     let before = |us: u64| Micros(MID_EXPOSURE.0 - us);
     filter.reported(Moment { at: before(400_000), velocity_m_per_s: [0.0; 2] }, &prior);
