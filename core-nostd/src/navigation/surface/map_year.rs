@@ -13,6 +13,7 @@ const PRIOR_FRAMES: u8 = 15;
 const SHARE_MIN: f32 = 0.4;
 /// That share with which there is little doubt. Chosen: the lower end of what was seen in the same year.
 const CERTAIN_SHARE_MIN: f32 = 0.6;
+
 /// What the frames say of the map's year.
 #[derive(Clone, Copy, Debug)]
 pub struct MapYear {
