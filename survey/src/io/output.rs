@@ -85,8 +85,7 @@ pub fn try_folder(path: &Path) -> Result<(), InputError> {
 
 fn try_in(folder: &Path, name: &Path, path: &Path) -> Result<(), InputError> {
     let trial = folder.join(temporary_name(name));
-    let made = OpenOptions::new().write(true).create_new(true).open(&trial).and_then(|_| fs::remove_file(&trial));
-    match made {
+    match write_new(&trial, b"").and_then(|()| fs::remove_file(&trial)) {
         // Left by another process of that number: the folder takes files.
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
         made => made.map_err(|error| refused(path, error)),
