@@ -31,15 +31,18 @@ impl Flown {
 
 /// A vehicle with a small camera, fixed to it or followed, and with such a fault.
 fn flown(fault: Option<&str>, keys: &str) -> Flown {
+    flown_with(fault.map(|fault| format!("{fault}@{FAILING_S}")).as_slice(), keys)
+}
+
+/// The same with several faults, each with its time.
+fn flown_with(faults: &[String], keys: &str) -> Flown {
     let text = format!("seed = 5\nframes = {FRAMES}\nsend_patches = false\n{keys}\n");
     let mut scenario = Scenario::parse(&text, "faults", std::path::Path::new(""), None).expect("sound");
     scenario.camera = Camera::of_size(128, 128);
     scenario.vehicle.attitude.drift_deg = 0.2;
     let heading_deg = &mut scenario.vehicle.attitude.heading_drift_deg;
     *heading_deg = heading_deg.or(Some(0.5));
-    if let Some(fault) = fault {
-        scenario.faults.timed.push(format!("{fault}@{FAILING_S}").parse().expect("a fault"));
-    }
+    scenario.faults.timed.extend(faults.iter().map(|fault| fault.parse().expect("a fault")));
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let (mut link, mut unrectified) = (InProcess::new(&setup.flash).expect("it boots"), Unrectified::default());
     let flight = fly(&setup, &mut link, Keep::default(), &mut unrectified).expect("it flies");
@@ -78,6 +81,17 @@ fn an_attitude_that_fails_makes_no_wrong_fix() {
     holds("attitude.bias=1", "", 0.9);
     // It jumps as it begins, and until the velocity is known again a swing could pass for its error: 14 frames.
     holds("attitude.scale=1.1", "", 0.7);
+}
+
+/// What else fails meanwhile says nothing of the attitude: it remains in doubt, until pictures show it right again.
+#[test]
+fn a_doubt_outlasts_what_interrupts_the_velocities() {
+    for meanwhile in ["link.off@24..34", "position.stuck_position@28..28.4", "position.off@24..34"] {
+        let flown = flown_with(&["attitude.bias=3@20..40".to_owned(), meanwhile.to_owned()], "");
+        let (failing, behind) = (FAILING.start..FAILING.end + 20, FAILING.end + 20 + AGAIN..FRAMES as usize);
+        assert_eq!((flown.wrong, flown.accepted(failing)), (0, 0), "{meanwhile}");
+        assert!(flown.accepted(behind.clone()) * 100 >= 95 * behind.len(), "{meanwhile}: {}", flown.accepted(behind));
+    }
 }
 
 /// No turn tells: the perspective of the pictures does.

@@ -24,6 +24,7 @@ mod innovation_test;
 mod jumps;
 mod misalignment;
 mod settle;
+mod interruption;
 mod satellites;
 mod resection;
 mod resections;
@@ -99,6 +100,8 @@ pub struct Filter {
     /// Position and tilt by matches and their pictures while the attitude is in doubt or checked.
     resections: Resections,
     misalignment: Misalignment,
+    /// What a reset has left of the tilt until the next match: the estimate, pitch and roll, and its larger sigma, radians.
+    kept_tilt: Option<([f32; 2], f32)>,
     /// Satellite navigation beside the matches, and its correction of pitch and roll at the newest frame, radians.
     satellites: Satellites,
     satellite_tilt_rad: Option<[f32; 2]>,
@@ -124,6 +127,7 @@ impl Filter {
             tried_rad: None,
             resections: Resections::new(),
             misalignment: Misalignment::new(),
+            kept_tilt: None,
             satellites: Satellites::new(),
             satellite_tilt_rad: None,
         }
@@ -138,7 +142,8 @@ impl Filter {
 
     /// That error from matches alone.
     fn matched_tilt_rad(&self) -> [f32; 2] {
-        self.newest.map_or([0.0; 2], |estimate| estimate.tilt_rad())
+        let kept_rad = self.kept_tilt.map_or([0.0; 2], |(kept_rad, _)| kept_rad);
+        self.newest.map_or(kept_rad, |estimate| estimate.tilt_rad())
     }
 
     /// Distance between satellite navigation and the map, metres, if they disagree.
@@ -176,7 +181,8 @@ impl Filter {
     /// That sigma without a possible misalignment.
     fn shown_rad(&self, prior: &PriorSigmas) -> f32 {
         let [_, wander_rad] = part_sigmas_rad(prior);
-        let known_rad = self.newest.map_or(prior.sigma_rad(), |estimate| hypot(estimate.tilt_sigma_rad(), wander_rad));
+        let before_rad = self.start_prior(prior).sigma_rad();
+        let known_rad = self.newest.map_or(before_rad, |estimate| hypot(estimate.tilt_sigma_rad(), wander_rad));
         hypot(known_rad, self.transient_rad)
     }
 
@@ -242,24 +248,6 @@ impl Filter {
         }
     }
 
-    /// The reported data may be invalid: restarts with the next velocity.
-    pub fn forget(&mut self) {
-        self.reset(self.reported);
-    }
-
-    /// Resets all but the newest velocity and the map's offset by satellites.
-    fn reset(&mut self, moment: Moment) {
-        // Field by field: a new filter would need its size on the stack as well.
-        (self.acceleration, self.moment, self.matched_at) = ([0.0; 2], moment, Micros(0));
-        (self.settled, self.newest, self.prediction) = (None, None, None);
-        self.pending.clear();
-        (self.transient_rad, self.jumps, self.satellite_tilt_rad) = (0.0, Jumps::new(), None);
-        (self.resections, self.tried_rad) = (Resections::new(), None);
-        (self.swing_at, self.before_swing_rad) = (moment.at, 0.0);
-        self.misalignment = Misalignment::new();
-        self.satellites.stop();
-    }
-
     /// Updates by the waiting satellite position once the newest velocity is no older, after moving it to that instant.
     fn update_by_satellites(&mut self) {
         if let (Some(settled), Some(position)) = (self.settled, self.satellites.due(self.reported.at)) {
@@ -307,7 +295,7 @@ impl Filter {
         let before = core::mem::replace(&mut self.matched_at, self.moment.at);
         let outcome = match (overruled_m, self.newest) {
             (Some(aside), _) => Outcome::Outlier(aside.into()),
-            (None, None) => return self.start(measurement, prior),
+            (None, None) => return self.start(measurement, &self.start_prior(prior)),
             (None, Some(newest)) if self.jumps.is_jumping(self.moment.at) => {
                 Outcome::Outlier(newest.innovation(measurement, self.white(measurement)).off)
             }
@@ -371,7 +359,7 @@ impl Filter {
         self.satellites.restart(&settled);
         self.settled = Some(settled);
         self.misalignment.restart(measurement);
-        self.prediction = None;
+        (self.prediction, self.kept_tilt) = (None, None);
         self.pending.clear();
         0.0
     }

@@ -62,6 +62,9 @@ const KEY_FRAME_DISTANCE: f32 = 0.75;
 const KEY_FRAMES: usize = 13;
 /// Longest time between two frames over which the surface is propagated, microseconds: as for tracks.
 const STEP_MAX_US: i32 = 9_000_000;
+/// Longest time between two frames that agree with the decision one after the other, microseconds: what drifts, drifts further in a longer
+/// one. Chosen: four frames at two a second.
+const CONSECUTIVE_US: i32 = 2_000_000;
 /// Share of the residual by which the surface is moved towards a measured nadir. Chosen: a velocity error is corrected over a few of them.
 const GAIN: f32 = 0.3;
 /// Residuals count up to this, pixels: a larger one is seldom due to the velocity, and frames of the same ground are wrong alike. In 28
@@ -78,7 +81,7 @@ const DRIFT_SIGMA_MAX_PX: f32 = 1.0;
 /// No position on any tile is as far from its centre, metres: a quarter of the Earth's circumference.
 const FAR_M: f32 = 1e7;
 /// Evidence of a valid least-squares match against a shift this many shifts away and beyond; nearer it grows with the squared distance, as
-/// by a sigma of 0.6 pixels. One of 23,000 wrong peaks had such a match, so it is as much as decides alone.
+/// by a sigma of 0.6 pixels. One of 23,000 wrong peaks had such a match, so it is as much as has frames searched there.
 const LEAST_SQUARES_EVIDENCE: f32 = 250.0;
 const LEAST_SQUARES_CELLS: f32 = 1.5;
 
@@ -169,6 +172,9 @@ impl Surface {
         if !(0..=STEP_MAX_US).contains(&step_us) {
             self.clear();
             return;
+        }
+        if step_us > CONSECUTIVE_US {
+            self.agreement.gap();
         }
         let seconds = step_us as f32 * 1e-6;
         let [east_m, north_m] = displacement_m(before, moment);

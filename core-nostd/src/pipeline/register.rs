@@ -89,14 +89,16 @@ impl Pipeline<'_> {
         let parameters = self.search_parameters(situation);
         let mut search = self.search_state.search(&mut self.navigation.tracks, situation, &parameters);
         let mut tried = self.locate(situation, search);
-        if let Ok(matched) = &mut tried {
-            self.together(situation, matched);
+        match &mut tried {
+            Ok(matched) => self.together(situation, matched),
+            Err(_) => self.navigation.surface.agreement.gap(),
         }
         let mut sighting = self.plausible_sighting(situation, &tried);
         let is_decided = tried.as_ref().is_ok_and(|matched| matched.is_decided);
         let peak = self.unaccepted_peak(&tried);
         if !is_decided
-            && matches!(sighting, Err(refusal) if refusal != Refusal::Featureless)
+            // What was found near by is counted once.
+            && matches!(sighting, Err(refusal) if !matches!(refusal, Refusal::Featureless | Refusal::Contradicted))
             && let Some(far) = self.search_state.far(&self.navigation.tracks, situation, &parameters)
         {
             search = far;

@@ -92,7 +92,9 @@ impl<'t> Pipeline<'t> {
         if matched.search_px as usize > SEARCH_MAX_PX {
             return self.alone(situation, accepted, matched);
         }
-        let Some(sought) = self.sought(situation, matched) else { return };
+        let Some(sought) = self.sought(situation, matched) else {
+            return self.navigation.surface.agreement.gap();
+        };
         let decided = self.decided(sought.px_m);
         if let Ok(shift) = accepted
             && self.confirmed(matched) == Ok(true)
@@ -107,10 +109,8 @@ impl<'t> Pipeline<'t> {
             return;
         }
         self.count_least_squares(situation, false);
-        let Ok((decided, own)) = self.frame_match(matched, accepted.is_err(), &sought) else { return };
-        let Some(decided) = decided else {
-            self.navigation.surface.agreement.gap();
-            return;
+        let Ok((Some(decided), own)) = self.frame_match(matched, accepted.is_err(), &sought) else {
+            return self.navigation.surface.agreement.gap();
         };
         (matched.is_decided, matched.by_decision) = (decided.is_believed(), true);
         let at = |found: &Match| self.tile.local(matched.centre.0 + found.shift.0, matched.centre.1 + found.shift.1);
@@ -143,6 +143,7 @@ impl<'t> Pipeline<'t> {
 
     /// Confirms the match of a search that a surface does not reach, or takes it back.
     fn alone(&mut self, situation: &Situation, accepted: Result<Shift, Rejection>, matched: &mut Matched) {
+        self.navigation.surface.agreement.gap();
         let held = accepted.ok().filter(|_| self.confirmed(matched) == Ok(true));
         // After a loss the last frames say more of the map than the search for the position.
         if matched.search_px == self.settings.search_px {

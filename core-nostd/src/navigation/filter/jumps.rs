@@ -161,6 +161,14 @@ impl Jumps {
         *self = Jumps { mean_rad, ..Jumps::new() };
     }
 
+    /// Velocities were interrupted until `at`, or the clock was set back: what has jumped is still off.
+    pub(super) fn interrupted(&mut self, at: Micros) {
+        self.off_before = None;
+        if let Some(last) = self.last.as_mut().filter(|last| at.since(last.at.max(last.quiet_since)) < 0) {
+            (last.at, last.quiet_since) = (at, at);
+        }
+    }
+
     /// Sets the mean to which the tilt decays, pitch and roll, radians, without a jump.
     pub(super) fn set_mean(&mut self, mean_rad: [f32; 2]) {
         self.mean_rad = mean_rad;

@@ -32,6 +32,11 @@ impl Resections {
     pub(super) const fn new() -> Self {
         Resections { newest: None, correct_at: None }
     }
+
+    /// Velocities were interrupted: the position is not known further. That pictures have shown a correct attitude a moment ago is.
+    pub(super) fn interrupted(&mut self) {
+        self.newest = None;
+    }
 }
 
 impl Filter {

@@ -226,6 +226,58 @@ fn a_tilt_that_was_learnt_counts_as_unexplained_where_the_velocity_may_be_anythi
     assert!(unexplained_rad(&known) < 0.01 && unexplained_rad(&known_to(8.0)) > 0.07);
 }
 
+/// Matches of a vehicle that flies east, two a second with as many velocities, and displaced to the side by `tilt_rad` of roll.
+fn straight(filter: &mut Filter, seconds: core::ops::Range<u64>, prior: &PriorSigmas, tilt_rad: f32) {
+    for at_s in seconds.clone().flat_map(|second| [second as f32, second as f32 + 0.5]) {
+        let at = Micros((1e6 * (1.0 + at_s)) as u64);
+        filter.reported(Moment { at, velocity_m_per_s: [24.0, 0.0] }, prior);
+        filter.propagate(at, prior);
+        let known = filter.tilt_rad();
+        let nadir = Local { east_m: 24.0 * at_s, north_m: -HEIGHT_M * (tilt_rad - known[1]) };
+        let measurement = Measurement {
+            corrected_tilt_rad: known,
+            heading_rad: core::f32::consts::FRAC_PI_2,
+            ..Measurement::level(nadir, NOISE_M * NOISE_M)
+        };
+        filter.matched(&measurement, None, prior);
+    }
+}
+
+/// Velocities stop for longer than they are propagated over, are taken to be frozen, or begin anew with their clock.
+#[test]
+fn a_jump_is_not_forgotten_where_velocities_are_interrupted() {
+    let prior = known_to(0.3);
+    for again_s in [50, 21, 0] {
+        let mut filter = Filter::new();
+        straight(&mut filter, 0..10, &prior, 0.0);
+        assert!(filter.unexplained_rad(&prior) < 0.01);
+        straight(&mut filter, 10..20, &prior, 0.05);
+        assert!(filter.unexplained_rad(&prior) > 0.03);
+        filter.forget();
+        assert!(filter.unexplained_rad(&prior) > 0.03);
+        straight(&mut filter, again_s..again_s + 10, &prior, 0.05);
+        assert!(filter.unexplained_rad(&prior) > 0.03, "{again_s}");
+        // It ends all the same.
+        straight(&mut filter, again_s + 10..again_s + 40, &prior, 0.0);
+        assert!(filter.unexplained_rad(&prior) < 0.01, "{again_s}: {}", filter.unexplained_rad(&prior));
+    }
+}
+
+#[test]
+fn a_tilt_that_was_learnt_is_not_forgotten_where_velocities_are_interrupted() {
+    let (mut filter, tilt) = (Filter::new(), [0.08, 0.05]);
+    flown_by(&mut filter, &UNKNOWN, 60.0, 24.0, |at_s| 0.15 * at_s, |_| tilt);
+    let (learnt, sigma_rad) = (filter.tilt_rad(), filter.tilt_sigma_rad(&UNKNOWN));
+    assert!((0..2).all(|axis| (learnt[axis] - tilt[axis]).abs() < 0.01), "{learnt:?}");
+    filter.forget();
+    assert_eq!(filter.tilt_rad(), learnt);
+    assert!(filter.tilt_sigma_rad(&UNKNOWN) >= sigma_rad);
+    filter.reported(Moment { at: Micros(90_000_000), velocity_m_per_s: [24.0, 0.0] }, &UNKNOWN);
+    let measurement = Measurement { corrected_tilt_rad: learnt, ..Measurement::level(Local::default(), 0.01) };
+    filter.matched(&measurement, None, &UNKNOWN);
+    assert_eq!(filter.tilt_rad(), learnt);
+}
+
 #[test]
 fn a_velocity_that_is_thrown_over_is_not_taken_for_an_acceleration() {
     let mut filter = Filter::new();
