@@ -42,7 +42,9 @@ fn flown_with(faults: &[String], keys: &str) -> Flown {
     scenario.vehicle.attitude.drift_deg = 0.2;
     let heading_deg = &mut scenario.vehicle.attitude.heading_drift_deg;
     *heading_deg = heading_deg.or(Some(0.5));
-    scenario.faults.timed.extend(faults.iter().map(|fault| fault.parse().expect("a fault")));
+    for fault in faults {
+        scenario.faults.timed.push(fault.parse().expect("a fault"));
+    }
     let setup = Setup::prepare(scenario).expect("it can be flown");
     let (mut link, mut unrectified) = (InProcess::new(&setup.flash).expect("it boots"), Unrectified::default());
     let flight = fly(&setup, &mut link, Keep::default(), &mut unrectified).expect("it flies");
