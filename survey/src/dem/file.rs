@@ -9,8 +9,9 @@ use crate::crs::System;
 use crate::error::InputError;
 use crate::io::input::{by_gdal, open, unreadable};
 use crate::io::raster::{
-    GeoTransform, Georeference, HeightDatum, Posts, Scaling, check_elevation, for_people, is_known,
+    GeoTransform, Georeference, HeightDatum, Posts, Scaling, check_elevation, for_people, is_known, vertical_unit_m,
 };
+use crate::io::shell::{names, quoted};
 use crate::io::tiff::{Part, SAMPLES_MAX, TiffFile, is_tiff};
 
 use super::ascii::{Header, is_ascii_grid};
@@ -58,6 +59,7 @@ impl DemFile {
     pub fn open(path: &Path) -> Result<Self, InputError> {
         let (model, bands, is_of_8_bits) = Self::header(path)?;
         check_elevation(path, bands, is_of_8_bits)?;
+        model.check_vertical()?;
         Ok(model)
     }
 
@@ -114,6 +116,20 @@ impl DemFile {
             return Err(refuse("its bounds are not finite".into()));
         }
         Ok((model, bands, is_of_8_bits))
+    }
+
+    /// Refuses a horizontal system, and any other number, in the place of a vertical one.
+    fn check_vertical(&self) -> Result<(), InputError> {
+        let HeightDatum::System(Some(code)) = self.height_datum else { return Ok(()) };
+        let Some(why) = u16::try_from(code).ok().and_then(|code| vertical_unit_m(code).err()) else { return Ok(()) };
+        let horizontal = match self.system {
+            Some(System::Epsg(epsg)) => epsg.to_string(),
+            _ => "CODE".to_owned(),
+        };
+        Err(self.refuse(&format!(
+            "its heights are said to be in EPSG:{code}, but {why}: gdal_translate -a_srs EPSG:{horizontal}+5773 {} says so",
+            names(&self.path, "vertical")
+        )))
     }
 
     /// Where the file is.
