@@ -1,4 +1,4 @@
-//! Elevation models as their files describe them: what their heights are above, how many posts they leave without one.
+//! Elevation models as their files describe them: what their heights are above, how many posts they leave without one, how samples become heights.
 
 use crate::folder::Folder;
 use crate::pictures::heights;
@@ -77,4 +77,24 @@ fn posts_without_a_height_are_told() {
         &["dem.tif", "8 of 9 posts 1500 m apart", "a smaller --posts-m"],
     );
     refusals.done();
+}
+
+/// Programs do not agree on whether these tags are applied, and without them heights are too low by a factor.
+#[test]
+fn heights_that_the_pixel_scale_multiplies_are_refused() {
+    let folder = Folder::with_ground("tile-scale");
+    folder.write("camera.toml", crate::folder::CAMERA);
+    let low = |col: usize, row: usize| 0.1 * hills(col, row);
+    heights(&folder.path("ten.tif"), &[], [10.0, 0.0], low);
+    heights(&folder.path("more.tif"), &[(VERTICAL, 5703)], [0.0, 50.0], low);
+    heights(&folder.path("one.tif"), &[], [1.0, 0.0], hills);
+    let mut refusals = Refusals::new(&folder);
+    for verb in [TILES, PLAN] {
+        let line = "gdal_calc.py -A ten.tif --calc='10*A.astype(float)+(0)' --type=Float64 --outfile=ten_scaled.tif";
+        refusals.expect(&format!("{verb} ten.tif"), &["ten.tif", "10 times", line]);
+        refusals.expect(&format!("{verb} more.tif"), &["more.tif", "50 more", "--calc='1*A.astype(float)+(50)'"]);
+    }
+    refusals.expect("fly --ground ground.tif --frames 2 --dem ten.tif", &["ten.tif", "10 times", "gdal_calc.py"]);
+    refusals.done();
+    folder.run(&format!("{TILES} one.tif")).done();
 }

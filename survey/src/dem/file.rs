@@ -72,21 +72,20 @@ impl DemFile {
         let refuse = |why: String| refusal(path, &why);
         let (model, bands, is_of_8_bits) = if is_tiff(&start) {
             let tiff = open_tiff(path)?;
-            let Georeference { geo, crs: system, nodata, height_unit_m, scaling, has_heights, height_datum } =
-                Georeference::read(&tiff.geo).map_err(|why| refuse(why.says(path, "bilinear")))?;
-            let kind = Kind::GeoTiff { nodata };
+            let tags = Georeference::read(&tiff.geo).map_err(|why| refuse(why.says(path, "bilinear")))?;
+            tags.placed_heights.map_or(Ok(()), |heights| Err(refuse(scaled(path, heights))))?;
             let model = Self {
                 path: path.into(),
                 cols: tiff.cols as usize,
                 rows: tiff.rows as usize,
-                geo,
-                system,
-                height_unit_m,
-                scaling,
-                has_heights,
-                is_unit_stated: has_heights,
-                height_datum,
-                kind,
+                geo: tags.geo,
+                system: tags.crs,
+                height_unit_m: tags.height_unit_m,
+                scaling: tags.scaling,
+                has_heights: tags.has_heights,
+                is_unit_stated: tags.has_heights,
+                height_datum: tags.height_datum,
+                kind: Kind::GeoTiff { nodata: tags.nodata },
             };
             (model, tiff.bands, tiff.colour.bit_depth() == 8)
         } else if is_ascii_grid(&start) {
@@ -321,6 +320,16 @@ fn posts(first: f64, last: f64, count: usize) -> Option<Range<usize>> {
     let (start, stop) = ((first - ROUNDING).ceil() - 1.0, (last + ROUNDING).floor() + 1.0);
     let (start, stop) = (start.clamp(0.0, end), stop.clamp(0.0, end));
     Some(start as usize..stop as usize + 1)
+}
+
+/// What to type where heights have a scale on which programs do not agree whether to apply it.
+fn scaled(path: &Path, [scale, offset]: [f64; 2]) -> String {
+    let (from, to) = (quoted(&path.display().to_string()), format!("{}_scaled.tif", path.with_extension("").display()));
+    format!(
+        "its pixel scale and tie point say that heights are {scale} times its samples and {offset} more, which is not applied: \
+         gdal_calc.py -A {from} --calc='{scale}*A.astype(float)+({offset})' --type=Float64 --outfile={} applies it",
+        quoted(&to)
+    )
 }
 
 fn refusal(path: &Path, why: &str) -> InputError {
