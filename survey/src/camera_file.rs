@@ -48,8 +48,7 @@ use crate::io::output::write_file;
 
 pub use heads::Head;
 pub use mounting::{ARM_MAX_M, BORESIGHT_MAX_DEG, Covariance};
-pub use parse::as_radians;
-pub(crate) use parse::no_pixel_mm;
+pub use parse::{as_radians, no_pixel_mm};
 
 /// A camera file's content, checked. Angles in degrees, as in the file.
 #[derive(Debug, Clone, PartialEq)]

@@ -337,7 +337,9 @@ fn sizes(file: &Field<'_>) -> Result<Sizes, InputError> {
     };
     let positive = |key: &str| file.key(key).map(|field| field.positive()).transpose();
     let side_mm = |field: &Field<'_>| {
-        field.positive().and_then(|mm| no_pixel_mm(mm).map_or(Ok(mm), |wanted| Err(field.wrong(&wanted))))
+        field
+            .positive()
+            .and_then(|mm| no_pixel_mm(mm, "pixel_mm = ").map_or(Ok(mm), |wanted| Err(field.wrong(&wanted))))
     };
     Ok(Sizes {
         pixel_mm: file.key("pixel_mm").map(|field| side_mm(&field)).transpose()?,
