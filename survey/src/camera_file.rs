@@ -36,6 +36,7 @@ mod checksum;
 pub mod heads;
 pub mod imported;
 mod keys;
+mod lens;
 pub mod mounting;
 mod parse;
 

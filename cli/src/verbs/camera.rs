@@ -143,7 +143,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let text = commented(&camera, &from);
     // What is written must be what is taken.
-    CameraFile::from_toml_str(&text, "as made")?;
+    CameraFile::from_toml_str(&text, &new.source.words())?;
     let Some(out) = &new.out else { return Outcome::new(false, &(), || text) };
     // Calibrations and edits are lost otherwise; what is there already may be made again.
     if !new.overwrite && out.exists() && std::fs::read(out).ok().as_deref() != Some(text.as_bytes()) {

@@ -6,7 +6,7 @@ use crate::error::InputError;
 
 use super::heads::{VIRTUAL_SIDE_MAX_PX, heads};
 use super::keys::Keys;
-use super::{CameraFile, checksum, mounting};
+use super::{CameraFile, checksum, lens, mounting};
 
 /// Every key a file may have at its top.
 const KEYS: [&str; 14] = [
@@ -95,6 +95,8 @@ pub(super) fn camera_file(text: &str, name: &str) -> Result<CameraFile, InputErr
         return Err(file.wrong("pixel_mm", &wanted));
     }
     in_degrees(&camera, &file)?;
+    let nearest = [camera.fov_h_deg, camera.fov_v_deg].map(|deg| (0.5 * deg.to_radians()).tan());
+    lens::check(&file, camera.distortion.as_ref(), nearest[0].min(nearest[1]))?;
     let size = [camera.cols, camera.rows];
     file.principal_point(size, [camera.offset_m_px, camera.offset_n_px])?;
     if !camera.heads.is_empty() {
