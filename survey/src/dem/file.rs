@@ -1,13 +1,13 @@
 //! Files of elevation models: the header first, then as much of the heights as is asked for.
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek};
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::crs::System;
 use crate::error::InputError;
-use crate::io::input::{by_gdal, open, unreadable};
+use crate::io::input::{BOM, by_gdal, in_utf16, open, unreadable};
 use crate::io::raster::{
     GeoTransform, Georeference, HeightDatum, Posts, Scaling, check_elevation, for_people, is_known, vertical_unit_m,
 };
@@ -88,7 +88,7 @@ impl DemFile {
                 kind: Kind::GeoTiff { nodata: tags.nodata },
             };
             (model, tiff.bands, tiff.colour.bit_depth() == 8)
-        } else if is_ascii_grid(&start) {
+        } else if is_ascii_grid(start.strip_prefix(BOM).unwrap_or(&start)) {
             let (header, _) = open_ascii(path)?;
             let Header { cols, rows, geo, .. } = header;
             let beside = prj::beside(path)?;
@@ -108,6 +108,8 @@ impl DemFile {
                 kind: Kind::Ascii(header),
             };
             (model, 1, false)
+        } else if let Some(error) = in_utf16(path, &start) {
+            return Err(error);
         } else {
             return Err(refuse(format!("it is neither a GeoTIFF nor an ESRI ASCII grid{}", by_gdal(path, &start))));
         };
@@ -344,7 +346,11 @@ fn open_tiff(path: &Path) -> Result<TiffFile<impl Read + Seek>, InputError> {
 /// The header of an ASCII grid, and the words that follow it.
 fn open_ascii(path: &Path) -> Result<(Header, Tokens<BufReader<File>>), InputError> {
     let (file, _) = open(path)?;
-    let mut tokens = Tokens::new(BufReader::with_capacity(1 << 16, file));
+    let mut reader = BufReader::with_capacity(1 << 16, file);
+    if reader.fill_buf().map_err(|error| unreadable(path, error))?.starts_with(BOM) {
+        reader.consume(BOM.len());
+    }
+    let mut tokens = Tokens::new(reader);
     let header = Header::read(&mut tokens).map_err(|why| refusal(path, &why))?;
     Ok((header, tokens))
 }

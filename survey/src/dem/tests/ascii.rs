@@ -38,6 +38,9 @@ fn the_header_may_be_written_in_many_ways() {
         "\n ncols\t3 nrows 2 xllcenter 105 yllcenter 205 dx 10 dy 10 nodata_value -1 1 2 3 4 -1 6.5",
         "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -1\n1\n2 3 4\n-1 65e-1",
         "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -1\n1 2 3\n4 nan .65E+1\n",
+        "\u{feff}ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -1\n1 2 3\n4 -1 6.5\n",
+        "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value nan\n1 2 3\n4 nan 6.5\n",
+        "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value 1e400\n1 2 3\n4 1e999 6.5\n",
     ] {
         let found = read("asc-header", text).expect("readable");
         // Unknown heights are not equal to themselves.
