@@ -211,7 +211,8 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::Input(InputError::new(NO_REBOOT)));
     }
     let frames = setup.scenario.run.frames;
-    for note in setup.plan.iter().flat_map(|plan| &plan.notes).chain(&setup.notes) {
+    let late = setting::late_faults(&setup.scenario);
+    for note in setup.plan.iter().flat_map(|plan| &plan.notes).chain(&setup.notes).chain(&late) {
         outcome::note(note);
     }
     let (mut link, mut linked) = watched(args, opened, &setup, link(args, &setup)?);
