@@ -105,7 +105,7 @@ pub struct Args {
     #[arg(long, value_name = "END", requires = "autopilot")]
     truth: Option<End>,
     /// Seconds to wait for each end of a live flight, and for the vehicle's first word
-    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = seconds)]
+    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = seconds, allow_negative_numbers = true)]
     wait_s: f64,
     /// A ground station that watches the flight: udp:HOST:PORT or tcp:HOST:PORT
     ///

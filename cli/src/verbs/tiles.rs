@@ -37,7 +37,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     dem: Option<PathBuf>,
     /// Metres from post to post of the elevation model in the store
-    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 30.0, requires = "dem")]
+    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 30.0, requires = "dem", allow_negative_numbers = true)]
     posts_m: f64,
     /// EPSG code of the elevation model's vertical system, such as 5773 (EGM96 height) or 3855 (EGM2008 height), where its file names none;
     /// 0: not known
