@@ -152,7 +152,7 @@ mod tests {
         assert_eq!((half.posts.size, half.voids(), half.has_cell()), ((7, 4), 16, true));
         let column = over(&|east| (east < 1_000.0).then_some(400.0));
         assert_eq!((column.voids(), column.has_cell()), (24, false));
-        let all = over(&|east| Some(east));
+        let all = over(&Some);
         assert_eq!((all.voids(), all.has_cell()), (0, true));
     }
 }
