@@ -223,7 +223,7 @@ fn read(wanted: &Wanted<'_>) -> Result<Recorded, InputError> {
         }
     };
     let Some(time) = wanted.time.filter(|_| !wanted.columns.is_empty()) else {
-        let header = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+        let header = Table::parse(&text, name.clone())?.header.join(",");
         return Err(InputError::new(format!("{name} is a table (CSV): --time and --columns say which of {header}")));
     };
     check_names(time, wanted.columns, wanted.angles)?;

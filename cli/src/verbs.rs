@@ -159,7 +159,7 @@ pub fn one_sentence(error: &clap::Error) -> String {
 
 /// What the standard library says of a text that is no whole number, and what people say.
 const RUST_WORDS: [(&str, &str); 3] = [
-    ("invalid digit found in string", "not a whole number"),
+    ("invalid digit found in string", "not a whole number from 0 on"),
     ("number too large to fit in target type", "too large"),
     ("cannot parse integer from empty string", "not a whole number"),
 ];
@@ -257,5 +257,33 @@ fn positive(text: &str) -> Result<f64, String> {
         value if value <= 0.0 => Err("must be above 0".to_owned()),
         value if !(least..=most).contains(&value) => Err(format!("not between {least:e} and {most:e}")),
         value => Ok(value),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::{Arg, Command, CommandFactory};
+    use std::any::TypeId;
+
+    fn is_number(arg: &Arg) -> bool {
+        let of = arg.get_value_parser().type_id();
+        macro_rules! is_one_of {
+            ($($kind:ty),*) => { [$(TypeId::of::<$kind>()),*].iter().any(|kind| of == *kind) };
+        }
+        is_one_of!(u8, u16, u32, u64, usize, i8, i16, i32, i64, isize, f32, f64, [f64; 2], [f64; 3], [f64; 4], [u32; 2])
+    }
+
+    /// Names of options that take numbers and no negative ones after a space: those are refused by what is wrong with them.
+    fn deaf(command: &Command) -> Vec<String> {
+        let own = command.get_arguments().filter(|arg| arg.get_long().is_some() && is_number(arg));
+        let own = own.filter(|arg| !arg.is_allow_negative_numbers_set() && !arg.is_allow_hyphen_values_set());
+        let own = own.map(|arg| format!("{} --{}", command.get_name(), arg.get_long().unwrap_or_default()));
+        own.chain(command.get_subcommands().flat_map(deaf)).collect()
+    }
+
+    #[test]
+    fn a_negative_number_follows_every_option_that_takes_numbers() {
+        assert_eq!(deaf(&Cli::command()), Vec::<String>::new());
     }
 }

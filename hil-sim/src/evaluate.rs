@@ -15,6 +15,7 @@ pub mod platform;
 pub mod refined;
 mod words;
 
+use crate::configuration::settings::keys;
 use crate::link::LinkError;
 use crate::link::inproc::InProcess;
 use crate::run::{Flight, Keep, Observer, fly};
@@ -77,6 +78,7 @@ impl Evaluation {
             Some(path) => (input::text(path)?, path.display().to_string()),
             None => (String::new(), "live".to_owned()),
         };
+        keys(&text, &file)?;
         let folder = self.settings.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
         let given = Scenario::parse_over(LIVE, &text, &file, folder, data::shared_data().as_deref())?;
         let mut vehicle = given.vehicle;

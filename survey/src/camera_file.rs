@@ -36,6 +36,7 @@ mod checksum;
 pub mod heads;
 pub mod imported;
 mod keys;
+mod lens;
 pub mod mounting;
 mod parse;
 
@@ -48,8 +49,7 @@ use crate::io::output::write_file;
 
 pub use heads::Head;
 pub use mounting::{ARM_MAX_M, BORESIGHT_MAX_DEG, Covariance};
-pub use parse::as_radians;
-pub(crate) use parse::no_pixel_mm;
+pub use parse::{as_radians, no_pixel_mm};
 
 /// A camera file's content, checked. Angles in degrees, as in the file.
 #[derive(Debug, Clone, PartialEq)]

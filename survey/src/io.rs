@@ -5,6 +5,7 @@
 pub mod data;
 pub mod geojson;
 pub mod input;
+pub(crate) mod json;
 pub mod output;
 pub mod picture;
 pub mod raster;

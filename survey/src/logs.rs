@@ -59,6 +59,7 @@ pub fn open(path: &Path) -> Result<File, InputError> {
     if let Some(kind) = Kind::of(&bytes) {
         return Ok(File::Log(kind, bytes));
     }
+    input::in_utf16(path, &bytes).map_or(Ok(()), Err)?;
     let name = path.display();
     if bytes.contains(&0) || bytes.first().is_some_and(|first| !first.is_ascii() && *first != BOM) {
         return Err(InputError::new(format!(

@@ -93,6 +93,16 @@ fn cameras_that_the_board_cannot_hold() {
         refusals.expect(&with(MAP, "--camera", "bad.toml"), &["bad.toml"]);
         refusals.expect(&with(RECTIFY, "--camera", "bad.toml"), &["bad.toml"]);
     }
+    folder.write("bad.toml", format!("{CAMERA}[distortion]\nk1 = -1.2\n"));
+    refusals
+        .expect(&with(MAP, "--camera", "bad.toml"), &["bad.toml: distortion of k1 = -1.2,", "folds the picture back"]);
+    let matrix = r#""camera_matrix": [[83.0, 0, 47.5], [0, 83.0, 47.5], [0, 0, 1]]"#;
+    let lens = r#""image_width": 96, "image_height": 96, "distortion_coefficients": [-120.0, 3000.0, 0, 0, 0]"#;
+    folder.write("lens.json", format!("{{{matrix}, {lens}}}"));
+    refusals.expect(
+        "camera new --from-opencv lens.json",
+        &["--from-opencv lens.json: distortion of k1 = -120, k2 = 3000,", "folds the picture back"],
+    );
     folder.write("bad.toml", format!("{CAMERA}[distortion]\nk1 = 1e60\n"));
     refusals.expect(&with(MAP, "--camera", "bad.toml"), &["bad.toml"]);
     refusals.done();

@@ -139,3 +139,21 @@ fn verbs_and_options_that_do_not_exist() {
     refusals.expect("reproduce 005", &["005"]);
     refusals.done();
 }
+
+#[test]
+fn negative_numbers_are_refused_by_what_they_are() {
+    let folder = Folder::with_scene("negative");
+    let mut refusals = Refusals::new(&folder);
+    for (call, value, option, why) in [
+        ("tiles --ortho g.tif --resolution-m 5 --out t.bin --dem d.tif --posts-m -5", "-5", "--posts-m", "above 0"),
+        ("fly --wait-s -1", "-1", "--wait-s", "not between 0.1"),
+        ("replay flight.log --number -1", "-1", "--number", "not a whole number from 0 on"),
+        ("adjust --bal b.txt --iterations -3", "-3", "--iterations", "not in 1..=65535"),
+        ("camera new --size 640x480 --fov -60x40", "-60x40", "--fov", "between 0 and 180"),
+        ("camera new --size -640x480 --fov 60x40", "-640x480", "--size", "not of the form"),
+        ("plan --overlap -60/30", "-60/30", "--overlap", "-60 is not between 0 and 95"),
+    ] {
+        refusals.expect(call, &[&format!("invalid value '{value}' for '{option}"), why]);
+    }
+    refusals.done();
+}

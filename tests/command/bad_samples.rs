@@ -27,7 +27,18 @@ fn logs_that_are_none() {
     folder.write("short.csv", "t,y\n0,1\n1\n2,0\n");
     folder.write("long.csv", "t,y\n0,1\n1,5,3\n2,0\n");
     folder.write("twice.csv", "t,y,y\n0,1,1\n1,0,0\n2,3,3\n3,1,1\n");
+    let wide = |text: &str| -> Vec<u8> { text.encode_utf16().flat_map(u16::to_le_bytes).collect() };
+    folder.write("wide.csv", wide("\u{feff}t,y\n0,1\n1,2\n2,0\n"));
+    folder.write("comments.csv", "# a logger, 2026\nt,y\n0,1\n1,2\n2,0\n");
+    folder.write("numpy.csv", "# t,y\n0,1\n1,2\n2,0\n");
     let mut refusals = Refusals::new(&folder);
+    let line = "iconv -f UTF-16 -t UTF-8 wide.csv > wide.utf8.csv";
+    refusals.expect(&on("wide.csv"), &["wide.csv: it is text in UTF-16", line]);
+    refusals.expect(&format!("{SMOOTH} --at wide.csv"), &["wide.csv: it is text in UTF-16", line]);
+    for call in [on("comments.csv"), "smooth --in comments.csv --out fit.csv".to_owned()] {
+        refusals.expect(&call, &["comments.csv, line 1", "sed '/^ *#/d' comments.csv > comments.plain.csv"]);
+    }
+    refusals.expect(&on("numpy.csv"), &["numpy.csv, line 1", "sed '1s/^ *# *//; /^ *#/d' numpy.csv > numpy.plain.csv"]);
     for file in ["none.csv", "none/log.csv", "folder", "empty.csv", "binary.csv"] {
         refusals.expect(&on(file), &[file]);
         refusals.expect(&format!("{SMOOTH} --at {file}"), &[file]);

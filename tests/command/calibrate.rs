@@ -127,6 +127,10 @@ fn what_cannot_be_calibrated() {
     refusals.expect(&with(CALIBRATE, "--observations", "none.csv"), &["none.csv", "cannot read"]);
     refusals.expect(&with(CALIBRATE, "--observations", "block.json"), &["block.json", "no table"]);
     refusals.expect(&with(CALIBRATE, "--block", "obs.csv"), &["obs.csv", "not JSON"]);
+    let twice = folder.text("block.json").replacen('{', "{\n\"f_px\": 1000.0,", 1);
+    // As some editors begin a file: the mark is passed over, here and in all JSON.
+    folder.write("twice.json", format!("\u{feff}{twice}"));
+    refusals.expect(&with(CALIBRATE, "--block", "twice.json"), &["twice.json: the key f_px stands twice at line"]);
     refusals.expect(&with(CALIBRATE, "--out", "none/camera.toml"), &["none", "does not exist"]);
     refusals.expect(&with(CALIBRATE, "--out", "obs.csv"), &["--out", "--observations", "same file"]);
     refusals.expect(&format!("{CALIBRATE} --report none/report"), &["--report none/report"]);

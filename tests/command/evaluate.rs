@@ -239,6 +239,12 @@ fn a_table_that_cannot_be_meant_is_refused() {
     refuse(swapped, "swapped");
     refuse(sound.lines().take(3).collect::<Vec<_>>().join("\n"), "at least 3");
     folder.write("frames.csv", sound);
+    // What makes a table of degrees leaves it beside its pictures.
+    let hundredths =
+        (4..7).fold(folder.text("frames.csv"), |text, column| with_column(&text, column, |deg| 100.0 * deg + 3000.0));
+    folder.write("flown/frames.csv", hundredths.replace("flown/", ""));
+    let made = "' flown/frames.csv > flown/degrees.csv";
+    refusals.expect(&EVALUATE.replace("--frames frames", "--frames flown/frames"), &["hundredths of a degree", made]);
     refusals.expect(&format!("{EVALUATE} --dem other.tif"), &["other.tif"]);
     refusals.expect(&EVALUATE.replace("--out out", "--out flown/poses.csv"), &["not a folder"]);
     refusals.done();

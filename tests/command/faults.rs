@@ -49,7 +49,12 @@ fn the_report_says_what_a_fault_did() {
     let fly = "fly --set seed=9 --seed 3 --set frames=40 --set range.sigma_m=0.05 --set name=evening";
     folder.run(&format!("{fly} --out good")).done();
     let run = folder.run(&format!("{fly} --fault attitude.off@6..8 --fault position.jump=5@12.. --out bad"));
-    run.done();
+    assert!(!run.done().stderr.contains("never happens"));
+    // Two frames are over after 3 + 2 x 0.25 + 1 seconds.
+    folder.write("late.toml", "frames = 2\n[[fault]]\nunit = \"range\"\ntype = \"off\"\nfrom_s = 4.5\n");
+    let late = folder.run("fly --scenario late.toml --fault range.off@4.4.. --fault attitude.off@60..70").done();
+    let never = |fault| format!("the fault {fault} never happens: the flight of 2 frames is over after 4.5 s\n");
+    assert_eq!(late.stderr, never("range.off@4.5..") + &never("attitude.off@60..70"));
     let report = |name: &str| -> Value { serde_json::from_str(&folder.text(name)).expect("JSON") };
     let (good, bad) = (report("good/report.json"), report("bad/report.json"));
     assert_eq!(good["faults"], Value::Array(Vec::new()));

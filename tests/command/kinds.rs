@@ -30,6 +30,11 @@ fn a_camera_settings_and_a_scenario_are_told_apart() {
     refusals.expect(&format!("{map} --camera scenario.toml -- 0,0"), &["scenario.toml", "this is a scenario"]);
     refusals.expect(&format!("{configuration} scenario.toml"), &["scenario.toml", "this is a scenario, which fly"]);
     refusals.expect(&format!("{configuration} camera.toml"), &["camera.toml", "this is a camera file, which --camera"]);
+    let rows = "frame.png,500300,5329700,200,0,0,0\n".repeat(3);
+    folder.write("frames.csv", format!("file,east_m,north_m,height_m,heading_deg,pitch_deg,roll_deg\n{rows}"));
+    let evaluate = "evaluate --frames frames.csv --camera camera.toml --reference reference.png --out out --settings";
+    refusals.expect(&format!("{evaluate} scenario.toml"), &["scenario.toml", "this is a scenario, which fly"]);
+    refusals.expect(&format!("{evaluate} camera.toml"), &["camera.toml", "this is a camera file, which --camera"]);
     refusals.expect("fly --scenario camera.toml --frames 1", &["camera.toml", "this is a camera file, which --camera"]);
     // A misspelt key alone does not make it another file.
     folder.write("misspelt.toml", "serach_px = 10\n");

@@ -46,3 +46,4 @@ mod same_files;
 mod smooth;
 mod stitch;
 mod stores;
+mod tile_heights;

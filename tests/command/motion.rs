@@ -75,7 +75,15 @@ fn tables_for_a_person() {
     for call in [MOTION, INTERSECT] {
         let run = folder.run(&call.replace("--json ", "")).done();
         assert_eq!(run.stdout.lines().count(), 2, "{run:?}");
+        assert!(!run.stdout.contains(" px"), "{run:?}");
     }
+    // With a pixel the lengths of the motion are in pixels too.
+    let document = folder.run(&MOTION.replace("--json", "--pixel-mm 0.009 --json")).json();
+    let text = folder.run(&MOTION.replace("--json", "--pixel-mm 0.009")).done().stdout;
+    let [heading, line] = text.lines().collect::<Vec<_>>()[..] else { panic!("{text}") };
+    assert!(heading.ends_with("exact px  eq. 21 px") && heading.len() == line.len(), "{text}");
+    let lengths = ["exact_px", "first_order_px"].map(|key| format!("{:.6}", number(&document["points"][0], key)));
+    assert!(line.ends_with(&lengths.join("   ")), "{text} {lengths:?}");
 }
 
 #[test]
@@ -89,6 +97,11 @@ fn motion_that_cannot_be_meant() {
         refusals.expect(&without(MOTION, option), &[option]);
     }
     refusals.expect(&MOTION.replace("--json", "--pixel-mm 0 --json"), &["--pixel-mm"]);
+    refusals.expect(
+        &MOTION.replace("--json", "--pixel-mm 4.5 --json"),
+        &["'4.5' for '--pixel-mm", "as the pixels of sensors are; were micrometres meant, write --pixel-mm 0.0045"],
+    );
+    refusals.expect(&MOTION.replace("--json", "--pixel-mm 1e6 --json"), &["--pixel-mm", "0.0001 to 0.2 mm"]);
     refusals.expect(&with(MOTION, "--speed-m-s", "NaN"), &["--speed-m-s"]);
     for option in ["--angles-deg", "--rates-deg-s"] {
         for value in ["1", "1,2", "1,2,3,4", "1,,3", "NaN,0,0", "a,b,c"] {
@@ -120,6 +133,9 @@ fn intersections_that_cannot_be_meant() {
     }
     for value in ["1", "1,2,3", "NaN,0"] {
         refusals.expect(&with(INTERSECT, "--stamps-ms", value), &["--stamps-ms"]);
+    }
+    for (stamps, photo) in [("1e300,2.5", "1e300 ms after its shutter opened photo 1"), ("0,-1e18", "photo 2")] {
+        refusals.expect(&with(INTERSECT, "--stamps-ms", stamps), &["--stamps-ms", photo]);
     }
     for points in ["1,2", "1,2,3", "1,2,3,inf"] {
         refusals.expect(&with(INTERSECT, "--", points), &[points]);

@@ -130,3 +130,19 @@ pub fn geotiff(path: &Path, picture: &Picture, step: f64, crs: Crs) {
     }
     image.write_data(&picture.pixels).expect("written");
 }
+
+/// Writes an elevation model of 40 x 40 posts of 50 m on UTM 33 that [`geotiff`]'s pictures of up to 1.3 km lie on, with more GeoKeys and
+/// with the scale and the offset of heights in the tags of its place.
+pub fn heights(path: &Path, more: &[(u16, u16)], [scale, offset]: [f64; 2], height: impl Fn(usize, usize) -> f32) {
+    let mut encoder = TiffEncoder::new(File::create(path).expect("created")).expect("an encoder");
+    let mut image = encoder.new_image::<colortype::Gray32Float>(40, 40).expect("a raster");
+    let tags = image.encoder();
+    let keys = [&[(1024, 1), (3072, 32633)], more].concat();
+    let head = [1, 1, 0, u16::try_from(keys.len()).expect("few")];
+    let keys: Vec<u16> = head.into_iter().chain(keys.into_iter().flat_map(|(key, value)| [key, 0, 1, value])).collect();
+    tags.write_tag(Tag::ModelPixelScaleTag, &[50.0, 50.0, scale][..]).expect("scale");
+    tags.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, 499_650.0, 5_330_350.0, offset][..]).expect("tie point");
+    tags.write_tag(Tag::GeoKeyDirectoryTag, &keys[..]).expect("keys");
+    let samples: Vec<f32> = (0..1600).map(|index| height(index % 40, index / 40)).collect();
+    image.write_data(&samples).expect("written");
+}

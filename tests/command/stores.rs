@@ -77,6 +77,12 @@ fn a_key_becomes_a_store_and_is_not_told() {
     folder.write("key.txt", format!("{digits}\n"));
     let told = folder.run("configuration --signing-key key.txt --out key.bin --json").done();
     assert!(!told.stdout.to_lowercase().contains("c0ffee") && !told.stderr.to_lowercase().contains("c0ffee"));
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = std::fs::metadata(folder.path("key.bin")).expect("written").permissions().mode();
+        assert_eq!(mode & 0o077, 0, "others read it: {mode:o}");
+    }
     let stored = key::read(&folder.read("key.bin")).expect("a good store").expect("a key");
     assert_eq!((&stored.key.0[..4], stored.key.0[31]), (&[0xc0, 0xff, 0xee, 0][..], 0x1c));
     // Made after 2026 and before 2100.

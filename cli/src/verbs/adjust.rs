@@ -14,7 +14,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     bal: PathBuf,
     /// Iterations after which it is given up
-    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     iterations: u16,
     /// Print one JSON document
     #[arg(long)]

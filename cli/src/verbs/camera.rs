@@ -37,7 +37,7 @@ struct Source {
     #[arg(long, value_name = "FILE")]
     from_odm: Option<PathBuf>,
     /// Full fields of view across and along, degrees: 60x46.8; needs --size
-    #[arg(long, value_name = "HxV", value_parser = fields, requires = "size", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HxV", value_parser = fields, requires = "size", allow_hyphen_values = true)]
     fov: Option<[f64; 2]>,
     /// Focal length, pixels; needs --size
     #[arg(long, value_name = "PX", value_parser = positive, requires = "size", allow_negative_numbers = true)]
@@ -77,7 +77,7 @@ struct New {
     #[arg(long, requires = "from_odm", conflicts_with_all = ["preset", "from_opencv", "fov", "focal_px", "focal_mm", "focal_35mm"])]
     name: Option<String>,
     /// Pixels of a frame: 640x480; of --from-opencv where the file does not tell
-    #[arg(long, value_name = "COLSxROWS", value_parser = size, allow_negative_numbers = true, conflicts_with_all = ["preset", "from_odm"])]
+    #[arg(long, value_name = "COLSxROWS", value_parser = size, allow_hyphen_values = true, conflicts_with_all = ["preset", "from_odm"])]
     size: Option<[u32; 2]>,
     /// Width of the sensor, mm
     #[arg(long, value_name = "MM", value_parser = positive, requires = "focal_mm", allow_negative_numbers = true,
@@ -143,7 +143,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let text = commented(&camera, &from);
     // What is written must be what is taken.
-    CameraFile::from_toml_str(&text, "as made")?;
+    CameraFile::from_toml_str(&text, &new.source.words())?;
     let Some(out) = &new.out else { return Outcome::new(false, &(), || text) };
     // Calibrations and edits are lost otherwise; what is there already may be made again.
     if !new.overwrite && out.exists() && std::fs::read(out).ok().as_deref() != Some(text.as_bytes()) {

@@ -15,7 +15,7 @@ use plumbline_sim::setup::planned::store::of_file;
 use plumbline_survey::camera_file::CameraFile;
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::input;
-use plumbline_survey::io::output::write_file;
+use plumbline_survey::io::output::{write_file, write_secret};
 use plumbline_survey::plan::PlanFile;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -34,8 +34,8 @@ pub struct Args {
     force: bool,
     /// Key that messages are signed with (64 hexadecimal digits), of which the key store is made, instead of a configuration store
     ///
-    /// What this key signed before now is not taken: the store holds the time at which it was made. It is as secret as the key;
-    /// nothing of either is printed.
+    /// What this key signed before now is not taken: the store holds the time at which it was made. It is as secret as the key: its owner
+    /// alone may read the file, and nothing of either is printed.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["camera", "head", "settings", "plan"])]
     signing_key: Option<PathBuf>,
     /// Which head of the camera file flies, counted from 1; a file of several needs it, here or in the settings
@@ -132,7 +132,7 @@ fn plan(path: &Path, args: &Args) -> Result<Outcome, Failure> {
 /// The key store. No checksum is told: it would be of the key.
 fn key(path: &Path, args: &Args) -> Result<Outcome, Failure> {
     let store = store_of(key_of_file(path)?, now()?);
-    write_file(&args.out, &store)?;
+    write_secret(&args.out, &store)?;
     let summary = KeySummary { version: key::KIND.version, bytes: store.len() };
     let text = || format!("{:<14}{}, {} bytes, as secret as the key\n", "key store", args.out.display(), summary.bytes);
     Outcome::new(args.json, &summary, text)

@@ -105,7 +105,7 @@ pub struct Args {
     #[arg(long, value_name = "END", requires = "autopilot")]
     truth: Option<End>,
     /// Seconds to wait for each end of a live flight, and for the vehicle's first word
-    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = seconds)]
+    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = seconds, allow_negative_numbers = true)]
     wait_s: f64,
     /// A ground station that watches the flight: udp:HOST:PORT or tcp:HOST:PORT
     ///
@@ -211,7 +211,8 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::Input(InputError::new(NO_REBOOT)));
     }
     let frames = setup.scenario.run.frames;
-    for note in setup.plan.iter().flat_map(|plan| &plan.notes).chain(&setup.notes) {
+    let late = setting::late_faults(&setup.scenario);
+    for note in setup.plan.iter().flat_map(|plan| &plan.notes).chain(&setup.notes).chain(&late) {
         outcome::note(note);
     }
     let (mut link, mut linked) = watched(args, opened, &setup, link(args, &setup)?);

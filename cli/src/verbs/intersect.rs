@@ -62,7 +62,7 @@ struct Point {
 }
 
 pub fn run(args: &Args) -> Result<Outcome, Failure> {
-    let [first, second] = args.photos();
+    let [first, second] = args.photos()?;
     let points = args
         .points
         .iter()
@@ -83,7 +83,7 @@ fn text_of(points: &[Point]) -> String {
 
 impl Args {
     /// Both exterior orientations at their stamps.
-    fn photos(&self) -> [Exterior; 2] {
+    fn photos(&self) -> Result<[Exterior; 2], InputError> {
         let photo = |station: Triple, angles: Triple, rates: Triple| Photo {
             opening: Exterior { station_m: station.0, angles_rad: angles.radians() },
             rates_rad_s: rates.rates(),
@@ -93,12 +93,28 @@ impl Args {
         let angles_2 = self.angles_2_deg.unwrap_or(self.angles_deg);
         let rates_2 = self.rates_2_deg_s.unwrap_or(self.rates_deg_s);
         let [t1, t2] = self.stamps_ms.map(|ms| 1e-3 * ms);
-        [
+        let is_far = |(t_s, rates): (f64, Triple)| {
+            let mut each = rates.rates().into_iter().chain([self.speed_m_s]);
+            each.any(|rate| (rate * t_s).abs() > FAR)
+        };
+        if let Some(k) = [(t1, self.rates_deg_s), (t2, rates_2)].into_iter().position(is_far) {
+            return Err(InputError::new(format!(
+                "--stamps-ms {},{}: {} ms after its shutter opened photo {} is out of all bounds at its speed and rates",
+                self.stamps_ms[0],
+                self.stamps_ms[1],
+                self.stamps_ms[k],
+                k + 1
+            )));
+        }
+        Ok([
             photo(self.station_1_m, self.angles_deg, self.rates_deg_s).at(t1),
             photo(self.station_2_m, angles_2, rates_2).at(t2),
-        ]
+        ])
     }
 }
+
+/// How far a photo may be from where its shutter opened, metres or radians: beyond it nothing is meant.
+const FAR: f64 = 1e9;
 
 /// Least angle at which two rays meet in a point.
 const MEETING_MIN_RAD: f64 = 1e-4;

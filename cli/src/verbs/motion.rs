@@ -5,6 +5,7 @@ use super::{finite, positive};
 use crate::outcome::Failure::Input;
 use crate::outcome::{Failure, Outcome};
 use plumbline_sim::oracle::motion::{Exterior, Photo};
+use plumbline_survey::camera_file::no_pixel_mm;
 use plumbline_survey::error::InputError;
 use serde::Serialize;
 use std::fmt::Write;
@@ -30,7 +31,7 @@ pub struct Args {
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     exposure_ms: f64,
     /// Pixel; with it the lengths of the motion are printed in pixels as well
-    #[arg(long, value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_parser = pixel, allow_negative_numbers = true)]
     pixel_mm: Option<f64>,
     /// Print one JSON document
     #[arg(long)]
@@ -38,6 +39,12 @@ pub struct Args {
     /// Image points X,Y where the shutter opens, mm across and along the flight
     #[arg(last = true, required = true, value_parser = super::exterior::point, value_name = "X,Y")]
     points: Vec<[f64; 2]>,
+}
+
+/// The side of a pixel, mm.
+fn pixel(text: &str) -> Result<f64, String> {
+    let side_mm = positive(text)?;
+    no_pixel_mm(side_mm, "--pixel-mm ").map_or(Ok(side_mm), |wanted| Err(format!("must be {wanted}")))
 }
 
 #[derive(Serialize)]
@@ -73,18 +80,23 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 fn text_of(points: &[Point]) -> String {
-    let mut text = String::from(
-        "      x mm       y mm     exact um (x, y)          eq. 21 um (x, y)         centroid mm (x, y)\n",
-    );
+    let heading = "      x mm       y mm     exact um (x, y)          eq. 21 um (x, y)         centroid mm (x, y)";
+    let has_px = points.iter().any(|p| p.exact_px.is_some());
+    let mut text =
+        if has_px { format!("{heading:<99} {:>10} {:>10}\n", "exact px", "eq. 21 px") } else { format!("{heading}\n") };
     for p in points {
         let ([ex, ey], [fx, fy]) = (p.exact_mm.map(|mm| 1e3 * mm), p.first_order_mm.map(|mm| 1e3 * mm));
         let [cx, cy] = p.centroid_mm;
         // Writing to a string cannot fail.
-        let _ = writeln!(
+        let _ = write!(
             text,
             "{:>10.4} {:>10.4} {ex:>11.6} {ey:>11.6}  {fx:>11.6} {fy:>11.6}  {cx:>13.8} {cy:>13.8}",
             p.x_mm, p.y_mm
         );
+        if let (Some(exact), Some(first_order)) = (p.exact_px, p.first_order_px) {
+            let _ = write!(text, " {exact:>10.6} {first_order:>10.6}");
+        }
+        text.push('\n');
     }
     text
 }

@@ -37,7 +37,7 @@ pub struct Args {
     #[command(flatten)]
     height: Height,
     /// Overlap along the strips and between them, percent: 60/30
-    #[arg(long, value_name = "F/S", value_parser = request::overlaps, required_unless_present = "optimise", conflicts_with = "optimise")]
+    #[arg(long, value_name = "F/S", value_parser = request::overlaps, required_unless_present = "optimise", conflicts_with = "optimise", allow_hyphen_values = true)]
     overlap: Option<plumbline_survey::plan::lines::Overlaps>,
     /// Choose the overlap: of forward 60 to 90 % and side 30 to 80 % in steps of 5 % the first, side before forward, that
     /// leaves no gap, no interval below --min-interval-s and keeps --limits-m

@@ -16,7 +16,7 @@ pub struct Args {
     /// Log: what `plumbline fly --log` wrote, a card's image, or the card itself (/dev/sdX)
     log: PathBuf,
     /// Which log of a card with several, from 0; the last unless given
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     number: Option<usize>,
     /// The flight's tile store, for a log that was cut before it held it
     #[arg(long, value_name = "FILE")]

@@ -13,6 +13,7 @@ use plumbline_sim::setup::orthophoto;
 use plumbline_sim::world::Bounds;
 use plumbline_sim::world::reference::Radiometry;
 use plumbline_sim::world::tile::area::area;
+use plumbline_sim::world::tile::elevation::Model;
 use plumbline_sim::world::tile::{Frame, SIDE_MAX, Tile};
 use plumbline_survey::crs::{Crs, System};
 use plumbline_survey::error::InputError;
@@ -36,11 +37,12 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     dem: Option<PathBuf>,
     /// Metres from post to post of the elevation model in the store
-    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 30.0, requires = "dem")]
+    #[arg(long, value_name = "M", value_parser = positive, default_value_t = 30.0, requires = "dem", allow_negative_numbers = true)]
     posts_m: f64,
-    /// EPSG code of the elevation model's vertical datum, such as 5773 (EGM96 height) or 3855 (EGM2008 height); 0: not known
-    #[arg(long, value_name = "EPSG", default_value_t = 0, requires = "dem")]
-    vertical_epsg: u32,
+    /// EPSG code of the elevation model's vertical system, such as 5773 (EGM96 height) or 3855 (EGM2008 height), where its file names none;
+    /// 0: not known
+    #[arg(long, value_name = "EPSG", default_value_t = 0, requires = "dem", allow_negative_numbers = true)]
+    vertical_epsg: u16,
     /// The tile store to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -68,6 +70,7 @@ struct Summary {
     km2_max_dfu: f64,
     unknown_cells: usize,
     posts: Option<[u16; 2]>,
+    unknown_posts: Option<usize>,
     vertical_epsg: Option<u32>,
     crc32: String,
 }
@@ -96,10 +99,11 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         let (unknown, all) = (tile.unknown, tile.cols * tile.rows);
         return Err(refuse(format!("nothing is known of {unknown} of the area's {all} pixels")).into());
     }
-    let read =
-        args.dem.as_deref().map(|dem| of_file(dem, &tile, &crs, args.posts_m, args.vertical_epsg)).transpose()?;
+    let vertical_epsg = Some(args.vertical_epsg).filter(|code| *code != 0);
+    let read = args.dem.as_deref().map(|dem| of_file(dem, &tile, &crs, args.posts_m, vertical_epsg)).transpose()?;
     let (model, doubt) = read.unwrap_or_default();
     doubt.iter().for_each(|why| note(why));
+    let unknown_posts = model.as_ref().map(Model::voids);
     let (posts, numbers) = model.map(|model| (model.posts, model.bytes)).unzip();
     let head = tile.head(&crs).map_err(|error| refuse(error.to_string()))?;
     let head = TileHead { posts, ..head };
@@ -112,7 +116,7 @@ pub fn run(args: &Args) -> Result<Outcome, Failure> {
         );
     }
     write_file(&args.out, &store)?;
-    let summary = Summary::new(&tile, &head, &store);
+    let summary = Summary { unknown_posts, ..Summary::new(&tile, &head, &store) };
     Outcome::new(args.json, &summary, || table(&summary, &args.out.display().to_string()))
 }
 
@@ -176,6 +180,7 @@ impl Summary {
             km2_max_dfu: km2_max,
             unknown_cells: tile.unknown,
             posts: posts.map(|posts| [posts.size.0, posts.size.1]),
+            unknown_posts: None,
             vertical_epsg: posts.map(|posts| posts.vertical_epsg),
             crc32: format!("{:08x}", checksum(store)),
         }
@@ -192,11 +197,18 @@ fn check_files(args: &Args) -> Result<(), InputError> {
 }
 
 fn elevation(summary: &Summary) -> String {
-    match (summary.posts, summary.vertical_epsg) {
-        (Some([cols, rows]), Some(0)) => format!("{cols} x {rows} posts, of a datum that is not known"),
-        (Some([cols, rows]), Some(epsg)) => format!("{cols} x {rows} posts, above EPSG:{epsg}"),
-        _ => "none: the ground is taken to be level".to_owned(),
-    }
+    let Some([cols, rows]) = summary.posts else { return "none: the ground is taken to be level".to_owned() };
+    let known = match summary.unknown_posts {
+        None | Some(0) => String::new(),
+        Some(unknown) => {
+            format!(", {unknown} of these {} without a height", usize::from(cols) * usize::from(rows))
+        }
+    };
+    let above = match summary.vertical_epsg {
+        None | Some(0) => "of a datum that is not known".to_owned(),
+        Some(epsg) => format!("above EPSG:{epsg}"),
+    };
+    format!("{cols} x {rows} posts{known}, {above}")
 }
 
 fn table(summary: &Summary, out: &str) -> String {

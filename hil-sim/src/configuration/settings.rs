@@ -28,6 +28,16 @@ pub fn configuration(
 }
 
 fn read(text: &str, name: &str) -> Result<Vehicle, InputError> {
+    let vehicle = keys(text, name)?;
+    vehicle.check().map_err(|what| InputError::new(what).at(name))?;
+    Ok(vehicle)
+}
+
+/// The settings as they stand in a file's text, whose values are not checked against each other.
+///
+/// # Errors
+/// One sentence for a key that is none of a vehicle's, with what the file is instead where that is known.
+pub fn keys(text: &str, name: &str) -> Result<Vehicle, InputError> {
     let mut reader = Reader::new(text, name);
     let vehicle: Vehicle = reader.part()?;
     reader.finish(|| {
@@ -37,6 +47,5 @@ fn read(text: &str, name: &str) -> Result<Vehicle, InputError> {
             "is no setting of a configuration"
         }
     })?;
-    vehicle.check().map_err(|what| InputError::new(what).at(name))?;
     Ok(vehicle)
 }

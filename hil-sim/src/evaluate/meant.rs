@@ -7,7 +7,7 @@ mod reading;
 use super::judge::{Figures, Verdict};
 use crate::setup::Setup;
 use crate::setup::frames::table::{Row, Table};
-use plumbline_survey::io::shell::quoted;
+use plumbline_survey::io::shell::{beside, quoted};
 use plumbline_survey::logs::units::scaled;
 use reading::{EVERY, Reading};
 
@@ -104,7 +104,7 @@ impl Meant {
             }
             Meant::Attitude(Reading { awk, made, .. }) => {
                 let line = awk.replace("$H", &field(3)).replace("$P", &field(4)).replace("$R", &field(5));
-                format!(": awk -F, -v OFS=, 'NR > 1 {{ {line} }} 1' {} > {made}", quoted(name))
+                format!(": awk -F, -v OFS=, 'NR > 1 {{ {line} }} 1' {} > {}", quoted(name), beside(name, made))
             }
         };
         let others: String = others.iter().map(|other| format!("; as many with {}", other.what())).collect();

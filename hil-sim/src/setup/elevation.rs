@@ -10,10 +10,13 @@ use plumbline_survey::dem::{Dem, DemFile, Heights};
 use plumbline_survey::error::InputError;
 use plumbline_survey::io::raster::{Posts, Raster, SampleType, check_elevation, check_square};
 use plumbline_survey::io::shell::quoted;
+use plumbline_survey::plan::file::{Vertical, above_the_sea};
 use std::path::Path;
 
 /// Posts around a tile for which a file is read. Chosen: one more than there are.
 const AROUND: f64 = 2.0;
+/// In a store: nobody says what its heights are above.
+const NOT_KNOWN: u32 = 0;
 
 /// The model of a flight: what the ground itself is made of, at the scenario's posts. `None` where it is not made of an elevation
 /// model, and where that is level.
@@ -96,19 +99,23 @@ pub(super) fn doubt(scenario: &Scenario, ground: &Ground) -> Result<Option<Strin
 }
 
 /// The model of an elevation model in a file, of any reference system that is known; without one it counts as on the tile's grid.
-/// What the file does not know are posts without a height. With it what speaks against its heights.
+/// What the file does not know are posts without a height. With it what speaks against its heights. They are above what the file says, or
+/// `vertical_epsg` where it says nothing.
 ///
 /// # Errors
-/// A file that is missing or broken, or knows no height over the tile.
+/// A file that is missing or broken, or knows no height over the tile; heights that are none in metres above the sea, or that the file says to be
+/// above something else.
 pub fn of_file(
     path: &Path,
     tile: &Tile,
     crs: &Crs,
     posts_m: f64,
-    vertical_epsg: u32,
+    vertical_epsg: Option<u16>,
 ) -> Result<(Option<Model>, Option<String>), InputError> {
     let named = |error: InputError| InputError::new(format!("{}: {error}", path.display()));
     let file = DemFile::open(path)?;
+    above_the_sea(&file, "")?;
+    let vertical = Vertical::new(file.height_datum(), vertical_epsg, None)?;
     let r = tile.resolution_m;
     let (width_m, depth_m) = ((tile.cols - 1) as f64 * r, (tile.rows - 1) as f64 * r);
     let [west_m, north_m] = [tile.west_m, tile.north_m];
@@ -116,6 +123,14 @@ pub fn of_file(
     let Bounds { west_m, east_m, south_m, north_m } = tile_bounds.grown(AROUND * posts_m + r);
     let heights = Heights::over(&file, Some(crs), [west_m, south_m, east_m, north_m])?;
     let height = |east_m: f64, north_m: f64| heights.at(east_m, north_m);
-    let model = Model::over(tile, posts_m, vertical_epsg, height).map_err(named)?;
+    let model = Model::over(tile, posts_m, vertical.epsg.unwrap_or(NOT_KNOWN), height).map_err(named)?;
+    if let Some(model) = model.as_ref().filter(|model| !model.has_cell()) {
+        let (cols, rows) = model.posts.size;
+        let (voids, all) = (model.voids(), usize::from(cols) * usize::from(rows));
+        return Err(named(InputError::new(format!(
+            "{voids} of {all} posts {posts_m} m apart have no height, and nowhere do four around a place, so that no height is known: a smaller \
+             --posts-m, or a model that covers the tile, gives them"
+        ))));
+    }
     Ok((model, heights.doubt().map(|doubt| doubt.of(path))))
 }

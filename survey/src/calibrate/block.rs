@@ -27,8 +27,8 @@ use crate::adjust::{INTERIOR_NAMES, Interior, Loss};
 use crate::camera_file::heads::{HEADS_MAX, VIRTUAL_SIDE_MAX_PX};
 use crate::camera_file::{SIDE_MAX_PX, no_pixel_mm};
 use crate::error::{InputError, counted};
+use crate::io::json;
 use crate::io::table::text_of;
-use serde_json::Value;
 use std::path::Path;
 
 use keys::check_keys;
@@ -87,8 +87,10 @@ impl Block {
     /// The text is no JSON object, or a key is missing, of the wrong shape, not finite, out of its range, or names what is
     /// not there; or a key that means nothing.
     pub fn parse(text: &str, name: &str) -> Result<Self, InputError> {
-        let value: Value =
-            serde_json::from_str(text).map_err(|error| InputError::new(format!("{name} is not JSON: {error}")))?;
+        let value = json::value(text).map_err(|error| {
+            let what = if error.is_data() { ":" } else { " is not JSON:" };
+            InputError::new(format!("{name}{what} {error}"))
+        })?;
         let file = Field { at: format!("{name}:"), value: &value };
         let Some(object) = value.as_object() else { return Err(file.wrong("an object")) };
         check_keys(object, name)?;
@@ -337,7 +339,9 @@ fn sizes(file: &Field<'_>) -> Result<Sizes, InputError> {
     };
     let positive = |key: &str| file.key(key).map(|field| field.positive()).transpose();
     let side_mm = |field: &Field<'_>| {
-        field.positive().and_then(|mm| no_pixel_mm(mm).map_or(Ok(mm), |wanted| Err(field.wrong(&wanted))))
+        field
+            .positive()
+            .and_then(|mm| no_pixel_mm(mm, "pixel_mm = ").map_or(Ok(mm), |wanted| Err(field.wrong(&wanted))))
     };
     Ok(Sizes {
         pixel_mm: file.key("pixel_mm").map(|field| side_mm(&field)).transpose()?,

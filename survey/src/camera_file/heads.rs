@@ -21,7 +21,7 @@
 use crate::error::InputError;
 
 use super::keys::Keys;
-use super::{CameraFile, Distortion, SIDE_MAX_PX};
+use super::{CameraFile, Distortion, SIDE_MAX_PX, lens};
 use toml::Value;
 
 /// Most columns and most rows of a virtual image, which no frame memory has to hold.
@@ -113,6 +113,7 @@ fn head(keys: &Keys<'_>) -> Result<Head, InputError> {
     if head.f_px < 1.0 {
         return Err(keys.wrong("f_px", "at least 1"));
     }
+    lens::check(keys, head.distortion.as_ref(), 0.5 * f64::from(head.cols.min(head.rows)) / head.f_px)?;
     let [phi, omega, kappa] = head.rotation_deg;
     if [phi, omega].iter().any(|angle| angle.abs() >= 90.0) || kappa.abs() > 360.0 {
         return Err(keys.wrong("rotation_deg", "phi and omega below 90 degrees and kappa up to 360"));

@@ -73,6 +73,7 @@ pub fn from_opencv(text: &str, name: &str, size: Option<[u32; 2]>) -> Result<Cam
     };
     let sides = [("image_width", 0), ("image_height", 1)].map(|(key, k)| (key, side(key), size.map(|size| size[k])));
     let matrix = matrix_behind(text, "camera_matrix").filter(|matrix| matrix.len() == 9);
+    matrix.as_deref().map_or(Ok(()), is_camera_matrix).map_err(&wrong)?;
     let mut missing: Vec<&str> =
         sides.iter().filter(|(_, own, given)| own.or(*given).is_none()).map(|(key, ..)| *key).collect();
     let lacks_side = !missing.is_empty();
@@ -106,6 +107,31 @@ pub fn from_opencv(text: &str, name: &str, size: Option<[u32; 2]>) -> Result<Cam
     is_inside([cols, rows], offset).map_err(wrong)?;
     let distortion = (distortion != Distortion::default()).then_some(distortion);
     Ok(of_focals(cols, rows, [matrix[0], matrix[4]], offset, distortion))
+}
+
+/// Of a skew, pixels, and of what is 0 or 1 in such a matrix: what rounding may leave.
+const NEARLY: f64 = 1e-6;
+
+/// Why nine numbers are no camera matrix that is taken.
+fn is_camera_matrix(matrix: &[f64]) -> Result<(), String> {
+    let is = |k: usize, wanted: f64| (matrix[k] - wanted).abs() <= NEARLY;
+    let place = |k: usize| format!("camera_matrix[{}][{}] is {}", k / 3, k % 3, matrix[k]);
+    if let Some(k) = [3, 6, 7].into_iter().find(|k| !is(*k, 0.0)) {
+        return Err(format!(
+            "{}, and 0 in every camera matrix, rows of which are fx, 0, cx and 0, fy, cy and 0, 0, 1",
+            place(k)
+        ));
+    }
+    if !is(8, 1.0) {
+        return Err(format!("{}, and 1 in every camera matrix: divide all of it by that", place(8)));
+    }
+    if !is(1, 0.0) {
+        return Err(format!(
+            "{}, a skew of the axes, which is not modelled: calibrate without one, as OpenCV does",
+            place(1)
+        ));
+    }
+    Ok(())
 }
 
 /// Key and value that say that a lens is a fisheye's: OpenCV's `fisheye_model`, ROS' and Kalibr's `distortion_model`. Its four
@@ -271,13 +297,20 @@ fn numbers_behind(text: &str, key: &str, count: usize) -> Option<Vec<f64>> {
     (numbers.len() == count).then_some(numbers)
 }
 
-/// The numbers of a matrix: those in the brackets behind `data` behind its key.
+/// The numbers of a matrix: those in the brackets behind `data` behind its key, or behind the key itself, in one list or in lists of rows.
 fn matrix_behind(text: &str, key: &str) -> Option<Vec<f64>> {
     let (_, behind) = text.split_once(key)?;
-    let (_, behind) = behind.split_once("data")?;
-    let (_, behind) = behind.split_once('[')?;
-    let (inside, _) = behind.split_once(']')?;
-    inside.split(',').map(|word| word.trim().parse().ok()).collect()
+    let (_, behind) = behind.split_once(':')?;
+    let list = if behind.trim_start().starts_with('[') { behind } else { behind.split_once("data")?.1 };
+    let mut depth = 0_usize;
+    let mut is_inside = |c: char| {
+        depth = if c == '[' { depth + 1 } else { depth - usize::from(c == ']') };
+        depth > 0
+    };
+    let (_, list) = list.split_once('[').map(|(before, _)| list.split_at(before.len()))?;
+    let end = list.find(|c: char| !is_inside(c))?;
+    let words = list[..end].split(|c: char| c.is_whitespace() || matches!(c, '[' | ']' | ','));
+    words.filter(|word| !word.is_empty()).map(|word| word.parse().ok()).collect()
 }
 
 /// What a person reads above the keys of a camera file that was made.

@@ -6,7 +6,7 @@ use crate::error::InputError;
 
 use super::heads::{VIRTUAL_SIDE_MAX_PX, heads};
 use super::keys::Keys;
-use super::{CameraFile, checksum, mounting};
+use super::{CameraFile, checksum, lens, mounting};
 
 /// Every key a file may have at its top.
 const KEYS: [&str; 14] = [
@@ -32,15 +32,16 @@ const NEEDED: [&str; 6] = ["cols", "rows", "fov_h_deg", "fov_v_deg", "offset_m_p
 /// Sides of a pixel, mm: sensors have 0.0005 to 0.05, a scan of film or frames that were made smaller some more.
 const PIXEL_MM: [f64; 2] = [0.000_1, 0.2];
 
-/// What a pixel's side has to be, where no sensor has such pixels, with what may have been meant.
-pub(crate) fn no_pixel_mm(side_mm: f64) -> Option<String> {
+/// What a pixel's side has to be, where no sensor has such pixels, with what may have been meant; `key` is what stands before the number.
+#[must_use]
+pub fn no_pixel_mm(side_mm: f64, key: &str) -> Option<String> {
     let [least, most] = PIXEL_MM;
     if (least..=most).contains(&side_mm) {
         return None;
     }
     let meant = if (least..=most).contains(&(1e-3 * side_mm)) {
         // As many digits as were given.
-        format!("; were micrometres meant, write pixel_mm = {}", (1e6 * side_mm).round() / 1e9)
+        format!("; were micrometres meant, write {key}{}", (1e6 * side_mm).round() / 1e9)
     } else {
         String::new()
     };
@@ -90,10 +91,12 @@ pub(super) fn camera_file(text: &str, name: &str) -> Result<CameraFile, InputErr
         covariance: mounting::covariance(&file, heads.len())?,
         heads,
     };
-    if let Some(wanted) = camera.pixel_mm.and_then(no_pixel_mm) {
+    if let Some(wanted) = camera.pixel_mm.and_then(|side_mm| no_pixel_mm(side_mm, "pixel_mm = ")) {
         return Err(file.wrong("pixel_mm", &wanted));
     }
     in_degrees(&camera, &file)?;
+    let nearest = [camera.fov_h_deg, camera.fov_v_deg].map(|deg| (0.5 * deg.to_radians()).tan());
+    lens::check(&file, camera.distortion.as_ref(), nearest[0].min(nearest[1]))?;
     let size = [camera.cols, camera.rows];
     file.principal_point(size, [camera.offset_m_px, camera.offset_n_px])?;
     if !camera.heads.is_empty() {

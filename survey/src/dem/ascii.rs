@@ -22,12 +22,20 @@ const KEYS: [&str; 10] =
     ["ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value"];
 
 /// What stands before the heights.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(super) struct Header {
     pub cols: usize,
     pub rows: usize,
     pub geo: GeoTransform,
     nodata: f64,
+}
+
+impl PartialEq for Header {
+    /// NaN may stand for an unknown height, and is not equal to itself.
+    fn eq(&self, other: &Self) -> bool {
+        (self.cols, self.rows, self.geo) == (other.cols, other.rows, other.geo)
+            && self.nodata.total_cmp(&other.nodata).is_eq()
+    }
 }
 
 /// Whether a file that starts like this is an ASCII grid: its first word is a key.
@@ -88,6 +96,13 @@ impl Header {
                     let sentence = format!("\"{word}\" is not a number");
                     return Err(format!("line {}: {sentence}", tokens.word_line()));
                 };
+                if self.is_beyond(height) {
+                    let sentence = format!(
+                        "the height {word} is beyond the range of numbers: if it stands for posts without a height, NODATA_value {word} in its \
+                         header says so"
+                    );
+                    return Err(format!("line {}: {sentence}", tokens.word_line()));
+                }
                 heights.push(height);
             }
             skip(tokens, cols - part.cols.end as u64)?;
@@ -105,12 +120,17 @@ impl Header {
         is_known(height as f32, Some(self.nodata as f32))
     }
 
+    /// Whether a height is beyond the range of numbers, and does not stand for nothing.
+    fn is_beyond(&self, height: f64) -> bool {
+        (height as f32).is_infinite() && height as f32 != self.nodata as f32
+    }
+
     fn too_few(&self, count: u64, line: u64) -> String {
         format!("line {line}: it ends after {count} of {} x {} heights", self.cols, self.rows)
     }
 }
 
-/// A height. Numbers beyond the range of an `f64` are infinite, which is unknown.
+/// A height. Numbers beyond the range of an `f64` are infinite.
 fn number(word: &str) -> Option<f64> {
     word.parse().ok()
 }

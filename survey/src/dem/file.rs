@@ -1,16 +1,17 @@
 //! Files of elevation models: the header first, then as much of the heights as is asked for.
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek};
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::crs::System;
 use crate::error::InputError;
-use crate::io::input::{by_gdal, open, unreadable};
+use crate::io::input::{BOM, by_gdal, in_utf16, open, unreadable};
 use crate::io::raster::{
-    GeoTransform, Georeference, HeightDatum, Posts, Scaling, check_elevation, for_people, is_known,
+    GeoTransform, Georeference, HeightDatum, Posts, Scaling, check_elevation, for_people, is_known, vertical_unit_m,
 };
+use crate::io::shell::{names, quoted};
 use crate::io::tiff::{Part, SAMPLES_MAX, TiffFile, is_tiff};
 
 use super::ascii::{Header, is_ascii_grid};
@@ -58,6 +59,7 @@ impl DemFile {
     pub fn open(path: &Path) -> Result<Self, InputError> {
         let (model, bands, is_of_8_bits) = Self::header(path)?;
         check_elevation(path, bands, is_of_8_bits)?;
+        model.check_vertical()?;
         Ok(model)
     }
 
@@ -70,24 +72,23 @@ impl DemFile {
         let refuse = |why: String| refusal(path, &why);
         let (model, bands, is_of_8_bits) = if is_tiff(&start) {
             let tiff = open_tiff(path)?;
-            let Georeference { geo, crs: system, nodata, height_unit_m, scaling, has_heights, height_datum } =
-                Georeference::read(&tiff.geo).map_err(|why| refuse(why.says(path, "bilinear")))?;
-            let kind = Kind::GeoTiff { nodata };
+            let tags = Georeference::read(&tiff.geo).map_err(|why| refuse(why.says(path, "bilinear")))?;
+            tags.placed_heights.map_or(Ok(()), |heights| Err(refuse(scaled(path, heights))))?;
             let model = Self {
                 path: path.into(),
                 cols: tiff.cols as usize,
                 rows: tiff.rows as usize,
-                geo,
-                system,
-                height_unit_m,
-                scaling,
-                has_heights,
-                is_unit_stated: has_heights,
-                height_datum,
-                kind,
+                geo: tags.geo,
+                system: tags.crs,
+                height_unit_m: tags.height_unit_m,
+                scaling: tags.scaling,
+                has_heights: tags.has_heights,
+                is_unit_stated: tags.has_heights,
+                height_datum: tags.height_datum,
+                kind: Kind::GeoTiff { nodata: tags.nodata },
             };
             (model, tiff.bands, tiff.colour.bit_depth() == 8)
-        } else if is_ascii_grid(&start) {
+        } else if is_ascii_grid(start.strip_prefix(BOM).unwrap_or(&start)) {
             let (header, _) = open_ascii(path)?;
             let Header { cols, rows, geo, .. } = header;
             let beside = prj::beside(path)?;
@@ -107,6 +108,8 @@ impl DemFile {
                 kind: Kind::Ascii(header),
             };
             (model, 1, false)
+        } else if let Some(error) = in_utf16(path, &start) {
+            return Err(error);
         } else {
             return Err(refuse(format!("it is neither a GeoTIFF nor an ESRI ASCII grid{}", by_gdal(path, &start))));
         };
@@ -114,6 +117,20 @@ impl DemFile {
             return Err(refuse("its bounds are not finite".into()));
         }
         Ok((model, bands, is_of_8_bits))
+    }
+
+    /// Refuses a horizontal system, and any other number, in the place of a vertical one.
+    fn check_vertical(&self) -> Result<(), InputError> {
+        let HeightDatum::System(Some(code)) = self.height_datum else { return Ok(()) };
+        let Some(why) = u16::try_from(code).ok().and_then(|code| vertical_unit_m(code).err()) else { return Ok(()) };
+        let horizontal = match self.system {
+            Some(System::Epsg(epsg)) => epsg.to_string(),
+            _ => "CODE".to_owned(),
+        };
+        Err(self.refuse(&format!(
+            "its heights are said to be in EPSG:{code}, but {why}: gdal_translate -a_srs EPSG:{horizontal}+5773 {} says so",
+            names(&self.path, "vertical")
+        )))
     }
 
     /// Where the file is.
@@ -307,6 +324,16 @@ fn posts(first: f64, last: f64, count: usize) -> Option<Range<usize>> {
     Some(start as usize..stop as usize + 1)
 }
 
+/// What to type where heights have a scale on which programs do not agree whether to apply it.
+fn scaled(path: &Path, [scale, offset]: [f64; 2]) -> String {
+    let (from, to) = (quoted(&path.display().to_string()), format!("{}_scaled.tif", path.with_extension("").display()));
+    format!(
+        "its pixel scale and tie point say that heights are {scale} times its samples and {offset} more, which is not applied: \
+         gdal_calc.py -A {from} --calc='{scale}*A.astype(float)+({offset})' --type=Float64 --outfile={} applies it",
+        quoted(&to)
+    )
+}
+
 fn refusal(path: &Path, why: &str) -> InputError {
     InputError::new(format!("cannot use elevation model {}: {why}", path.display()))
 }
@@ -319,7 +346,11 @@ fn open_tiff(path: &Path) -> Result<TiffFile<impl Read + Seek>, InputError> {
 /// The header of an ASCII grid, and the words that follow it.
 fn open_ascii(path: &Path) -> Result<(Header, Tokens<BufReader<File>>), InputError> {
     let (file, _) = open(path)?;
-    let mut tokens = Tokens::new(BufReader::with_capacity(1 << 16, file));
+    let mut reader = BufReader::with_capacity(1 << 16, file);
+    if reader.fill_buf().map_err(|error| unreadable(path, error))?.starts_with(BOM) {
+        reader.consume(BOM.len());
+    }
+    let mut tokens = Tokens::new(reader);
     let header = Header::read(&mut tokens).map_err(|why| refusal(path, &why))?;
     Ok((header, tokens))
 }

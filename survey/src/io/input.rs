@@ -31,7 +31,24 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), InputError> {
     Ok((file, about.len()))
 }
 
-/// A whole text file.
+/// What some programs write before a text in UTF-8.
+pub(crate) const BOM: &[u8] = b"\xEF\xBB\xBF";
+
+/// Why a text in UTF-16 is not read, with what makes one in UTF-8; `None` for other bytes.
+pub(crate) fn in_utf16(path: &Path, bytes: &[u8]) -> Option<InputError> {
+    if !bytes.starts_with(b"\xFF\xFE") && !bytes.starts_with(b"\xFE\xFF") {
+        return None;
+    }
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    let made = path.with_extension(format!("utf8.{extension}"));
+    Some(InputError::new(format!(
+        "cannot read {}: it is text in UTF-16, and UTF-8 is read: iconv -f UTF-16 -t UTF-8 {}",
+        path.display(),
+        files([path, &made], " > ")
+    )))
+}
+
+/// A whole text file, without a byte order mark.
 ///
 /// # Errors
 /// As of any file; nothing but white space, more than a gigabyte, or no UTF-8.
@@ -39,13 +56,11 @@ pub fn text(path: &Path) -> Result<String, InputError> {
     let (file, length) = open(path)?;
     let bytes = at_most(path, file, length, TEXT_BYTES_MAX)?;
     let refuse = |why: &str| InputError::new(format!("cannot read {}: it is {why}", path.display()));
-    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
-        let extension = path.extension().unwrap_or_default().to_string_lossy();
-        let made = path.with_extension(format!("utf8.{extension}"));
-        let line = files([path, &made], " > ");
-        return Err(refuse(&format!("text in UTF-16, and UTF-8 is read: iconv -f UTF-16 -t UTF-8 {line}")));
+    in_utf16(path, &bytes).map_or(Ok(()), Err)?;
+    let mut text = String::from_utf8(bytes).map_err(|_| refuse("no text (UTF-8)"))?;
+    if text.as_bytes().starts_with(BOM) {
+        text.drain(..BOM.len());
     }
-    let text = String::from_utf8(bytes).map_err(|_| refuse("no text (UTF-8)"))?;
     if text.trim().is_empty() { Err(refuse("empty")) } else { Ok(text) }
 }
 
@@ -151,6 +166,8 @@ mod tests {
         let folder = scratch("input");
         let path = folder.join("a.txt");
         std::fs::write(&path, "a,b\n").expect("written");
+        assert_eq!(text(&path), Ok("a,b\n".to_owned()));
+        std::fs::write(&path, "\u{feff}a,b\n").expect("written");
         assert_eq!(text(&path), Ok("a,b\n".to_owned()));
         std::fs::write(&path, [0xff, 0xfe]).expect("written");
         assert!(text(&path).expect_err("refused").to_string().contains("iconv -f UTF-16"));

@@ -18,6 +18,14 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), InputError> {
     write_files(&[(path, bytes)])
 }
 
+/// [`write_file`] of what nobody but the file's owner is to read, where the system knows owners.
+///
+/// # Errors
+/// As [`write_files`].
+pub fn write_secret(path: &Path, bytes: &[u8]) -> Result<(), InputError> {
+    write_by(&[(path, bytes)], &secret())
+}
+
 /// Writes files that belong together, replacing regular files of their names.
 ///
 /// The bytes go to temporary files in the same folders, which are renamed once all of them are complete: a reader never
@@ -27,11 +35,31 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), InputError> {
 /// A parent folder does not exist (none is created), a path is a folder or a device, or is write-protected. Where the
 /// system refuses otherwise, a full disk for instance, it is work that failed.
 pub fn write_files(files: &[(&Path, &[u8])]) -> Result<(), InputError> {
+    write_by(files, &new())
+}
+
+/// How a file is opened that is not there yet.
+fn new() -> OpenOptions {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    options
+}
+
+/// [`new`], of a file that its owner alone reads and writes.
+fn secret() -> OpenOptions {
+    let mut options = new();
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options
+}
+
+/// [`write_files`], each opened so.
+fn write_by(files: &[(&Path, &[u8])], options: &OpenOptions) -> Result<(), InputError> {
     let mut temporaries: Vec<PathBuf> = Vec::new();
     let written = files.iter().try_for_each(|(path, bytes)| {
         let temporary = check_file(path)?.join(temporary_name(path));
         temporaries.push(temporary.clone());
-        write_new(&temporary, bytes).map_err(|error| refused(path, error))
+        write_new(&temporary, bytes, options).map_err(|error| refused(path, error))
     });
     let renamed = written.and_then(|()| {
         let mut pairs = temporaries.iter().zip(files);
@@ -85,7 +113,7 @@ pub fn try_folder(path: &Path) -> Result<(), InputError> {
 
 fn try_in(folder: &Path, name: &Path, path: &Path) -> Result<(), InputError> {
     let trial = folder.join(temporary_name(name));
-    match write_new(&trial, b"").and_then(|()| fs::remove_file(&trial)) {
+    match write_new(&trial, b"", &new()).and_then(|()| fs::remove_file(&trial)) {
         // Left by another process of that number: the folder takes files.
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
         made => made.map_err(|error| refused(path, error)),
@@ -117,8 +145,8 @@ pub fn check_file(path: &Path) -> Result<&Path, InputError> {
     }
 }
 
-fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
+fn write_new(path: &Path, bytes: &[u8], options: &OpenOptions) -> io::Result<()> {
+    let mut file = options.open(path)?;
     file.write_all(bytes)?;
     file.sync_all()
 }
@@ -143,6 +171,19 @@ pub(crate) mod tests {
         write_file(&path, b"two").expect("replaced");
         assert_eq!(fs::read(&path).expect("readable"), b"two");
         assert_eq!(fs::read_dir(&folder).expect("listed").count(), 1);
+    }
+
+    /// Also where a file of that name could be read by all.
+    #[test]
+    #[cfg(unix)]
+    fn a_secret_is_its_owners_alone() {
+        use std::os::unix::fs::PermissionsExt;
+        let path = scratch("output-secret").join("key.bin");
+        write_file(&path, b"one").expect("new");
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).expect("set");
+        write_secret(&path, b"two").expect("replaced");
+        assert_eq!(fs::read(&path).expect("readable"), b"two");
+        assert_eq!(fs::metadata(&path).expect("there").permissions().mode() & 0o777, 0o600);
     }
 
     /// The second name is as long as names may be, so that its temporary file cannot be made.

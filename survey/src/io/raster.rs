@@ -154,6 +154,8 @@ pub(crate) struct Georeference {
     /// Whether anything says that the samples are heights.
     pub has_heights: bool,
     pub height_datum: HeightDatum,
+    /// Scale and offset of heights in the tags of its place, where they have any.
+    pub placed_heights: Option<[f64; 2]>,
 }
 
 impl Georeference {
@@ -169,7 +171,8 @@ impl Georeference {
         };
         let has_heights = scaling != Scaling::NONE || system::names_heights(&keys, tags.metadata.as_deref());
         let height_datum = system::height_datum(&keys);
-        Ok(Self { geo, crs, nodata, height_unit_m, scaling, has_heights, height_datum })
+        let placed_heights = GeoTransform::heights_from_tags(tags);
+        Ok(Self { geo, crs, nodata, height_unit_m, scaling, has_heights, height_datum, placed_heights })
     }
 }
 

@@ -19,3 +19,20 @@ pub(crate) fn names(path: &Path, suffix: &str) -> String {
     let made = format!("{}_{suffix}.tif", path.with_extension("").display());
     format!("{} {}", quoted(&path.display().to_string()), quoted(&made))
 }
+
+/// A file beside another one, as a word of a shell's line: what a table names from its folder on is found from there alone.
+#[must_use]
+pub fn beside(name: &str, made: &str) -> String {
+    quoted(&Path::new(name).with_file_name(made).display().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::beside;
+
+    #[test]
+    fn what_is_made_of_a_table_lies_beside_it() {
+        let words = [beside("a.csv", "b.csv"), beside("my flight/a.csv", "b.csv"), beside("/x/a.csv", "b.csv")];
+        assert_eq!(words, ["b.csv", "'my flight/b.csv'", "/x/b.csv"]);
+    }
+}

@@ -29,7 +29,9 @@ impl<'a> Table<'a> {
         let Some((_, header)) = lines.next() else {
             return Err(InputError::new(format!("{name} is empty")));
         };
-        if let Some(line) = no_table(text, header, &name).or_else(|| with_commas(header, &name)) {
+        if let Some(line) =
+            no_table(text, header, &name).or_else(|| commented(text, &name)).or_else(|| with_commas(header, &name))
+        {
             return Err(InputError::new(line));
         }
         let header = fields(header);
@@ -159,6 +161,27 @@ fn no_table(text: &str, header: &str, name: &str) -> Option<String> {
     start.starts_with(['{', '[', '<']).then(|| format!("{name}: it is no table (CSV), as it begins with {start}"))
 }
 
+/// What to type where a text begins with comments, of which the last may be the header: above numbers alone it is.
+fn commented(text: &str, name: &str) -> Option<String> {
+    let lines = || text.trim_start_matches('\u{feff}').lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    let (at, last) = lines().take_while(|(_, line)| is_comment(line)).last()?;
+    let is_number = |field: &str| unquoted(field.trim()).parse::<f64>().is_ok();
+    let is_header = |first: &str| first.split(',').all(is_number) && last.contains(',') == first.contains(',');
+    let (from, made) = (Path::new(name), Path::new(name).with_extension("plain.csv"));
+    let words = files([from, &made], " > ");
+    let line = at + 1;
+    Some(match lines().find(|(_, line)| !is_comment(line)) {
+        Some((_, first)) if is_header(first) => {
+            format!("{name}, line {line}: its header stands behind a #: sed '{line}s/^ *# *//; /^ *#/d' {words}")
+        }
+        _ => format!("{name}, line {line}: comments stand before its header: sed '/^ *#/d' {words}"),
+    })
+}
+
+fn is_comment(line: &str) -> bool {
+    line.trim_start().starts_with('#')
+}
+
 /// A field without the quotation marks around it.
 fn unquoted(field: &str) -> &str {
     field.strip_prefix('"').and_then(|field| field.strip_suffix('"')).unwrap_or(field)
@@ -193,6 +216,20 @@ mod tests {
         }
         let table = Table::parse("\"a\", \"b c\"\n\"1\",2\n", "t.csv".to_owned()).expect("a table");
         assert_eq!((table.header.as_slice(), table.number(0, 0)), (&["a", "b c"][..], Ok(1.0)));
+    }
+
+    #[test]
+    fn comments_before_the_header_are_told() {
+        let refused = |text: &str| Table::parse(text, "my t.csv".to_owned()).expect_err(text).to_string();
+        let deleted = "comments stand before its header: sed '/^ *#/d' 'my t.csv' > 'my t.plain.csv'";
+        assert_eq!(refused("# by a logger\na,b\n1,2\n"), format!("my t.csv, line 1: {deleted}"));
+        assert_eq!(refused("\u{feff}# by, a logger\n\n#\na,b\n1,2\n"), format!("my t.csv, line 3: {deleted}"));
+        // As numpy.savetxt writes it.
+        assert_eq!(
+            refused("# by a logger\n# a,b\n1,2\n"),
+            "my t.csv, line 2: its header stands behind a #: sed '2s/^ *# *//; /^ *#/d' 'my t.csv' > 'my t.plain.csv'"
+        );
+        assert!(Table::parse("a,#\n1,2\n", "t.csv".to_owned()).is_ok());
     }
 
     #[test]

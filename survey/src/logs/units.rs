@@ -4,7 +4,7 @@
 //! Nothing is converted here: the sentences say what to type. Who reads a table decides whether it is refused or flown with a note.
 
 use crate::error::InputError;
-use crate::io::shell::quoted;
+use crate::io::shell::{beside, quoted};
 use crate::io::table::Table;
 
 /// A pitch farther from level than this, degrees, is a gimbal's: no camera whose axis is so near the horizon takes a picture that is fixed.
@@ -123,11 +123,11 @@ impl Unit {
     }
 }
 
-/// The line that makes of a table another one, some columns of which, counted from 0, are multiplied.
+/// The line that makes of a table another one beside it, some columns of which, counted from 0, are multiplied.
 #[must_use]
 pub fn scaled(name: &str, columns: &[usize], factor: &str, made: &str) -> String {
     let each: Vec<String> = columns.iter().map(|column| format!("${} *= {factor}", column + 1)).collect();
-    format!("awk -F, -v OFS=, 'NR > 1 {{ {} }} 1' {} > {made}", each.join("; "), quoted(name))
+    format!("awk -F, -v OFS=, 'NR > 1 {{ {} }} 1' {} > {}", each.join("; "), quoted(name), beside(name, made))
 }
 
 /// Times that do not look like their unit.
@@ -219,6 +219,8 @@ mod tests {
             found.says("a.csv", &[1, 3]),
             format!("a.csv: angles go up to 3000, which looks like hundredths of a degree: if so, {line}")
         );
+        // What is made lies beside the table, whose names of files are from its folder on.
+        assert!(found.says("flight/a.csv", &[1]).ends_with("flight/a.csv > flight/degrees.csv"));
     }
 
     #[test]

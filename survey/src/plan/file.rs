@@ -11,7 +11,7 @@ use crate::camera_file::{CameraFile, Distortion};
 use crate::dem::Doubt;
 use serde::{Deserialize, Serialize};
 
-pub use vertical::{Datum, Vertical};
+pub use vertical::{Datum, Vertical, above_the_sea};
 
 /// Version of the file that is written, and the only one that is read.
 pub const VERSION: u32 = 1;

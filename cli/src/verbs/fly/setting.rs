@@ -4,7 +4,7 @@ use super::Args;
 use crate::outcome::Failure;
 use plumbline_sim::scenario::{BUILT_IN, Ground, Instead, LIVE, Replay, Scenario};
 use plumbline_sim::setup::{PlanToFly, Setup};
-use plumbline_survey::error::InputError;
+use plumbline_survey::error::{InputError, counted};
 use plumbline_survey::io::data::shared_data;
 use plumbline_survey::io::input;
 use plumbline_survey::misspelt::meant;
@@ -18,6 +18,20 @@ pub fn setup(args: &Args) -> Result<Setup, Failure> {
         Some(file) => Setup::along_plan(scenario, &PlanToFly { file, dem: args.dem.clone(), has_resolution })?,
         None => Setup::prepare(scenario)?,
     })
+}
+
+/// What of the faults that were asked for never happens.
+pub fn late_faults(scenario: &Scenario) -> Vec<String> {
+    let end_us = scenario.run.duration_us();
+    let late = scenario.faults.timed.all().iter().filter(|fault| fault.from_us() >= end_us);
+    let says = |fault| {
+        format!(
+            "the fault {fault} never happens: the flight of {} is over after {:.1} s",
+            counted(scenario.run.frames as usize, "frame"),
+            1e-6 * end_us as f64
+        )
+    };
+    late.map(says).collect()
 }
 
 /// What is to be flown, and whether it says a resolution.

@@ -15,7 +15,7 @@ use plumbline_survey::plan::Request;
 use plumbline_survey::plan::area::{Area, bounds, read_corners};
 use plumbline_survey::plan::checks::Turns;
 use plumbline_survey::plan::combinations::Limits;
-use plumbline_survey::plan::file::{Noise, Vertical};
+use plumbline_survey::plan::file::{Noise, Vertical, above_the_sea};
 use plumbline_survey::plan::intersect::Sigmas;
 use plumbline_survey::plan::lines::Overlaps;
 use plumbline_survey::plan::place::Place;
@@ -68,7 +68,9 @@ impl Prepared {
         let file = DemFile::open(&args.dem)?;
         in_metres(&file)?;
         in_ground_metres(&file).and_then(|()| has_code(&file))?;
-        vertical::above_the_sea(&file, args)?;
+        if args.geoid.is_none() {
+            above_the_sea(&file, ", or --geoid FILE subtracts the geoid of a grid")?;
+        }
         let (corners, world) = area_on(&file, &args.area)?;
         let half_tangent =
             half_tangents(&camera).map_err(|error| InputError::new(format!("{}: {error}", args.camera.display())))?;

@@ -2,11 +2,8 @@
 
 use super::Args;
 use crate::outcome::note;
-use plumbline_survey::crs::System;
-use plumbline_survey::dem::{Dem, DemFile, Geoid};
+use plumbline_survey::dem::{Dem, Geoid};
 use plumbline_survey::error::InputError;
-use plumbline_survey::io::raster::HeightDatum;
-use plumbline_survey::io::shell::quoted;
 use plumbline_survey::plan::PlanFile;
 use plumbline_survey::plan::checks::Turns;
 use plumbline_survey::plan::file::Datum;
@@ -44,25 +41,4 @@ pub fn geoid(args: &Args, place: &Place, dem: &Dem) -> Result<Option<Geoid>, Inp
         area_deg = [area_deg[0].min(lon), area_deg[1].min(lat), area_deg[2].max(lon), area_deg[3].max(lat)];
     }
     Geoid::over(path, area_deg).map(Some)
-}
-
-/// An autopilot flies at heights above the sea: over heights above an ellipsoid it would fly too low or too high by the geoid's undulation.
-pub fn above_the_sea(file: &DemFile, args: &Args) -> Result<(), InputError> {
-    if file.height_datum() != HeightDatum::Ellipsoid || args.geoid.is_some() {
-        return Ok(());
-    }
-    let path = file.path();
-    let made = path.with_extension("").display().to_string() + "_sea.tif";
-    let (from, to) = match file.system().map(System::epsg).transpose()? {
-        Some(4326 | 4979) => ("-s_srs EPSG:4979 ".to_owned(), "EPSG:4326+3855".to_owned()),
-        Some(epsg) => (String::new(), format!("EPSG:{epsg}+3855")),
-        None => (String::new(), "EPSG:CODE+3855".to_owned()),
-    };
-    Err(InputError::new(format!(
-        "{}: its heights are above an ellipsoid, and a mission's are above the sea, up to 107 m apart: with PROJ's grid of the geoid EGM2008 \
-         gdalwarp {from}-t_srs {to} {} {} makes heights above the sea, or --geoid FILE subtracts the geoid of a grid",
-        path.display(),
-        quoted(&path.display().to_string()),
-        quoted(&made)
-    )))
 }

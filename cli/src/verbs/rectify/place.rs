@@ -20,7 +20,7 @@ pub struct PlaceArgs {
     #[arg(long, value_parser = finite, requires_all = ["east_m", "dem"], allow_negative_numbers = true)]
     up_m: Option<f64>,
     /// EPSG code of the grid; the system of --dem unless given
-    #[arg(long, requires = "east_m")]
+    #[arg(long, requires = "east_m", allow_negative_numbers = true)]
     epsg: Option<u32>,
     /// Elevation model of the ground: each pixel is projected from its own height
     #[arg(long, requires_all = ["east_m", "up_m"])]

@@ -74,6 +74,27 @@ impl Model {
         };
         Ok(Some(Model { posts, bytes }))
     }
+
+    /// Posts without a height.
+    #[must_use]
+    pub fn voids(&self) -> usize {
+        self.is_void().filter(|is_void| *is_void).count()
+    }
+
+    /// Whether four posts around any place have heights, without which nothing is known anywhere.
+    #[must_use]
+    pub fn has_cell(&self) -> bool {
+        let cols = usize::from(self.posts.size.0);
+        let is_void: Vec<bool> = self.is_void().collect();
+        let rows = is_void.chunks_exact(cols).zip(is_void.chunks_exact(cols).skip(1));
+        rows.into_iter().any(|(one, next)| {
+            one.windows(2).zip(next.windows(2)).any(|(a, b)| ![a[0], a[1], b[0], b[1]].contains(&true))
+        })
+    }
+
+    fn is_void(&self) -> impl Iterator<Item = bool> {
+        self.bytes.chunks_exact(POST_BYTES).map(|post| post == VOID.to_le_bytes())
+    }
 }
 
 #[cfg(test)]
@@ -119,5 +140,19 @@ mod tests {
         let elevation = Elevation::new(&bytes, posts).expect("sound");
         let at = |east_m: f32| elevation.height_m(Local { east_m, north_m: 10.0 });
         assert_eq!((at(-100.0), at(100.0)), (Some(400.0), None));
+    }
+
+    #[test]
+    fn posts_without_heights_are_counted() {
+        let over = |height: &dyn Fn(f64) -> Option<f64>| {
+            Model::over(&tile(), 100.0, 0, |east, _| height(east)).expect("it fits").expect("it is not level")
+        };
+        // 7 x 4 posts from 950 on.
+        let half = over(&|east| (east < 1_200.0).then_some(400.0));
+        assert_eq!((half.posts.size, half.voids(), half.has_cell()), ((7, 4), 16, true));
+        let column = over(&|east| (east < 1_000.0).then_some(400.0));
+        assert_eq!((column.voids(), column.has_cell()), (24, false));
+        let all = over(&Some);
+        assert_eq!((all.voids(), all.has_cell()), (0, true));
     }
 }

@@ -17,8 +17,17 @@ fn opencvs_calibration_is_read() {
     let json = r#"{"image_width": 640, "image_height": 480, "camera_matrix": {"type_id": "opencv-matrix", "rows": 3, "cols": 3, "dt": "d",
         "data": [600.0, 0.0, 325.5, 0.0, 610.0, 230.0, 0.0, 0.0, 1.0]}, "distortion_coefficients": {"rows": 5, "cols": 1, "dt": "d",
         "data": [-0.25, 0.1, 1e-3, -2e-3, 0.03]}}"#;
-    assert_eq!(from_opencv(json, "a.json", None), Ok(camera));
+    assert_eq!(from_opencv(json, "a.json", None).as_ref(), Ok(&camera));
+    // As programs of people write it, which have matrices as lists of rows.
+    let rows = r#"{"camera_matrix": [[600.0, 0.0, 325.5], [0.0, 610.0, 230.0], [0.0, 0.0, 1.0]],
+        "distortion_coefficients": [[-0.25, 0.1, 1e-3, -2e-3, 0.03]], "image_width": 640, "image_height": 480}"#;
+    assert_eq!(from_opencv(rows, "a.json", None), from_opencv(json, "a.json", None));
+    let flat = rows.replace("[[-0.25", "[-0.25").replace("0.03]]", "0.03]");
+    assert_eq!(from_opencv(&flat, "a.json", None), from_opencv(json, "a.json", None));
     for (from, to, wanted) in [
+        ("600., 0., 325.5", "600., 0.5, 325.5", "camera_matrix[0][1] is 0.5, a skew"),
+        ("0., 0., 1. ]", "0., 0., 2. ]", "camera_matrix[2][2] is 2, and 1 in every"),
+        ("0., 0., 1. ]", "0., 3., 1. ]", "camera_matrix[2][1] is 3, and 0 in every"),
         ("image_width", "width", "image_width"),
         ("camera_matrix", "matrix", "camera_matrix"),
         ("3.0e-02 ]", "3.0e-02, 0.5 ]", "beyond k3"),

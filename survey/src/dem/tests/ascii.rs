@@ -38,13 +38,16 @@ fn the_header_may_be_written_in_many_ways() {
         "\n ncols\t3 nrows 2 xllcenter 105 yllcenter 205 dx 10 dy 10 nodata_value -1 1 2 3 4 -1 6.5",
         "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -1\n1\n2 3 4\n-1 65e-1",
         "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -1\n1 2 3\n4 nan .65E+1\n",
+        "\u{feff}ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -1\n1 2 3\n4 -1 6.5\n",
+        "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value nan\n1 2 3\n4 nan 6.5\n",
+        "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value 1e400\n1 2 3\n4 1e999 6.5\n",
     ] {
         let found = read("asc-header", text).expect("readable");
         // Unknown heights are not equal to themselves.
         assert_eq!(format!("{found:?}"), format!("{wanted:?}"), "{text}");
     }
     // Without a word about it -9999 is unknown; cells need not be square.
-    let dem = read("asc-default", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ndx 2\ndy 6\n-9999 1e39 5 -1")
+    let dem = read("asc-default", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ndx 2\ndy 6\n-9999 nan 5 -1")
         .expect("readable");
     assert_eq!((dem.west_m, dem.south_m, dem.step_m), (1.0, 3.0, [2.0, 6.0]));
     assert!(dem.at(0, 1).is_nan() && dem.at(1, 1).is_nan() && dem.at(1, 0) == -1.0);
@@ -93,6 +96,8 @@ fn what_is_doubtful_is_refused_with_its_line() {
         ("-1 6.5", "-1", "line 8"),       // too few
         ("-1 6.5", "-1 6.5 7", "line 8"), // too many
         ("1 2 3", "1 2,5 3", "line 7"),   // no number
+        ("1 2 3", "1 1e400 3", "line 7: the height 1e400"),
+        ("1 2 3", "1 -inf 3", "NODATA_value -inf in its"),
         ("1 2 3", "1 zwei 3", "line 7"),
         ("cellsize 10", "cellsize -10", "line 5"),
         ("cellsize 10", "cellsize 0", "line 5"),

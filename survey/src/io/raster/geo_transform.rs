@@ -31,6 +31,15 @@ impl GeoTransform {
         ((x - self.x0) / self.step_x, (self.y0 - y) / self.step_y)
     }
 
+    /// What a file's pixel scale and tie point make of samples: heights are scale x sample + offset, where they are not the samples themselves.
+    /// A scale of 0 is what files have that know no heights.
+    pub(super) fn heights_from_tags(tags: &GeoTags) -> Option<[f64; 2]> {
+        let scale = tags.pixel_scale.as_deref().and_then(|scale| scale.get(2)).copied().filter(|scale| *scale != 0.0);
+        let (scale, tie) = (scale.unwrap_or(1.0), tags.tiepoints.as_deref().unwrap_or_default());
+        let offset = if let [_, _, k, _, _, z] = tie { z - k * scale } else { 0.0 };
+        (scale != 1.0 || offset != 0.0).then_some([scale, offset])
+    }
+
     /// Reads the tags of a GeoTIFF. Raster space counts pixel corners from 0 where a pixel is an area, pixel centres
     /// where it is a point: GeoTIFF 1.1, section 7.1.2.3.
     pub(super) fn from_tags(tags: &GeoTags, pixel_is_point: bool) -> Result<Self, String> {
@@ -82,6 +91,17 @@ mod tests {
         assert_eq!(area.world_from_pixel(10.0, 10.0), (121.0, 168.5));
         let point = GeoTransform::from_tags(&tags, true).expect("point");
         assert_eq!(point.world_from_pixel(0.0, 0.0), (100.0, 200.0));
+    }
+
+    #[test]
+    fn heights_by_the_pixel_scale_are_known() {
+        let heights = |z: f64, k: f64, offset: f64| {
+            GeoTransform::heights_from_tags(&tags([2.0, 2.0, z], [0.0, 0.0, k, 100.0, 200.0, offset]))
+        };
+        assert_eq!((heights(0.0, 0.0, 0.0), heights(1.0, 0.0, 0.0), heights(1.0, 7.0, 7.0)), (None, None, None));
+        assert_eq!((heights(10.0, 0.0, 50.0), heights(0.1, 0.0, 0.0)), (Some([10.0, 50.0]), Some([0.1, 0.0])));
+        assert_eq!(heights(0.0, 0.0, -3.0), Some([1.0, -3.0]));
+        assert_eq!(GeoTransform::heights_from_tags(&GeoTags::default()), None);
     }
 
     #[test]

@@ -177,7 +177,7 @@ pub(super) fn height_unit_m(keys: &GeoKeys, metadata: Option<&str>) -> Result<f6
 /// Why it is none of heights above the sea.
 pub fn vertical_unit_m(epsg: u16) -> Result<f64, String> {
     if ELLIPSOIDS.iter().any(|codes| codes.contains(&epsg)) {
-        return Err("it is an ellipsoid, of heights above which --geoid FILE makes those above the sea".into());
+        return Err("it is an ellipsoid, and heights above the sea are needed, which plan --geoid FILE makes of heights above an ellipsoid".into());
     }
     if DEPTHS.binary_search(&epsg).is_ok() {
         return Err("its heights are depths".into());

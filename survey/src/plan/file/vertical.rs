@@ -1,8 +1,10 @@
 //! What the heights of a plan are above.
 
-use crate::dem::Geoid;
+use crate::crs::System;
+use crate::dem::{DemFile, Geoid};
 use crate::error::InputError;
 use crate::io::raster::{HeightDatum, vertical_unit_m};
+use crate::io::shell::names;
 use serde::{Deserialize, Serialize};
 
 /// What all z of a plan are above, and how the altitudes of its mission came of them.
@@ -78,6 +80,29 @@ impl Vertical {
             (None, _) => Vertical { datum: Datum::Assumed, ..stated(None) },
         })
     }
+}
+
+/// An autopilot flies at heights above the sea: over heights above an ellipsoid it would fly too low or too high by the geoid's undulation.
+/// `or`: what mends that besides another model.
+///
+/// # Errors
+/// The model says that its heights are above an ellipsoid.
+pub fn above_the_sea(file: &DemFile, or: &str) -> Result<(), InputError> {
+    if file.height_datum() != HeightDatum::Ellipsoid {
+        return Ok(());
+    }
+    let path = file.path();
+    let (from, to) = match file.system().map(System::epsg).transpose()? {
+        Some(4326 | 4979) => ("-s_srs EPSG:4979 ".to_owned(), "EPSG:4326+3855".to_owned()),
+        Some(epsg) => (String::new(), format!("EPSG:{epsg}+3855")),
+        None => (String::new(), "EPSG:CODE+3855".to_owned()),
+    };
+    Err(InputError::new(format!(
+        "{}: its heights are above an ellipsoid, and an autopilot's are above the sea, up to 107 m apart: with PROJ's grid of the geoid EGM2008 \
+         gdalwarp {from}-t_srs {to} {} makes heights above the sea{or}",
+        path.display(),
+        names(path, "sea")
+    )))
 }
 
 #[cfg(test)]
