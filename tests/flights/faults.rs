@@ -34,7 +34,7 @@ fn flown(fault: Option<&str>, keys: &str) -> Flown {
     flown_with(fault.map(|fault| format!("{fault}@{FAILING_S}")).as_slice(), keys)
 }
 
-/// The same with several faults, each with its time.
+/// That flight with several faults, each with its time.
 fn flown_with(faults: &[String], keys: &str) -> Flown {
     let text = format!("seed = 5\nframes = {FRAMES}\nsend_patches = false\n{keys}\n");
     let mut scenario = Scenario::parse(&text, "faults", std::path::Path::new(""), None).expect("sound");
