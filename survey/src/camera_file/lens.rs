@@ -16,8 +16,9 @@ const TANGENTIAL: f64 = 0.5;
 ///
 /// Beyond the nearest border it may fold back, as polynomials do where no point was measured: the board takes nothing from there.
 pub(super) fn check(keys: &Keys<'_>, distortion: Option<&Distortion>, nearest: f64) -> Result<(), InputError> {
-    let Some(why) = distortion.and_then(|distortion| implausible(distortion, nearest)) else { return Ok(()) };
-    let Distortion { k1, k2, k3, p1, p2 } = distortion.copied().unwrap_or_default();
+    let Some(distortion) = distortion else { return Ok(()) };
+    let Some(why) = implausible(distortion, nearest) else { return Ok(()) };
+    let Distortion { k1, k2, k3, p1, p2 } = distortion;
     Err(InputError::new(format!(
         "camera file {}: {}distortion of k1 = {k1}, k2 = {k2}, k3 = {k3}, p1 = {p1}, p2 = {p2} {why}, which no lens does: they are \
          coefficients of lengths in focal lengths, not in pixels or mm, in OpenCV's order k1, k2, p1, p2, k3",

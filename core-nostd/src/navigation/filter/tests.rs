@@ -228,7 +228,7 @@ fn a_tilt_that_was_learnt_counts_as_unexplained_where_the_velocity_may_be_anythi
 
 /// Matches of a vehicle that flies east, two a second with as many velocities, and displaced to the side by `tilt_rad` of roll.
 fn straight(filter: &mut Filter, seconds: core::ops::Range<u64>, prior: &PriorSigmas, tilt_rad: f32) {
-    for at_s in seconds.clone().flat_map(|second| [second as f32, second as f32 + 0.5]) {
+    for at_s in seconds.flat_map(|second| [second as f32, second as f32 + 0.5]) {
         let at = Micros((1e6 * (1.0 + at_s)) as u64);
         filter.reported(Moment { at, velocity_m_per_s: [24.0, 0.0] }, prior);
         filter.propagate(at, prior);
