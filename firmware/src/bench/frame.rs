@@ -59,9 +59,9 @@ pub const REACQUISITION: Case =
     Case { name: "re-acquisition", tile_px: 272, off_px: (50.0, -41.0), doubt_px: 32.0, has_stages: false, ..FRAME };
 /// All of them.
 pub const CASES: [Case; 4] = [FRAME, ANOTHER_YEAR, DOUBTED, REACQUISITION];
-/// Side of a patch, pixels, and how long ago the frame before was, microseconds.
+/// Side of a patch, pixels, and how long ago the frame before was, microseconds: frames further apart do not agree one after the other.
 const PATCH_PX: f32 = 35.0;
-const BEFORE_US: u64 = 4_000_000;
+const BEFORE_US: u64 = 2_000_000;
 /// Radius of the usual search, pixels.
 const SEARCH_PX: u16 = 10;
 /// Side of the frame, pixels.
