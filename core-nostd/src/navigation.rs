@@ -48,6 +48,8 @@ pub struct Navigation {
     pub is_changing: bool,
     /// Frames since the last match: the number of the next candidate.
     pub candidate: u8,
+    /// Frames begun since the last match, refused ones as well.
+    pub begun: u8,
 }
 
 impl Navigation {
@@ -64,6 +66,7 @@ impl Navigation {
             filter: Filter::new(),
             is_changing: false,
             candidate: 0,
+            begun: 0,
         }
     }
 }

@@ -206,6 +206,7 @@ impl<'t> Pipeline<'t> {
     /// [`Refusal::NoRange`] if neither is known.
     pub fn begin_frame(&mut self) -> Result<(), Refusal> {
         self.reducer = None;
+        self.navigation.begun = self.navigation.begun.saturating_add(1);
         let slant_m = self.newest_height_m().ok_or(Refusal::NoRange)?;
         self.navigation.plane = self.plane_below(slant_m);
         let camera = &self.settings.camera;

@@ -9,7 +9,7 @@ use super::together::{MAP_SIGMA_PX, WRONG_PX};
 use super::{Pipeline, Refusal, Situation};
 use crate::matching::{Matcher, Prior, Rejection};
 use crate::math::{hypot, squared};
-use crate::navigation::filter::{JUMP_GATE, Measurement, Resected, TRANSIENT_GATE};
+use crate::navigation::filter::{JUMP_GATE, Resected, TRANSIENT_GATE};
 use crate::navigation::tracks::Sighting;
 use crate::tile::Local;
 use nalgebra::{Matrix2, Vector2};
@@ -17,6 +17,9 @@ use nalgebra::{Matrix2, Vector2};
 /// One sigma of the ground's slope beyond the plane of rectification, along each axis. Chosen: half a metre over a
 /// footprint of 100 m, as by an elevation model of 30 m posts, or over ground that is stated to be level.
 const SLOPE_SIGMA: f32 = 0.005;
+/// That where there is no elevation model and nothing but time speaks for another tilt: the ground may have any slope that land has. Chosen:
+/// slopes up to 7 % show nothing.
+const UNKNOWN_SLOPE_SIGMA: f32 = 0.05;
 /// Slope that relief about that plane passes for, as a share of relief over half of the patch's shorter side: the
 /// curvature of displacements by random relief, of which a match has a share of 0.15 ([`crate::fix`]), is 1.8 times that.
 const RELIEF_SHARE: f32 = 0.27;
@@ -25,6 +28,12 @@ const RELIEF_SHARE: f32 = 0.27;
 /// a second. With the priors of a correct attitude pictures showed two thirds of such tilts.
 const DOUBTED_RAD: f32 = 0.1;
 
+/// Variance of what a picture shows where the map may be of another year, as a share of that over a map of the ground's own: changed ground
+/// makes a curvature. Measured between years: 7 to 12.
+const ANOTHER_YEAR_SHARE: f32 = 12.0;
+/// Displacement by a jump of the tilt, pixels, for which pictures are asked where it could pass the gate. Chosen: three quarters of a wrong fix's
+/// error. With half of it they are asked in flights in which nothing fails, two metres a pixel, and the ground's slope costs fixes.
+const HIDDEN_PX: f32 = 0.75 * WRONG_PX;
 /// Largest unexplained displacement by tilt with which frames have fixes, one sigma, pixels. Chosen: a fifth of a wrong
 /// fix's error.
 const UNEXPLAINED_MAX_PX: f32 = 0.6;
@@ -36,6 +45,13 @@ impl Pipeline<'_> {
     pub(super) fn resect(&mut self, situation: &Situation, near: &Near<'_>) -> Option<Sighting> {
         let Near { matched, sighting, measurement, .. } = near;
         let prior = self.prior_sigmas();
+        let hidden_m = HIDDEN_PX * self.tile.ground_resolution().0;
+        // Photos of a plan are rare, but there is no gap between them where each is matched.
+        let is_gap = self.navigation.begun > 1;
+        let filter = &mut self.navigation.filter;
+        if filter.may_hide(is_gap, hidden_m) {
+            filter.ask_pictures();
+        }
         let filter = &self.navigation.filter;
         let is_in_doubt = filter.innovation_beyond(JUMP_GATE, measurement).is_some()
             || filter.is_other_tilt_tried()
@@ -44,7 +60,7 @@ impl Pipeline<'_> {
             self.navigation.filter.clear_resections();
             return None;
         }
-        let resected = self.resected(situation, matched);
+        let resected = self.resected(situation, matched, is_in_doubt);
         let (nadir, covariance) =
             self.navigation.filter.resect(resected.as_ref(), !is_in_doubt, measurement, &prior)?;
         Some(if is_in_doubt { Sighting { nadir, covariance, white: covariance, ..*sighting } } else { *sighting })
@@ -58,15 +74,17 @@ impl Pipeline<'_> {
         &mut self,
         situation: &Situation,
         (unexplained_rad, is_resected): (f32, bool),
-        measurement: &Measurement,
+        near: &Near<'_>,
     ) -> (f32, bool) {
-        let prior = self.prior_sigmas();
+        let (prior, measurement) = (self.prior_sigmas(), &near.measurement);
         let filter = &self.navigation.filter;
         // A frame that was corrected for another tilt than the estimated one has no fix.
         let is_in_doubt = self.is_unexplained(situation, unexplained_rad) || filter.is_other_tilt_tried();
         let known_rad = UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0 / situation.height_m;
         if !is_resected {
-            return (unexplained_rad, is_in_doubt || filter.was_attitude_in_doubt());
+            // Frames that are decided by several together have no picture.
+            let is_silent = !near.matched.by_decision && filter.are_pictures_asked();
+            return (unexplained_rad, is_in_doubt || is_silent || filter.was_attitude_in_doubt());
         }
         let Some(shown_rad) = self.navigation.filter.conclude((is_in_doubt, known_rad), measurement, &prior) else {
             return (unexplained_rad, true);
@@ -118,12 +136,12 @@ impl Pipeline<'_> {
         unexplained_rad * situation.height_m > UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0
     }
 
-    /// A match corrected for the tilt that its picture shows; `None` if it does not determine it, or the map may be of another year:
-    /// changed ground makes a curvature of three times its sigma.
-    fn resected(&mut self, situation: &Situation, matched: &Matched) -> Option<Resected> {
-        if matched.by_decision || !self.navigation.surface.map_year.is_own() {
+    /// A match corrected for the tilt that its picture shows; `None` if it does not determine it.
+    fn resected(&mut self, situation: &Situation, matched: &Matched, is_in_doubt: bool) -> Option<Resected> {
+        if matched.by_decision {
             return None;
         }
+        let share = if self.navigation.surface.map_year.is_own() { 1.0 } else { ANOTHER_YEAR_SHARE };
         let px_m = self.tile.ground_resolution().0;
         let (height_px, size) = (situation.height_m / px_m, self.placement.size);
         let coupled = DOUBTED_RAD * hypot(situation.attitude.pitch.0, situation.attitude.roll.0);
@@ -133,12 +151,15 @@ impl Pipeline<'_> {
         let curvature = matcher.curvature(&request, &matched.found, memory)?;
         // Rows run south.
         let (by_px, c) = curvature.resected(height_px);
-        let covariance = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * squared(px_m);
+        let covariance = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * (share * squared(px_m));
+        let is_slope_known =
+            self.navigation.plane.is_some() || is_in_doubt || self.navigation.filter.has_been_off(&self.prior_sigmas());
+        let slope = if is_slope_known { SLOPE_SIGMA } else { UNKNOWN_SLOPE_SIGMA };
         let relief = RELIEF_SHARE * situation.relief_m / (0.5 * size.0.min(size.1) as f32 * px_m);
         Some(Resected {
             by_m: Vector2::new(by_px.x, -by_px.y) * px_m,
             covariance,
-            common_variance: (squared(SLOPE_SIGMA) + squared(relief)) * squared(situation.height_m),
+            common_variance: (squared(slope) + squared(relief)) * squared(situation.height_m),
         })
     }
 }

@@ -121,7 +121,7 @@ impl Pipeline<'_> {
         let (at, height, altitude_prior) = (situation.mid_exposure_at, situation.height(), self.altitude_prior());
         let prior = self.prior_sigmas();
         let navigation = &mut *self.navigation;
-        navigation.candidate = 0;
+        (navigation.candidate, navigation.begun) = (0, 0);
         if let Some((off, variance)) = shift.alone.turn {
             let white_rad = situation.white_heading_rad(navigation.azimuth.variance());
             navigation.azimuth.update(situation.attitude.heading, Observed { off, variance }, white_rad);
@@ -131,6 +131,6 @@ impl Pipeline<'_> {
         }
         let overruled = navigation.tracks.overruled().map(|aside| aside.turned_to(measurement.heading_rad));
         let unexplained_rad = self.navigation.filter.matched(measurement, overruled, &prior);
-        self.check_attitude(situation, (unexplained_rad, is_resected), measurement)
+        self.check_attitude(situation, (unexplained_rad, is_resected), near)
     }
 }

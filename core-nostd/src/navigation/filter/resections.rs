@@ -3,11 +3,12 @@
 //! Once the resected tilt agrees with the one before the doubt, the attitude is taken to be correct again: the filter restarts with it. With any
 //! other tilt, the next frames are corrected for it, and the doubt remains.
 
+use super::estimate::Estimate;
 use super::innovation_test::TRANSIENT_MAX_RAD;
 use super::jumps::{LEARNT_SIGMAS, PERIOD_US};
 use super::measurement::{Measurement, PriorSigmas};
 use super::resection::{GAP_US, Resected, Resection};
-use super::{Filter, HIDDEN_M_PER_S};
+use super::{Filter, HIDDEN_M_PER_S, TRANSIENT_GATE};
 use crate::math::{combined_sigma, sqrt, squared};
 use crate::navigation::reckoning::JUMP_ONSET_US;
 use crate::tile::Local;
@@ -20,17 +21,23 @@ const PICTURED_US: i32 = 5_000_000;
 /// Largest sigma of the resected tilt for frames to be corrected for it, radians. Chosen: a pixel 120 m up over pixels of 5 m.
 const KNOWN_RAD: f32 = 0.04;
 
+/// Sigma of a tilt that pictures cannot show yet, as a share of the largest with which frames have fixes. Chosen: a displacement by three
+/// degrees 150 m up, over pixels of 5 m, is five sigmas then.
+const OPEN_SHARE: f32 = 0.85;
+
 /// The second estimate while the attitude is in doubt or checked.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Resections {
     newest: Option<Resection>,
     /// When they showed that the attitude was correct again.
     correct_at: Option<Micros>,
+    /// When a match that could hide a jump of the tilt was taken last.
+    asked_at: Option<Micros>,
 }
 
 impl Resections {
     pub(super) const fn new() -> Self {
-        Resections { newest: None, correct_at: None }
+        Resections { newest: None, correct_at: None, asked_at: None }
     }
 
     /// Velocities were interrupted: the position is not known further. That pictures have shown a correct attitude a moment ago is.
@@ -74,16 +81,42 @@ impl Filter {
         learnt_rad.norm() > LEARNT_SIGMAS * prior.tilt_rad
     }
 
-    /// Whether pictures have shown a moment ago that the attitude is correct again: what swings would be off again within
-    /// that time.
+    /// Whether pictures have shown a moment ago that the attitude is correct again.
     pub fn was_attitude_in_doubt(&self) -> bool {
-        self.resections.correct_at.is_some_and(|at| (0..PERIOD_US).contains(&self.moment.at.since(at)))
+        self.is_recent(self.resections.correct_at)
     }
 
-    /// Whether pictures have to show the tilt although the attitude is not in doubt: it was a moment ago, or its error was
-    /// learnt, and may end.
+    /// Whether a match of the newest frame may be displaced by so many metres by a jump of the tilt and pass the gate all the same: frames before it
+    /// were not matched (`is_gap`), and the prediction has become as uncertain meanwhile.
+    pub fn may_hide(&self, is_gap: bool, displacement_m: f32) -> bool {
+        let hidden_m = |newest: Estimate| sqrt(TRANSIENT_GATE) * newest.position_sigma_m();
+        self.newest.map_or(self.kept_tilt.is_some(), |newest| is_gap && hidden_m(newest) > displacement_m)
+    }
+
+    /// Has pictures asked for the tilt for a while.
+    pub fn ask_pictures(&mut self) {
+        self.resections.asked_at = Some(self.moment.at);
+    }
+
+    /// Whether pictures have to show the tilt although the attitude is not in doubt: it was a moment ago, its error was learnt and may end, or
+    /// they have been asked.
     pub fn is_attitude_checked(&self, prior: &PriorSigmas) -> bool {
+        self.has_been_off(prior) || self.are_pictures_asked()
+    }
+
+    /// Whether pictures have been asked for the tilt a moment ago.
+    pub fn are_pictures_asked(&self) -> bool {
+        self.is_recent(self.resections.asked_at)
+    }
+
+    /// Whether the attitude was in doubt a moment ago, or its error was learnt.
+    pub fn has_been_off(&self, prior: &PriorSigmas) -> bool {
         self.was_attitude_in_doubt() || self.is_tilt_learnt(prior)
+    }
+
+    /// Whether an instant is so little ago that what swings would be off again within that time.
+    fn is_recent(&self, at: Option<Micros>) -> bool {
+        at.is_some_and(|at| (0..PERIOD_US).contains(&self.moment.at.since(at)))
     }
 
     /// How far a match of the frame propagated to is off the prediction, east and north, metres, if that is beyond a gate of the squared
@@ -147,23 +180,29 @@ impl Filter {
             self.restart_as_resected(&newest, known_rad, measurement, prior);
         }
         let is_known = newest.tilt_variance() <= squared(known_rad) || !self.was_attitude_in_doubt();
-        (!is_in_doubt && is_known).then(|| self.check_tilt(&newest))
+        (!is_in_doubt && is_known).then(|| self.check_tilt(&newest, known_rad, prior))
     }
 
     /// Checks an attitude that is not in doubt: it has a transient tilt again if matches have left where the velocity leads a moment after
     /// a doubt, or if the resected tilt is another than the estimated one. Returns the sigma that this adds, radians.
-    fn check_tilt(&mut self, resection: &Resection) -> f32 {
+    fn check_tilt(&mut self, resection: &Resection, known_rad: f32, prior: &PriorSigmas) -> f32 {
+        // Of each axis, beyond one sigma.
+        let known = resection.tilt_variance() + self.newest.map_or(0.0, |newest| squared(newest.tilt_sigma_rad()));
         let estimated_rad = Vector2::from(self.matched_tilt_rad());
+        let off = 0.5 * (resection.tilt_rad() - estimated_rad).norm_squared();
         let shown_rad = if resection.has_jumped && self.was_attitude_in_doubt() {
             TRANSIENT_MAX_RAD
         } else {
-            // Of each axis, beyond one sigma.
-            let known = resection.tilt_variance() + self.newest.map_or(0.0, |newest| squared(newest.tilt_sigma_rad()));
-            sqrt((0.5 * (resection.tilt_rad() - estimated_rad).norm_squared() - known).max(0.0))
+            sqrt((off - known).max(0.0))
         };
-        let before_rad = self.transient_rad;
-        self.transient_rad = before_rad.max(shown_rad);
-        sqrt((squared(self.transient_rad) - squared(before_rad)).max(0.0))
+        if self.has_been_off(prior) {
+            let before_rad = self.transient_rad;
+            self.transient_rad = before_rad.max(shown_rad);
+            return sqrt((squared(self.transient_rad) - squared(before_rad)).max(0.0));
+        }
+        // Nothing but pictures speaks for another tilt: it counts as long as they show it, or could not yet.
+        let is_open = resection.tilt_variance() > squared(known_rad);
+        shown_rad.max(if is_open { OPEN_SHARE * known_rad } else { 0.0 })
     }
 
     /// Restarts from a match with the tilt before the doubt, if that is the resected one, known well enough for fixes.

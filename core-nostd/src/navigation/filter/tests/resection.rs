@@ -143,6 +143,67 @@ fn a_picture_that_shows_nothing_changes_nothing() {
     }
 }
 
+/// A filter that has been matched for ten seconds at rest, propagated over so many without a match.
+fn unmatched_for(seconds: u64) -> (Filter, Measurement) {
+    let (mut filter, measurement) = (Filter::new(), Measurement::level(Local::default(), NOISE_M * NOISE_M));
+    for second in 1..=10 + seconds {
+        let at = Micros(1_000_000 * second);
+        filter.reported(Moment { at, velocity_m_per_s: [0.0; 2] }, &CONSUMER);
+        filter.propagate(at, &CONSUMER);
+        if second <= 10 {
+            filter.matched(&measurement, None, &CONSUMER);
+        }
+    }
+    (filter, measurement)
+}
+
+/// A jump may hide in what dead reckoning leaves unknown.
+#[test]
+fn what_may_hide_grows_without_matches() {
+    let hides = |seconds: u64, displacement_m: f32| unmatched_for(seconds).0.may_hide(true, displacement_m);
+    assert!(!hides(0, 3.0) && !hides(1, 6.0) && hides(4, 6.0) && !hides(4, 60.0));
+    assert!(!unmatched_for(4).0.may_hide(false, 6.0) && !Filter::new().may_hide(true, 0.0));
+    // What a reset leaves of the tilt may have ended as well.
+    let (mut filter, _) = unmatched_for(0);
+    filter.forget();
+    assert!(filter.may_hide(false, 60.0));
+}
+
+/// Such a filter with pictures of this tilt, one a second for twenty, each as uncertain as of a small patch, and the sigma that each adds.
+fn asked(tilt_rad: f32) -> (Filter, Vec<f32>) {
+    let (mut filter, measurement) = unmatched_for(4);
+    assert!(!filter.is_attitude_checked(&CONSUMER));
+    filter.ask_pictures();
+    let by_m = Vector2::new(0.0, tilt_rad) * HEIGHT_M;
+    let covariance = Matrix2::identity() * (9.0 * SHOWN_RAD * SHOWN_RAD * HEIGHT_M * HEIGHT_M);
+    let resected = Resected { by_m, covariance, common_variance: 0.0 };
+    let mut shown = |second: u64| {
+        let at = Micros(1_000_000 * second);
+        filter.reported(Moment { at, velocity_m_per_s: [0.0; 2] }, &CONSUMER);
+        filter.propagate(at, &CONSUMER);
+        assert!(filter.is_attitude_checked(&CONSUMER), "{second}");
+        filter.resect(Some(&resected), true, &measurement, &CONSUMER);
+        filter.matched(&measurement, None, &CONSUMER);
+        filter.conclude((false, KNOWN_RAD), &measurement, &CONSUMER).expect("not in doubt")
+    };
+    let shown = (14..34).map(&mut shown).collect();
+    (filter, shown)
+}
+
+#[test]
+fn pictures_that_are_asked_count_as_long_as_they_show_a_tilt() {
+    let (mut filter, of_none) = asked(0.0);
+    // One alone cannot tell: frames have fixes, with most of the sigma that they may have.
+    assert!((0.5..1.0).contains(&(of_none[0] / KNOWN_RAD)), "{of_none:?}");
+    assert_eq!(of_none[10..], [0.0; 10]);
+    filter.propagate(Micros(filter.moment.at.0 + 2_000_000), &CONSUMER);
+    assert!(!filter.is_attitude_checked(&CONSUMER));
+    let (filter, of_one) = asked(2.0 * JUMP_RAD);
+    assert!(of_one[3..].iter().all(|shown_rad| *shown_rad > KNOWN_RAD), "{of_one:?}");
+    // No match has shown it.
+    assert_eq!(filter.unexplained_rad(&CONSUMER), 0.0);
+}
+
 const START: Moment = Moment { at: Micros(1_000_000), velocity_m_per_s: [0.0; 2] };
 
 /// A second estimate at rest, with this many pictures that show no tilt, four a second, and its moment.
