@@ -27,6 +27,17 @@ impl Flown {
     fn accepted(&self, frames: std::ops::Range<usize>) -> usize {
         self.scored[frames].iter().filter(|scored| scored.accepted).count()
     }
+
+    /// At least so many percent of the frames from this one on have fixes.
+    fn is_as_ever_from(&self, frame: usize, percent: usize) {
+        let behind = frame..FRAMES as usize;
+        assert!(
+            self.accepted(behind.clone()) * 100 >= percent * behind.len(),
+            "{} of {}",
+            self.accepted(behind.clone()),
+            behind.len()
+        );
+    }
 }
 
 /// A vehicle with a small camera, fixed to it or followed, and with such a fault.
@@ -36,7 +47,12 @@ fn flown(fault: Option<&str>, keys: &str) -> Flown {
 
 /// That flight with several faults, each with its time.
 fn flown_with(faults: &[String], keys: &str) -> Flown {
-    let text = format!("seed = 5\nframes = {FRAMES}\nsend_patches = false\n{keys}\n");
+    flown_over(5, faults, keys)
+}
+
+/// Likewise, of another seed: over other ground.
+fn flown_over(seed: u64, faults: &[String], keys: &str) -> Flown {
+    let text = format!("seed = {seed}\nframes = {FRAMES}\nsend_patches = false\n{keys}\n");
     let mut scenario = Scenario::parse(&text, "faults", std::path::Path::new(""), None).expect("sound");
     scenario.camera = Camera::of_size(128, 128);
     scenario.vehicle.attitude.drift_deg = 0.2;
@@ -60,8 +76,7 @@ fn holds(fault: &str, keys: &str, during: f64) -> Flown {
     assert_eq!(flown.wrong, 0, "{fault}");
     let fixed = flown.accepted(FAILING) as f64 / FAILING.len() as f64;
     assert!(fixed >= during, "{fault}: {fixed} of the frames");
-    let behind = FAILING.end + AGAIN..FRAMES as usize;
-    assert!(flown.accepted(behind.clone()) * 100 >= 95 * behind.len(), "{fault}: {}", flown.accepted(behind));
+    flown.is_as_ever_from(FAILING.end + AGAIN, 95);
     flown
 }
 
@@ -90,9 +105,37 @@ fn an_attitude_that_fails_makes_no_wrong_fix() {
 fn a_doubt_outlasts_what_interrupts_the_velocities() {
     for meanwhile in ["link.off@24..34", "position.stuck_position@28..28.4", "position.off@24..34"] {
         let flown = flown_with(&["attitude.bias=3@20..40".to_owned(), meanwhile.to_owned()], "");
-        let (failing, behind) = (FAILING.start..FAILING.end + 20, FAILING.end + 20 + AGAIN..FRAMES as usize);
+        let failing = FAILING.start..FAILING.end + 20;
         assert_eq!((flown.wrong, flown.accepted(failing)), (0, 0), "{meanwhile}");
-        assert!(flown.accepted(behind.clone()) * 100 >= 95 * behind.len(), "{meanwhile}: {}", flown.accepted(behind));
+        flown.is_as_ever_from(FAILING.end + 20 + AGAIN, 95);
+    }
+}
+
+/// Behind some seconds without a match the position is as uncertain as the jump of one.
+#[test]
+fn a_jump_does_not_hide_where_nothing_is_matched() {
+    let rocking = "flight.tilt_max_deg = 20";
+    for (blind, value, keys) in [
+        ("camera.dead_rows=100@18..26", 3, ""),
+        ("camera.dead_rows=100@18..26", 3, rocking),
+        ("camera.dead_rows=100@18..26", 9, ""),
+        ("attitude.off@14..26", 3, ""),
+        ("attitude.off@14..26", 3, rocking),
+    ] {
+        let flown = flown_with(&[blind.to_owned(), format!("attitude.bias={value}@22..36")], keys);
+        assert_eq!(flown.wrong, 0, "{blind} {value} {keys}");
+        let again = FAILING.end + 4 + if value > 3 { 4 * AGAIN } else { AGAIN };
+        flown.is_as_ever_from(again, 95);
+    }
+}
+
+/// Behind such a gap a frame whose picture does not show the tilt at all has no fix.
+#[test]
+fn a_picture_that_does_not_answer_makes_no_fix() {
+    for seed in [51, 56] {
+        let faults = ["attitude.off@14..26", "attitude.bias=3@22..36"].map(str::to_owned);
+        let flown = flown_over(seed, &faults, "flight.tilt_max_deg = 20");
+        assert!(flown.wrong == 0 && flown.accepted(0..FRAMES as usize) > 80, "{seed}: {}", flown.wrong);
     }
 }
 
@@ -147,9 +190,8 @@ fn a_position_that_hangs_leaves_nothing_behind() {
     let short =
         "flight.tilt_max_deg = 20\n[[fault]]\nunit = \"position\"\ntype = \"stuck\"\nfrom_s = 20.0\nto_s = 25.0";
     let hung = flown(None, short);
-    let behind = FAILING.start + 20 + AGAIN..FRAMES as usize;
     assert_eq!(hung.wrong, 0);
-    assert!(hung.accepted(behind.clone()) * 100 >= 95 * behind.len(), "{}", hung.accepted(behind));
+    hung.is_as_ever_from(FAILING.start + 20 + AGAIN, 95);
 }
 
 #[test]

@@ -156,6 +156,22 @@ fn without_a_model_a_slope_biases_fixes() {
     assert!(accepted >= 10 && bias[0].hypot(bias[1]) > 0.3 && nees > 10.0);
 }
 
+/// A slope that no model states looks like a tilt to pictures, which are asked behind the seconds in which the camera fails.
+#[test]
+fn without_a_model_a_slope_costs_no_fixes() {
+    let land = Land::new("unstated");
+    for resolution_m in [2.0, 5.0] {
+        let mut scenario = land.scenario([0.035, -0.02], resolution_m, 60, 80);
+        scenario.world.reference.elevation_posts_m = 0.0;
+        scenario.faults.timed.push("camera.dead_rows=100@8..12".parse().expect("a fault"));
+        let scored = flown(scenario);
+        let accepted = |scored: &[Scored]| scored.iter().filter(|scored| scored.accepted).count();
+        // Four frames a second from 3 s on.
+        let (blind, behind) = (accepted(&scored[21..36]), accepted(&scored[36..]));
+        assert!(blind == 0 && behind * 100 >= 95 * scored[36..].len(), "{resolution_m} m: {blind} and {behind}");
+    }
+}
+
 /// The model counts by its slopes alone: a datum that is off by tens of metres changes nothing but rounding.
 #[test]
 fn a_bias_of_the_heights_does_not_matter() {
