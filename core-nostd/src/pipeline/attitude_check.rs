@@ -7,6 +7,7 @@ use super::conclusions::Near;
 use super::register::Matched;
 use super::together::{MAP_SIGMA_PX, WRONG_PX};
 use super::{Pipeline, Refusal, Situation};
+use crate::budget::SEARCH_MAX_PX;
 use crate::matching::{Matcher, Prior, Rejection};
 use crate::math::{hypot, squared};
 use crate::navigation::filter::{JUMP_GATE, Resected, TRANSIENT_GATE};
@@ -17,8 +18,8 @@ use nalgebra::{Matrix2, Vector2};
 /// One sigma of the ground's slope beyond the plane of rectification, along each axis. Chosen: half a metre over a
 /// footprint of 100 m, as by an elevation model of 30 m posts, or over ground that is stated to be level.
 const SLOPE_SIGMA: f32 = 0.005;
-/// That where there is no elevation model and nothing but time speaks for another tilt: the ground may have any slope that land has. Chosen:
-/// slopes up to 7 % show nothing.
+/// One sigma of the slope where there is no elevation model, while pictures are asked only because frames were not matched: the ground may have any
+/// slope that land has. Chosen: slopes up to 7 % show nothing.
 const UNKNOWN_SLOPE_SIGMA: f32 = 0.05;
 /// Slope that relief about that plane passes for, as a share of relief over half of the patch's shorter side: the
 /// curvature of displacements by random relief, of which a match has a share of 0.15 ([`crate::fix`]), is 1.8 times that.
@@ -49,7 +50,8 @@ impl Pipeline<'_> {
         // Photos of a plan are rare, but there is no gap between them where each is matched.
         let is_gap = self.navigation.begun > 1;
         let filter = &mut self.navigation.filter;
-        if filter.may_hide(is_gap, hidden_m) {
+        // In a wider search no picture shows a tilt.
+        if self.settings.search_px as usize <= SEARCH_MAX_PX && filter.may_hide(is_gap, hidden_m) {
             filter.ask_pictures();
         }
         let filter = &self.navigation.filter;
@@ -152,9 +154,9 @@ impl Pipeline<'_> {
         // Rows run south.
         let (by_px, c) = curvature.resected(height_px);
         let covariance = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * (share * squared(px_m));
-        let is_slope_known =
+        let is_taken_for_level =
             self.navigation.plane.is_some() || is_in_doubt || self.navigation.filter.has_been_off(&self.prior_sigmas());
-        let slope = if is_slope_known { SLOPE_SIGMA } else { UNKNOWN_SLOPE_SIGMA };
+        let slope = if is_taken_for_level { SLOPE_SIGMA } else { UNKNOWN_SLOPE_SIGMA };
         let relief = RELIEF_SHARE * situation.relief_m / (0.5 * size.0.min(size.1) as f32 * px_m);
         Some(Resected {
             by_m: Vector2::new(by_px.x, -by_px.y) * px_m,

@@ -187,7 +187,9 @@ impl Pipeline<'_> {
         let Prediction { local: predicted, sigma_m: prior_m, .. } = situation.prediction;
         let prior = (prior_m > 0.0).then(|| Matrix2::identity() * squared(prior_m));
         let filter = &self.navigation.filter;
-        let protection = match (filter.position(), filter.prediction()) {
+        let pictured = Matrix2::identity() * squared(filter.pictured_rad() * situation.height_m);
+        let position = filter.position().map(|(local, covariance)| (local, covariance + pictured));
+        let protection = match (position, filter.prediction()) {
             (None, _) => Protection::around(predicted, prior?),
             (Some((local, covariance)), Some((off_m, without))) => {
                 Protection::around(local, covariance).without(off_m, larger_sigma_m(&without))

@@ -75,7 +75,9 @@ impl Resection {
     pub(super) fn begin(moment: Moment, measurement: &Measurement, prior: &PriorSigmas) -> Self {
         let unknown = PriorSigmas { tilt_rad: JUMPED_RAD, ..*prior };
         let estimate = Estimate::from_match(measurement, measurement.covariance, &unknown);
-        Resection::new(moment, estimate)
+        // No picture before it has its error.
+        let pictured_at = Micros(moment.at.0.saturating_sub(INDEPENDENT_US as u64));
+        Resection { pictured_at, ..Resection::new(moment, estimate) }
     }
 
     pub(super) fn new(moment: Moment, estimate: Estimate) -> Self {

@@ -22,8 +22,11 @@ const PICTURED_US: i32 = 5_000_000;
 const KNOWN_RAD: f32 = 0.04;
 
 /// Sigma of a tilt that pictures cannot show yet, as a share of the largest with which frames have fixes. Chosen: a displacement by three
-/// degrees 150 m up, over pixels of 5 m, is five sigmas then.
+/// degrees 150 m up, over pixels of 5 m, is three sigmas then.
 const OPEN_SHARE: f32 = 0.85;
+/// Largest sigma with which pictures show it for frames to have fixes, in the same unit. Chosen: two pixels of displacement; half as much keeps one
+/// flight in six waiting for more than two seconds behind a gap.
+const OPEN_MAX: f32 = 3.3;
 
 /// The second estimate while the attitude is in doubt or checked.
 #[derive(Clone, Copy, Debug)]
@@ -31,13 +34,15 @@ pub(super) struct Resections {
     newest: Option<Resection>,
     /// When they showed that the attitude was correct again.
     correct_at: Option<Micros>,
-    /// When a match that could hide a jump of the tilt was taken last.
+    /// When a match that could hide a jump of the tilt was found last, or pictures that were asked because of it showed one.
     asked_at: Option<Micros>,
+    /// Sigma of the tilt that the newest of them adds, radians.
+    pictured_rad: f32,
 }
 
 impl Resections {
     pub(super) const fn new() -> Self {
-        Resections { newest: None, correct_at: None, asked_at: None }
+        Resections { newest: None, correct_at: None, asked_at: None, pictured_rad: 0.0 }
     }
 
     /// Velocities were interrupted: the position is not known further. That pictures have shown a correct attitude a moment ago is.
@@ -87,7 +92,7 @@ impl Filter {
     }
 
     /// Whether a match of the newest frame may be displaced by so many metres by a jump of the tilt and pass the gate all the same: frames before it
-    /// were not matched (`is_gap`), and the prediction has become as uncertain meanwhile.
+    /// were not matched (`is_gap`) and the prediction has become as uncertain meanwhile, or a reset has left no prediction.
     pub fn may_hide(&self, is_gap: bool, displacement_m: f32) -> bool {
         let hidden_m = |newest: Estimate| sqrt(TRANSIENT_GATE) * newest.position_sigma_m();
         self.newest.map_or(self.kept_tilt.is_some(), |newest| is_gap && hidden_m(newest) > displacement_m)
@@ -114,7 +119,7 @@ impl Filter {
         self.was_attitude_in_doubt() || self.is_tilt_learnt(prior)
     }
 
-    /// Whether an instant is so little ago that what swings would be off again within that time.
+    /// Whether an instant is less than a period ago, within which what swings would be off again.
     fn is_recent(&self, at: Option<Micros>) -> bool {
         at.is_some_and(|at| (0..PERIOD_US).contains(&self.moment.at.since(at)))
     }
@@ -179,30 +184,43 @@ impl Filter {
         if is_in_doubt && self.moment.at.since(newest.since) >= JUMP_ONSET_US {
             self.restart_as_resected(&newest, known_rad, measurement, prior);
         }
-        let is_known = newest.tilt_variance() <= squared(known_rad) || !self.was_attitude_in_doubt();
+        let is_known = if self.was_attitude_in_doubt() {
+            newest.tilt_variance() <= squared(known_rad)
+        } else {
+            newest.estimate.tilt_sigma_rad() <= OPEN_MAX * known_rad
+        };
         (!is_in_doubt && is_known).then(|| self.check_tilt(&newest, known_rad, prior))
     }
 
     /// Checks an attitude that is not in doubt: it has a transient tilt again if matches have left where the velocity leads a moment after
     /// a doubt, or if the resected tilt is another than the estimated one. Returns the sigma that this adds, radians.
     fn check_tilt(&mut self, resection: &Resection, known_rad: f32, prior: &PriorSigmas) -> f32 {
-        // Of each axis, beyond one sigma.
-        let known = resection.tilt_variance() + self.newest.map_or(0.0, |newest| squared(newest.tilt_sigma_rad()));
         let estimated_rad = Vector2::from(self.matched_tilt_rad());
-        let off = 0.5 * (resection.tilt_rad() - estimated_rad).norm_squared();
         let shown_rad = if resection.has_jumped && self.was_attitude_in_doubt() {
             TRANSIENT_MAX_RAD
         } else {
-            sqrt((off - known).max(0.0))
+            // Of each axis, beyond one sigma.
+            let known = resection.tilt_variance() + self.newest.map_or(0.0, |newest| squared(newest.tilt_sigma_rad()));
+            sqrt((0.5 * (resection.tilt_rad() - estimated_rad).norm_squared() - known).max(0.0))
         };
+        let is_open = self.are_pictures_asked() && resection.tilt_variance() > squared(known_rad);
+        let open_rad = if is_open { OPEN_SHARE * known_rad } else { 0.0 };
         if self.has_been_off(prior) {
             let before_rad = self.transient_rad;
             self.transient_rad = before_rad.max(shown_rad);
-            return sqrt((squared(self.transient_rad) - squared(before_rad)).max(0.0));
+            return sqrt((squared(self.transient_rad) - squared(before_rad)).max(0.0)).max(open_rad);
         }
         // Nothing but pictures speaks for another tilt: it counts as long as they show it, or could not yet.
-        let is_open = resection.tilt_variance() > squared(known_rad);
-        shown_rad.max(if is_open { OPEN_SHARE * known_rad } else { 0.0 })
+        if shown_rad > known_rad {
+            self.ask_pictures();
+        }
+        self.resections.pictured_rad = shown_rad.max(open_rad);
+        self.resections.pictured_rad
+    }
+
+    /// Sigma of a tilt by pictures that were asked, radians: the position of the filter may be off by it as matches are.
+    pub fn pictured_rad(&self) -> f32 {
+        if self.are_pictures_asked() { self.resections.pictured_rad } else { 0.0 }
     }
 
     /// Restarts from a match with the tilt before the doubt, if that is the resected one, known well enough for fixes.

@@ -198,10 +198,29 @@ fn pictures_that_are_asked_count_as_long_as_they_show_a_tilt() {
     assert_eq!(of_none[10..], [0.0; 10]);
     filter.propagate(Micros(filter.moment.at.0 + 2_000_000), &CONSUMER);
     assert!(!filter.is_attitude_checked(&CONSUMER));
-    let (filter, of_one) = asked(2.0 * JUMP_RAD);
+    let (mut filter, of_one) = asked(2.0 * JUMP_RAD);
     assert!(of_one[3..].iter().all(|shown_rad| *shown_rad > KNOWN_RAD), "{of_one:?}");
+    // The position may be off by it too, and the question is open as long as they show it.
+    assert!(filter.pictured_rad() > KNOWN_RAD);
+    filter.propagate(Micros(filter.moment.at.0 + 19_000_000), &CONSUMER);
+    assert!(filter.is_attitude_checked(&CONSUMER));
     // No match has shown it.
     assert_eq!(filter.unexplained_rad(&CONSUMER), 0.0);
+}
+
+/// A picture that shows less than a wrong fix's error is no answer.
+#[test]
+fn a_picture_that_is_asked_and_knows_little_leaves_the_doubt() {
+    let answers = |sigma_rad: f32| {
+        let (mut filter, measurement) = unmatched_for(4);
+        filter.ask_pictures();
+        let covariance = Matrix2::identity() * (sigma_rad * sigma_rad * HEIGHT_M * HEIGHT_M);
+        let resected = Resected { by_m: Vector2::zeros(), covariance, common_variance: 0.0 };
+        filter.resect(Some(&resected), true, &measurement, &CONSUMER);
+        filter.matched(&measurement, None, &CONSUMER);
+        filter.conclude((false, KNOWN_RAD), &measurement, &CONSUMER).is_some()
+    };
+    assert!(answers(KNOWN_RAD) && answers(3.0 * KNOWN_RAD) && !answers(8.0 * KNOWN_RAD));
 }
 
 const START: Moment = Moment { at: Micros(1_000_000), velocity_m_per_s: [0.0; 2] };
