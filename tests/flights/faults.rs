@@ -139,6 +139,15 @@ fn a_picture_that_does_not_answer_makes_no_fix() {
     }
 }
 
+/// What pictures show goes on counting as long as they show it.
+#[test]
+fn a_jump_that_pictures_show_is_not_forgotten() {
+    for seed in [141, 142] {
+        let faults = ["camera.dead_rows=100@18..26", "attitude.bias=6@22..60"].map(str::to_owned);
+        assert_eq!(flown_over(seed, &faults, "flight.tilt_max_deg = 5").wrong, 0, "{seed}");
+    }
+}
+
 /// No turn tells: the perspective of the pictures does.
 #[test]
 fn pictures_show_within_two_seconds_that_an_attitude_is_right_again() {
