@@ -30,13 +30,8 @@ impl Flown {
 
     /// At least so many percent of the frames from this one on have fixes.
     fn is_as_ever_from(&self, frame: usize, percent: usize) {
-        let behind = frame..FRAMES as usize;
-        assert!(
-            self.accepted(behind.clone()) * 100 >= percent * behind.len(),
-            "{} of {}",
-            self.accepted(behind.clone()),
-            behind.len()
-        );
+        let (fixed, frames) = (self.accepted(frame..FRAMES as usize), FRAMES as usize - frame);
+        assert!(fixed * 100 >= percent * frames, "{fixed} of {frames}");
     }
 }
 
