@@ -184,7 +184,8 @@ fn fixes_that_nobody_uses_keep_nothing() {
 #[test]
 fn faults_are_in_what_is_reported() {
     let flown = |fault: Option<&str>| {
-        let mut setup = short(&[]);
+        // Of the default seed no fix comes in time behind the gap: the pictures are in doubt of the attitude.
+        let mut setup = short(&["seed=2"]);
         let faults = fault.map(|fault| fault.parse::<Fault>().expect("a fault"));
         setup.scenario.faults.timed = faults.into_iter().collect();
         in_process(&setup)

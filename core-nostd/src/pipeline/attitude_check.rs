@@ -62,8 +62,7 @@ impl Pipeline<'_> {
             self.navigation.filter.clear_resections();
             return None;
         }
-        let is_only_asked = !is_in_doubt && !filter.has_been_off(&prior);
-        let resected = self.resected(situation, matched, is_only_asked);
+        let resected = self.resected(situation, matched, is_in_doubt);
         let (nadir, covariance) =
             self.navigation.filter.resect(resected.as_ref(), !is_in_doubt, measurement, &prior)?;
         Some(if is_in_doubt { Sighting { nadir, covariance, white: covariance, ..*sighting } } else { *sighting })
@@ -139,8 +138,8 @@ impl Pipeline<'_> {
         unexplained_rad * situation.height_m > UNEXPLAINED_MAX_PX * self.tile.ground_resolution().0
     }
 
-    /// A match corrected for the tilt that its picture shows; `None` if it does not determine it. `is_only_asked`: nothing but a gap asks for it.
-    fn resected(&mut self, situation: &Situation, matched: &Matched, is_only_asked: bool) -> Option<Resected> {
+    /// A match corrected for the tilt that its picture shows; `None` if it does not determine it.
+    fn resected(&mut self, situation: &Situation, matched: &Matched, is_in_doubt: bool) -> Option<Resected> {
         if matched.by_decision {
             return None;
         }
@@ -155,8 +154,9 @@ impl Pipeline<'_> {
         // Rows run south.
         let (by_px, c) = curvature.resected(height_px);
         let covariance = Matrix2::new(c[(0, 0)], -c[(0, 1)], -c[(1, 0)], c[(1, 1)]) * (share * squared(px_m));
-        let may_slope = is_only_asked && self.navigation.plane.is_none();
-        let slope = if may_slope { UNKNOWN_SLOPE_SIGMA } else { SLOPE_SIGMA };
+        let is_taken_for_level =
+            self.navigation.plane.is_some() || is_in_doubt || self.navigation.filter.has_been_off(&self.prior_sigmas());
+        let slope = if is_taken_for_level { SLOPE_SIGMA } else { UNKNOWN_SLOPE_SIGMA };
         let relief = RELIEF_SHARE * situation.relief_m / (0.5 * size.0.min(size.1) as f32 * px_m);
         Some(Resected {
             by_m: Vector2::new(by_px.x, -by_px.y) * px_m,

@@ -31,7 +31,7 @@ pub(super) const PERIOD_US: i32 = 2 * CALM_US;
 /// again if a single match has shown it, microseconds. What was matched until then, and returns from one frame to the
 /// next, does not swing. Chosen: a quarter of that period; where the swing of a scaled attitude turns round, it stays
 /// within a tenth for 3 s.
-pub(super) const CONFIRMATION_US: i32 = PERIOD_US / 4;
+const CONFIRMATION_US: i32 = PERIOD_US / 4;
 /// A tilt can jump back if it is off its value before by more than so many sigmas of that. Chosen: a normal error is
 /// once in a hundred.
 pub(super) const LEARNT_SIGMAS: f32 = 3.0;

@@ -5,7 +5,7 @@
 
 use super::estimate::Estimate;
 use super::innovation_test::TRANSIENT_MAX_RAD;
-use super::jumps::{CONFIRMATION_US, LEARNT_SIGMAS, PERIOD_US};
+use super::jumps::{LEARNT_SIGMAS, PERIOD_US};
 use super::measurement::{Measurement, PriorSigmas};
 use super::resection::{GAP_US, Resected, Resection};
 use super::{Filter, HIDDEN_M_PER_S, TRANSIENT_GATE};
@@ -205,20 +205,17 @@ impl Filter {
         };
         let is_open = self.are_pictures_asked() && resection.tilt_variance() > squared(known_rad);
         let open_rad = if is_open { OPEN_SHARE * known_rad } else { 0.0 };
-        // These are estimates of the same tilt as what matches have shown, so they are not added; but what matches began to show a moment ago
-        // may become more.
-        let more = |shown_rad: f32, known_rad: f32| sqrt((squared(shown_rad) - squared(known_rad)).max(0.0));
-        let is_beginning = (0..CONFIRMATION_US).contains(&self.moment.at.since(self.swing_at));
-        let open_more_rad = more(open_rad, if is_beginning { 0.0 } else { self.unexplained_rad(prior) });
-        let shown_more_rad = more(shown_rad, self.transient_rad);
         if self.has_been_off(prior) {
-            self.transient_rad = self.transient_rad.max(shown_rad);
-        } else if shown_rad > known_rad {
-            // Nothing but pictures speaks for another tilt: it counts as long as they show it.
+            let before_rad = self.transient_rad;
+            self.transient_rad = before_rad.max(shown_rad);
+            return sqrt((squared(self.transient_rad) - squared(before_rad)).max(0.0)).max(open_rad);
+        }
+        // Nothing but pictures speaks for another tilt: it counts as long as they show it, or could not yet.
+        if shown_rad > known_rad {
             self.ask_pictures();
         }
         self.resections.pictured_rad = shown_rad.max(open_rad);
-        shown_more_rad.max(open_more_rad)
+        self.resections.pictured_rad
     }
 
     /// Sigma of a tilt by pictures that were asked, radians: the position of the filter may be off by it as matches are.

@@ -223,24 +223,6 @@ fn a_picture_that_is_asked_and_knows_little_leaves_the_doubt() {
     assert!(answers(KNOWN_RAD) && answers(3.0 * KNOWN_RAD) && !answers(8.0 * KNOWN_RAD));
 }
 
-/// A transient tilt that matches have shown for a while is as much as pictures leave open; one that they begin to show may become more.
-#[test]
-fn a_tilt_that_matches_begin_to_show_is_beside_what_pictures_leave_open() {
-    let more_rad = |begun_s: u64| {
-        let (mut filter, measurement) = unmatched_for(4);
-        filter.ask_pictures();
-        (filter.transient_rad, filter.swing_at) = (0.9 * KNOWN_RAD, Micros(filter.moment.at.0 - 1_000_000 * begun_s));
-        let sigma_m = 3.0 * KNOWN_RAD * HEIGHT_M;
-        let covariance = Matrix2::identity() * (sigma_m * sigma_m);
-        let resected = Resected { by_m: Vector2::zeros(), covariance, common_variance: 0.0 };
-        filter.resect(Some(&resected), true, &measurement, &CONSUMER);
-        filter.conclude((false, KNOWN_RAD), &measurement, &CONSUMER).expect("not in doubt")
-    };
-    assert_eq!([more_rad(6), more_rad(5)], [0.0; 2]);
-    // With both no frame has a fix.
-    assert!([0, 4].map(more_rad).iter().all(|more_rad| more_rad.hypot(0.9 * KNOWN_RAD) > 1.1 * KNOWN_RAD));
-}
-
 const START: Moment = Moment { at: Micros(1_000_000), velocity_m_per_s: [0.0; 2] };
 
 /// A second estimate at rest, with this many pictures that show no tilt, four a second, and its moment.
