@@ -5,7 +5,7 @@ use plumbline_sim::link::Link;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::link::qemu::{Qemu, default_image};
 use plumbline_sim::run::{Keep, fly};
-use plumbline_sim::scenario::{Camera, Frame, Ground, Scenario};
+use plumbline_sim::scenario::{BUILT_IN, Camera, Frame, Ground, Scenario, Setting};
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{Scored, fixes_csv, score};
 use plumbline_sim::setup::Setup;
@@ -111,6 +111,25 @@ fn a_velocity_that_is_off_by_ten_of_its_sigmas_gives_no_wrong_fix() {
         let (Some(ground), Some(reference)) = (picture(ground), picture(reference)) else { return };
         let fault = "position.wrong_velocity=1@40..80";
         none_is_wrong(between(&ground, &reference, seed), [145.0, 155.0], fault, 30);
+    }
+}
+
+/// Where frames of poor ground are not matched, the evidence of all of them goes astray over a map of the ground's own year as well.
+#[test]
+fn a_wrong_velocity_over_poor_ground_of_the_same_year_gives_no_wrong_fix() {
+    let name = "a_wrong_velocity_over_poor_ground_of_the_same_year_gives_no_wrong_fix";
+    let Some(images) = for_test(name, "images/m_4709963_se_14_1_20200831.tif") else { return };
+    let folder = images.ancestors().nth(2);
+    let text = BUILT_IN.iter().find(|(built_in, _)| *built_in == "naip").expect("it is built in").1;
+    for (seed, fault) in [(66_008, "position.wrong_velocity=3@20..55"), (113_069, "position.wrong_velocity=1.5@20..55")]
+    {
+        let keys = ["send_patches=false", "flight.tilt_max_deg=20", "attitude.drift_deg=0.2"];
+        let seed = format!("seed={seed}");
+        let settings: Vec<Setting> =
+            keys.iter().chain([&seed.as_str()]).map(|word| word.parse().expect("a key")).collect();
+        let (text, called) = Scenario::set(text, "naip", &settings).expect("its keys");
+        let scenario = Scenario::parse(&text, &called, Path::new(""), folder).expect("sound");
+        none_is_wrong(scenario, [152.0, 152.0], fault, 90);
     }
 }
 

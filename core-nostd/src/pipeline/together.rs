@@ -156,12 +156,9 @@ impl<'t> Pipeline<'t> {
 
     /// Whether the last frames, this one included, agree with the decision; and their mean residual, pixels.
     fn agreed(&mut self, off_px: Option<(f32, f32)>, drift_px: f32) -> (bool, f32) {
-        let is_own_year = !self.navigation.surface.map_year.is_another();
         let agreement = &mut self.navigation.surface.agreement;
         agreement.frame(off_px, gate_px(drift_px));
-        // Over a map of its own year least squares decides.
-        let agree = agreement.is_enough(is_adrift(drift_px)) || is_own_year && !agreement.is_astray();
-        (agree, agreement.off_px())
+        (agreement.is_enough(is_adrift(drift_px)), agreement.off_px())
     }
 
     /// A valid least-squares match at a nadir, with the decision if there is one.
