@@ -1,23 +1,19 @@
 //! Flights over hard ground, by the built-in scenarios: each flies, gives the same fixes again, and none of them is wrong.
 
+use crate::built_in;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::run::{Keep, fly};
-use plumbline_sim::scenario::{BUILT_IN, Camera, Scenario, Setting};
+use plumbline_sim::scenario::Camera;
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{Linked, Summary, fixes_csv, score, summarise};
 use plumbline_sim::setup::Setup;
-use std::path::Path;
 
 /// Enough that three pieces of ground decide and a lost position is searched far, too, and few enough for every day.
 const FRAMES: u32 = 90;
 
 /// A built-in scenario, seen by a camera of a sixteenth of the pixels.
 fn setup(name: &str) -> Setup {
-    let text = BUILT_IN.iter().find(|(built_in, _)| *built_in == name).expect("it is built in").1;
-    let settings: [Setting; 2] =
-        [format!("frames={FRAMES}"), "send_patches=false".to_owned()].map(|word| word.parse().expect("a key"));
-    let (text, called) = Scenario::set(text, name, &settings).expect("its keys");
-    let mut scenario = Scenario::parse(&text, &called, Path::new(""), None).expect("sound");
+    let mut scenario = built_in::scenario(name, &[&format!("frames={FRAMES}"), "send_patches=false"]);
     scenario.camera = Camera::of_size(128, 128);
     Setup::prepare(scenario).expect("it can be flown")
 }

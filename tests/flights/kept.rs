@@ -4,11 +4,12 @@
 mod misaligned;
 mod satellites;
 
+use crate::built_in;
 use plumbline_sim::link::Link;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::link::qemu::{Qemu, default_image};
 use plumbline_sim::run::{Flight, Keep, fly};
-use plumbline_sim::scenario::{BUILT_IN, Fault, Scenario, Setting};
+use plumbline_sim::scenario::{Fault, Scenario, Setting};
 use plumbline_sim::score::kept::Kept;
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{Linked, Summary, fixes_csv, score, summarise};
@@ -22,10 +23,7 @@ const SHORT: u32 = 74;
 
 /// The built-in scenario with keys laid over it.
 fn scenario(keys: &[&str]) -> Scenario {
-    let text = BUILT_IN.iter().find(|(name, _)| *name == "closed_loop").expect("it is built in").1;
-    let settings: Vec<Setting> = keys.iter().map(|key| key.parse().expect("a key")).collect();
-    let (text, name) = Scenario::set(text, "closed_loop", &settings).expect("its keys");
-    Scenario::parse(&text, &name, Path::new(""), None).expect("sound")
+    built_in::scenario("closed_loop", keys)
 }
 
 fn short(keys: &[&str]) -> Setup {

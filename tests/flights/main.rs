@@ -1,6 +1,7 @@
 //! Simulated flights: against the truth, replayed from their logs, over the serial line, along a plan.
 
 mod aborted;
+mod built_in;
 mod companion;
 mod exposure;
 mod faults;

@@ -1,11 +1,12 @@
 //! Flights over ground that is not as the map has it: fixes come once several pieces of ground agree, and none is wrong.
 
+use crate::built_in;
 use crate::slopes::{Land, flown};
 use plumbline_sim::link::Link;
 use plumbline_sim::link::inproc::InProcess;
 use plumbline_sim::link::qemu::{Qemu, default_image};
 use plumbline_sim::run::{Keep, fly};
-use plumbline_sim::scenario::{BUILT_IN, Camera, Frame, Ground, Scenario, Setting};
+use plumbline_sim::scenario::{Camera, Frame, Ground, Scenario};
 use plumbline_sim::score::unrectified::Unrectified;
 use plumbline_sim::score::{Scored, fixes_csv, score};
 use plumbline_sim::setup::Setup;
@@ -118,17 +119,14 @@ fn a_velocity_that_is_off_by_ten_of_its_sigmas_gives_no_wrong_fix() {
 #[test]
 fn a_wrong_velocity_over_poor_ground_of_the_same_year_gives_no_wrong_fix() {
     let name = "a_wrong_velocity_over_poor_ground_of_the_same_year_gives_no_wrong_fix";
-    let Some(images) = for_test(name, "images/m_4709963_se_14_1_20200831.tif") else { return };
-    let folder = images.ancestors().nth(2);
-    let text = BUILT_IN.iter().find(|(built_in, _)| *built_in == "naip").expect("it is built in").1;
+    if for_test(name, "images/m_4709963_se_14_1_20200831.tif").is_none() {
+        return;
+    }
     for (seed, fault) in [(66_008, "position.wrong_velocity=3@20..55"), (113_069, "position.wrong_velocity=1.5@20..55")]
     {
         let keys = ["send_patches=false", "flight.tilt_max_deg=20", "attitude.drift_deg=0.2"];
-        let seed = format!("seed={seed}");
-        let settings: Vec<Setting> =
-            keys.iter().chain([&seed.as_str()]).map(|word| word.parse().expect("a key")).collect();
-        let (text, called) = Scenario::set(text, "naip", &settings).expect("its keys");
-        let scenario = Scenario::parse(&text, &called, Path::new(""), folder).expect("sound");
+        let mut scenario = built_in::scenario("naip", &keys);
+        scenario.run.seed = seed;
         none_is_wrong(scenario, [152.0, 152.0], fault, 90);
     }
 }
