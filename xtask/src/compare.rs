@@ -4,7 +4,7 @@
 //! The work is done by the program `compare-kernels` of the package `plumbline-tests`, which starts the script
 //! `tests/timing/compare.py` itself; here is what both need.
 
-use super::process::{cargo, run};
+use super::process::{cargo, program, run};
 use super::{Failure, failed, places, python};
 use std::fs;
 use std::path::Path;
@@ -20,7 +20,7 @@ const MODULES: [python::Module; 2] = [("numpy", "numpy"), ("cv2", "opencv-python
 pub fn compare(arguments: &[String]) -> Result<ExitCode, Failure> {
     if let Some(at) = arguments.iter().position(|argument| argument == "--matching") {
         let others: Vec<&String> = arguments.iter().take(at).chain(arguments.iter().skip(at + 1)).collect();
-        return matched(&others);
+        return program("match-years", &others);
     }
     if let [first, others @ ..] = arguments
         && first == "--register"
@@ -39,15 +39,6 @@ fn registered(arguments: &[String]) -> Result<ExitCode, Failure> {
     let script = places::root().join("tests/years/displacements.py");
     let status = Command::new(python).arg(script).arg("--out").args(arguments).status();
     let status = status.map_err(|error| format!("the script could not be started: {error}"))?;
-    Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
-}
-
-/// Both of the core's matchers between orthophotos, by the program `match-years`.
-fn matched(arguments: &[&String]) -> Result<ExitCode, Failure> {
-    let what = ["--package", "plumbline-tests", "--features", "programs", "--bin", "match-years"];
-    run(cargo().args(["build", "--release"]).args(what))?;
-    let status = Command::new(places::release("match-years")).args(arguments).status();
-    let status = status.map_err(|error| format!("match-years could not be started: {error}"))?;
     Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
 }
 

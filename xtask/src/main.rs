@@ -46,6 +46,7 @@ fn main() -> ExitCode {
         "fly" => Ok(fly::fly(&rest).unwrap_or_else(failed)),
         "budget" => budget::budget(&rest),
         "flash" => flash::flash(&rest),
+        "campaign" => process::program("campaign", &rest.iter().collect::<Vec<_>>()),
         "compare" => compare::compare(&rest),
         "figures" => none_left(&rest).map(|()| figures::figures().map_or_else(failed, |()| ExitCode::SUCCESS)),
         "fuzz" => Ok(fuzz::fuzz(&rest).map_or_else(failed, |()| ExitCode::SUCCESS)),
@@ -66,7 +67,7 @@ fn main() -> ExitCode {
 }
 
 /// Each verb with its arguments and what it does.
-const VERBS: [(&str, &str); 12] = [
+const VERBS: [(&str, &str); 13] = [
     ("build", "all images, and the command plumbline in release"),
     ("fly [OPTIONS OF plumbline fly]", "builds, then flies in the emulator unless told otherwise"),
     ("test [--all | STEP]", "all that must hold: every day, with the long steps, or one step of what has been built"),
@@ -75,6 +76,10 @@ const VERBS: [(&str, &str); 12] = [
     (
         "flash [--probe | --bare] [--camera FILE.toml [--settings FILE.toml] | --configuration FILE] [--plan FILE] [--tiles FILE]",
         "writes the flight computer",
+    ),
+    (
+        "campaign [--scenario NAME] [--seeds N] [--seed FIRST] [--frames N] [--set KEY=VALUE] [--fault \"UNIT.TYPE=VALUE@FROM..TO ...\"] [--each-fault FROM..TO [--kind WORD] [--sound]] [--between ORTHO ORTHO ...] [--frames-csv FILE]",
+        "many flights and what their fixes are worth: wrong ones, coverage, covariance, recovery from faults",
     ),
     ("compare [--json] [--frame PICTURE ...]", "the core's kernels beside OpenCV's, error and time"),
     ("compare --matching ORTHO ORTHO ...", "the core's matchers between years: coverage, wrong ones, risk"),

@@ -3,7 +3,7 @@
 use super::{Failure, places};
 use std::env;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitCode, Stdio};
 
 /// cargo, as it started us, at the workspace's root and with the target folder as we see it. What is built here is mostly
 /// built from nothing: keeping its parts for a next time would cost time now, and inlining between them.
@@ -11,6 +11,14 @@ pub fn cargo() -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(places::root()).env("CARGO_TARGET_DIR", places::target()).env("CARGO_INCREMENTAL", "0");
     command
+}
+
+/// Builds a program of the package `plumbline-tests` in release and runs it; the exit code is its own.
+pub fn program(name: &str, arguments: &[&String]) -> Result<ExitCode, Failure> {
+    run(cargo().args(["build", "--release", "--package", "plumbline-tests", "--features", "programs", "--bin", name]))?;
+    let status = Command::new(places::release(name)).args(arguments).status();
+    let status = status.map_err(|error| format!("{name} could not be started: {error}"))?;
+    Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
 }
 
 /// Runs `command` to its end; anything but exit code 0 is a failure.
