@@ -1,5 +1,6 @@
 //! Builds, then flies in the emulator unless told otherwise.
 
+use super::process::exit_code;
 use super::{Failure, build, places, set_up};
 use std::process::{Command, ExitCode};
 
@@ -18,8 +19,7 @@ pub fn fly(args: &[String]) -> Result<ExitCode, Failure> {
     if link.is_none_or(|link| link == "qemu") && option(args, "--firmware").is_none() {
         command.arg("--firmware").arg(places::image("an500"));
     }
-    let status = command.args(args).status().map_err(|error| format!("plumbline could not be started: {error}"))?;
-    Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
+    exit_code(command.args(args))
 }
 
 /// The value of an option, as `--name value` or `--name=value`; empty if the value is missing.

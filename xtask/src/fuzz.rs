@@ -2,7 +2,7 @@
 //! it runs.
 
 use super::fly::option;
-use super::process::{cargo, run, succeeds};
+use super::process::{program, run, succeeds};
 use super::{Failure, places};
 use std::process::Command;
 
@@ -25,17 +25,7 @@ const TARGETS: [&str; 11] = [
 
 /// `cargo xtask fuzz [--inputs N] [--seed S] [--target NAME]`.
 pub fn fuzz(args: &[String]) -> Result<(), Failure> {
-    run(cargo().args([
-        "build",
-        "--release",
-        "--package",
-        "plumbline-tests",
-        "--features",
-        "programs",
-        "--bin",
-        "hunt",
-    ]))?;
-    run(Command::new(places::release("hunt")).args(args))?;
+    run(program("hunt")?.args(args))?;
     // The compiler's coverage is a nightly feature, and cargo-fuzz a program of its own.
     if !succeeds(Command::new("cargo").args(["+nightly", "fuzz", "--version"])) {
         println!("coverage-guided search: skipped, it needs a nightly toolchain and `cargo install cargo-fuzz`");

@@ -46,7 +46,7 @@ fn main() -> ExitCode {
         "fly" => Ok(fly::fly(&rest).unwrap_or_else(failed)),
         "budget" => budget::budget(&rest),
         "flash" => flash::flash(&rest),
-        "campaign" => process::program("campaign", &rest.iter().collect::<Vec<_>>()),
+        "campaign" => process::program("campaign").and_then(|mut program| process::exit_code(program.args(&rest))),
         "compare" => compare::compare(&rest),
         "figures" => none_left(&rest).map(|()| figures::figures().map_or_else(failed, |()| ExitCode::SUCCESS)),
         "fuzz" => Ok(fuzz::fuzz(&rest).map_or_else(failed, |()| ExitCode::SUCCESS)),

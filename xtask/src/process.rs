@@ -13,11 +13,15 @@ pub fn cargo() -> Command {
     command
 }
 
-/// Builds a program of the package `plumbline-tests` in release and runs it; the exit code is its own.
-pub fn program(name: &str, arguments: &[&String]) -> Result<ExitCode, Failure> {
+/// A program of the package `plumbline-tests`, built in release.
+pub fn program(name: &str) -> Result<Command, Failure> {
     run(cargo().args(["build", "--release", "--package", "plumbline-tests", "--features", "programs", "--bin", name]))?;
-    let status = Command::new(places::release(name)).args(arguments).status();
-    let status = status.map_err(|error| format!("{name} could not be started: {error}"))?;
+    Ok(Command::new(places::release(name)))
+}
+
+/// Runs `command` to its end, whose exit code is its own.
+pub fn exit_code(command: &mut Command) -> Result<ExitCode, Failure> {
+    let status = command.status().map_err(|error| format!("{} could not be started: {error}", name(command)))?;
     Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
 }
 

@@ -1,7 +1,7 @@
 //! The figures of several flights together.
 
 use super::flight::{Fix, Flown};
-use crate::seeded::Random;
+use crate::bootstrap;
 use plumbline_sim::score::protection::{Placed, protection, radii};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -10,9 +10,6 @@ use std::collections::BTreeMap;
 pub const AGAIN_S: f64 = 2.0;
 /// Squared errors of two degrees of freedom that 1 % of normal ones exceed, and five sigmas.
 pub const TAILS: [f64; 2] = [9.21, 25.0];
-/// Drawings of flights for an interval, and what they are drawn with.
-const DRAWINGS: usize = 1000;
-const SEED: u64 = 1;
 
 /// The fixes of several flights.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -104,23 +101,17 @@ impl Places {
         let (all, normal) = (protection(&places)?, radii(&places)?);
         let own: Vec<([f64; 4], usize)> =
             flights.iter().map(|flown| held(flown)).filter(|(_, places)| *places > 0).collect();
-        let mut random = Random::new(SEED);
-        let mut drawn: [Vec<f64>; 4] = Default::default();
-        for _ in 0..DRAWINGS {
-            let (mut sums, mut count) = ([0.0; 4], 0);
-            for _ in 0..own.len() {
-                let (share, places) = own[random.below(own.len())];
-                count += places;
-                (0..4).for_each(|level| sums[level] += share[level] * places as f64);
-            }
-            (0..4).for_each(|level| drawn[level].push(sums[level] / count as f64));
-        }
+        let interval = |level: usize| {
+            let counts: Vec<(f64, f64)> =
+                own.iter().map(|&(shares, places)| (shares[level] * places as f64, places as f64)).collect();
+            bootstrap::interval(&counts)
+        };
         let [of_95, of_99, of_999] = normal.held;
-        let mut levels = [of_95, of_99, of_999, all.held].into_iter().zip(&mut drawn).map(|(share, drawn)| {
-            drawn.sort_by(f64::total_cmp);
-            [share, drawn[DRAWINGS * 25 / 1000], drawn[DRAWINGS * 975 / 1000 - 1]]
+        let shares = [of_95, of_99, of_999, all.held];
+        let held = std::array::from_fn(|level| {
+            let [low, high] = interval(level);
+            [shares[level], low, high]
         });
-        let held = std::array::from_fn(|_| levels.next().unwrap_or([f64::NAN; 3]));
         Some(Places { rms_m: all.rms_m, nees: all.nees, median_m: normal.median_m, held })
     }
 }

@@ -2,15 +2,11 @@
 
 use super::Outcome;
 use super::table::stated;
-use crate::seeded::Random;
+use crate::bootstrap;
 use std::collections::HashMap;
 
 /// Pixels along a side of a scene. Chosen: a large patch.
 const SCENE_PX: f64 = 65.0;
-/// Draws of the bootstrap, its seed, and the share of them below and above the interval.
-const DRAWS: usize = 1000;
-const SEED: u64 = 1;
-const BEYOND: f64 = 0.025;
 /// Half decades from 1e-5 to 1, and risks of 1 themselves.
 const BINS: usize = 11;
 
@@ -81,16 +77,8 @@ fn interval(scenes: &[(usize, usize)], wrong: usize) -> [f64; 2] {
     if wrong == 0 {
         return [0.0, (3.0 / scenes.len() as f64).min(1.0)];
     }
-    let mut random = Random::new(SEED);
-    let mut shares: Vec<f64> = (0..DRAWS)
-        .map(|_| {
-            let drawn = (0..scenes.len()).map(|_| scenes[random.below(scenes.len())]);
-            let (wrong, count) = drawn.fold((0, 0), |sum, scene| (sum.0 + scene.0, sum.1 + scene.1));
-            wrong as f64 / count as f64
-        })
-        .collect();
-    shares.sort_by(f64::total_cmp);
-    [BEYOND, 1.0 - BEYOND].map(|share| shares[(share * (DRAWS - 1) as f64).round() as usize])
+    let counts: Vec<(f64, f64)> = scenes.iter().map(|&(wrong, count)| (wrong as f64, count as f64)).collect();
+    bootstrap::interval(&counts)
 }
 
 /// The table.
